@@ -13,6 +13,8 @@ min_version("9.27")
 container: "docker://python:3.12"
 
 
+# By `priority` what is ready begins thus: what others wait for; figures of a record beside the sweep of the next; the report;
+# and last what it does not wait for, explore and fragility, beside it.
 include: "workflow/rules/common.smk"
 include: "workflow/rules/read.smk"
 include: "workflow/rules/rotate.smk"
@@ -31,7 +33,7 @@ report: "workflow/report/workflow.rst"
 rule all:
     default_target: True
     input:
-        EXPLORERS,
+        EXPLORER,
         FRAGILITY,
         expand(rules.survey.output, number=SURVEYS),
         rules.report.input,
@@ -49,7 +51,7 @@ onerror:
 
 onsuccess:
     put_cubes_back(Path(RESULTS))
-    made = [path for path in (*CUBES, REPORT, *EXPLORERS) if Path(path).exists()]
+    made = [path for path in (*CUBES, REPORT, EXPLORER) if Path(path).exists()]
     logger.info(
         "\n  ".join([f"Cube and report of the study {STUDY.name!r}:", *made]),
         extra={"result": True},

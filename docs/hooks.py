@@ -1,8 +1,12 @@
-"""What the documentation site is made of beside its pages: tables from the package, and the notebook, which is run."""
+"""What the documentation site is made of beside its pages: tables from the package, formulas, and the notebook, run.
+
+`python docs/hooks.py` runs the notebook and keeps in it what its cells show.
+"""
 
 import ast
 import base64
 import contextlib
+import html
 import io
 import json
 import re
@@ -25,7 +29,32 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     """Fill in the tables, and take away links to what is no page of the site."""
     markdown = re.sub(r"<!-- made: (\w+) -->", lambda found: TABLES[found[1]](), markdown)
     markdown = markdown.replace("](../config/README.md", "](reference/config.md")
-    return re.sub(r"\[([^\]]+)\]\(\.\./(?!formats|method|reference|scenes)[^)]*\)", r"\1", markdown)
+    return re.sub(r"\[([^\]]+)\]\(\.\./(?!formats|method|reference|scenes)[^)]*\)", r"\1", _lists(markdown))
+
+
+def _lists(markdown: str) -> str:
+    """Markdown whose list items hold what stands below them: the site wants four spaces, where the forge takes three.
+
+    Code that stands by itself is left alone.
+    """
+    parts = re.split(r"(^```.*?^```$)", markdown, flags=re.DOTALL | re.MULTILINE)
+    for place in range(0, len(parts), 2):
+        indented = re.sub(r"^   (?=\S)", "    ", parts[place], flags=re.MULTILINE)
+        parts[place] = re.sub(r"^(    .*\n)(?=\d+\. )", r"\1\n", indented, flags=re.MULTILINE)
+    return "".join(parts)
+
+
+def on_page_content(content: str, **_: Any) -> str:
+    """Set formulas as MathML, and give cells of a table that hold a sentence the room for it."""
+    content = re.sub(r'(?<=<div class="formula">)(.*?)(?=</div>)', _formula, content, flags=re.DOTALL)
+    return re.sub(r"<td>(?=[^<]{40})", '<td class="sentence">', content)
+
+
+def _formula(found: re.Match[str]) -> str:
+    """The equations of a formula, which stand side by side where there is room."""
+    from latex2mathml.converter import convert
+
+    return "".join(convert(part.strip(), display="block") for part in html.unescape(found[1]).split(r"\qquad"))
 
 
 def commands() -> str:
@@ -85,17 +114,25 @@ def _table(every: Any) -> str:
 TABLES = {"commands": commands, "keys": keys, "columns": columns, "variables": variables, "space": space}
 
 
-def run_notebook(path: Path) -> list[tuple[str, str, str]]:
-    """Run the cells of a notebook in order: kind, source, and what each shows as Markdown."""
+def executed(path: Path) -> dict[str, Any]:
+    """A notebook with what its cells show now, run in order; figures as Jupyter shows them."""
+    notebook: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     space: dict[str, Any] = {"__name__": "__main__"}
-    shown = []
-    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
-        source, kind = "".join(cell["source"]), str(cell["cell_type"])
-        shown.append((kind, source, _output(source, space) if kind == "code" else ""))
-    return shown
+    for count, cell in enumerate((one for one in notebook["cells"] if one["cell_type"] == "code"), 1):
+        printed, value = _run("".join(cell["source"]), space)
+        cell["execution_count"], cell["outputs"] = count, []
+        if printed:
+            cell["outputs"] += [{"name": "stdout", "output_type": "stream", "text": printed.splitlines(keepends=True)}]
+        if value is not None:
+            data = {"text/plain": [repr(value)]}
+            if hasattr(value, "_repr_png_"):
+                data["image/png"] = base64.b64encode(value._repr_png_()).decode("ascii")
+            about = {"execution_count": count, "metadata": {}, "output_type": "execute_result"}
+            cell["outputs"] += [{"data": data, **about}]
+    return notebook
 
 
-def _output(source: str, space: dict[str, Any]) -> str:
+def _run(source: str, space: dict[str, Any]) -> tuple[str, Any]:
     """What a cell prints, and the value of its last line where that is an expression."""
     tree = ast.parse(source)
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
@@ -103,28 +140,24 @@ def _output(source: str, space: dict[str, Any]) -> str:
     with contextlib.redirect_stdout(printed):
         exec(compile(tree, "cell", "exec"), space)
         value = eval(compile(ast.Expression(last.value), "cell", "eval"), space) if last is not None else None
-    parts = [f"```text\n{printed.getvalue().rstrip()}\n```"] if printed.getvalue() else []
-    if hasattr(value, "savefig"):
-        parts.append(_picture(value))
-    elif value is not None:
-        parts.append(f"```text\n{value}\n```")
-    return "\n\n".join(parts)
-
-
-def _picture(figure: Any) -> str:
-    from tempfile import TemporaryDirectory
-
-    from overturning.figures.style import save, style
-
-    with TemporaryDirectory() as folder, style():
-        save(figure, Path(folder) / "figure.svg")
-        data = base64.b64encode((Path(folder) / "figure.svg").read_bytes()).decode("ascii")
-    return f'<img alt="figure of the cell above" src="data:image/svg+xml;base64,{data}">'
+    return printed.getvalue(), value
 
 
 def notebook_page(path: Path) -> str:
     """A notebook as a page, with what its cells show now."""
     parts = []
-    for kind, source, output in run_notebook(path):
-        parts += [f"```python\n{source}\n```", output] if kind == "code" else [source]
-    return "\n\n".join(part for part in parts if part) + "\n"
+    for cell in executed(path)["cells"]:
+        source = "".join(cell["source"])
+        parts.append(f"```python\n{source}\n```" if cell["cell_type"] == "code" else source)
+        for output in cell.get("outputs", []):
+            data = output.get("data", {"text/plain": output.get("text")})
+            if "image/png" in data:
+                shown = f'<img alt="figure of the cell above" src="data:image/png;base64,{data["image/png"]}">'
+            else:
+                shown = "```text\n" + "".join(data["text/plain"]).rstrip() + "\n```"
+            parts.append(shown)
+    return "\n\n".join(parts) + "\n"
+
+
+if __name__ == "__main__":  # keep in the notebook what its cells show
+    NOTEBOOK.write_text(json.dumps(executed(NOTEBOOK), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

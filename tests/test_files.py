@@ -3,6 +3,7 @@
 import errno
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -44,6 +45,28 @@ def test_an_interrupt_is_a_sentence(monkeypatch: pytest.MonkeyPatch, capsys: pyt
         main(["study", "document"])
     assert stop.value.code == 130
     assert capsys.readouterr().err == "Stopped; nothing half-written was kept.\n"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["explore", "cube.nc", "--output", "/proc/x.html"],
+        ["one", "--record", "rinaldi", "--azimuth", "60", "--animate", "/proc/x.html"],
+        ["init", "/proc/x"],
+        ["study", "new", "--name", "x", "--records", "rinaldi", "--folder", "/proc/x"],
+        ["members", "--study", '{"name": "x", "records": {"use": ["rinaldi"]}}', "--output", "/proc/x.csv"],
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_place_that_cannot_be_written_is_named_in_a_line(arguments: list[str], capsys: Any) -> None:
+    """Nobody can make a file in /proc, whatever its permissions say."""
+    with pytest.raises(SystemExit) as stop:
+        main(arguments)
+    said = capsys.readouterr().err
+    assert stop.value.code == 1
+    assert said.startswith("error: "), said
+    assert "/proc/x" in said
+    assert len(said.splitlines()) <= 2
 
 
 def test_a_folder_that_is_not_there_is_not_made(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ LAYERS = [
     "figures",
     "surveys",
     "report",
+    "plot",
     "commands",
     "cli",
 ]

@@ -1,14 +1,40 @@
 """What a user meets in Python."""
 
+import importlib.util
+import inspect
+import json
 import pydoc
+import re
+import struct
+import sys
+from dataclasses import fields, replace
+from operator import attrgetter
 from pathlib import Path
 
+import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
+from typer.main import get_command as click_of
 
 import overturning
-from overturning.errors import ArgumentError, ConfigError
+from overturning.cli import app, main
+from overturning.commands import declared
+from overturning.dem.numerics import Numerics
+from overturning.errors import ArgumentError, ConfigError, MissingDataError
+from overturning.figures.ground import fourier_spectrum, response_spectrum
+from overturning.motion.intensity import intensity_by_azimuth
 from overturning.motion.motion import Motion
+from overturning.records.catalogue import RecordEntry
+from overturning.records.source import Declarations
+from overturning.study.cube import open_cube as open_by_number
+from overturning.study.intensity import write_intensity
+from overturning.study.schema import Study
+from overturning.study.sections import BodySettings, ContactSettings, Simulation
+from tests.expect import lacking, refused
+from tests.study.small_study import cube_of, pulse, study
 
 
 def test_names_versions_and_help() -> None:
@@ -38,7 +64,7 @@ def test_read_simulate_and_study(tmp_path: Path) -> None:
     columns = "time:s north:gal east:gal"
     record = overturning.read(tmp_path / "pulse.csv", columns=columns, processed=True)
     assert Motion.from_record(record).along(60).max() == pytest.approx(6.0, rel=1e-3)
-    with pytest.raises(ArgumentError, match="units: no declaration of a record; known are "):
+    with pytest.raises(ArgumentError, match=r"units: no keyword of read; did you mean unit\?"):
         overturning.read(tmp_path / "pulse.csv", units="gal")
     grid = {"b_over_h": [0.2, 0.4], "height": [0.6], "friction": [1.0]}
     outcome = overturning.simulate(record, azimuth_deg=[60, 150, 240, 330], **grid)
@@ -50,3 +76,226 @@ def test_read_simulate_and_study(tmp_path: Path) -> None:
     )
     with pytest.raises(ConfigError, match="azimth: unknown key; did you mean azimuth"):
         overturning.run_study([record], azimth={"step": 30})
+
+
+@pytest.fixture(scope="module")
+def cube_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cube of two pulses, with motions and intensity measures beside it."""
+    folder, settings = tmp_path_factory.mktemp("cube"), study(ensemble={"members": 0})
+    records = [pulse(), replace(pulse("b", 3.0), fault_strike_deg=30.0)]
+    write_intensity(settings, records, folder / "intensity.nc")
+    return cube_of(settings, records, folder)
+
+
+def test_a_cube_is_opened_by_a_string_and_asked_by_the_name_of_a_record(cube_file: Path) -> None:
+    inside = open_by_number(cube_file)
+    with overturning.open_cube(str(cube_file)) as cube:
+        second = cube["overturned"].sel(record="b", azimuth=60)
+        np.testing.assert_array_equal(second, inside["overturned"].isel(record=1).sel(azimuth=60))
+        assert cube["record_id"].to_numpy().tolist() == ["a", "b"]
+    assert inside["record"].to_numpy().tolist() == [0, 1]
+
+
+def test_a_record_does_wherever_a_motion_does() -> None:
+    record, azimuth = pulse(), [0.0, 30.0]
+    motion = Motion.of(record)
+    for draw in (fourier_spectrum, response_spectrum):
+        np.testing.assert_allclose(draw(record, azimuth)[1], draw(motion, azimuth)[1], rtol=0, atol=1e-12)
+    assert intensity_by_azimuth(record, azimuth).equals(intensity_by_azimuth(motion, azimuth))
+    cases = overturning.Cases([0.0], 0.6, 0.2, 1.0)
+    assert overturning.run_cases(record, cases).overturned == overturning.run_cases(motion, cases).overturned
+    one = {"azimuth_deg": 0, "height": 0.6, "b_over_h": 0.2}
+    assert overturning.trajectory(record, **one).equals(overturning.trajectory(motion, **one))
+    grid = {"azimuth": {"step": 90}, "b_over_h": [0.2], "height": [0.6], "ensemble": {"members": 0}}
+    both = overturning.run_study([record, motion], **grid)["overturned"]
+    assert both.isel(record=0).equals(both.isel(record=1).assign_coords(both.isel(record=0).coords))
+    assert both.sel(record="motion-2").sizes["azimuth"] == 4
+
+
+def test_a_motion_and_a_record_say_what_they_are_and_how_the_ground_moves() -> None:
+    record = pulse()  # a cycle of 6 sin(2πt/T) with T = 0.8 s: its velocity ends at 0, and comes to 6 T/π
+    motion = Motion.of(record)
+    assert repr(motion) == "<Motion: 400 samples of 0.01 s, north and east, horizontal peak 6.26 m/s²>"
+    assert repr(record) == "<Record a (S, E): 400 samples of 0.01 s, north and east, horizontal peak 6.26 m/s²>"
+    north, east = record.velocity
+    assert north.max() == pytest.approx(6 * 0.8 / np.pi, rel=1e-3)
+    assert north[-1] == pytest.approx(0, abs=1e-9)
+    np.testing.assert_allclose(east, 0.3 * north, rtol=1e-6, atol=1e-9)
+    assert motion.displacement[0, -1] == pytest.approx(6 * 0.8**2 / (2 * np.pi), rel=1e-3)
+
+
+@pytest.mark.parametrize("up", [None, 0.1])
+def test_a_motion_goes_to_obspy_and_comes_back(up: float | None) -> None:
+    wave = Motion.sine(6.0, 0.8, azimuth_deg=60)
+    motion = Motion(wave.north, wave.east, None if up is None else up * wave.north, sampling_interval=0.005)
+    stream = motion.to_obspy()
+    assert [trace.stats.channel for trace in stream] == ["HNN", "HNE", "HNZ"][: len(motion.components)]
+    assert {(trace.stats.delta, trace.stats.unit) for trace in stream} == {(0.005, "m/s2")}
+    back = Motion.from_obspy(stream)
+    np.testing.assert_array_equal(np.array(back.components), np.array(motion.components))
+    record = replace(pulse(), start="2016-11-13T11:02:56.5")
+    assert str(record.to_obspy()[0].stats.starttime) == "2016-11-13T11:02:56.500000Z"
+    assert Motion.from_obspy(record.to_obspy()).along(0).max() == record.north.max()
+
+
+def drawn(*words: str) -> int:
+    with pytest.raises(SystemExit) as stop:
+        main(list(words))
+    return int(stop.value.code or 0)
+
+
+def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_user(cube_file: Path) -> None:
+    mpl.use("svg")
+    before = dict(mpl.rcParams)
+    kept, cube = plt.get_fignums(), overturning.open_cube(cube_file)
+    several = xr.concat([cube.assign_coords(friction=[mu]) for mu in (0.5, 1.0)], "friction", data_vars="all")
+    several.attrs["study"] = json.dumps(json.loads(cube.attrs["study"]) | {"friction": [0.5, 1.0]})
+    for kind, draw in overturning.plot.KINDS.items():
+        if kind == "follow":
+            with pytest.raises(ArgumentError, match="follow: a cube without orientation has no such figure"):
+                draw(cube)
+            continue
+        figure = draw(cube, "b") if "record" in inspect.signature(draw).parameters else draw(cube)
+        assert figure._repr_png_().startswith(b"\x89PNG"), kind  # what a notebook shows
+    assert mpl.get_backend() == "svg"
+    assert dict(mpl.rcParams) == before
+    assert plt.get_fignums() == kept  # those of other tests
+    maps = {kind: overturning.plot.KINDS[kind](several, "b").axes for kind in ("polar", "blocks")}
+    assert [axes.get_title() for axes in maps["polar"]] == ["µ = 1, H = 0.6 m"]  # what the study shows first
+    assert len(maps["blocks"]) == 2
+    assert overturning.plot.polar(several.sel(friction=[0.5]), "b").axes[0].get_title() == "µ = 0.5, H = 0.6 m"
+    with pytest.raises(ArgumentError, match="2 records; name one as record"):
+        overturning.plot.polar(cube)
+    assert len(overturning.plot.polar(cube.sel(record="a")).axes) == len(overturning.plot.polar(cube, "a").axes)
+    assert Motion.sine(6.0, 0.8).plot().axes[0].get_title() == pulse().plot().axes[0].get_title() == "north"
+    mpl.use("Agg")
+
+
+@pytest.mark.parametrize(("kind", "scale"), [(".png", 25.4 / 300), (".svg", 25.4 / 72), (".pdf", 25.4 / 72)])
+def test_a_figure_is_as_wide_as_asked_for_and_so_are_its_letters(
+    cube_file: Path, tmp_path: Path, kind: str, scale: float
+) -> None:
+    path = tmp_path / f"b{kind}"
+    words = ["figure", "polar", str(cube_file), "--record", "b", "-o", str(path), "--dpi", "300"]
+    assert drawn(*words, "--width", "80mm", "--font", "6") == 0
+    data = path.read_bytes()
+    if kind == ".png":
+        across = struct.unpack(">I", data[16:20])[0]
+    else:
+        across = float(
+            re.search(rb'MediaBox \[ 0 0 ([\d.]+)|svg [^>]*width="([\d.]+)pt"', data)[(kind == ".svg" and 2) or 1]
+        )
+    assert across * scale == pytest.approx(80, abs=0.1)
+    if kind == ".svg":  # letters of 9 in a drawing that is shown at 6/9 of its size
+        drawing = re.search(rb'viewBox="0 0 ([\d.]+) ', data)
+        assert float(drawing[1]) == pytest.approx(across * 9 / 6, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("polr",), "polr: no such figure; did you mean polar?"),
+        (("rose", "--record", "b"), "--record: rose is of all records"),
+        (("polar", "--record", "c"), "no record 'c'; it has a, b"),
+        (("polar", "--record", "b", "--width", "80mn"), "--width '80mn': unit 'mn' does not fit"),
+        (("polar", "--record", "b", "--height", "0.7"), "--height 0.7: not in"),
+        (("polar", "--record", "b", "--width", "20mm", "--font", "30"), "no room left beside the letters"),
+    ],
+)
+def test_a_wrong_word_of_a_figure_is_answered(
+    cube_file: Path, tmp_path: Path, words: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert drawn("figure", words[0], str(cube_file), *words[1:], "-o", str(tmp_path / "a.svg")) == 1
+    assert message in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_figures_of_what_is_no_part_of_a_study() -> None:
+    motion = Motion.sine(6.0, 0.8)
+    stone = {"height": 0.6, "b_over_h": 0.2}
+    outcome = overturning.simulate(motion, "circle", orientation_deg=[0, 30], height=[0.6], b_over_h=[0.2, 0.3])
+    assert overturning.plot.polar(outcome, title="A drum").get_suptitle().startswith("A drum\n")
+    with pytest.raises(ArgumentError, match="response: a path in space"):
+        overturning.plot.response(overturning.trajectory(motion, "circle", orientation_deg=0, **stone))
+    assert len(overturning.plot.response(overturning.trajectory(motion, azimuth_deg=0, **stone)).axes) == 4
+    cube = overturning.run_study([motion], azimuth={"step": 90}, b_over_h=[0.2], ensemble={"members": 0})
+    with pytest.raises(MissingDataError, match=r"motion/motion-1.nc: a cube in memory has none"):
+        overturning.plot.history(cube)
+
+
+def test_a_cube_is_a_table_of_its_cases(
+    cube_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cube = overturning.open_cube(cube_file)
+    table = overturning.to_dataframe(cube)
+    assert len(table) == cube["overturned"].size
+    assert table.columns[:5].tolist() == ["record", "azimuth", "height", "b_over_h", "friction"]
+    for row in (0, 17, len(table) - 1):
+        cell = {name: table[name][row] for name in cube["overturned"].dims}
+        assert table["overturned"][row] == cube["overturned"].sel(cell).item()
+    assert set(overturning.to_dataframe(cube.sel(record="b"))["fault_normal"]) == {120.0}
+    assert drawn("cube", "export", str(cube_file), str(tmp_path / "cases.csv")) == 0
+    assert f"{len(table)} cases" in capsys.readouterr().out
+    pd.testing.assert_frame_equal(
+        pd.read_csv(tmp_path / "cases.csv")[["record", "overturned"]],
+        table[["record", "overturned"]],
+        check_dtype=False,
+    )
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    assert drawn("cube", "export", str(cube_file), str(tmp_path / "cases.parquet")) == 1
+    assert "Parquet needs pyarrow; python -m pip install 'overturning[parquet]'" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["cases.csv"]
+
+
+def test_a_table_as_parquet(cube_file: Path, tmp_path: Path) -> None:
+    if importlib.util.find_spec("pyarrow") is None:
+        lacking("pyarrow is not installed (`make parquet`)")
+    assert drawn("cube", "export", str(cube_file), str(tmp_path / "cases.parquet")) == 0
+    expected = overturning.to_dataframe(overturning.open_cube(cube_file))
+    pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "cases.parquet"), expected, check_dtype=False)
+
+
+@pytest.mark.parametrize(
+    ("called", "typed", "meant"),
+    [
+        ("simulate", "b_overh", "b_over_h"),
+        ("simulate", "thread", "threads"),
+        ("trajectory", "azimut_deg", "azimuth_deg"),
+        ("trajectory", "amplitud", "amplitude"),
+        ("run_cases", "schem", "scheme"),
+        ("Motion", "samplinginterval", "sampling_interval"),
+        ("Motion.sine", "azimuth", "azimuth_deg"),
+        ("Cases", "b_overh", "b_over_h"),
+        ("Contact", "dampin_ratio", "damping_ratio"),
+        ("open_cube", "elements", "element"),
+        ("read", "formats", "format"),
+    ],
+)
+def test_a_mistyped_keyword_is_answered_with_the_near_one(called: str, typed: str, meant: str) -> None:
+    with refused(ArgumentError, f"{typed}: no keyword of {called}; did you mean {meant}?", brief=True):
+        attrgetter(called)(overturning)(**{typed: 1})
+
+
+@pytest.mark.parametrize("name", ["simulate", "trajectory", "Motion", "Cases", "Record", "read", "run_study", "Body"])
+def test_help_shows_a_signature_that_can_be_read(name: str) -> None:
+    one = getattr(overturning, name)
+    for shown in (one, *(value for key, value in vars(one).items() if inspect.isfunction(value) and key[0] != "_")):
+        text = str(inspect.signature(shown))
+        assert "numpy._typing" not in text
+        assert "FieldInfo" not in text
+        assert len(text) < 900
+
+
+def test_one_thing_has_one_word_on_the_command_line_in_python_and_in_a_study() -> None:
+    def names(*kinds: type) -> set[str]:
+        return {field.name for kind in kinds for field in fields(kind)}
+
+    study, body, contact = (set(one.model_fields) for one in (Study, BodySettings, ContactSettings))
+    assert names(declared.InSpace, declared.InPlane, declared.Stone) <= study | body | contact
+    assert names(declared.Declared) <= names(Declarations) & set(RecordEntry.model_fields)
+    assert {"scheme", "time_step", "leave_out"} == names(Numerics) & set(Simulation.model_fields)
+    given = {name.removesuffix("_deg") for name in inspect.signature(overturning.simulate).parameters}
+    assert given - {"motion", "model", "options"} <= study | body
+    assert names(overturning.Contact) - {"static_penetration"} == contact
+    options = {option for one in click_of(app).commands["one"].params for option in one.opts}
+    assert {"--body", "--plan", "--mesh", "--sampling-interval"} <= options

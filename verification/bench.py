@@ -16,29 +16,27 @@ import numpy as np
 import typer
 from numba import njit
 
-from overturning.dem.block import centred, cundall
+from overturning.dem.block.loops import SCHEMES
+from overturning.dem.block.rigid import rocking
 from overturning.dem.block.state import ROWS, TICKS
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
+from overturning.dem.time_step import Scheme
 from overturning.model.cases import Cases
 from overturning.model.contact import SCENE_STATIC_PENETRATION, Contact
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY
 from verification import scalar, summary
-from verification.engines import ENGINES, installed, side_of_block
-from verification.inputs import NO_SLIDING, Group, grid, near_fault, study_groups
+from verification.inputs import NO_SLIDING, grid, near_fault, study_groups
 from verification.measures import answers, difference, joined, percent, shares
-from verification.reference.rocking import rocking_outcome
-from verification.tables import RESULTS, Figure, figures_table, publish, write_figures
+from verification.stale import measuring
+from verification.tables import RESULTS, Figure, figures_table, parts_of, publish, write_figures
 from verification.timing import fastest, process
 from verification.whole_run import whole_run
 
 IN_README = {
     "time per case, default",
-    "agreement with the rocking solution",
-    "pymunk: time per case",
-    "pymunk: agreement with the rocking solution",
     "default study: flags, mirrored half included",
     "default study: processor time, both threads together",
     "default study, whole run: time on two cores",
@@ -80,6 +78,16 @@ def operations_per_step(advance: Any) -> int:
     return len(re.findall(r"\bv?(?:add|sub|mul|div|min|max)pd", assembly))
 
 
+def callable_from_here(inner: Any) -> Any:
+    """A loop with machine code of its own, which what only compiled code calls has not."""
+
+    @njit
+    def advance(kind: Any, state: Any, columns: int, steps: int, ticks: float) -> None:
+        inner(kind, state, columns, steps, ticks)
+
+    return advance
+
+
 def standing_motion() -> Motion:
     """Twenty seconds that rock no block of the throughput benchmark over."""
     t = np.arange(2000) * 0.01
@@ -101,9 +109,10 @@ def throughput() -> list[Figure]:
     motion, peak = standing_motion(), peak_operations()
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
     how: dict[str, Any] = {"model": gravestone(SOFT), "leave_out": False}
-    for scheme, module in (("centred", centred), ("cundall", cundall)):
-        advance = module.loops(vertical=False, with_friction=True)
-        advance(None, np.zeros(ROWS.size), 8, 1, float(TICKS))
+    for scheme in ("centred", "cundall"):
+        constants, loops = SCHEMES[Scheme[scheme.upper()]]
+        advance = callable_from_here(loops(vertical=False, with_friction=True))
+        advance(constants, np.zeros(ROWS.size), 8, 1, float(TICKS))
         wide = run_cases(motion, many, scheme=scheme, **how).block_steps.sum()
         plain_run, narrow = scalar_runs(motion, scheme == "centred")
         # Interleaved, so that both see the same neighbours on the machine.
@@ -115,53 +124,36 @@ def throughput() -> list[Figure]:
         operations = operations_per_step(advance)
         rows += [
             Figure(f"block steps per second and core, {scheme}", max(speeds) / 1e6, "million/s"),
-            Figure(f"against the scalar kernel, {scheme}", float(np.median(ratios)), "x", ">= 15"),
+            Figure(f"against the scalar kernel, {scheme}", float(np.median(ratios)), "x"),
             Figure(f"operations per block step, {scheme}", operations),
-            Figure(f"share of the floating-point limit, {scheme}", max(speeds) * operations / peak, "", ">= 0.6"),
+            Figure(f"share of the floating-point limit, {scheme}", max(speeds) * operations / peak),
         ]
     return [Figure("floating-point limit", peak / 1e9, "10^9/s"), *rows]
 
 
-def against_peers(cases_of_peers: int = 150) -> list[Figure]:
-    """Time per case in a sweep of more than 1000 20-s cases, and agreement with the rocking solution."""
+def sweep() -> list[Figure]:
+    """Time per case in a sweep of more than 1000 20-s cases, and agreement with the exact rigid block."""
     motion = near_fault()["rinaldi"]
     axes = (np.arange(0.0, 360.0, 5.0), [0.6, 1.2], [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4], [NO_SLIDING])
     cases = grid(*axes)
-    waves = Group(motion, cases)
-    sizes = list(zip(np.asarray(cases.height), np.asarray(cases.b_over_h), strict=True))
-    rigid = np.array([
-        [rocking_outcome(f * waves.wave(i), motion.sampling_interval, *size)[0] for f in (0.99, 1.0, 1.01)]
-        for i, size in enumerate(sizes)
-    ])  # fmt: skip
-    firm = (rigid == rigid[:, :1]).all(axis=1)
+    rigid = np.stack([rocking(motion.times(factor), cases).overturned for factor in (1.0, 0.99, 1.01)])
+    firm = (rigid == rigid[0]).all(axis=0)
     # As a user would: the grid, with its mirrored half left out in the second run.
     given: dict[str, Any] = dict(zip(("azimuth_deg", "height", "b_over_h", "friction"), axes, strict=True))
     whole = fastest(lambda: run_cases(motion, cases, leave_out=False), 15) / cases.size
     default = fastest(lambda: simulate_arrays(motion, **given), 15) / cases.size
-    agreement = float((run_cases(motion, cases).overturned == rigid[:, 1])[firm].mean())
-    rows: list[Figure] = [
-        Figure("cases of the sweep", cases.size, "", ">= 1000"),
+    exact = fastest(lambda: rocking(motion, cases)) / cases.size
+    return [
+        Figure("cases of the sweep", cases.size),
         Figure("time per case, nothing left out", whole * 1e3, "ms"),
         Figure("time per case, default", default * 1e3, "ms"),
-        Figure("agreement with the rocking solution", 100 * agreement, "%"),
+        Figure("time per case, exact rigid block", exact * 1e3, "ms"),
+        Figure(
+            "agreement with the exact rigid block",
+            100 * float((run_cases(motion, cases).overturned == rigid[0])[firm].mean()),
+            "%",
+        ),
     ]
-    chosen = np.random.default_rng(1).choice(np.flatnonzero(firm), min(cases_of_peers, firm.sum()), replace=False)
-    for name, engine in installed(ENGINES, "Box2D", "pymunk").items():
-        start = time.process_time()
-        sides = [
-            side_of_block(engine, waves.wave(i), motion.sampling_interval, sizes[i][0], sizes[i][1], NO_SLIDING)
-            for i in chosen
-        ]
-        each = (time.process_time() - start) / chosen.size
-        rows += [
-            Figure(f"{name}: time per case", each * 1e3, "ms"),
-            Figure(
-                f"{name}: agreement with the rocking solution", 100 * float((sides == rigid[chosen, 1]).mean()), "%"
-            ),
-            Figure(f"faster than {name}, nothing left out", each / whole, "x", ">= 40"),
-            Figure(f"faster than {name}, default", each / default, "x", ">= 150"),
-        ]
-    return rows
 
 
 def compilation() -> list[Figure]:
@@ -173,7 +165,7 @@ def compilation() -> list[Figure]:
     )
     with tempfile.TemporaryDirectory() as folder:
         cold, warm = (float(process(program, NUMBA_CACHE_DIR=folder)[0]) for _ in range(2))
-    return [Figure("compilation, cold", cold - warm, "s", "<= 10"), Figure("loading a compiled kernel", warm, "s")]
+    return [Figure("compilation, cold", cold - warm, "s"), Figure("loading a compiled kernel", warm, "s")]
 
 
 def default_study(azimuths: int = 36) -> list[Figure]:
@@ -187,16 +179,16 @@ def default_study(azimuths: int = 36) -> list[Figure]:
     far = difference(found, fine, (len(groups), azimuths, 2, -1, 3))
     rows = [
         Figure("default study: flags, mirrored half included", 2 * found.status.size),
-        Figure("default study: kernel time on two threads", seconds, "s", "<= 20"),
+        Figure("default study: kernel time on two threads", seconds, "s"),
         Figure("default study: processor time, both threads together", busy, "s"),
     ]
-    for where, counts, target in (
-        ("where the neighbours agree", far.firm, "<= 0.5"),
-        ("of all cells, against an eighth of the step", far.counts, ""),
+    for where, counts in (
+        ("where the neighbours agree", far.firm),
+        ("of all cells, against an eighth of the step", far.counts),
     ):
         flags, sides = shares(counts)
-        rows.append(Figure(f"default study: wrong flags {where}", flags, "%", "<= 0.5"))
-        rows.append(Figure(f"default study: wrong sides {where}", sides, "%", target))
+        rows.append(Figure(f"default study: wrong flags {where}", flags, "%"))
+        rows.append(Figure(f"default study: wrong sides {where}", sides, "%"))
     return rows
 
 
@@ -211,8 +203,8 @@ def left_out(azimuths: int = 18) -> list[Figure]:
         Figure("cases, mirrored half left out", below.size),
         Figure("of them above a threshold, so computed", int(moves.sum())),
         Figure("block steps, of those with nothing left out", percent(far.block_steps, full.block_steps.sum()), "%"),
-        Figure("flags changed by leaving out", far.counts.flags, "", "0"),
-        Figure("sides changed by leaving out", far.counts.flags + far.counts.sides, "", "0"),
+        Figure("flags changed by leaving out", far.counts.flags),
+        Figure("sides changed by leaving out", far.counts.flags + far.counts.sides),
         Figure("moving cases with μ < B/H", int((moves & below).sum())),
         Figure("of them fallen", int((short.overturned[below] != 0).sum())),
         Figure("their largest rotation over α", float(short.peak_rotation[below].max())),
@@ -236,15 +228,15 @@ def growth() -> list[Figure]:
         rows.append(Figure(f"time per case of {count} short cases", each[count] * 1e6, "us"))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     rows += [
-        Figure("time per case at 10^6 over that at 10^4", each[1_000_000] / each[10_000], "x", "<= 1.1"),
-        Figure("peak memory at 10^6 cases", peak / 2**20, "GiB", "<= 1"),
+        Figure("time per case at 10^6 over that at 10^4", each[1_000_000] / each[10_000], "x"),
+        Figure("peak memory at 10^6 cases", peak / 2**20, "GiB"),
         Figure("of it added by the 10^6 cases", (peak - before) / 2**20, "GiB"),
     ]
     return rows
 
 
 PARTS: dict[str, Callable[[], list[Figure]]] = {
-    "growth": growth, "throughput": throughput, "peers": against_peers, "compilation": compilation,
+    "growth": growth, "throughput": throughput, "sweep": sweep, "compilation": compilation,
     "study": default_study, "whole-run": whole_run, "left-out": left_out,
 }  # fmt: skip
 
@@ -253,22 +245,22 @@ def main(
     parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(PARTS)}; all where none is named")] = None,
 ) -> None:
     """Measure how fast the kernel is; parts that are not named keep their figures."""
-    if unknown := set(parts or ()) - set(PARTS):
-        raise typer.BadParameter(f"{', '.join(unknown)}; known: {', '.join(PARTS)}")
-    bodies, rows = {}, []
-    for name in parts or PARTS:
-        found = PARTS[name]()
-        rows += found
-        print(figures_table(found), flush=True)
-        if name == "left-out":
-            bodies[name] = figures_table(found)
     machine = re.sub(r"[^a-z0-9]+", "-", f"{platform.machine()} {os.cpu_count()} cores".lower()).strip("-")
-    rows = write_figures(rows, RESULTS / f"{machine}.csv", keep=bool(parts))
-    bodies |= {
-        "bench": figures_table(rows),
-        "bench-short": figures_table(row for row in rows if row.quantity in IN_README),
-    }
-    publish(bodies | summary.bodies())
+    rows: list[Figure] = []
+    for name in (names := parts_of(parts, PARTS)):
+        measure = PARTS[name]
+        with measuring(
+            f"{measure.__module__.replace('__main__', 'bench').removeprefix('verification.')}:{measure.__name__}"
+        ):
+            found = measure()
+            print(body := figures_table(found), flush=True)
+            rows += found
+            known = write_figures(rows, RESULTS / f"{machine}.csv", keep=bool(parts) or name != names[-1])
+            bodies = {
+                "bench": figures_table(known),
+                "bench-short": figures_table(row for row in known if row.quantity in IN_README),
+            }
+            publish(bodies | summary.bodies() | ({name: body} if name == "left-out" else {}))
 
 
 if __name__ == "__main__":

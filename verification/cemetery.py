@@ -27,6 +27,7 @@ from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, motion_of
 from overturning.study.sweep import scaled
 from overturning.surveys.population import draw_stones
+from verification.stale import measuring
 from verification.tables import RESULTS, ROOT, Figure, lines_of, markdown, publish, wrapped, write_figures
 
 STUDY: Final = ROOT / "results" / "near-fault"
@@ -163,14 +164,16 @@ def planes() -> list[Figure]:
 
 def main() -> None:
     """Compare, draw, publish."""
-    write_figures(planes(), RESULTS / "in-space.csv")
-    with open_results(STUDY, load_study(ROOT / "config" / "near-fault.yaml")) as results:
+    with measuring("cemetery:planes"):
+        write_figures(planes(), RESULTS / "in-space.csv")
+    study = load_study(ROOT / "config" / "near-fault.yaml")
+    with measuring("cemetery"), open_results(STUDY, study) as results:
         found = results.populations[NOMINAL]
         publish({"population": f"{cemetery(results)}\n{wrapped(one_by_one(results), '- ')}"})
         publish(criteria_tables(results))
-    rows, rates = published(), as_recorded(found)
-    draw(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
-    publish({"published-surveys": table(rows, rates), "published-surveys-computed": sentence(rates, found)})
+        rows, rates = published(), as_recorded(found)
+        draw(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
+        publish({"published-surveys": table(rows, rates), "published-surveys-computed": sentence(rates, found)})
 
 
 if __name__ == "__main__":

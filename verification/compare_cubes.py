@@ -28,6 +28,7 @@ from overturning.study.convergence import ASIDE, compare
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study
 from verification.measures import ROCKS, percent
+from verification.stale import measuring
 from verification.tables import markdown, publish
 
 SLIDES = 1e-3
@@ -196,7 +197,9 @@ def main(
             after = newer[-1].resolve().parent
             found += "\n\n" + figures(*(report_of(report, after, cubes) for cubes in (old.resolve().parent, after)))
         print(found)
-        publish({mark: found} if mark else {})
+        if mark:
+            with measuring(mark):
+                publish({mark: found})
     except ResultError as error:
         raise SystemExit(str(error)) from None
 

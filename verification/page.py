@@ -12,6 +12,7 @@ from overturning.files import atomic_write
 from verification import summary
 from verification.stability import figures as map_figures
 from verification.stability import page as map_page
+from verification.stale import measuring
 from verification.tables import RESULTS, ROOT, publish, read_table, write_csv, write_figures
 from verification.work_precision import figures as error_figures
 from verification.work_precision import page as error_page
@@ -39,7 +40,8 @@ def main(
     with atomic_write(output) as part:
         known = {name: value if np.isfinite(value) else None for name, value in orders.items()}
         part.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
-    publish(error_page.bodies(rows, orders) | map_page.bodies(blocks, scenes) | summary.bodies(kept), root)
+    with measuring("page", kept):
+        publish(error_page.bodies(rows, orders) | map_page.bodies(blocks, scenes) | summary.bodies(kept), root)
 
 
 if __name__ == "__main__":

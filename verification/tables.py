@@ -1,12 +1,16 @@
 """Everything measured goes through here: NetCDF and CSV files, Markdown tables, and their marks in the docs."""
 
+import fcntl
+import os
 import re
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import pandas as pd
+import typer
 
 from overturning.errors import ResultError
 from overturning.files import atomic_write
@@ -23,7 +27,6 @@ class Figure(NamedTuple):
     quantity: str
     value: float
     unit: str = ""
-    target: str = ""
 
 
 def markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -34,7 +37,7 @@ def markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 def figures_table(figures: Iterable[Figure]) -> str:
     """Figures as a Markdown table."""
-    return markdown(("", "measured", "target"), [(one.quantity, said(one), one.target) for one in figures])
+    return markdown(("", "measured"), [(one.quantity, said(one)) for one in figures])
 
 
 def wrapped(text: str, begin: str = "") -> str:
@@ -71,7 +74,25 @@ def write_figures(figures: Sequence[Figure], path: Path, keep: bool = False) -> 
 def read_figures(path: Path) -> list[Figure]:
     """Read what `write_figures` wrote."""
     rows = pd.read_csv(path, keep_default_na=False)
-    return [Figure(str(row.quantity), float(row.value), str(row.unit), str(row.target)) for row in lines_of(rows)]
+    return [Figure(str(row.quantity), float(row.value), str(row.unit)) for row in lines_of(rows)]
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Change files of a folder while no other process that asks does."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
+
+
+def parts_of(named: Sequence[str] | None, known: Collection[str]) -> list[str]:
+    """The parts of a script that are named on its command line, in its own order; all where none is."""
+    if unknown := set(named or ()) - set(known):
+        raise typer.BadParameter(f"{', '.join(sorted(unknown))}; known: {', '.join(known)}")
+    return [name for name in known if not named or name in named]
 
 
 def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
@@ -92,19 +113,20 @@ def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
         If no page has one of the marks; the others are published all the same.
     """
     missing = set(bodies)
-    for page in (root / "README.md", *sorted((root / "docs").glob("*.md"))):
-        if page.is_file():
-            old = text = page.read_text(encoding="utf-8")
-            for mark, body in bodies.items():
-                begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"
-                if begin in text and end in text:
-                    missing.discard(mark)
-                    new = f"{begin}\n\n{body}\n\n{end}".replace("\\", r"\\")  # no group of the pattern's
-                    text = re.sub(f"{begin}.*?{end}", new, text, flags=re.DOTALL)
-            text = fill(text, root / RESULTS.relative_to(ROOT))
-            if text != old:
-                with atomic_write(page) as part:
-                    part.write_text(text, encoding="utf-8")
+    with alone(root):
+        for page in (root / "README.md", *sorted((root / "docs").glob("*.md"))):
+            if page.is_file():
+                old = text = page.read_text(encoding="utf-8")
+                for mark, body in bodies.items():
+                    begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"
+                    if begin in text and end in text:
+                        missing.discard(mark)
+                        new = f"{begin}\n\n{body}\n\n{end}".replace("\\", r"\\")  # no group of the pattern's
+                        text = re.sub(f"{begin}.*?{end}", new, text, flags=re.DOTALL)
+                text = fill(text, root / RESULTS.relative_to(ROOT))
+                if text != old:
+                    with atomic_write(page) as part:
+                        part.write_text(text, encoding="utf-8")
     if missing:
         names = ", ".join(f"<!-- {mark}:begin --> and <!-- {mark}:end -->" for mark in sorted(missing))
         raise ResultError(f"no page of docs/ nor README.md has {names}; put them where the figures belong")

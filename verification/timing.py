@@ -20,6 +20,9 @@ from verification.tables import ROOT
 
 Result = TypeVar("Result")
 
+ENOUGH: Final = 4.0
+"""Seconds of processor time after which nothing is run again: what disturbs a long computation weighs little in it."""
+
 
 class Answer(NamedTuple):
     """Results of all groups of a set in a row, and the processor time that they took, s."""
@@ -31,13 +34,13 @@ class Answer(NamedTuple):
 def measured(
     run: Callable[[], Result], repeats: int = 3, warm_up: Callable[[], object] | None = None
 ) -> tuple[Result, float]:
-    """Result of a computation and its least processor time of so many runs, all threads together, s.
+    """Result of a computation and its least processor time of so many runs, or of `ENOUGH` seconds of them, s.
 
-    Before them `warm_up` is run, to compile; the computation itself where it is not given.
+    All threads count together. Before them `warm_up` is run, to compile; the computation itself where it is not given.
     """
     (warm_up or run)()
-    times = []
-    for _ in range(repeats):
+    times: list[float] = []
+    while len(times) < repeats and sum(times) < ENOUGH:
         begin = time.process_time()
         result = run()
         times.append(time.process_time() - begin)

@@ -14,9 +14,6 @@ CORES: Final = 2
 LONG: Final = 10.0
 """Seconds from which the jobs of a rule are shown."""
 
-TARGET: Final = "<= 75"
-"""Seconds that it may take on two cores."""
-
 
 def whole_run() -> list[Figure]:
     """Time and processor time, kernels compiled before; the ensemble, figures and report are most of it."""
@@ -28,7 +25,7 @@ def whole_run() -> list[Figure]:
         longest = job_times(project.results / "benchmarks")
     spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
     return [
-        Figure("default study, whole run: time on two cores", wall, "s", TARGET),
+        Figure("default study, whole run: time on two cores", wall, "s"),
         Figure("default study, whole run: processor time", spent, "s"),
         *(
             Figure(f"default study, whole run: {count} job{'s'[: count > 1]} of `{rule}`, together", seconds, "s")

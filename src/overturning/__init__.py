@@ -15,6 +15,7 @@ Azimuths are degrees clockwise from north; SI units. Large studies are files and
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from overturning import plot
     from overturning.dem.run import run_cases
     from overturning.dem.simulate import simulate
     from overturning.dem.trajectory import trajectory
@@ -25,8 +26,7 @@ if TYPE_CHECKING:
     from overturning.motion.motion import Motion
     from overturning.records.read import read
     from overturning.records.record import Record
-    from overturning.study.cube import open_cube
-    from overturning.study.small import run_study
+    from overturning.study.small import open_cube, run_study, to_dataframe
 
     __version__: str
 
@@ -41,10 +41,12 @@ __all__ = [
     "gravestone",
     "load_scene",
     "open_cube",
+    "plot",
     "read",
     "run_cases",
     "run_study",
     "simulate",
+    "to_dataframe",
     "trajectory",
 ]
 
@@ -59,11 +61,12 @@ _MODULES = {
     "VertexContact": "overturning.model.contact",
     "gravestone": "overturning.model.scene",
     "load_scene": "overturning.model.scene",
-    "open_cube": "overturning.study.cube",
+    "open_cube": "overturning.study.small",
     "read": "overturning.records.read",
     "run_cases": "overturning.dem.run",
     "run_study": "overturning.study.small",
     "simulate": "overturning.dem.simulate",
+    "to_dataframe": "overturning.study.small",
     "trajectory": "overturning.dem.trajectory",
 }
 
@@ -77,8 +80,10 @@ def __getattr__(name: str) -> Any:
         from importlib import metadata
 
         return metadata.version("overturning")
-    if name not in _MODULES:
-        raise AttributeError(f"module 'overturning' has no attribute {name!r}")
     from importlib import import_module
 
+    if name == "plot":
+        return import_module("overturning.plot")
+    if name not in _MODULES:
+        raise AttributeError(f"module 'overturning' has no attribute {name!r}")
     return getattr(import_module(_MODULES[name]), name)

@@ -1,7 +1,36 @@
-"""Types of arrays that the whole package uses."""
+"""Types of arrays that the whole package uses, and datasets of them."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+import numpy.typing as npt
+from typing_extensions import TypeAliasType
 
-FloatArray = NDArray[np.float64]
+if TYPE_CHECKING:
+    import xarray as xr
+
+# By their names in `help`, which else would spell out all that numpy takes for an array.
+ArrayLike = TypeAliasType("ArrayLike", npt.ArrayLike)
+"""What numpy makes an array of."""
+
+FloatArray = TypeAliasType("FloatArray", npt.NDArray[np.float64])
 """Array of numbers in double precision, of any shape."""
+
+
+def dataset(
+    variables: Mapping[str, tuple[Any, ...]], coordinates: Mapping[str, tuple[Any, ...]], attributes: Mapping[str, Any]
+) -> "xr.Dataset":
+    """A dataset of dimensions, array and, where there are any, attributes of each variable and coordinate.
+
+    The constructor by itself would import dask, a third of a second, to see whether the arrays are dask's.
+    """
+    import xarray as xr
+
+    def taken(given: Mapping[str, tuple[Any, ...]]) -> "dict[str, xr.Variable]":
+        return {
+            name: xr.Variable(dimensions, np.asarray(values), attrs=about[0] if about else None, fastpath=True)
+            for name, (dimensions, values, *about) in given.items()
+        }
+
+    return xr.Dataset(taken(variables), taken(coordinates), attributes)

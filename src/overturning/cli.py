@@ -1,17 +1,18 @@
 """The command line: a thin face, one subcommand per rule of the workflow and per question of a user."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Annotated
 
 import typer
 
-from overturning.commands import records, study, workflow
+from overturning.commands import cube, records, study, workflow
 from overturning.commands.backwards import backwards
 from overturning.commands.explore import explore
 from overturning.commands.init import init
 from overturning.commands.one import one
 from overturning.commands.recheck import recheck
+from overturning.commands.stood import stood
 from overturning.commands.survey import survey
 from overturning.errors import OverturningError
 from overturning.files import describe
@@ -25,11 +26,27 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Which way gravestones fall in an earthquake, and how sure one can be.",
 )
+
+
+def _first_paragraph(command: Callable[..., None] | None) -> str:
+    """What a list of commands says of one, whole: Typer would cut it."""
+    return " ".join((command.__doc__ or "").partition("\n\n")[0].split())
+
+
+def _add(group: typer.Typer, name: str) -> None:
+    """Add a group, whose lists of commands say of each the same as the list of all."""
+    groups = [group, *(each.typer_instance for each in group.registered_groups if each.typer_instance)]
+    for each in groups:
+        for below in each.registered_commands:
+            below.short_help = _first_paragraph(below.callback)
+    app.add_typer(group, name=name, short_help=group.info.help)
+
+
 # What a subcommand needs is imported inside its function, so that this is quick.
-for _command in (init, one, explore, survey, backwards, recheck, *workflow.STEPS):
-    app.command(short_help=" ".join((_command.__doc__ or "").partition("\n\n")[0].split()))(_command)
-for _name, _group in {"study": study.app, "records": records.app}.items():
-    app.add_typer(_group, name=_name, short_help=_group.info.help)
+for _command in (init, one, cube.figure, explore, survey, backwards, stood, recheck, *workflow.STEPS):
+    app.command(short_help=_first_paragraph(_command))(_command)
+for _name, _group in {"study": study.app, "records": records.app, "cube": cube.app}.items():
+    _add(_group, _name)
 
 
 def _version(wanted: bool) -> None:

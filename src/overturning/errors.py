@@ -1,10 +1,21 @@
 """The exceptions a user can meet. Each message names what is wrong, the value, the bound and the remedy."""
 
+import difflib
 import re
-from typing import Final
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import fields
+from functools import wraps
+from inspect import signature
+from typing import Any, Final, TypeVar, cast
+
+Face = TypeVar("Face", bound=Callable[..., Any])
 
 MOST_LINES: Final = 20
 """Lines of a message; of more their number."""
+
+AND: Final = "\n       "
+"""Between reasons that are told at once: each on a line of its own, below the word ``error:``."""
 
 LONGEST_LINE: Final = 600
 """Characters of a line of a message, whatever the file or name is that it tells about."""
@@ -40,6 +51,60 @@ class ConfigError(OverturningError, ValueError):
 
 class RecordError(OverturningError, ValueError):
     """A record file cannot be read or contradicts itself. The message names file, line and remedy."""
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """The end of a message about a name that is none of those known: the nearest, or some of them."""
+    names = list(known)
+    near = difflib.get_close_matches(name, names, n=1)
+    return f"did you mean {near[0]}?" if near else f"known are {', '.join(names[:40])}"
+
+
+def keywords(*further: type | str) -> Callable[[Face], Face]:
+    """Let a function, or the constructor of a class, answer a keyword that it does not have with the nearest.
+
+    What it passes on as further keywords is named: one by one, or as the dataclass of which they are the fields.
+    """
+
+    def decorate(face: Face) -> Face:
+        if isinstance(face, type):
+            face.__init__ = decorate(face.__init__)  # type: ignore[misc]
+            return face
+        own = signature(face).parameters.values()
+        known = [one.name for one in own if one.kind not in (one.VAR_KEYWORD, one.VAR_POSITIONAL)]
+        for more in further:
+            known += [more] if isinstance(more, str) else [field.name for field in fields(more)]
+
+        @wraps(face)
+        def checked(*given: Any, **named: Any) -> Any:
+            for name in named.keys() - known:
+                whose = face.__qualname__.removesuffix(".__init__")
+                raise ArgumentError(f"{name}: no keyword of {whose}; {did_you_mean(name, known)}")
+            return face(*given, **named)
+
+        return cast(Face, checked)
+
+    return decorate
+
+
+class Reasons:
+    """Why a record is refused: what each of several checks has against it, told at once."""
+
+    def __init__(self) -> None:
+        self._found: list[str] = []
+
+    @contextmanager
+    def of(self) -> Iterator[None]:
+        """Go on after a check that refuses, which may name several reasons itself."""
+        try:
+            yield
+        except RecordError as problem:
+            self._found += str(problem).split(AND)
+
+    def tell(self) -> None:
+        """Raise a RecordError with a line for each reason; nothing where there is none."""
+        if self._found:
+            raise RecordError(AND.join(dict.fromkeys(self._found)))
 
 
 class MissingDataError(OverturningError, FileNotFoundError):

@@ -28,8 +28,13 @@ def check_output(path: Path, argument: str, *kinds: str) -> None:
         check_kind(path, argument, *kinds)
     if not path.parent.is_dir():
         raise ArgumentError(f"{argument} {path}: there is no folder {path.parent}; make it first, or name another")
-    if path.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
-        why = "is a folder" if path.is_dir() else f"cannot be written into {path.parent}"
+    why = "is a folder" if path.is_dir() else ""
+    try:  # permissions alone do not tell: there are folders in which no file can be made
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError:
+        why = f"cannot be written into {path.parent}"
+    if why:
         raise ArgumentError(f"{argument} {path}: {why}; name another file")
 
 
@@ -40,8 +45,11 @@ def atomic_write(path: Path) -> Iterator[Path]:
     The folder is made where it is missing. If the block raises, nothing stays behind and an earlier file keeps its
     content. A NetCDF file is sealed (`seal`).
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    except OSError as error:  # of the file that is to be made, not of the other name
+        raise OSError(error.errno, error.strerror, str(path)) from None
     os.close(handle)
     part = Path(name)
     try:
@@ -75,6 +83,10 @@ _SEAL = len(_MARK) + 65  # bytes: 64 digits and the end of the line
 # What a user can do where a file cannot be written.
 _REMEDIES = {
     **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "choose a folder that you may write to"),
+    **dict.fromkeys(
+        (errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.ENAMETOOLONG, errno.ELOOP),
+        "name another file or folder",
+    ),
     **dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "free some space and run again; nothing half-written was kept"),
 }
 

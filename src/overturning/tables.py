@@ -1,14 +1,13 @@
 """Tables that a user writes by hand: one header line, one row per line, each row checked by a pydantic model."""
 
 import csv
-import difflib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from overturning.errors import OverturningError
+from overturning.errors import OverturningError, did_you_mean
 
 _NAMES = {"\t": "tabs", ",": "commas", ";": "semicolons", "  ": "spaces"}
 
@@ -108,9 +107,7 @@ def _wrong_columns(columns: Sequence[str], model: type[BaseModel], one_of: Seque
     """What is wrong with the columns of a header; empty where nothing is."""
     for column in columns:
         if column not in model.model_fields:
-            near = difflib.get_close_matches(column, model.model_fields, 1)
-            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(model.model_fields)}"
-            return f"column {column!r} is not known; {hint}"
+            return f"column {column!r} is not known; {did_you_mean(column, model.model_fields)}"
     if len(set(columns)) < len(columns):
         return f"a column is named twice; name each column once: {', '.join(columns)}"
     if one_of and not set(one_of) & set(columns):

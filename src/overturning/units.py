@@ -11,6 +11,9 @@ GAL: Final = 0.01
 CM: Final = 0.01
 """One centimetre in m."""
 
+EARTH_RADIUS_KM: Final = 6371.0
+"""Mean radius of the Earth, km."""
+
 GRANITE_DENSITY: Final = 2650.0
 """Default density of a gravestone, kg/m³."""
 

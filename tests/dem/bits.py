@@ -11,9 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
+from overturning.dem.block.rigid import rocking
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
 from overturning.dem.simulate import simulate_arrays
+from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.study.gather import gather
@@ -34,13 +36,16 @@ STUDY = {
 
 
 def outcome_hash(stored: Path, threads: int) -> str:
-    """Hash over all cells, both schemes, with and without vertical motion."""
+    """Hash over all cells, both schemes and the exact rigid block, with and without vertical motion."""
     digest = hashlib.sha256()
     motion = np.load(stored)
     for up in (None, 0.5 * motion["east"]):
+        shaken = Motion(motion["north"], motion["east"], up, sampling_interval=float(motion["interval"]))
+        cases = Cases(*(row.ravel() for row in np.meshgrid(np.arange(0, 360, 30.0), 0.6, [0.15, 0.3, 0.45], 1.0)))
+        digest.update(b"".join(np.ascontiguousarray(found).tobytes() for found in rocking(shaken, cases)))
         for scheme in ("centred", "cundall"):
             found = simulate_arrays(
-                Motion(motion["north"], motion["east"], up, sampling_interval=float(motion["interval"])),
+                shaken,
                 azimuth_deg=np.arange(0, 360, 30.0), height=[0.6], b_over_h=[0.15, 0.3, 0.45], friction=[0.33, 1.0],
                 scheme=scheme, threads=threads,
             )  # fmt: skip

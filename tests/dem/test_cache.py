@@ -12,6 +12,7 @@ import pytest
 
 from overturning.dem.kernel import cache, queue
 from overturning.dem.kernel.cache import cache_directory, keep_compiled
+from overturning.dem.kernel.lanes import INNER
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 from tests.test_layers import imports, modules
@@ -38,6 +39,20 @@ def test_a_damaged_cache_file_is_a_miss(tmp_path: Path, monkeypatch: pytest.Monk
             torn.write_bytes(damaged)
             assert compiled() == (0, 1)
             assert compiled() == (1, 0)
+
+
+def test_what_compiled_code_alone_calls_gets_no_machine_code_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    inner = numba.njit(**INNER)(lambda x: x + x)
+    outer = keep_compiled(numba.njit(lambda x: inner(x) + 1.0))
+    assert outer(21.0) == 43.0
+    engine = outer.targetctx.codegen()._engine
+    (of_inner,), (of_outer,) = inner.overloads.values(), outer.overloads.values()
+    assert engine.is_symbol_defined(of_outer.fndesc.llvm_cpython_wrapper_name)
+    assert not engine.is_symbol_defined(of_inner.fndesc.llvm_func_name)
+    assert numba.njit(lambda x: inner(x) + 2.0)(20.0) == 42.0, "it is there for others to call"
 
 
 def test_what_was_edited_after_it_was_imported_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -87,6 +102,6 @@ def test_all_that_kernels_import_names_the_folder_of_the_cache() -> None:
     """A constant of a module that is compiled in, but not hashed, would be answered by a stale kernel."""
     for name, path in modules().items():
         if name.startswith("overturning.dem.") and "numba" in path.read_text(encoding="utf-8"):
-            types = {"overturning.arrays"}  # nothing of it is compiled
+            types = {"overturning.arrays", "overturning.motion.motion"}  # nothing of them is compiled
             assert {modules()[other] for other in imports(name) - types} <= {*cache._COMPILED}, name
     assert queue.run_queue._cache._cache_path == str(cache_directory())

@@ -1,13 +1,14 @@
 """The page to look around in a cube: its data are the cube's."""
 
 import base64
+import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.errors import ArgumentError
 from overturning.figures import explore
 from overturning.figures.explore import explorer_data, write_explorer
 
@@ -46,18 +47,67 @@ def cube(records: int = 2, step: int = 30, ratios: int = 3, heights: int = 2, fr
     )
 
 
+def space_cube() -> xr.Dataset:
+    """Random outcomes of a body in space, which falls in the first two rings of B/H only; without an ensemble."""
+    random = np.random.Generator(np.random.PCG64(2))
+    shape = (2, 6, 1, 5, 2, 2)
+    fell = random.random(shape) < 0.6
+    fell[:, :, :, 2:] = False
+    values = {
+        "overturned": fell.astype(np.float32),
+        "fall_azimuth": np.where(fell, random.random(shape) * 360, np.nan),
+        "peak_tilt": np.where(fell, 90.0, random.random(shape) * 20),
+        "overturning_time": np.where(fell, random.random(shape) * 20, np.nan),
+    }
+    dimensions = ("record", "orientation", "height", "b_over_h", "aspect", "friction")
+    return xr.Dataset(
+        {name: (dimensions, part) for name, part in values.items()},
+        coords={
+            "orientation": np.arange(0, 90, 15), "height": [0.6], "b_over_h": 0.1 * np.arange(1, 6),
+            "aspect": [1.0, 2.0], "friction": [0.5, 1.0],
+            "record_id": ("record", ["r0", "r1"]), "station": ("record", ["S", "S"]),
+            "event": ("record", ["E", "F"]), "fault_normal": ("record", [np.nan, 30.0]),
+        },
+        attrs={"title": "in space"},
+    )  # fmt: skip
+
+
+def decoded(data: dict[str, Any], name: str, kind: str, shape: tuple[int, ...]) -> np.ndarray:
+    """What the page reads: the cells of every record, those of a missing value as NaN."""
+    parts = [np.frombuffer(base64.b64decode(record["cells"][name]), kind) for record in data["records"]]
+    values = np.concatenate(parts).reshape(shape)
+    missing = 2 if kind == "i1" else np.iinfo(kind).max
+    return np.where(values == missing, np.nan, values)
+
+
 def test_the_numbers_are_those_of_the_cube() -> None:
     whole = cube()
     data = explorer_data(whole)
     shape = tuple(whole.sizes[name] for name in DIMENSIONS)
-    flags = np.frombuffer(base64.b64decode(data["data"]["flag"]), "i1").reshape(shape)
-    np.testing.assert_array_equal(np.where(flags == 2, np.nan, flags), whole["overturned"])
-    time = np.frombuffer(base64.b64decode(data["data"]["time"]), "<u2").reshape(shape)
-    np.testing.assert_allclose(np.where(time == 65535, np.nan, time * 0.01), whole["overturning_time"], atol=0.00501)
-    towards = np.frombuffer(base64.b64decode(data["data"]["towards"]), "u1").reshape(shape)
-    np.testing.assert_allclose(
-        np.where(towards == 255, np.nan, towards / 200), whole["probability_towards"], atol=0.0026
-    )
+    np.testing.assert_array_equal(decoded(data, "flag", "i1", shape), whole["overturned"])
+    time, towards = decoded(data, "time", "<u2", shape), decoded(data, "towards", "u1", shape)
+    np.testing.assert_allclose(time * 0.01, whole["overturning_time"], atol=0.00501)
+    np.testing.assert_allclose(towards / 200, whole["probability_towards"], atol=0.0026)
+
+
+def test_a_body_in_space_has_its_map_out_to_the_first_ring_without_falls() -> None:
+    whole = space_cube()
+    data = explorer_data(whole)
+    shape = whole["overturned"].shape
+    np.testing.assert_array_equal(decoded(data, "flag", "i1", shape), whole["overturned"])
+    np.testing.assert_allclose(decoded(data, "azimuth", "<u2", shape) * 0.01, whole["fall_azimuth"], atol=0.00501)
+    np.testing.assert_allclose(decoded(data, "rotation", "<u2", shape) * 0.01, whole["peak_tilt"], atol=0.00501)
+    assert [record["rings"] for record in data["records"]] == [3, 3]
+    assert (data["space"], data["degrees"]) == (True, [True])
+    assert "corners" in data["sketch"], "says why nothing moves"
+
+
+def test_rotations_without_a_critical_angle_are_degrees() -> None:
+    both = xr.concat([cube(), cube()], "element").transpose(*DIMENSIONS, "element").assign_coords(element=["a", "b"])
+    both["critical_angle"] = ("element", "b_over_h"), np.array([[0.1, 0.2, 0.3], [np.nan] * 3])
+    both = both.isel(record=[0])
+    assert explorer_data(both.isel(element=[0]))["degrees"] == [False]
+    assert explorer_data(both.isel(element=[1]))["degrees"] == [True]
 
 
 def test_the_default_study_fits_and_is_the_same_bytes_each_time(tmp_path: Path) -> None:
@@ -72,7 +122,13 @@ def test_the_default_study_fits_and_is_the_same_bytes_each_time(tmp_path: Path) 
     assert b"src=" not in page
 
 
-def test_a_cube_too_large_for_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_large_cube_has_a_file_for_each_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(explore, "MOST_CELLS", 10)
-    with pytest.raises(ArgumentError, match="too many for a page, at most 10; choose records with --record"):
-        explorer_data(cube())
+    write_explorer(cube(), tmp_path / "look.html")
+    page, data = (tmp_path / "look.html").read_text(encoding="utf-8"), explorer_data(cube())
+    assert '"folder":"look-records"' in page
+    assert '"cells"' not in page
+    for index, record in enumerate(data["records"]):
+        text = (tmp_path / "look-records" / f"{index}.js").read_text(encoding="utf-8")
+        number, _, cells = text.removeprefix("explorerRecord(").removesuffix(");\n").partition(",")
+        assert (int(number), json.loads(cells)) == (index, record["cells"])

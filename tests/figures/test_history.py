@@ -42,6 +42,9 @@ def test_it_says_what_was_done_and_is_the_same_each_time(tmp_path, up):
         "Husid",
         "signal-to-noise",
         "taken away",
+        "RotD00",
+        "RotD50",
+        "RotD100",
     ):
         assert word in words, word
     assert ("up" in words.split()) == up
@@ -55,6 +58,23 @@ def test_a_record_left_alone_shows_one_line_and_nothing_taken_away(tmp_path):
     words = re.sub(r"<[^>]+>", " ", (tmp_path / "a.svg").read_text(encoding="utf-8"))
     assert "nothing done here" in words
     assert "before processing" not in words
+
+
+@pytest.mark.parametrize("up", [True, False])
+def test_response_spectra_over_all_azimuths_of_a_motion_along_one(up):
+    """Along N30E alone RotD100 is that spectrum, RotD50 its share cos 45°, and RotD00 nothing: here by its own rotd."""
+    pulse = np.sin(2 * np.pi * TIME) * (TIME < 1)
+    along = [pulse * np.cos(np.radians(30)), pulse * np.sin(np.radians(30)), pulse if up else None]
+    one = Record("r", *along, 0.01)
+    with style():
+        figure = history_figure(one, one)
+    (panel,) = [axes for axes in figure.axes if axes.get_xlabel() == "period, s"]
+    lines = {line.get_label(): line.get_ydata() for line in panel.lines}
+    assert list(lines) == ["RotD00", "RotD50", "RotD100"]
+    np.testing.assert_allclose(lines["RotD50"], lines["RotD100"] / np.sqrt(2), rtol=0.01)
+    assert (lines["RotD00"] < 1e-9 * lines["RotD100"]).all()
+    # An oscillator that is far stiffer than the motion follows the ground: 1 m/s².
+    assert lines["RotD100"][0] == pytest.approx(100, rel=0.02)
 
 
 def test_the_envelope_keeps_every_peak_and_the_order_of_time():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.figures.maps import azimuth_edges, cell_edges, plane_map_figure, rows_and_columns
+from overturning.figures.maps import COLOURS, azimuth_edges, cell_edges, free_sector, plane_map_figure, rows_and_columns
 from overturning.figures.rose import rose_figure
 from overturning.figures.style import PAGE_WIDTH, compass_name, save, style
 from overturning.model.planes import azimuth_weight
@@ -113,6 +113,21 @@ def test_the_other_side_standing_and_no_outcome_look_different(cube: xr.Dataset)
     assert legend == ["stands", "falls to the other side", "no outcome", "fault normal"]
 
 
+def test_the_map_marks_the_way_from_the_epicentre_where_it_is_known(cube: xr.Dataset) -> None:
+    one = cube.isel(record=0)
+    placed = {"epicentre_latitude": 35.0, "epicentre_longitude": 135.0, "station_latitude": 34.0}
+    with style():
+        for known in (False, True):
+            figure = plane_map_figure(one.assign_coords(placed | {"station_longitude": 135.0} if known else {}), "A")
+            legend = [text.get_text() for text in figure.legends[0].get_texts()]
+            marks = [line for line in figure.axes[0].lines if line.get_label() == "away from the epicentre"]
+            assert ("away from the epicentre" in legend, len(marks)) == (known, int(known))
+        (angle,), (radius,) = marks[0].get_data()
+        assert np.degrees(angle) == pytest.approx(180.0)
+        assert radius == pytest.approx(figure.axes[0].get_ylim()[1])
+        plt.close("all")
+
+
 @pytest.mark.parametrize("step", [30, 90])
 def test_cells_are_arcs_and_fill_the_page(cube: xr.Dataset, step: int) -> None:
     one = probability_cube(cube).isel(record=0, friction=[0], azimuth=slice(None, None, step // 30))
@@ -150,3 +165,45 @@ def test_bearings() -> None:
         -30: "N30°W",
     }
     assert {azimuth: compass_name(azimuth) for azimuth in names} == names
+
+
+DEUTERANOPIA = np.array(
+    [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
+)
+"""Machado, Oliveira & Fernandes (2009, IEEE Transactions on Visualization and Computer Graphics 15), on linear RGB."""
+
+
+def cielab(linear: np.ndarray) -> np.ndarray:
+    """CIELAB of linear sRGB, white point D65 (IEC 61966-2-1, CIE 15)."""
+    to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    xyz = linear @ to_xyz.T / to_xyz.sum(axis=1)
+    f = np.where(xyz > (6 / 29) ** 3, np.cbrt(xyz), xyz / (3 * (6 / 29) ** 2) + 4 / 29)
+    return np.stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])], axis=1)
+
+
+@pytest.mark.parametrize("seen", [np.eye(3), DEUTERANOPIA], ids=["all colours", "without green"])
+def test_colours_of_azimuths_are_told_apart_without_red_and_green(seen: np.ndarray) -> None:
+    """A just noticeable difference is about 2.3; 233° and 293° had 7 where hues alone told them apart."""
+    given = COLOURS(np.arange(256))[:, :3]
+    linear = np.where(given <= 0.04045, given / 12.92, ((given + 0.055) / 1.055) ** 2.4)
+    lab = cielab(np.clip(linear @ seen.T, 0.0, 1.0))
+    for apart in range(43, 129):  # 60° and more
+        assert np.linalg.norm(lab - np.roll(lab, apart, axis=0), axis=1).min() > 20
+
+
+def test_a_map_ends_at_the_first_ring_without_falls_and_its_letters_stand_where_nothing_falls(cube: xr.Dataset) -> None:
+    wide = xr.concat([cube, 0 * cube.assign_coords(b_over_h=[0.6, 0.8])], "b_over_h", data_vars="all").isel(record=0)
+    with style():
+        figure = plane_map_figure(wide, "A")
+        assert figure.axes[0].get_ylim()[1] == pytest.approx(0.7)
+        assert figure.axes[0].get_rlabel_position() == 112.5
+        plt.close(figure)
+    azimuth = np.arange(0.0, 360.0, 5.0)
+    for free in (22.5, 202.5, 337.5):
+        falls = (np.abs((azimuth - free + 180) % 360 - 180) > 20).astype(float)[None]
+        cells = xr.Dataset(
+            {"towards": (("b_over_h", "azimuth"), falls), "away": (("b_over_h", "azimuth"), 0 * falls)},
+            {"azimuth": azimuth},
+        )
+        assert free_sector(cells, np.nan) == free
+        assert free_sector(cells, free + 5) != free

@@ -6,7 +6,7 @@ from scipy.signal.windows import tukey
 
 from overturning.motion.fourier import band_amplitude
 from overturning.motion.noise import noise_ratio, onset
-from overturning.records.processing import BOUNDS_HZ, DEFAULT_HZ, choose_corner, default_steps, process
+from overturning.records.processing import BOUNDS_HZ, DEFAULT_HZ, choose_corner, process
 from overturning.records.record import Record
 
 DT = 0.01
@@ -88,15 +88,19 @@ def test_the_corner_is_where_the_signal_rises_above_the_noise():
 def test_without_noise_the_corner_is_the_default_and_says_so():
     corner, reason = choose_corner(record(made(0.5, 0.01), made(0.5, 0.01)))
     assert corner == DEFAULT_HZ
-    assert "default" in reason
+    assert "no noise of 2 s before the onset" in reason
     clean, reason = choose_corner(record(made(30.0, 0.001), made(30.0, 0.001, seed=6)))
     assert BOUNDS_HZ[0] <= clean <= 0.05
     assert "as far down as that tells" in reason
+    # Three seconds of noise tell nothing of what is slower than a third of a hertz.
+    short, reason = choose_corner(record(made(3.0, 0.001), made(3.0, 0.001, seed=6)))
+    assert short == DEFAULT_HZ
+    assert "noise of the first 3.0 s as far down as that tells, 0.3" in reason
 
 
 def test_auto_is_written_down_with_its_reason_as_a_number():
     raw = record(made(30.0, 0.01), made(30.0, 0.01, seed=5))
-    done = process(raw, default_steps(raw, "auto"))
+    done = process(raw, None)
     step = done.processing[-1]
     assert isinstance(step["corner_hz"], float)
     assert "times the noise" in step["chosen"]

@@ -159,6 +159,16 @@ OTHERWISE: dict[str, list[tuple[str, ...]]] = {
         (": /N00E/N90W/", ": /N00E/", ": /H1/N90W/"),
         ("1995/09/14", "1995/19/14"),
     ],
+    "usc": [
+        ("SEC AND G/10", "SEC AND G"),
+        ("COMP N28W", "COMP S62W", "COMP H1  "),
+        ("NO. OF POINTS =    203", "NO. OF POINTS =    999", "NO. OF POINTS =    190"),
+        ("DURATION =   1.010", "DURATION =   2.010"),
+        ("     0.100", "     1.000"),
+        ("  0.200", "  0.190", "  0.900"),
+        ("OF VOLUME I:", "OF VOLUME II:"),
+        (" 1994 1230", " 1994 2530"),
+    ],
     "esm": [
         ("UNITS: cm/s^2", "UNITS: cm"),
         ("NDATA: 203", "NDATA: 999"),

@@ -11,7 +11,7 @@ HEAD = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
     ("text", "words"),
     [
         ("", ["empty"]),
-        ("id\tformat\tsuorce\nx\tauto\ty\n", ["line 1", "suorce", "did you mean 'source'"]),
+        ("id\tformat\tsuorce\nx\tauto\ty\n", ["line 1", "suorce", "did you mean source?"]),
         ("id\tid\n", ["named twice"]),
         (HEAD + "a\tauto\tx\t\t\t400\t\n", ["line 2", "fault_strike_deg", "400"]),
         (HEAD + "a\tauto\tx\t\t\t\tmaybe\n", ["line 2", "pulse", "maybe"]),

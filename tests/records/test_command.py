@@ -6,8 +6,13 @@ import pytest
 import overturning
 from overturning.cli import main
 from overturning.errors import ArgumentError
+from overturning.records.catalogue import read_catalogue
+from overturning.records.read import read_record
+from overturning.records.record import provenance
 from tests.expect import refused
 from tests.records.record_writers import csmip_text, geonet_text, peer_text
+from tests.records.seed_writers import write_inventory, write_mseed
+from tests.records.world_writers import unam_text
 
 A, B = (np.round(np.random.default_rng(k).normal(0, 50, 200), 1) for k in (1, 2))
 
@@ -45,7 +50,10 @@ def test_check_takes_what_the_files_do_not_say(tmp_path, capsys):
     assert "--azimuths" in capsys.readouterr().err
     table = tmp_path / "x.csv"
     table.write_text("".join(f"{a},{b}\n" for a, b in zip(A, B, strict=True)))
-    assert run("records", "check", "--columns", "north:gal east:gal", "--interval", 0.01, "--raw", table) == 0
+    assert run("records", "check", "--columns", "north:gal east:gal", table) == 1
+    reasons = [line for line in capsys.readouterr().out.splitlines() if "refused: x.csv: " in line]
+    assert ["no sampling_interval_s" in reasons[0], "--processed or --raw" in reasons[1]] == [True, True]
+    assert run("records", "check", "--columns", "north:gal east:gal", "--sampling-interval", 0.01, "--raw", table) == 0
     assert run("records", "check", "--unit", "feet", table) == 1
     assert "known are" in capsys.readouterr().err
 
@@ -71,13 +79,13 @@ def test_fetch_says_what_is_wrong_in_one_line(arguments, capsys, tmp_path):
 
 def test_what_is_declared_and_cannot_be_is_named(tmp_path):
     for name, value in (
-        ("form", "geonett"),
+        ("format", "geonett"),
         ("unit", "feet"),
         ("sensor", "roof"),
         ("vertical_sense", "left"),
         ("x", 1),
     ):
-        with refused(ArgumentError, name if name != "form" else "format", "known are"):
+        with refused(ArgumentError, name, "known are"):
             overturning.read(columns_file(tmp_path / "x.csv"), **{name: value})
 
 
@@ -88,6 +96,61 @@ def columns_file(path, scale=1.0, offset=0.0):
     rows = zip(np.arange(WAVE.size) * 0.01, scale * WAVE + offset, -scale * WAVE + offset, strict=True)
     path.write_text("".join(f"{t:.2f},{n:.6f},{e:.6f}\n" for t, n, e in rows))
     return path
+
+
+def test_what_was_left_out_of_a_file_is_said_wherever_it_is_read(tmp_path, capsys):
+    path = tmp_path / "x.asa"
+    path.write_text(unam_text({"N00E": A, "N90E": B, "V": A}))
+    word = "vertical axis 'V' left out: x.asa does not say whether up or down"
+    with pytest.warns(UserWarning, match=word):
+        record = overturning.read(path)
+    assert record.up is None
+    assert word in provenance(record)["notes"][0]
+    table = tmp_path / "records.tsv"
+    place = ("--table", table, "--folder", tmp_path / "data")
+    for command in (
+        ("records", "check", path),
+        ("records", "plot", path, "--output", tmp_path / "x.svg"),
+        ("records", "add", path, *place),
+        ("one", "--record", path, "--azimuth", 0),
+    ):
+        assert run(*command) == 0
+        assert word in capsys.readouterr().out, command
+
+
+def test_add_takes_the_other_files_of_the_record(tmp_path, capsys):
+    there = tmp_path / "there"
+    there.mkdir()
+    files = {f"x_{axis}.AT2": peer_text(samples / 1000, 0.01, axis) for axis, samples in (("000", A), ("090", B))}
+    files["x_UPP.AT2"] = peer_text(A / 1000, 0.01, "UP")
+    for name, text in files.items():
+        (there / name).write_text(text)
+    (there / "y_000.AT2").write_text(peer_text(A / 1000, 0.01, "000"))
+    table, folder = tmp_path / "records.tsv", tmp_path / "data"
+    assert run("records", "add", there / "x_090.AT2", "--id", "x", "--table", table, "--folder", folder) == 0
+    assert sorted(path.name for path in folder.iterdir()) == sorted(files)
+    entry = read_catalogue(table)["x"]
+    assert sorted(entry.source.split()) == sorted(files)
+    assert read_record(entry, folder).up is not None
+    # Of MiniSEED the StationXML goes with it.
+    write_inventory(there / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
+    write_mseed(there / "z.mseed", {"HNN": np.int64(1000 * A), "HNE": np.int64(1000 * B)})
+    assert run("records", "add", there / "z.mseed", "--table", table, "--folder", folder) == 0
+    assert read_catalogue(table)["z"].source == "z.mseed s.xml"
+
+
+def test_add_keeps_the_records_that_come_with_the_package(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "x.V2A"
+    path.write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
+    one = ("one", "--azimuth", 0, "--record")
+    assert run(*one, "rinaldi") == 0
+    assert run("records", "add", path, "--id", "mine") == 0
+    assert (tmp_path / "config" / "records.tsv").is_file()
+    for record in ("rinaldi", "mine"):
+        assert run(*one, record) == 0
+    assert run("records", "add", path, "--id", "rinaldi") == 1
+    assert "id 'rinaldi' is there already" in capsys.readouterr().err
 
 
 def test_a_unit_that_cannot_be_is_refused_with_the_one_that_can(tmp_path, capsys):

@@ -205,6 +205,6 @@ def test_records_check_and_records_add_print_it(tmp_path: Path) -> None:
     loose.mkdir()
     _file(loose, "a.csv", "\n".join(f"{v},{-v}" for v in WAVE / 100) + "\n")
     _file(loose, "b.csv", "\n".join(f"{-v},{v}" for v in WAVE / 100) + "\n")
-    columns = ["--columns", "north:gal east:gal", "--interval", "0.01", "--processed"]
+    columns = ["--columns", "north:gal east:gal", "--sampling-interval", "0.01", "--processed"]
     result = CliRunner().invoke(app, ["records", "check", str(loose), *columns])
     assert "2 records (a, b) name no earthquake and count as one" in result.output

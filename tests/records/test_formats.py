@@ -25,7 +25,7 @@ from tests.records.record_writers import (
     peer_text,
     smc_text,
 )
-from tests.records.world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text
+from tests.records.world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text, usc_text
 from tests.records.written import FORMS, G
 
 MG = G / 1000
@@ -61,8 +61,9 @@ def test_every_format_is_read_to_its_numbers_and_what_its_header_states(tmp_path
     for name, text in written.files(*STEPS).items():
         (tmp_path / name).write_text(text)
     if written.declared:
-        with refused(RecordError, "whether up or down"):
-            read_path(next(tmp_path.iterdir()))
+        undeclared = read_path(next(tmp_path.iterdir()))
+        assert undeclared.up is None
+        assert "does not say whether up or down" in undeclared.extra["notes"][0]
     # Of a record in several files the others are found beside the first.
     record = read_path(next(tmp_path.iterdir()), written.declared)
     up = None if "up" in written.stated else STEPS[2] * written.step * written.unit
@@ -85,6 +86,23 @@ def test_any_samples_written_are_read_back(form, samples):
     record = assemble(read_files(files, declared), "x", declared)
     north, east = written.north_east(*samples)
     np.testing.assert_allclose([record.north, record.east], [north, east], atol=1e-8 * max(1, np.abs(samples).max()))
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_file_longer_than_its_header_promises_is_read_to_the_promise(tmp_path, form):
+    """Ten samples more than the 200 of the header, behind those of the first component."""
+    written = FORMS[form]
+    files, longer = (written.files(*samples) for samples in (STEPS[:, :200], STEPS))
+    first = next(iter(files))
+    lines, more = files[first].splitlines(), longer[first].splitlines()
+    end = next(i for i in range(written.header, len(more)) if lines[i : i + 1] != more[i : i + 1])
+    surplus = more[end : end + -(-10 * (end - written.header) // 200)]
+    files[first] = "\n".join([*lines[:end], *surplus, *lines[end:]]) + "\n"
+    record = put(tmp_path, files, vertical_sense="none")
+    check(record, *written.north_east(*STEPS[:2, :200]), record.up, rtol=1e-8)
+    (note,) = record.extra["notes"]
+    assert f"{first} goes on after the 200 samples that its header promises: " in note
+    assert note.endswith("left out")
 
 
 @pytest.mark.parametrize("form", [form for form, written in FORMS.items() if written.peak])
@@ -186,6 +204,61 @@ def test_unam_counts_the_hours_from_the_earthquake_s_day(tmp_path):
     assert put(tmp_path, late).start == "1995-09-15T00:00:03Z"
 
 
+def uneven(step: float, size: int) -> np.ndarray:
+    """Times as of digitised film: up to a third of the step off even ones, three decimals, and a gap of three steps."""
+    time = np.cumsum(step * (1 + np.random.default_rng(3).uniform(-1 / 3, 1 / 3, size)))
+    time[size // 2 :] += 2 * step
+    return np.round(time - time[0], 3)
+
+
+def test_usc_is_resampled_to_even_times_and_says_so(tmp_path):
+    """Sines of 2 and 7 Hz at uneven times come out as they are at even ones; above 100 Hz nothing comes through."""
+    time = uneven(0.00423, 7000)
+    first, second = (9 * np.sin(2 * np.pi * f * time) for f in (2.0, 7.0))
+    record = put(tmp_path, {"x.s0a": usc_text({"N28W": first}, time), "x.e0a": usc_text({"S62W": second}, time)})
+    assert record.sampling_interval == 0.005
+    even = np.arange(record.north.size) * 0.005
+    expected = turned(*(y for f, a in ((2.0, 332), (7.0, 242)) for y in (0.9 * G * np.sin(2 * np.pi * f * even), a)))
+    inside = slice(20, -20)
+    error = max(np.abs(x - y)[inside].max() for x, y in zip((record.north, record.east), expected, strict=True))
+    assert error < 0.005 * 0.9 * G
+    (note,) = {re.sub(r"^x\.\w+: ", "", note) for note in record.extra["notes"]}
+    assert note.startswith("uneven times, 4.2 ms apart on average and 1")
+    assert note.endswith("resampled to 5 ms (monotone cubic, anti-alias filter at 100 Hz)")
+    # 150 Hz, which every fifth sample alone would show as 50 Hz; a few samples are missing, so the times are uneven.
+    fast = np.delete(np.arange(12000), [100, 4000, 9000]) * 0.001
+    wave = 9 * np.sin(2 * np.pi * 150 * fast)
+    both = {"x.s0a": usc_text({"N28W": wave}, fast), "x.e0a": usc_text({"S62W": wave}, fast)}
+    assert np.std(put(tmp_path, both).north[inside]) < 0.01 * np.std(wave) * 0.1 * G
+
+
+def test_usc_has_two_layouts_and_states_sense_and_azimuth_twice(tmp_path):
+    a, b, c = (np.round(x / 100, 3) for x in (A, B, C))
+    narrow = usc_text({"N28W": a, "S62W": b, "DOWN": c}, narrow=True)
+    expected = turned(a * G / 10, 332, b * G / 10, 242)
+    check(put(tmp_path, narrow), *expected, -c * G / 10)
+    check(put(tmp_path, usc_text({"N28W": a, "S62W": b, "VERT": c}, code={"VERT": 500})), *expected, c * G / 10)
+    check(put(tmp_path, usc_text({"N28W": a, "S62W": b, "UP": c}, code={"UP": 400})), *expected, c * G / 10)
+    record = put(tmp_path, usc_text({"N28W": a, "S62W": b, "VERT": c}))
+    check(record, *expected)
+    assert "vertical axis 'VERT' left out" in record.extra["notes"][0]
+    for axis, code, words in (
+        ("UP", 600, "line 147: axis 'UP'"),
+        ("UP", 90, "line 147"),
+        ("N28W", 242, "line 7: axis"),
+    ):
+        with refused(RecordError, "x.txt", words):
+            put(tmp_path, usc_text({"N28W": a, "S62W": b, "UP": c}, code={axis: code}))
+    # Film is digitised trace by trace, as far as each can be read.
+    files = {"x.s0a": usc_text({"N28W": a}), "x.e0a": usc_text({"S62W": b[:90]})}
+    cut = put(tmp_path, files)
+    assert cut.north.size == 90
+    assert cut.processing[0]["step"] == "common_window"
+    corrected = "CORRECTED ACCELEROGRAM  IIBB127  94.610.0 COMP N08W   FILE   0  CORRESPONDING T\n" + files["x.s0a"]
+    with refused(RecordError, "x.txt line 1", "only volume 1 is read"):
+        put(tmp_path, corrected)
+
+
 def test_renadic_asks_for_azimuths_and_has_clocks_that_were_never_set(tmp_path):
     a, b = (np.round(x / 100, 3) for x in (A, B))
     never_set = renadic_text({"L": a, "T": b}, trigger="1/1/1980 0:00:00.000")
@@ -251,13 +324,32 @@ def test_axes_that_do_not_say_where_north_is_are_refused_unless_given(tmp_path, 
 
 
 @pytest.mark.parametrize("axis", ["V", "+V", "VER", "Vert"])
-def test_a_vertical_axis_of_unknown_sense_is_refused_unless_declared(tmp_path, axis):
+def test_a_vertical_axis_of_unknown_sense_is_left_out_with_a_word_unless_declared(tmp_path, axis):
     files = pair(A, B) | {"x3.AT2": peer_text(C / 1000, 0.01, axis)}
-    with refused(RecordError, repr(axis), "whether up or down"):
-        put(tmp_path, files)
+    record = put(tmp_path, files)
+    check(record, A * MG, B * MG, rtol=1e-6)
+    (note,) = record.extra["notes"]
+    assert f"vertical axis {axis!r} left out: x3.AT2 does not say whether up or down" in note
+    assert "declare vertical_sense up or down (in the record table;" in note
     for sense, up in (("up", C * MG), ("down", -C * MG), ("none", None)):
         entry = RecordEntry(id="x", source=" ".join(files), vertical_sense=sense)
-        check(read_record(entry, tmp_path), A * MG, B * MG, up, rtol=1e-6)
+        record = read_record(entry, tmp_path)
+        check(record, A * MG, B * MG, up, rtol=1e-6)
+        assert "notes" not in record.extra
+
+
+def test_all_that_speaks_against_a_record_is_said_at_once(tmp_path):
+    files = pair(1e6 * A, B[:100], ("H1", "H2"))
+    with refused(RecordError, "says nothing about north", "210 and 100 samples", "peak acceleration 9"):
+        put(tmp_path, files)
+    with refused(RecordError, "x1.AT2 line 3", "x2.AT2 line 4: header promises 999"):
+        spoilt = [
+            text.replace(old, new)
+            for text, old, new in zip(
+                pair(A, B).values(), ("UNITS OF G", "NPTS=    210"), ("UNITS OF M", "NPTS=    999"), strict=True
+            )
+        ]
+        put(tmp_path, dict(zip(files, spoilt, strict=True)))
 
 
 def test_a_fault_normal_pulse_keeps_its_sense(tmp_path):

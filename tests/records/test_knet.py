@@ -95,6 +95,21 @@ def test_reads_straight_from_the_archive(tmp_path, kind):
     assert record.station == "TTRH02"
 
 
+def test_each_of_the_two_networks_is_called_by_its_name(tmp_path):
+    for kik, name in ((None, "k-net"), (2, "kik-net")):
+        folder = tmp_path / name
+        folder.mkdir()
+        first = write_knet_set(folder, "TST0010102031305", NORTH, EAST, kik=kik)[0]
+        assert f"\n  {name}, raw: TST001" in CliRunner().invoke(app, ["records", "check", str(folder)]).output
+        for declared in (name, "kik-net", "auto"):  # tables of before have one name for both
+            record = read_record(RecordEntry(id="x", format=declared, source="TST0010102031305"), folder)
+            assert record.source == f"{name} TST0010102031305"
+        with refused(RecordError, "not a K-NET ASCII file" if kik else "not a GeoNet"):
+            read_path(first, Declarations(format="k-net" if kik else "geonet"))
+    with refused(MissingDataError, "TST001.NS, TST001.EW, TST001.UD (or"):
+        read_record(RecordEntry(id="x", format="k-net", source="TST001"), tmp_path)
+
+
 def test_missing_files_are_named_with_where_to_get_and_put_them(tmp_path):
     entry = RecordEntry(id="ttrh02", format="kik-net", source="TTRH020010061330")
     words = ("TTRH020010061330.NS2", "EW2", "UD2", "NIED", "kyoshin.bosai.go.jp", str(tmp_path / "nied"))

@@ -48,7 +48,10 @@ def write(folder: Path, form: str) -> list[Path]:
 
 
 def objection(paths: list[Path], good: Record, newlines: int = 1) -> str:
-    """What is wrong with how files are met, or nothing: refused by name, or read to the numbers of the whole file."""
+    """What is wrong with how files are met, or nothing.
+
+    They are refused by name, or read to the numbers of the whole file, or it is said what was left out.
+    """
     try:
         with bounded():
             record = read_path(paths, OPTIONS)
@@ -59,7 +62,8 @@ def objection(paths: list[Path], good: Record, newlines: int = 1) -> str:
         return "" if len(message) < 600 and message.count("\n") <= newlines else f"refused at length: {message}"
     except Exception as other:  # whatever it is, a user must never meet it
         return f"ends in {type(other).__name__}: {other}"
-    return "" if same_motion(record, good) else "read without a word, but not the numbers of the whole file"
+    told = any("left out" in note for note in record.extra.get("notes", ()))
+    return "" if told or same_motion(record, good) else "read without a word, but not the numbers of the whole file"
 
 
 @pytest.mark.parametrize("form", CORPUS)

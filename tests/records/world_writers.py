@@ -163,3 +163,39 @@ def counts_text(a, b, *, microvolts=2000.0, volts_per_g=1.25, gain=2.0):
         real[21], real[41], real[46] = microvolts, volts_per_g, gain
         lines[at + 1 : at + 18] = fixed(real, 13, 6, 6).splitlines(keepends=True)
     return "".join(lines)
+
+
+def usc_text(channels: dict, time=None, *, code: dict | None = None, narrow: bool = False) -> str:
+    """USC volume 1: ``channels`` maps axis (N28W, UP) to samples in g/10, at times in s, by default 5 ms apart.
+
+    ``code`` is what the integers have for an axis, ``narrow`` the variant with narrower integers and shorter lines.
+    """
+    codes = {"N28W": 332, "S62W": 242, "VERT": 400, "UP": 500, "DOWN": 600} | (code or {})
+    per_line, width, pairs_per_line = (20, 4, 4) if narrow else (16, 5, 5)
+    text = ""
+    for axis, samples in channels.items():
+        samples = np.asarray(samples, float)
+        moments = np.arange(samples.size) * 0.005 if time is None else np.asarray(time, float)[: samples.size]
+        lines = [
+            "FILE     0 OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I:",
+            f"{'TEST EARTHQUAKE':72}15",
+            f"{'JAN 17, 1994 -1230 GMT':72}22",
+            f"{'IBB999  94.999.0 N':72}18",
+            f"{'STATION USC# 0099   34 25 09N, 118 25 34W':72}41",
+            f"{'1 TEST RD., TESTING, CA':72}23",
+            f"{f'COMP {axis}':72}{len(axis) + 5}",
+            f"{'TEST EARTHQUAKE   JAN 17, 1994 -1230 GMT':72}40",
+            f"{'EPICENTER -   34 12 48N, 118 32 13W':72}35",
+            f"{'INSTR PERIOD =  .039 SEC  DAMPING =   .577  SENSITIVITY =   1.86CM/G':72}69",
+            f"{f'NO. OF POINTS ={samples.size:7d}      DURATION ={moments[-1]:8.3f} SEC':72}50",
+            f"{'UNITS ARE SEC AND G/10':72}22",
+            f"{'RMS ACCLN. OF COMPLETE RECORD =     .638 G/10':72}45",
+        ]
+        whole, real = [0] * 100, [0.0] * 50
+        whole[8:21] = 99, 34, 25, 9, 118, 25, 34, 34, 12, 48, 118, 32, 13
+        whole[21:28] = 1, 17, 1994, 1230, 4, codes[axis], samples.size
+        real[:12] = 0.039, 0.577, moments[-1], 0.638, 0.1, 1.86, 34.213, 118.537, 34.419, 118.426, 25.122, 6.7
+        text += "\n".join(lines) + "\n" + fixed(whole, width, 0, per_line) + fixed(real, 10, 3, 8)
+        data = fixed(np.column_stack([moments, samples]).ravel(), 7, 3, 2 * pairs_per_line)
+        text += "".join(f" {line}\n" for line in data.splitlines()) + ("END OF CHANNEL\n" if len(channels) > 1 else "")
+    return text

@@ -18,7 +18,7 @@ from tests.records.record_writers import (
     peer_text,
     smc_text,
 )
-from tests.records.world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text
+from tests.records.world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text, usc_text
 
 G = 9.80665
 
@@ -156,6 +156,13 @@ FORMS: dict[str, Written] = {
         {"start": "1995-09-14T07:19:20.5Z", "station": "TEST", "latitude": 17.211, "longitude": -100.642,
          "origin_time": "1995-09-14T07:19:10Z"},
         declared=UP,
+    ),
+    "usc": Written(
+        one("x.v1", usc_text, "N28W", "S62W", "UP"), 1e-3, 0.1 * G, (332, 242), 27, 0.005,
+        {"station": "USC 0099, 1 TEST RD., TESTING, CA", "latitude": 34.41917, "longitude": -118.42611,
+         "event_latitude": 34.21333, "event_longitude": -118.53694, "magnitude": 6.7, "processed": False,
+         "origin_time": "1994-01-17T12:30:00Z", "event": "TEST EARTHQUAKE JAN 17, 1994 -1230 GMT"},
+        peak=False,
     ),
     "esm": Written(
         ESM,

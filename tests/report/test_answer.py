@@ -2,6 +2,7 @@
 
 import math
 import re
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,15 +13,16 @@ from scipy.stats import bootstrap
 
 from overturning.model.planes import Planes
 from overturning.report.blocks import table
-from overturning.report.sections.answer import alignment_sentences, answer_sentences, primary_sentence
+from overturning.report.sections.alignment import alignment_sentences, axes_sentence
+from overturning.report.sections.answer import ANSWERS, primary_sentence
 from overturning.report.sections.causes import doubling_sentence
-from overturning.report.sections.scene import comparison_sentence
+from overturning.report.sections.contrast import contrast_told
 from overturning.report.sections.space import follow_sentences
 from overturning.report.text import counted, degrees, estimate, interval, number, percent
 from overturning.report.words import WORDS
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.earthquakes import AxisSummary, Followed
-from overturning.statistics.elements import StoneComparison
+from overturning.statistics.elements import Contrast
 from overturning.statistics.logistic import LogisticFit
 from overturning.study.sections import Primary
 from tests.report.reading import numbers
@@ -48,11 +50,11 @@ def two(low: float, high: float, n: int = 3) -> Any:
 
 
 def test_the_verdict_is_that_of_the_primary_statistic() -> None:
-    first, rest = alignment_sentences(results(all=NORMAL), primary=True)
+    (first,), rest = alignment_sentences(results(all=NORMAL), primary=True), axes_sentence(results(all=NORMAL))
     assert numbers(first) == ["1", "−1", "0.55", "95", "0.30", "0.80", "5", "6"]
     assert "closer to the fault normal" in first
     assert numbers(rest) == ["7", "12", "4", "5"]
-    first, second, rest = alignment_sentences(two(-0.1, 0.7), primary=True)
+    (first, second), rest = alignment_sentences(two(-0.1, 0.7), primary=True), axes_sentence(two(-0.1, 0.7))
     assert first.startswith("Primary")
     assert "closer to the fault normal" in first
     assert "without" not in first
@@ -67,7 +69,7 @@ def test_the_verdict_is_that_of_the_primary_statistic() -> None:
     across = results(all=summary(80.0, 5.0, -0.9, -0.5))
     assert "closer to the fault than" in alignment_sentences(across, primary=True)[0]
     # Where another statistic is the primary one, alignment gives no verdict.
-    other, _ = alignment_sentences(across, primary=False)
+    (other,) = alignment_sentences(across, primary=False)
     assert other.startswith("Secondary")
     assert "closer" not in other
 
@@ -124,9 +126,14 @@ def test_a_share_is_compared_with_that_of_a_variant_earthquake_by_earthquake(sta
 )
 def test_edges(fallen: float, planes: int, start: str) -> None:
     edge = {"fallen": fallen, "one_axis": planes == 1, "faults_known": True}
-    own = vars(results(all=NORMAL)) | {"study": SimpleNamespace(primary=Primary())}
-    assert answer_sentences(SimpleNamespace(**own, **edge, statuses={}))[0].startswith(start)
-    missing = answer_sentences(SimpleNamespace(**own, **edge, statuses={"failed": (3, 3)}))[0]
+    own = vars(results(all=NORMAL)) | {"study": SimpleNamespace(primary=Primary()), "names": (), "figures": Path()}
+
+    def said(**statuses: tuple[int, int]) -> str:
+        made: Any = SimpleNamespace(**own, **edge, statuses=statuses)
+        return ANSWERS["direction"](made)[0][0]
+
+    assert said().startswith(start)
+    missing = said(failed=(3, 3))
     assert ("whose outcome is known" in missing) == (fallen in (0.0, 1.0))
 
 
@@ -148,11 +155,17 @@ def test_doubling() -> None:
     assert said(unknown, unknown, unknown) == ""
 
 
-def test_stones_compared() -> None:
-    text = comparison_sentence(StoneComparison("shaft", "monolith", 12, 4, 2, 1, 5, 3, 2))
-    assert numbers(text) == ["12", "6", "5", "2", "1", "4", "75", "50"]
-    alone = comparison_sentence(StoneComparison("shaft", "monolith", 12, 0, 2, 0, 10, 0, 0))
-    assert "shaft falls first in every case" in alone
+def test_two_settings_compared_case_by_case() -> None:
+    share, none, unknown = Mean(9, 0.4, 0.2, 0.6), Mean(9, 0.0, 0.0, 0.0), Mean(0, NAN, NAN, NAN)
+    first, second = contrast_told(Contrast(share, none, Mean(9, 0.052, 0.03, 0.07), share, share), "here", "there")
+    assert numbers(first) == ["9", "40", "20", "60", "5.2", "3.0", "7.0"]
+    assert "only there in none" in first
+    assert numbers(second) == ["40", "20", "60"] * 2
+    alone = contrast_told(Contrast(share, none, none, unknown, unknown), "here", "there")
+    assert alone[1].startswith("So it falls first here wherever it falls")
+    apart = contrast_told(Contrast(share, share, none, unknown, unknown), "here", "there")
+    assert apart[1].startswith("So there are no two directions")
+    assert contrast_told(Contrast(*[unknown] * 5), "here", "there") == ("In no case is the outcome known under both.",)
 
 
 def test_what_falls_follow_and_how_sure_that_is() -> None:

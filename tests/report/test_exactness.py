@@ -15,14 +15,14 @@ from overturning.study.convergence import NUDGE, Convergence
 from tests.report.reading import column, numbers, tables, text_of
 
 COUNTS = {
-    "element": "", "cases": 200, "flags": 2, "undivided": 160, "flags_undivided": 1, "fallen": 50, "sides": 0,
-    "unanswered": 0,
+    "element": "", "cases": 200, "flags": 2, "undivided": 160, "flags_undivided": 1, "sides_undivided": 0, "fallen": 50,
+    "sides": 0, "unanswered": 0,
 }  # fmt: skip
 FOUND = {
     "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
     "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]},
     "stiffer": {"block_steps": 0, "outcomes": [], "refused": "too stiff"},
-    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0},
+    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0}, "rigid": None,
 }  # fmt: skip
 
 
@@ -99,6 +99,19 @@ def test_what_was_not_run_again() -> None:
     assert "No case was run again" in text_of(none)
     assert column(tables(none)[0], "share")[0] == "–"
     assert convergence(SimpleNamespace(study=None, convergence=None)) is None  # type: ignore[arg-type]
+
+
+def test_beside_the_exact_rigid_block() -> None:
+    """Of 200 cells 3 have another flag and 5 of those that fall in both another side; of 160 undivided ones 1 and 2."""
+    assert "rigid" not in text_of(section())
+    counts = COUNTS | {"flags": 3, "sides": 5, "sides_undivided": 2}
+    shown = section(members=24, rigid=counts | {"cells": 200})
+    assert numbers(text_of(shown).partition("Blocks of µ")[2].partition("\n")[0]) == [
+        "1", "200", "98.50", "96.00", "99.38", "98.12",
+    ]  # fmt: skip
+    assert column(tables(shown)[0], "changed")[-3:] == ["3", "1", "5"]
+    assert column(tables(shown)[0], "block steps")[-3:] == ["", "", ""]
+    assert "200 of them drawn at random" in text_of(section(rigid=counts | {"cells": 30_000}))
 
 
 def test_each_element_is_counted_by_itself() -> None:

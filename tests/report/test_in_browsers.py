@@ -1,11 +1,16 @@
 """Films, the explorer and the report do what they are to do in two browsers, and nothing hurts them."""
 
+import math
+import re
+import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from overturning.figures import explore
 from overturning.figures.explore import explorer_data, explorer_page
 from overturning.figures.film import Film
 from overturning.figures.film_of_trajectory import film_of
@@ -13,8 +18,11 @@ from overturning.figures.page import film_page
 from overturning.motion.motion import Motion
 from overturning.report.blocks import Film as FilmBlock
 from overturning.report.blocks import Report, each_block
+from overturning.study.cube import open_cube
+from overturning.units import STANDARD_GRAVITY
+from tests.expect import lacking
 from tests.figures.films import falling_body, two_panels
-from tests.figures.test_explore import cube
+from tests.figures.test_explore import cube, space_cube
 from tests.report.browsers import PROGRAMS, answers
 from tests.report.reading import BAD
 
@@ -78,7 +86,7 @@ const choose = (name, value) => set(document.querySelector(`select[data-name=${n
 choose("record", 1);
 const canvas = document.querySelector("canvas"), place = canvas.getBoundingClientRect();
 for (const share of [0.1, 0.35, 0.6]) {  // every ring to the east
-  const x = place.left + place.width / 2 + (place.width / 2 - 22) * share / 0.725;
+  const x = place.left + place.width / 2 + (place.width / 2 - 30) * share / 0.725;
   canvas.dispatchEvent(new PointerEvent("pointermove", {clientX: x, clientY: place.top + place.height / 2}));
   look(); }
 const cells = document.querySelectorAll("td").length;
@@ -91,6 +99,37 @@ for (const colour of ["flag", "rotation", "time"]) choose("colour", colour);
 const {wide} = await onPhone(() => null);
 return {said, cells, wide, title: document.title, hurt: window.hurt};
 """
+IN_SPACE = """
+const root = document.getElementById("explorer"), canvas = document.querySelector("canvas"), said = [];
+await until(() => root.dataset.ready === "true");
+const look = () => said.push(document.querySelector(".said").textContent);
+set(document.querySelector("input[data-name=a]"), 0, "input");
+set(document.querySelector("input[data-name=b]"), 0, "input");
+for (const key of ["ArrowLeft", "ArrowUp", "ArrowUp", "ArrowUp", "ArrowRight"]) { press(canvas, key); look(); }
+const pictures = [];
+for (const colour of ["azimuth", "rotation", "time"]) {
+  set(document.querySelector("select[data-name=colour]"), colour, "change"); pictures.push(canvas.toDataURL()); }
+const {wide} = await onPhone(() => null);
+return {said, wide, different: new Set(pictures).size, note: document.querySelector(".sketch").textContent};
+"""
+SKETCH = """
+await until(() => document.querySelector(".verdict").textContent);
+const verdict = () => document.querySelector(".verdict").textContent, found = [];
+const canvas = document.querySelector("canvas");
+for (let k = 0; k < 12; k++) {
+  press(canvas, "ArrowRight");
+  await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+  found.push([document.querySelector(".said").textContent, verdict()]); }
+const before = document.querySelector(".play output").textContent;
+document.querySelector(".play button").click();
+await until(() => document.querySelector(".play output").textContent !== before);
+set(document.querySelector("input[data-name=amplitude]"), 0.2, "input");
+await until(() => verdict().includes("0.20 times"));
+const pulse = (alpha, samples) => rock({interval: 0.001, along: Array(4000).fill(0).fill(ACCELERATION, 0, samples)},
+  alpha, 1, alpha / 0.02);
+const free = pulse(0.3, 150).path, slender = [pulse(0.02, 250), pulse(0.02, 261)].map((one) => one.side);
+return {found, weak: verdict(), slender, free: [Math.min(...free), Math.max(...free)]};
+""".replace("ACCELERATION", str(2 * 0.02 * STANDARD_GRAVITY))
 REPORT = """
 const order = () => [...document.querySelectorAll("#peaks tbody tr")].map((row) => row.cells[0].textContent);
 const click = (which) => document.querySelector(`#peaks ${which}`).click();
@@ -106,18 +145,24 @@ return {orders, films, wide, title: document.title, hurt: window.hurt};
 
 
 @pytest.fixture(scope="module", params=PROGRAMS)
-def said(request: pytest.FixtureRequest, rendered: tuple[str, bytes], tmp_path_factory: Any) -> dict[str, Any]:
+def said(
+    request: pytest.FixtureRequest, rendered: tuple[str, bytes], hostile: Path, tmp_path_factory: Any
+) -> dict[str, Any]:
     """What each page answers, in each browser."""
     film = two_panels()
     time = np.arange(0, 1.2, 0.01)
     motion = Motion(7.0 * np.sin(2 * np.pi * time), 3.0 * np.sin(2 * np.pi * time), sampling_interval=0.01)
     path = falling_body(motion)
+    with open_cube(hostile / "cube.nc", element=None) as opened:
+        moving = explorer_page(explorer_data(opened, hostile / "motion"))
     pages = {
         "film": (film_page(two_panels(duration=1.2, title=NAME)), FILM),
         "fall": (film_page(two_panels(forces=False)), FALL),
         "three": (film_page(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE),
         "space": (film_page(film_of([path], motion, "title")), SPACE),
         "explorer": (explorer_page(explorer_data(cube())), EXPLORER),
+        "in space": (explorer_page(explorer_data(space_cube())), IN_SPACE),
+        "sketch": (moving, SKETCH),
         "report": (rendered[0], REPORT),
     }
     profile: Path = tmp_path_factory.mktemp("browser") / "profile"
@@ -182,6 +227,54 @@ def test_the_explorer_says_what_the_cube_has(said: dict[str, Any]) -> None:
     assert around["title"].startswith("</script><script>window.hurt")
     assert "hurt" not in around
     assert around["wide"] <= 390
+
+
+@pytest.mark.browser
+def test_the_explorer_in_space_stays_on_its_map(said: dict[str, Any]) -> None:
+    whole, around = space_cube(), said["in space"]
+
+    def expected(orientation: int, ratio: int) -> str:
+        fell = float(whole["overturned"][0, orientation, 0, ratio, 0, 1])
+        return "the body falls towards" if fell else "the body stands"
+
+    # No orientation before the first, no ring beyond the first without falls.
+    places = [("N", 0, 0), ("N", 0, 1), ("N", 0, 2), ("N", 0, 2), ("N15°E", 1, 2)]
+    for text, (name, orientation, ratio) in zip(around["said"], places, strict=True):
+        assert text.startswith(f"Facing {name}, B/H = {float(whole['b_over_h'][ratio]):.4g}: ")
+        assert expected(orientation, ratio) in text
+    assert around["wide"] <= 390
+    assert around["different"] == 3
+    assert "corners" in around["note"]
+
+
+@pytest.mark.browser
+def test_the_sketch_is_housners_block_and_says_where_it_is_not_the_cube(said: dict[str, Any]) -> None:
+    sketch = said["sketch"]
+    for cell, verdict in sketch["found"]:
+        outcome = re.search(r"falls towards (\S+?)[,.]|stands", cell)[0].rstrip(",.")
+        same = outcome in verdict.partition(". ")[0]
+        assert ("The cube says the same" in verdict, "disagrees with the cube" in verdict) == (same, not same)
+    assert "0.20 times the motion" in sketch["weak"]
+    assert "The cube says nothing of it" in sketch["weak"]
+    # A push of twice g α overturns a slender block from ln 2 / p on, 0.256 s, away from where the base is pushed
+    # (Housner 1963, in the form e^(p t) = x/(x − 1)).
+    assert sketch["slender"] == [0, -1]
+    # At an impact the angular velocity is multiplied by 1 − 3/2 sin²α: so the energy of the next swing follows.
+    first, second = (math.cos(0.3 - abs(peak)) - math.cos(0.3) for peak in sketch["free"])
+    assert second == pytest.approx((1 - 1.5 * math.sin(0.3) ** 2) ** 2 * first, rel=2e-3)
+
+
+@pytest.mark.browser
+def test_records_beside_the_page_are_read_from_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(explore, "MOST_CELLS", 10)
+    explore.write_explorer(cube(), tmp_path / "look around.html")
+    names, options = PROGRAMS["chromium"]
+    program = next((found for name in names if (found := shutil.which(name))), None) or lacking("needs Chromium")
+    command = [program, *options.replace("--remote-debugging-port=0 ", "").split()]
+    command[-1] += str(tmp_path / "profile")
+    page = (tmp_path / "look around.html").as_uri()
+    done = subprocess.run([*command, "--virtual-time-budget=5000", "--dump-dom", page], capture_output=True, timeout=60)
+    assert '<main id="explorer" data-ready="true">' in done.stdout.decode()
 
 
 @pytest.mark.browser

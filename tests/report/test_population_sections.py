@@ -98,7 +98,7 @@ def test_a_median_beyond_the_data_is_no_number(cemetery: Results) -> None:
     assert shown is not None
     (table,) = [table for table in tables(shown) if table.anchor == "fragility"]
     whole, of_class, *_ = table.rows
-    assert whole[1:] == ("PGA, g", "above 1.4", "above 1.4", "–")
+    assert whole[1:] == ("PGA, g", "above 1.4", "above 1.4", "–", "–", "–")
     assert of_class[1:3] == ("PGA, g", "0.800")
     assert of_class[-1] == "0.50"
 

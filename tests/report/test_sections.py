@@ -59,6 +59,7 @@ def test_the_processing_is_told(opened: Results) -> None:
         "duration_s": 163.82,
         "declared": ["axes 0° and 90°"],
         "trusted": ["peak acceleration 6 g"],
+        "notes": ["vertical axis 'V' left out"],
     }
     told = {
         "one": account,
@@ -77,7 +78,8 @@ def test_the_processing_is_told(opened: Results) -> None:
     assert "Too weak to move any stone of the study: two." in text_of(drifting)
     assert [cell.startswith("(") for cell in column(tables(drifting)[0], "PGD, cm")] == [True, False]
     assert column(table, "computed")[0].replace("\u00a0", " ") == "163.8 s from 11:02:14"
-    assert column(table, "declared or trusted")[0] == "axes 0° and 90°; trusted although peak acceleration 6 g"
+    said = "axes 0° and 90°; trusted although peak acceleration 6 g; vertical axis 'V' left out"
+    assert column(table, "declared or trusted")[0] == said
 
 
 def test_every_figure_has_a_text_for_those_who_cannot_see_it(report: Report) -> None:
@@ -95,7 +97,11 @@ def test_cells_and_their_outcomes_are_counted(report: Report, opened: Results) -
 
 
 def test_a_fall_normal_to_the_fault_is_said(one_record: Make) -> None:
-    alignment, axes = text_of(build_report(one_record(8)).blocks[0]).splitlines()[1:3]
+    made = build_report(one_record(8))
+    alignment = text_of(made.blocks[0]).splitlines()[1]
+    (axes,) = [
+        line for line in text_of(section(made, "Where blocks fall")).splitlines() if line.startswith("The fall axes")
+    ]
     assert numbers(alignment)[-1] == "8"
     assert "closer to the fault normal than to the fault" in alignment
     assert "±" in axes
@@ -121,7 +127,7 @@ def test_an_earthquake_whose_falls_go_every_way_counts_in_the_alignment_by_shape
     dims = ("event", "b_over_h", "friction")
     values = {"cosine": [0.5, 0.02, np.nan], "axis": [30.0, np.nan, np.nan], "falls": [True] * 3}
     axes = xr.Dataset({name: (dims, np.tile(np.reshape(one, (3, 1, 1)), (1, 3, 1))) for name, one in values.items()})
-    monkeypatch.setattr("overturning.report.sections.answer.axes_by_earthquake", lambda *_: axes)
+    monkeypatch.setattr("overturning.report.sections.alignment.axes_by_earthquake", lambda *_: axes)
     shapes = tables(section(build_report(one_record(1)), "Where blocks fall"))[-1]
     assert shapes.rows[0][2:] == ("3", "2", "0.26")
 

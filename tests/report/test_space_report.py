@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 from overturning.commands.explore import explore
-from overturning.errors import ArgumentError
 from overturning.report.blocks import Figure, Section, Table, each_block
 from overturning.report.build import build_report
 from overturning.report.html import render_html
@@ -48,6 +47,8 @@ def test_it_has_the_sections_of_space_and_none_of_planes(folder: Path) -> None:
         assert render_html(build_report(results)) == page
 
 
-def test_the_explorer_refuses_a_cube_in_space(folder: Path) -> None:
-    with pytest.raises(ArgumentError, match="a cube in space; its report has the maps"):
-        explore(folder / "cube.nc")
+def test_the_explorer_takes_a_cube_in_space(folder: Path) -> None:
+    explore(folder / "cube.nc")
+    page = (folder / "explore.html").read_text(encoding="utf-8")
+    assert '"space":true' in page
+    assert '"orientation' in page

@@ -1,11 +1,15 @@
 """Whole results folders of tiny studies, made without the workflow."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from overturning.figures.study import draw_study
+from overturning.figures.illustrative import draw_illustrative_cases
+from overturning.figures.record import draw_records
+from overturning.figures.study import draw_whole
+from overturning.figures.style import write_figure
 from overturning.records.record import Record
 from overturning.records.store import read_motion
 from overturning.study.intensity import write_intensity
@@ -44,5 +48,9 @@ def make_results(folder: Path, records: list[Record], **study: Any) -> Path:
     cube_of(settings, records, folder)
     kept = [read_motion(folder / "motion" / f"{record.record_id}.nc") for record in records]
     write_intensity(settings, kept, folder / "intensity.nc")
-    draw_study(folder / "cube.nc", folder / "intensity.nc", folder / "motion", folder / "figures")
+    cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "intensity.nc", "motion", "figures"))
+    write = partial(write_figure, settings.figures)
+    draw_records(cube, intensity, motions, figures, write)
+    draw_whole(cube, intensity, figures, write)
+    draw_illustrative_cases(cube, motions, figures / "illustrative")
     return folder

@@ -5,12 +5,19 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 import xarray as xr
+from obspy.geodetics import gps2dist_azimuth
 from scipy.stats import bootstrap, circmean
 
 from overturning.model.body import Body
 from overturning.model.falls import model_of
 from overturning.statistics.circular import SECTORS
-from overturning.statistics.earthquakes import axes_by_earthquake, followed, summarise_axes, sums_by_record
+from overturning.statistics.earthquakes import (
+    axes_by_earthquake,
+    followed,
+    radial_azimuth,
+    summarise_axes,
+    sums_by_record,
+)
 from overturning.statistics.falls import fall_alignment, fall_means, fall_shares
 from overturning.statistics.illustrative import illustrative_cases
 from overturning.statistics.roses import rose_of
@@ -152,6 +159,47 @@ def test_falls_that_go_along_a_reference_follow_it() -> None:
     assert [one.value for one in each.means["peak velocity", True]] == pytest.approx([1.0, 0.0, -1.0], abs=1e-6)
     heads = [one.value for one in each.means["peak velocity", False]]
     assert heads == pytest.approx([-1.0, -np.sqrt(0.5), 0.0], abs=1e-6)
+
+
+def test_the_radial_direction_is_that_of_the_great_circle_at_the_station() -> None:
+    """By hand (Clairaut: sin azimuth × cos latitude is the same all along), and by ObsPy on the ellipsoid."""
+    places = np.array([
+        (0.0, 0.0, 45.0, 90.0, 90.0),  # leaves towards the north-east, passes 45° N due east
+        (0.0, 0.0, 10.0, 0.0, 0.0),
+        (0.0, 179.9, 0.0, -179.9, 90.0),
+        (35.0, 135.0, 34.0, 135.0, 180.0),
+        (10.0, 20.0, 10.0, 20.0, np.nan),  # within 1 km there is no direction
+        (np.nan, 20.0, 10.0, 20.0, np.nan),
+    ])  # fmt: skip
+    names = ("epicentre_latitude", "epicentre_longitude", "station_latitude", "station_longitude")
+    cube = xr.Dataset(coords={name: ("record", column) for name, column in zip(names, places.T, strict=False)})
+    assert radial_azimuth(cube).to_numpy() == pytest.approx(places[:, 4], abs=1e-9, nan_ok=True)
+    assert np.isnan(radial_azimuth(xr.Dataset(coords={"event": ("record", ["A", "B"])}))).all()
+    lines = np.random.default_rng(4).uniform((-60, -180, -3, -3), (60, 180, 3, 3), (20, 4))
+    lines[:, 2:] += lines[:, :2]
+    cube = xr.Dataset(coords={name: ("record", column) for name, column in zip(names, lines.T, strict=True)})
+    back = np.array([gps2dist_azimuth(*line)[2] for line in lines])
+    apart = (radial_azimuth(cube).to_numpy() - back) % 360 - 180
+    assert np.abs(apart).max() < 0.3
+
+
+def test_falls_towards_the_epicentre_follow_the_radial_axis_against_its_head() -> None:
+    cube = space_cube()
+    radial = np.array([0.0, 90.0, 180.0, 270.0, 0.0])
+    east, north = np.sin(np.radians(radial)), np.cos(np.radians(radial))
+    places = {"epicentre_latitude": 0.0, "epicentre_longitude": 0.0, "station_latitude": north}
+    places["station_longitude"] = east
+    cube = cube.assign_coords({name: ("record", np.zeros(5) + values) for name, values in places.items()})
+    azimuth = np.broadcast_to(radial.reshape(-1, 1, 1, 1, 1, 1) + 180.0, cube["overturned"].shape) % 360.0
+    cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
+    other = ("record", radial + 90.0)
+    intensity = xr.Dataset({"pgv_azimuth": other, "pga_azimuth": other, "pulse_axis": other})
+    (found,) = followed(cube, intensity, [slice(0, 3)]).values()
+    assert [found.means["radial direction", axial][0].value for axial in (True, False)] == pytest.approx([1.0, -1.0])
+    assert found.closest[0] == "radial direction"
+    nowhere = cube.assign_coords(epicentre_latitude=("record", np.full(5, np.nan)))
+    (found,) = followed(nowhere, intensity, [slice(0, 3)]).values()
+    assert ("radial direction", True) not in found.means
 
 
 def test_two_references_are_compared_earthquake_by_earthquake() -> None:

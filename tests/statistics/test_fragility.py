@@ -1,6 +1,9 @@
 """Lognormal curves found again in shares made from them, and OpenQuake's format read by another program's rules."""
 
+import configparser
+import csv
 import math
+import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -12,7 +15,14 @@ from scipy.stats import norm
 
 from overturning.errors import ArgumentError
 from overturning.report.text import censored
-from overturning.statistics.fragility import fragility, lognormal_fit, write_fragility_csv, write_openquake
+from overturning.statistics.fragility import (
+    fragility,
+    lognormal_fit,
+    measure_file,
+    record_share,
+    write_fragility_csv,
+    write_openquake,
+)
 
 NRML = "{http://openquake.org/xmlns/nrml/0.5}"
 
@@ -76,7 +86,8 @@ def test_a_median_beyond_the_data_is_written_as_above_them(tmp_path: Path) -> No
     curve = fragility("stout", ("PGA", "g"), x, norm.cdf(np.log(x / 2) / 0.5), np.repeat(list("abcdefgh"), 10))
     assert curve.median == pytest.approx(2, rel=1e-3)
     write_fragility_csv([curve], tmp_path / "f.csv")
-    assert (tmp_path / "f.csv").read_text(encoding="utf-8").splitlines()[1] == '"stout",PGA,g,inf,inf,inf,nan,0.1,1'
+    row = (tmp_path / "f.csv").read_text(encoding="utf-8").splitlines()[1]
+    assert row == '"stout",PGA,g,inf,inf,inf,nan,0.1,1,nan,nan,stout'
     write_openquake([curve], tmp_path / "f.xml", "gravestones")
     function = ElementTree.parse(tmp_path / "f.xml").getroot()[0].find(f"{NRML}fragilityFunction")
     assert function is not None
@@ -118,3 +129,94 @@ def test_formats(tmp_path: Path) -> None:
     assert (tmp_path / "f.csv").read_text(encoding="utf-8").splitlines()[1].startswith('"B/H < 0.4",PGA,g,0.6,')
     with pytest.raises(ArgumentError, match="PGA or"):
         write_openquake([], tmp_path / "g.xml", "none")
+
+
+@pytest.mark.parametrize(("between", "within"), [(0.5, 0.3), (0.15, 0.45), (0.0, 0.4)])
+def test_the_spread_of_records_is_told_from_that_of_stones(between: float, within: float) -> None:
+    """60 records that each are so much stronger than their intensity says, 200 stones that each take so much more.
+
+    The median that every record has is drawn; the standard error of a spread of 60 values is 9 % of it.
+    """
+    generator = np.random.default_rng(5)
+    x = np.tile(np.geomspace(0.2, 2, 6), (60, 1)) * np.exp(generator.normal(0, 0.2, (60, 1)))
+    own = math.log(0.6) + between * norm.ppf((np.arange(60) + 0.5) / 60)[:, None]
+    share = generator.binomial(200, norm.cdf((np.log(x) - own) / within)) / 200
+    record = np.repeat(np.arange(60), 6)
+    median, spread = lognormal_fit(x.ravel(), share.ravel())
+    assert spread == pytest.approx(math.hypot(between, within), rel=0.06)
+    found = record_share((median, spread), x.ravel(), share.ravel(), record, 200)
+    assert found == pytest.approx((between / math.hypot(between, within)) ** 2, abs=0.06)
+
+
+def test_records_under_which_all_stones_do_the_same_differ_by_the_record_alone() -> None:
+    x = np.geomspace(0.2, 2, 40)
+    share = (norm.ppf((np.random.default_rng(2).permutation(40) + 0.5) / 40) < np.log(x / 0.6) / 0.5).astype(float)
+    fit = lognormal_fit(x, share)
+    assert record_share(fit, x, share, np.arange(40), 100) > 0.9
+
+
+def test_openquake_takes_the_names_of_classes_and_of_spectral_acceleration(tmp_path: Path) -> None:
+    """Its rule for the id of a function is 1 to 60 of a-zA-Z0-9_- (`openquake.hazardlib.valid.simple_id`)."""
+    x = np.tile(np.geomspace(0.1, 2, 20), 4)
+    names = ("B/H up to 0.45, H up to 0.75 m", "B/H above 0.45, H up to 0.75 m", "all stones")
+    curves = [
+        fragility(name, ("SA(0.5)", "g"), x, norm.cdf(np.log(x / 0.6) / 0.4), np.repeat(list("abcdefgh"), 10))
+        for name in names
+    ]
+    assert measure_file("SA(0.5)") == "fragility-sa-0.5.xml"
+    write_openquake(curves, tmp_path / "f.xml", "gravestones")
+    functions = ElementTree.parse(tmp_path / "f.xml").getroot()[0].findall(f"{NRML}fragilityFunction")
+    taken = [str(one.get("id")) for one in functions]
+    assert len(set(taken)) == 3
+    assert all(re.fullmatch(r"[a-zA-Z0-9_\-]{1,60}", one) for one in taken)
+    write_fragility_csv(curves, tmp_path / "f.csv")
+    assert all(one in (tmp_path / "f.csv").read_text(encoding="utf-8") for one in taken)
+    for function in functions:
+        imls = function.find(f"{NRML}imls")
+        assert imls is not None
+        assert imls.get("imt") == "SA(0.5)"
+
+
+EXAMPLE = Path(__file__).parents[2] / "surveys" / "openquake"
+
+
+def test_the_example_for_openquake_keeps_to_its_rules(tmp_path: Path) -> None:
+    """Rules of NRML 0.5 and of the engine's readers: names of files, of columns, of cost types, of sites, ids."""
+    job = configparser.ConfigParser()
+    job.read(EXAMPLE / "job.ini", encoding="utf-8")
+    files = {key: value for part in job.values() for key, value in part.items() if key.endswith(("_file", "_csv"))}
+    assert files.pop("contents_fragility_file") == measure_file("PGA")
+    assert all((EXAMPLE / name).is_file() for name in files.values())
+    model = ElementTree.parse(EXAMPLE / files["exposure_file"]).getroot()[0]
+    assert model.tag == f"{NRML}exposureModel"
+    assert [one.get("name") for one in model.iter(f"{NRML}costType")] == ["contents"]
+    assets = _rows(EXAMPLE / str(model.findtext(f"{NRML}assets")))
+    sites, fields = _rows(EXAMPLE / files["sites_csv"]), _rows(EXAMPLE / files["gmfs_file"])
+    assert [(one["lon"], one["lat"]) for one in assets] == [(one["lon"], one["lat"]) for one in sites]
+    assert {one["site_id"] for one in fields} == {one["site_id"] for one in sites}
+    assert all(float(one["number"]) > 0 and float(one["contents"]) > 0 for one in assets)
+    assert all(float(one["gmv_PGA"]) > 0 for one in fields)
+
+    x = np.tile(np.geomspace(0.1, 2, 20), 4)
+    curve = fragility("all stones", ("PGA", "g"), x, norm.cdf(np.log(x / 0.6) / 0.4), np.repeat(list("abcdefgh"), 10))
+    write_openquake([curve], tmp_path / "f.xml", "gravestones")
+    root = ElementTree.parse(tmp_path / "f.xml").getroot()
+    (fragilities,) = root
+    assert (root.tag, fragilities.tag) == (f"{NRML}nrml", f"{NRML}fragilityModel")
+    assert fragilities.get("lossCategory") == model.get("category") == "contents"
+    (function,) = fragilities.findall(f"{NRML}fragilityFunction")
+    assert {one["taxonomy"] for one in assets} == {function.get("id")}
+    imls, poes = function
+    states = str(fragilities.findtext(f"{NRML}limitStates")).split()
+    assert (function.get("format"), [poes.get("ls")]) == ("discrete", states)
+    levels, chances = (np.array(str(one.text).split(), dtype=float) for one in (imls, poes))
+    assert levels.size == chances.size
+    assert float(str(imls.get("noDamageLimit"))) <= levels[0]
+    assert (np.diff(levels) > 0).all()
+    assert (np.diff(chances) >= 0).all()
+    assert 0 <= chances[0] <= chances[-1] <= 1
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as table:
+        return list(csv.DictReader(table))

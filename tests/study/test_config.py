@@ -61,8 +61,8 @@ def test_filled_in_study_reads_back_equal() -> None:
 
 
 @pytest.mark.parametrize("path", sorted(CONFIG.glob("*.yaml")), ids=lambda path: path.stem)
-def test_each_shipped_study_states_its_primary_statistic(path: Path) -> None:
-    assert {"primary", "question"} <= load_study(path).model_fields_set
+def test_each_shipped_study_states_its_question_and_primary_statistic(path: Path) -> None:
+    assert {"primary", "question", "asks"} <= load_study(path).model_fields_set
 
 
 SOIL = {"site": {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}}
@@ -93,6 +93,8 @@ IN_PLANES = [
         "surveys.0.record: 2 records; name the one",
     ),
     ({"azimuth": {"step": 7}}, "azimuth: step 7° does not close the circle; take 6 or 8"),
+    ({"azimuth": 5}, "mine.yaml: azimuth: 5 – it has keys of its own; write azimuth: {step: 5}; known: start, stop"),
+    ({"ensemble": 8}, "ensemble: 8 – it has keys of its own; write ensemble: {members: 8}"),
     ({"azimuth": {"step": 1e-9}}, "azimuth: more than 36,000 azimuths"),
     ({"height": [60]}, "60 m; a stone is 0.01 to 50 m high; is that in centimetres"),
     ({"height": [0.001]}, "0.001 m; a stone is 0.01 to 50 m high; heights are in m"),
@@ -112,6 +114,14 @@ IN_PLANES = [
     ({"primary": {"statistic": "fall_rate"}}, "primary.statistic: there are no stones whose rate it is"),
     ({"primary": {"statistic": "share", "against": "soft"}}, "primary.against: 'soft' is none of the variants"),
     ({"primary": {"against": "soft"}, "variants": {"soft": SOIL}}, "primary.against: alignment is that of the study"),
+    ({"figures": {"height": 0.7}}, "figures.height: 0.7 is not computed; add it to height, or name one of them"),
+    ({"asks": "survey"}, "asks: survey, and there is nothing to compare with; give `surveys` or `published`"),
+    ({"asks": "reference"}, "asks: reference, which only a body in space is free to follow"),
+    ({"asks": "site", "variants": {"soft": SOIL}}, "asks: site, beside which variant? name one in primary.against"),
+    (
+        {"asks": "vertical", "primary": {"statistic": "share", "against": "soft"}, "variants": {"soft": SOIL}},
+        "asks: vertical, but variant 'soft' has none of its own",
+    ),
 ]
 IN_SCENES = [
     ({"scene": "three-teir"}, "no file"),

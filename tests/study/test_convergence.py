@@ -33,6 +33,7 @@ from overturning.study.convergence import (
     choose,
     compare,
     computations,
+    read_rigid,
     read_sample,
     unanswered,
 )
@@ -234,6 +235,43 @@ def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused()
     assert found.finer.outcomes[0].cases == found.chosen == 2
 
 
+def test_blocks_that_cannot_slide_stand_beside_the_exact_rigid_block(tmp_path: Path) -> None:
+    data = {"friction": [0.58, 1.0, 1.2], "b_over_h": [0.2, 0.3, 1.1], "ensemble": {"members": 0}}
+    settings = study(**data, verification={"at_least": 2})
+    records = [short(7, "a"), short(8, "b")]
+    cube = cube_of(settings, records, tmp_path)
+    rigid, sample = read_rigid(cube, settings), read_sample(cube, settings.verification)
+    assert rigid is not None
+    # Three azimuths of two records: µ = 1 holds two of the three, 1.2 all.
+    assert rigid.computed == len(rigid.record) == 2 * 3 * (2 + 3)
+    found = check_convergence(settings, records, sample, rigid=rigid).rigid
+    assert found is not None
+    assert found.cells == found.cases == 30
+    assert found.fallen > 3
+    assert found.flags == found.sides == 0
+    overturned = rigid.answers["overturned"].copy()
+    first, second = np.flatnonzero(overturned)[:2]
+    overturned[first], overturned[second] = 0, -overturned[second]
+    wrong = replace(rigid, answers=rigid.answers.copy())
+    wrong.answers["overturned"] = overturned
+    again = check_convergence(settings, records, sample, threads=2, rigid=wrong).rigid
+    assert again == found.model_copy(
+        update={"flags": 1, "sides": 1, "fallen": found.fallen - 1, "flags_undivided": 1, "sides_undivided": 1}
+    )
+    workflow.check_convergence(settings.model_dump_json(), tmp_path / "motion", cube, tmp_path / "found.json")
+    assert Convergence.read(tmp_path / "found.json").rigid == found
+
+
+def test_what_may_slide_or_is_no_rectangle_has_no_exact_rigid_block(row_of_two: dict[str, object]) -> None:
+    """Without such a cell no cube is read."""
+    nowhere, base = Path("nowhere.nc"), {"name": "row", "records": {"use": ["a"]}, "friction": [1.0]}
+    assert read_rigid(nowhere, study(friction=[0.33, 0.99])) is None
+    assert read_rigid(nowhere, study(friction=[1.0], b_over_h=[1.0, 1.5])) is None
+    assert read_rigid(nowhere, check_study(base | {"scene": row_of_two}, "row")) is None
+    body = {"body": {}, "height": [0.6], "b_over_h": [0.2], "orientation": {"step": 30}}
+    assert read_rigid(nowhere, check_study(base | body, "row")) is None
+
+
 @pytest.fixture(scope="module")
 def row_of_two() -> dict[str, object]:
     """A slender and a squat stone beside each other: two free elements."""
@@ -346,6 +384,7 @@ COUNTS = {
     "flags": 2,
     "undivided": 200,
     "flags_undivided": 2,
+    "sides_undivided": 0,
     "fallen": 50,
     "sides": 0,
     "unanswered": 0,
@@ -354,7 +393,7 @@ FOUND = {
     "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
     "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]},
     "stiffer": {"block_steps": 0, "outcomes": [], "refused": "too stiff"},
-    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0},
+    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0}, "rigid": None,
 }  # fmt: skip
 
 

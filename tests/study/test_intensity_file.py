@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from overturning.motion.motion import Motion
+from overturning.motion.spectra import rotd
 from overturning.records.processing import process
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.record import Record
@@ -39,6 +41,17 @@ def test_measures_by_azimuth_and_of_whole_records(table: xr.Dataset) -> None:
     for axis, ends in ((table.period, [0.01, 10.0]), (table.frequency, [0.1, 50.0])):
         np.testing.assert_allclose(axis[[0, -1]], ends)
         np.testing.assert_allclose(axis.values[1:] / axis.values[:-1], 10**0.05, rtol=1e-4)
+
+
+def test_the_periods_of_a_population_are_among_those_of_the_spectra(tmp_path: Path) -> None:
+    """An oscillator of another period than the ground's has its closed form in the tests of the spectra."""
+    given = {"name": "x", "records": {"use": ["sine"]}, "azimuth": {"step": 90}, "population": {"period": ["0.5 s", 1]}}
+    sine = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=60"), "sine")
+    write_intensity(check_study(given, "x.yaml"), [sine], tmp_path / "one.nc")
+    with xr.open_dataset(tmp_path / "one.nc") as table:
+        assert table.period.size == 62  # 1 s is one of the twenty per decade
+        (psa,) = rotd(Motion.of(sine), [0.5], percentiles=[50])["psa"]
+        assert table.psa_rotd.sel(percentile=50, period=0.5).values == pytest.approx(psa)
 
 
 def test_the_file_tells_what_processing_did(table: xr.Dataset) -> None:

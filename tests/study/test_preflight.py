@@ -3,12 +3,14 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from overturning.cli import main
 from overturning.errors import ConfigError, MissingDataError, OverturningError
 from overturning.study.load import check_study
 from overturning.study.preflight import check_files, check_records, check_size, size_of
+from tests.records.world_writers import unam_text
 
 ROOT = Path(__file__).parents[2]
 TABLE = "id\tformat\tsource\tcolumns\n"
@@ -44,9 +46,18 @@ def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
     assert files["one"] == [tmp_path / "one.csv"]
     with pytest.raises(OverturningError) as found:
         check_records(study, entries)
-    first, second = str(found.value).splitlines()
-    assert "one" in first
+    columns, processed, second = str(found.value).splitlines()
+    assert "one.csv: columns are not declared" in columns
+    assert "one.csv: columns do not say whether" in processed
     assert "format 'nonsense'" in second
+
+
+def test_what_was_left_out_of_a_file_is_said(tmp_path: Path) -> None:
+    waves = 50 * np.sin(np.arange(500) / 9)
+    (tmp_path / "x.asa").write_text(unam_text({"N00E": waves, "N90E": waves, "V": waves}), encoding="utf-8")
+    study = study_of(tmp_path, "one\tauto\tx.asa", b_over_h=[0.02, 0.1])
+    (said,) = check_records(study, check_files(study, "mine.yaml")[0])
+    assert said.startswith("record one: vertical axis 'V' left out: x.asa does not say whether up or down")
 
 
 @pytest.mark.parametrize(("gal", "weak"), [(90.0, True), (105.0, False)])
@@ -58,6 +69,16 @@ def test_a_record_too_weak_to_move_any_stone_is_said_to_be(tmp_path: Path, gal: 
     assert said == (("record slight: too weak to move any stone of the study",) if weak else ())
     twice = study_of(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], amplitude=[1, 2])
     assert check_records(twice, check_files(twice, "mine.yaml")[0]) == ()
+
+
+def test_nothing_is_said_of_the_strength_of_a_record_that_soil_may_amplify(tmp_path: Path) -> None:
+    """The preflight has the motion of the rock alone."""
+    row = "slight\tsynthetic\tsine amplitude_gal=90 period_s=1 azimuth_deg=40"
+    layer = {"thickness_m": 20, "velocity_m_s": 150, "density_kg_m3": 1800}
+    site = {"layers": [layer], "rock": {"velocity_m_s": 760}}
+    for more in ({"site": site}, {"variants": {"soil": {"site": site}}}):
+        study = study_of(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], **more)
+        assert check_records(study, check_files(study, "mine.yaml")[0]) == ()
 
 
 def test_a_study_too_large_is_refused_with_what_it_would_take() -> None:

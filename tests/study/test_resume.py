@@ -71,13 +71,13 @@ def test_a_figure_that_has_gone_makes_the_figures_again(tmp_path: Path) -> None:
     (figures / "illustrative").mkdir(parents=True)
     for name in ("1-response.svg", "illustrative.json"):
         (figures / "illustrative" / name).touch()
-    (figures / "drawn.txt").write_text(
+    (figures / "illustrative.txt").write_text(
         "illustrative/1-response.svg\nillustrative/illustrative.json\n", encoding="utf-8"
     )
     assert repair(tmp_path) == []
     (figures / "illustrative" / "1-response.svg").unlink()
     assert repair(tmp_path) == [figures / "illustrative" / "1-response.svg"]
-    assert not (figures / "drawn.txt").exists(), "an output of the rule, which is made again then"
+    assert not (figures / "illustrative.txt").exists(), "an output of the rule, which is made again then"
 
 
 def test_a_failed_run_does_not_cost_the_cube(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Scenes in a study: defaults, refusals, and a cube with elements from sweep to report tables."""
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from overturning.report.blocks import Paragraph, Table
 from overturning.report.results import Results
 from overturning.report.sections.scene import scene as scene_section
 from overturning.report.sections.scene import spread_sentence
-from overturning.statistics.elements import compare_stones, falls_by_element
+from overturning.statistics.elements import compare_stones, contrast, falls_by_element
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_members
 from overturning.study.load import check_study
@@ -98,9 +99,11 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
     with open_cube(nominal) as shaft, open_cube(paths["alone"]) as alone:
         assert str(shaft["element"].item()) == "shaft"
         assert shaft["overturned"].dims == alone["overturned"].dims
-        found = compare_stones("shaft", shaft, "alone", alone)
-        assert found.both + found.only_this + found.only_other + found.neither == found.cases == 24
-        assert found.same_side <= found.both
+        found = compare_stones(shaft, alone)
+        assert found["cases"].item() == 24
+        sides, others = shaft["overturned"].to_numpy(), alone["overturned"].to_numpy()
+        assert found["both"].item() == np.count_nonzero((sides != 0) & (others != 0)) > 0
+        assert found["same_way"].item() == np.count_nonzero((sides == others) & (sides != 0))
         # Turned by 180° a symmetric scene falls the other way.
         sides = shaft["overturned"].to_numpy()
         np.testing.assert_array_equal(sides[:, 3:], -sides[:, :3])
@@ -127,7 +130,8 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
     assert [row[1] for row in table.rows] == ["lower-base", "upper-base", "shaft", "any element", "monolith", "shaft"]
     comparisons = [block.text for block in shown.blocks if type(block) is Paragraph]
     assert len(comparisons) == 2
-    assert f"Of 24 cases the shaft of the three-tier scene falls in {rows['shaft'].falls}" in comparisons[0]
+    share = 100 * rows["shaft"].falls / 24
+    assert f"only in the three-tier scene in {share:.1f}\u00a0% of the cases" in comparisons[0]
     assert all(name in drawn for name in ("upper-base", "monolith"))
     with pytest.raises(ResultError, match="no element 'roof'; known: lower-base"):
         open_cube(nominal, element="roof")
@@ -136,15 +140,41 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
 def test_comparisons_count_what_they_say() -> None:
     import xarray as xr
 
-    def cube(sides: list[float], times: list[float]) -> xr.Dataset:
-        return xr.Dataset({"overturned": ("record", sides), "overturning_time": ("record", times)})
+    def cube(times: list[float], **more: list[float]) -> xr.Dataset:
+        rows = {"overturning_time": times, **more}
+        return xr.Dataset({name: (("record", "azimuth"), np.reshape(values, (2, 3))) for name, values in rows.items()})
 
     nan = float("nan")
-    this = cube([1, -1, 0, 1, nan, 1], [2.0, 3.0, nan, 1.0, nan, 4.0])
-    other = cube([1, 1, 0, 0, 1, 1], [2.5, 2.0, nan, nan, 1.0, 3.0])
-    found = compare_stones("a", this, "b", other)
-    assert (found.cases, found.both, found.only_this, found.only_other, found.neither) == (5, 3, 1, 0, 1)
-    assert (found.same_side, found.earlier) == (2, 1)
+    this = cube([2.0, 3.0, nan, 1.0, nan, 4.0], overturned=[1, -1, 0, 1, nan, 1])
+    other = cube([2.5, 2.0, nan, nan, 1.0, 3.0], overturned=[1, 1, 0, 0, 1, 1])
+    found = compare_stones(this, other)
+    names = ("cases", "both", "only_this", "only_other", "same_way", "earlier")
+    assert [found[name].to_numpy().tolist() for name in names] == [[3, 2], [2, 1], [0, 1], [0, 0], [1, 1], [1, 0]]
+    both = contrast(found, np.array(["one", "other"]))
+    assert (both.both.value, both.only_this.value) == (pytest.approx((2 / 3 + 1 / 2) / 2), 1 / 4)
+    assert (both.same_way.value, both.earlier.value, both.earlier.n) == (pytest.approx(3 / 4), 1 / 4, 2)
+    # In space a fall has an azimuth of its own.
+    towards = {"overturned": [1, 1, 0, 1, 1, 1], "fall_azimuth": [350.0, 10, nan, 90, 90, 0]}
+    across = {"overturned": [1, 1, 0, 0, 1, 1], "fall_azimuth": [30.0, 60, nan, nan, 46, 200]}
+    times = [1.0] * 6
+    assert compare_stones(cube(times, **towards), cube(times, **across))["same_way"].to_numpy().tolist() == [1, 1]
+
+
+def test_a_variant_without_vertical_motion_is_the_study_without_it(tmp_path: Path) -> None:
+    record = dataclasses.replace(_record(), up=0.8 * _record().north)
+    grid = {"azimuth": {"step": 60}, "b_over_h": [0.2, 0.3], "friction": [0.9], "ensemble": {"members": 0}}
+    study = check_study(
+        {"name": "plain", "records": {"use": ["pulse"]}, **grid, "variants": {"flat": {"vertical": False}}}, "a.yaml"
+    )
+    without = study.model_copy(update={"simulation": study.simulation.model_copy(update={"vertical": False})})
+    cubes = [
+        open_cube(cube_of(one, [record], tmp_path / str(index), variant))
+        for index, (one, variant) in enumerate(((study, "nominal"), (study, "flat"), (without, "nominal")))
+    ]
+    for name in ("overturned", "peak_rotation"):
+        np.testing.assert_array_equal(cubes[1][name], cubes[2][name])
+        assert not np.array_equal(cubes[0][name], cubes[1][name])
+    assert [cube["vertical"].item() for cube in cubes] == [1, 0, 0]
 
 
 @pytest.mark.parametrize("variant", ["nominal", "monolith", "gravestone"])

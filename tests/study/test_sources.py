@@ -22,7 +22,7 @@ def test_hash_follows_a_file_below(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     (tmp_path / "b.py").write_text("g = 1\n", encoding="utf-8")
     (tmp_path / "c.py").write_text("", encoding="utf-8")
     root = tmp_path.rename(tmp_path.with_name("overturning"))
-    monkeypatch.setattr(sources, "_ROOT", root)
+    monkeypatch.setattr(sources, "PACKAGE", root)
     before = sources.source_hash("overturning.a")
     (root / "c.py").write_text("other = 1\n", encoding="utf-8")
     assert sources.source_hash("overturning.a") == before
@@ -35,7 +35,7 @@ def test_a_step_does_not_depend_on_its_neighbours(tmp_path: Path, monkeypatch: p
     root = tmp_path / "overturning"
     (root / "sub").mkdir(parents=True)
     (root / "b.py").write_text("h = 1\n", encoding="utf-8")
-    monkeypatch.setattr(sources, "_ROOT", root)
+    monkeypatch.setattr(sources, "PACKAGE", root)
 
     def hashes(text: str) -> list[str]:
         (root / "sub" / "a.py").write_text(text, encoding="utf-8")

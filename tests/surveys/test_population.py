@@ -6,14 +6,22 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from scipy.stats import binomtest
+from scipy.stats import binomtest, norm
 
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.study.sections import Population, Spread
-from overturning.surveys.population import Stones, draw_stones, grid_places, population_rates, rates, stone_outcomes
+from overturning.surveys.population import (
+    Stones,
+    draw_stones,
+    fragility_curves,
+    grid_places,
+    population_rates,
+    rates,
+    stone_outcomes,
+)
 from overturning.units import STANDARD_GRAVITY
 
 INTERVAL = 0.01
@@ -163,3 +171,38 @@ def test_rates_over_amplitudes_of_a_cube() -> None:
     )
     assert found.attrs["outside"] == 0
     assert found["octant"].values.tolist() == [0, 45, 90, 135, 180, 225, 270, 315]
+
+
+def test_curves_over_spectral_acceleration_and_their_spreads() -> None:
+    """Rates that are a curve over Sa(0.5 s) are found again, all of whose spread is of stones; over PGA it is not."""
+    generator = np.random.default_rng(3)
+    sa, pga = np.geomspace(0.2, 2, 30), np.geomspace(0.2, 2, 30) * np.exp(generator.normal(0, 0.5, 30))
+    rate = norm.cdf(np.log(sa / 0.7) / 0.3)[:, None]
+    found = xr.Dataset(
+        {
+            "fall_rate": (("record", "amplitude"), rate),
+            "class_rate": (("record", "amplitude", "stones"), rate[..., None]),
+        },
+        {
+            "event": ("record", [f"E{i}" for i in range(30)]),
+            "amplitude": [1.0],
+            "stones": ["B/H up to 0.5, H up to 0.6 m"],
+            "members": ("stones", [100]),
+        },
+        {"period": [0.5], "members": 200},
+    )
+    psa = STANDARD_GRAVITY * sa[:, None, None]
+    intensity = xr.Dataset(
+        {
+            "psa_rotd": (("record", "percentile", "period"), psa),
+            **dict.fromkeys(("pga_rotd", "pgv_rotd"), (("record", "percentile"), STANDARD_GRAVITY * pga[:, None])),
+        },
+        {"percentile": [50.0], "period": [0.5]},
+    )
+    curves = {(one.measure, one.name): one for one in fragility_curves(found, intensity)}
+    own = curves["SA(0.5)", "all stones"]
+    assert (own.unit, own.median, own.spread) == ("g", pytest.approx(0.7, rel=1e-3), pytest.approx(0.3, rel=1e-3))
+    assert own.spreads[0] < 0.05
+    other = curves["PGA", "all stones"]
+    assert other.spreads[0] > 0.4
+    assert np.hypot(*other.spreads) == pytest.approx(other.spread)

@@ -10,7 +10,7 @@ from overturning.motion.motion import Motion
 from verification.inputs import Group, grid, pulse_groups, thinned
 from verification.measures import answers, order, rotation_error
 from verification.work_precision.boundaries import BRACKET, bisect, boundaries, ends
-from verification.work_precision.parts import Setting, reference, rocking
+from verification.work_precision.parts import Setting, exact_block, reference
 
 STEPS = np.array([0.5, 0.25, 0.125])
 
@@ -114,7 +114,7 @@ def test_a_boundary_that_was_not_found_stays_unknown() -> None:
 
 def test_rigid_limit_error_falls_with_the_static_penetration() -> None:
     groups = pulse_groups(periods=3, blocks=12)
-    right = [np.concatenate(part) for part in zip(*map(rocking, groups), strict=True)]
+    right = exact_block(groups)
     errors = [rotation_error(*reference(groups, Setting("centred", 0.5, delta)), *right) for delta in (2e-4, 2e-5)]
     assert errors[1] < 0.5 * errors[0]
     assert errors[1] < 0.01

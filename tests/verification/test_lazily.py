@@ -43,9 +43,9 @@ Statistic = Callable[[Results], object]
 def stones_of(results: Results) -> list[object]:
     """What a report says of the elements and variants of a scene, and their roses."""
     stones = {name: results.reference_cube(name) for name in results.cubes}
-    (name, one), (other_name, other) = stones.items()
+    (name, one), (_, other) = stones.items()
     said = [
-        compare_stones(name, one, other_name, other),
+        compare_stones(one, other),
         spread_sentence(name, one, results.study.ensemble),
         element_roses_figure(stones),
     ]

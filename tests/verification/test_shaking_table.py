@@ -3,12 +3,15 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from overturning.dem.block.rigid import rocking
 from overturning.errors import ResultError
-from overturning.model.contact import Contact
-from verification.shaking_table.__main__ import main, measure
-from verification.shaking_table.clouds import PRISMS, RECTANGLES, Cloud, Kind, cloud, drawn, with_damping
+from overturning.model.cases import Cases
+from verification.shaking_table import small_table
+from verification.shaking_table.__main__ import by_damping, main, measure
+from verification.shaking_table.clouds import PRISMS, RECTANGLES, Cloud, Kind, cloud, drawn, near_a_centre
 from verification.shaking_table.data import SPECIMENS, Tests, read_tests
 from verification.shaking_table.models import (
     B_OVER_H,
@@ -41,11 +44,14 @@ def test_stones_lie_within_their_bounds(kind: Kind) -> None:
         assert high * 0.95 < rows[name].max() <= high
 
 
-def test_stones_of_one_damping_ratio() -> None:
-    """A case has its damping as a factor on the default contact's ratio."""
-    rows, any_ratio = drawn(with_damping(RECTANGLES, 6), 64), drawn(RECTANGLES, 64)
-    assert rows["damping"] * Contact().damping_ratio == pytest.approx(np.full(64, 6.0))
-    assert all((rows[name] == any_ratio[name]).all() for name in set(rows) - {"damping"})
+@pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
+def test_a_stone_beyond_every_neighbourhood_changes_no_share(kind: Kind) -> None:
+    rows = drawn(kind, 256)
+    near, fell = near_a_centre(rows), np.random.default_rng(2).random((3, 256)) < 0.4
+    whole = Cloud(rows["b_over_h"], rows["height"], rows["damping"], fell)
+    part = Cloud(rows["b_over_h"][near], rows["height"][near], rows["damping"][near], fell[:, near])
+    assert 0.8 < near.mean() < 1
+    np.testing.assert_array_equal(ensemble_fractions(part), ensemble_fractions(whole))
 
 
 def test_prisms_and_rectangles_under_one_motion() -> None:
@@ -84,7 +90,7 @@ def synthetic() -> tuple[Tests, Cloud]:
         pgv=0.1 * peak * np.exp(generator.normal(0, 0.3, 300)),
         fell=dict.fromkeys(SPECIMENS, peak > threshold),
     )
-    return tests, Cloud(rows["b_over_h"], rows["height"], fell)
+    return tests, Cloud(rows["b_over_h"], rows["height"], rows["damping"], fell)
 
 
 def test_finds_a_rectangle_of_the_right_strength(synthetic: tuple[Tests, Cloud]) -> None:
@@ -107,6 +113,14 @@ def test_held_out_scores_and_reliability(synthetic: tuple[Tests, Cloud]) -> None
     assert np.isfinite(held["motion left out", ENSEMBLE, 1]).all()
     for one in reliability(held["motion left out", ENSEMBLE, 1], tests.fell[1], tests.motion, 40):
         assert one.low - 0.25 <= one.probability <= one.high + 0.25
+
+
+def test_each_rectangle_has_a_part_of_the_damping_ratios(synthetic: tuple[Tests, Cloud]) -> None:
+    tests, made = synthetic
+    found = by_damping(tests, made)
+    assert list(found) == ["0.9 to 1.6", "1.6 to 2.8", "2.8 to 5.1", "5.1 to 9.0"]
+    assert sum(count for count, _ in found.values()) == made.damping.size
+    assert all(rows.shape == (2, 3) and np.isfinite(rows).all() for _, rows in found.values())
 
 
 def test_no_test_is_foretold_from_its_own_motion(synthetic: tuple[Tests, Cloud]) -> None:
@@ -134,3 +148,29 @@ def test_reads_the_file_and_says_what_is_missing(tmp_path: Path, capsys: pytest.
         read_tests(tmp_path)
     main(tmp_path / "nowhere")
     assert "skipped: " in capsys.readouterr().out
+
+
+def test_the_small_table_is_driven_as_its_tests_state() -> None:
+    for pga, ratio in ((0.4, 0.05), (1.0, 0.2)):
+        motion = small_table.period_of_cosine(pga, ratio)
+        along = motion.north
+        assert np.abs(along).max() == pytest.approx(pga * 9.80665, rel=1e-6)
+        velocity = np.cumsum(along) * motion.sampling_interval
+        assert np.abs(velocity).max() == pytest.approx(pga * 9.80665 * ratio, rel=0.02)
+        assert abs(velocity[-1]) < 0.03 * np.abs(velocity).max()
+    sizes = {name: len(small_table.read_set(name)) for name in small_table.SETS}
+    assert sizes == {"exp0": 83, "exp270": 134, "PBR_0": 135, "PBR_90": 64}  # two without a motion left out
+    assert small_table.read_set("exp270")["fell"].sum() == 51  # 50 times Y, once y
+
+
+def test_a_block_is_known_again_by_its_falls_on_the_small_table() -> None:
+    """Falls of a block that lies between the centres; its even tests are predicted."""
+    grid = [(pga, ratio) for pga in np.linspace(0.1, 1.0, 10) for ratio in np.linspace(0.03, 0.3, 8)]
+    motions = [small_table.period_of_cosine(*pair) for pair in grid]
+    fell = [bool(rocking(motion, Cases(0.0, 0.2, 0.15, 1.0)).overturned[0]) for motion in motions]
+    tests = pd.DataFrame(grid, columns=["pga", "ratio"]).assign(fell=fell).sample(frac=1.0, random_state=1)
+    probabilities, (b_over_h, height) = small_table.foretold(tests, small_table.shares(tests))
+    assert b_over_h == pytest.approx(0.15, rel=0.2)
+    assert height == pytest.approx(0.2, rel=0.5)
+    even = tests["fell"].to_numpy()[1::2]
+    assert np.mean((probabilities["rigid block"] > 0.5) == even) > 0.9

@@ -1,5 +1,6 @@
 """What was measured reaches its files and the marks in the docs, and the same bytes each time."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import pandas as pd
 import pytest
 
 from overturning.errors import ResultError
-from verification import experiments, sentences, summary
+from verification import experiments, sentences, summary, timing
 from verification.shaking_table import page as shaking_table
 from verification.tables import (
     RESULTS,
@@ -20,6 +21,7 @@ from verification.tables import (
     write_figures,
     write_table,
 )
+from verification.work_precision import page as error_page
 
 
 def test_table_reads_back_and_is_the_same_each_time(tmp_path: Path) -> None:
@@ -57,11 +59,25 @@ def test_pages_change_between_their_marks_only(tmp_path: Path) -> None:
 
 def test_figures_measured_again_take_the_place_of_the_old_ones(tmp_path: Path) -> None:
     path = tmp_path / "exactness.csv"
-    write_figures([Figure("speed", 3.0, "x", ">= 2"), Figure("cases", 20_000)], path)
-    assert write_figures([Figure("speed", 2.5, "x", ">= 2")], path, keep=True) == read_figures(path)
-    assert figures_table(read_figures(path)).splitlines()[2:] == ["| speed | 2.5 x | >= 2 |", "| cases | 20,000 |  |"]
-    assert "speed | >= 2 | 2.5 x | [exactness.csv]" in summary.bodies(tmp_path)["summary"]
-    assert "cases" not in summary.bodies(tmp_path)["summary"], "what has no target is not in the summary"
+    write_figures([Figure("speed", 3.0, "x"), Figure("cases", 20_000)], path)
+    assert write_figures([Figure("speed", 2.5, "x")], path, keep=True) == read_figures(path)
+    assert figures_table(read_figures(path)).splitlines()[2:] == ["| speed | 2.5 x |", "| cases | 20,000 |"]
+    write_figures([Figure("compilation, cold", 7.0, "s"), Figure("cases", 1)], tmp_path / "x-2-cores.csv")
+    shown = summary.bodies(tmp_path)["summary"].splitlines()[2:]
+    assert [line.split(" | ")[:2] for line in shown] == [
+        ["| speed", "2.5 x"],
+        ["| cases", "20,000"],
+        ["| compilation, cold", "7 s"],
+    ], "all of the first file, and of a machine's what is chosen"
+
+
+def test_a_long_computation_is_timed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    for seconds, runs in ((0.5, 3), (3.0, 2), (5.0, 1)):
+        clock = iter(np.arange(20) * seconds)
+        monkeypatch.setattr("verification.timing.time.process_time", lambda clock=clock: next(clock))
+        calls: list[int] = []
+        assert timing.measured(partial(calls.append, 1), 3, int) == (None, seconds)
+        assert len(calls) == runs
 
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -87,6 +103,7 @@ def test_tables_of_the_pages_are_those_of_the_files() -> None:
     boulder = shaking_table.of_scores(pd.read_csv(RESULTS / "shaking-table.csv"))
     curve = pd.read_csv(RESULTS / "default-step.csv")
     made = summary.bodies() | boulder | {"equal-error": experiments.equal_error(curve)}
+    made["equal-agreement"] = error_page.equal_agreement(pd.read_csv(RESULTS / "work-precision.csv"))
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     assert [
         mark for mark, body in made.items() if f"<!-- {mark}:begin -->\n\n{body}\n\n<!-- {mark}:end" not in texts
@@ -102,3 +119,16 @@ def test_equal_error_on_a_curve_that_turns_back() -> None:
     curve.loc[0, experiments.AT_EQUAL] = [0.5, 8.0, 4.0, 1.0]
     shares = [line.split(" | ")[-1] for line in experiments.equal_error(curve).splitlines()[2:]]
     assert shares == ["1/40, at most |", "1/10, at least |", "1/10, at least |", "1/20 |"]
+
+
+def test_times_at_equal_agreement() -> None:
+    """One engine is right in 8 of 10 cases after 1 s, in 9 after 5 s and in 9 after 3 s, and never in more."""
+    rows = pd.DataFrame({
+        "cases_of": "records, no sliding", "method": ["exact", "pymunk", "pymunk", "pymunk"], "shared": 10.0,
+        "disagree": [0.0, 2.0, 1.0, 1.0], "seconds_per_case": [0.1, 1.0, 5.0, 3.0],
+    })  # fmt: skip
+    head, _, *lines = error_page.equal_agreement(rows).splitlines()
+    assert head == "| agreement in 10 cases | exact | pymunk |"
+    assert lines[0] == "| 90 % | 100 ms | 3e+03 ms |"
+    assert lines[1] == "| 95 % | 100 ms | – |"
+    assert lines[-1] == "| at most | 100.0 % in 100 ms | 90.0 % in 3e+03 ms |"

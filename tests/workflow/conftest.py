@@ -22,7 +22,6 @@ azimuth: {step: 30, also: [32]}
 b_over_h: [0.2, 0.4]
 height: [0.6]
 friction: [0.33, 1.0]
-figures: {formats: [svg]}
 """
 
 
@@ -73,7 +72,7 @@ class Checkout(Project):
             workflow = api.workflow(
                 types.ResourceSettings(cores=1, overwrite_scatter={"sweep": self._chunks}),
                 types.ConfigSettings(configfiles=[Path(self.file)], config=config),
-                types.StorageSettings(notemp=True),
+                types.StorageSettings(),
                 snakefile=Path("Snakefile"),
             )
             plan = workflow.dag(types.DAGSettings(force_incomplete=True))

@@ -1,7 +1,9 @@
 """A whole small study: same bytes, resumed after a kill, computed again only where something changed."""
 
+import json
 import os
 import random
+import shlex
 import shutil
 import time
 from collections.abc import Iterator
@@ -55,14 +57,16 @@ def test_report_and_cube_name_no_clock_no_host_no_path(finished: Checkout) -> No
 def test_time_and_memory_of_each_job_are_kept(finished: Checkout) -> None:
     benchmarks = finished.results / "benchmarks"
     names = {path.relative_to(benchmarks).as_posix() for path in benchmarks.rglob("*.tsv")}
-    jobs = {"members", "rotate", "gather", "convergence", "figures", "explore", "report"}
+    jobs = {"members", "rotate"} | AFTER_SWEEP - {"record_figures_1", "all"}
     of_records = {f"{job}/{record}" for job in ("read", "sweep/nominal") for record in ("rinaldi", "petrolia")}
+    of_records |= {"record_figures/record_figures_1"}
     assert {name.partition(".")[0] for name in names} == jobs | of_records
     head, row = (benchmarks / "report.tsv").read_text(encoding="utf-8").splitlines()
     assert float(dict(zip(head.split("\t"), row.split("\t"), strict=True))["s"]) > 0
 
 
-AFTER_SWEEP = {"gather", "convergence", "figures", "explore", "report", "all"}
+FIGURES = {"record_figures_1", "figures", "illustrative"}
+AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore", "report", "all"}
 
 
 @pytest.mark.parametrize(
@@ -80,7 +84,8 @@ AFTER_SWEEP = {"gather", "convergence", "figures", "explore", "report", "all"}
         ({"processing": [{"step": "remove_mean"}]}, {"read", "rotate", "sweep"} | AFTER_SWEEP),
         ({"verification": "none"}, AFTER_SWEEP - {"convergence"}),
         ({"surveys": [{"stones": "config/stones.csv", "record": "rinaldi"}]}, {"survey", "backwards", "report", "all"}),
-        ({"figures": {"dpi": 100, "formats": ["svg"]}}, {"figures", "report", "all"}),
+        ({"figures": {"dpi": 100}}, {"record_figures_1", "figures", "report", "all"}),
+        ({"figures": {"formats": ["pdf"]}}, {"record_figures_1", "figures", "report", "all"}),
     ],
     ids=lambda value: next(iter(value), "nothing") if isinstance(value, dict) else None,
 )
@@ -103,6 +108,8 @@ def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
     [
         ("", set()),
         ("figures/study.py", {"figures", "report", "all"}),
+        ("figures/history.py", {"record_figures_1", "report", "all"}),
+        ("figures/film_of_trajectory.py", {"illustrative", "report", "all"}),
         ("dem/kernel/queue.py", {"sweep"} | AFTER_SWEEP),
         ("report/html.py", {"report", "all"}),
     ],
@@ -110,7 +117,7 @@ def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_change_of_a_source_runs_what_depends_on_it(
     finished: Checkout, sources: Path, module: str, again: set[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("overturning.study.sources._ROOT", sources)
+    monkeypatch.setattr("overturning.study.sources.PACKAGE", sources)
     _imports.cache_clear()
     path = sources / (module or "errors.py")
     text = path.read_text(encoding="utf-8")
@@ -126,9 +133,9 @@ def test_change_of_a_source_runs_what_depends_on_it(
     ("name", "again"),
     [
         ("figures/rose.svg", {"figures", "report", "all"}),
-        ("figures/history/rinaldi.svg", {"figures", "report", "all"}),
+        ("figures/history/rinaldi.svg", {"record_figures_1", "report", "all"}),
         ("report.pdf", {"report", "all"}),
-        ("intensity.nc", {"rotate", "figures", "report", "all"}),
+        ("intensity.nc", {"rotate", "record_figures_1", "figures", "report", "all"}),
         ("convergence.json", {"convergence", "report", "all"}),
     ],
 )
@@ -143,7 +150,19 @@ def test_a_result_that_was_deleted_is_made_again(
         kept.rename(path)
 
 
-def test_a_changed_title_and_a_figure_that_has_gone_make_figures_and_report_and_nothing_else(
+def test_a_figure_that_has_gone_is_drawn_with_few_others_from_the_parts_alone(finished: Checkout) -> None:
+    """Of ten records the third's; at first the figures wait for their own parts and not for the cube."""
+    use = ["rinaldi", "petrolia", "sylmar", "tcu065", "izmit", "duzce", "erzincan", "lucerne", "sturno", "tcu102"]
+    plan = finished.plan(records={"use": use})
+    of_records = [line for line in plan.commands if line.startswith("overturning record-figures")]
+    drawn = sorted(
+        (json.loads(shlex.split(line)[3])["records"]["use"] for line in of_records), key=lambda one: use.index(one[0])
+    )
+    assert drawn == [use[:4], use[4:8], use[8:]]
+    assert not any("cube.nc" in line for line in of_records)
+
+
+def test_a_changed_title_and_a_figure_that_has_gone_make_its_kind_and_report_and_nothing_else(
     finished: Checkout, tmp_path: Path
 ) -> None:
     """The figure is one of those of which Snakemake does not know how many there are."""
@@ -153,7 +172,7 @@ def test_a_changed_title_and_a_figure_that_has_gone_make_figures_and_report_and_
     kept = gone.rename(tmp_path / gone.name)
     plan = checkout.plan(look=False, title="Another title")
     kept.rename(gone)
-    assert plan.rules == {"figures", "report", "all"}
+    assert plan.rules == {"illustrative", "report", "all"}
     assert f"{gone.relative_to(checkout.folder)}" in plan.warnings, "it is said"
     checkout.carry_out([command for command in plan.commands if command.startswith("overturning report")])
     after = bytes_of(checkout.results)
@@ -215,4 +234,4 @@ def test_a_study_on_slurm_has_the_bytes_of_this_machine(finished: Checkout, slur
         lacking(why)
     (run,) = slurm.result()
     assert run.sha256 == sha256(finished.cube.read_bytes()).hexdigest()
-    assert run.kept == 0, "this profile lets them go"
+    assert run.kept == 4, "of which figures may be drawn later"

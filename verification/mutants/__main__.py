@@ -10,6 +10,7 @@ import typer
 from overturning.files import atomic_write
 from verification.mutants.drawing import LAYERS, PACKAGE, Mutant, draw
 from verification.mutants.trial import Trial
+from verification.stale import measuring
 from verification.tables import RESULTS, ROOT, markdown, publish
 
 SEED: Final = 25
@@ -88,7 +89,8 @@ def main(
     for mutant in lived:
         line = (mutant.line((PACKAGE / mutant.file).read_text(encoding="utf-8").splitlines()) or 0) + 1
         print(f"lived: {mutant.file}:{line}: {mutant.old} -> {mutant.new}: {outcomes[mutant][1]}")
-    publish(bodies({each: outcomes[each] for each in drawn if each in outcomes}))
+    with measuring("mutants.__main__"):
+        publish(bodies({each: outcomes[each] for each in drawn if each in outcomes}))
 
 
 if __name__ == "__main__":

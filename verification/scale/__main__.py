@@ -1,7 +1,6 @@
 """`make scale`: how large a study may be; measures, and puts the tables into docs/scale.md."""
 
 import os
-import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -12,12 +11,14 @@ import typer
 
 from verification.scale import large, on_paper, same_bytes
 from verification.scale.made import SPACE
+from verification.stale import measuring
 from verification.tables import (
     RESULTS,
     Figure,
     figures_table,
     lines_of,
     markdown,
+    parts_of,
     publish,
     read_figures,
     write_csv,
@@ -30,29 +31,31 @@ RUNS = RESULTS / "scale-bytes.csv"
 
 
 def main(
-    part: Annotated[list[str] | None, typer.Option(help=f"measure this alone: {', '.join(PARTS)}")] = None,
+    parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(PARTS)}; all where none is named")] = None,
     records: Annotated[int, typer.Option(help="records of a million cases in each cube that is read lazily")] = 100,
 ) -> None:
     """Measure, keep the figures, and publish what is known of all parts."""
-    chosen = part or PARTS
-    runs = same_bytes.here() if "bytes" in chosen else []
-    if "slurm" in chosen:
-        runs += same_bytes.on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
-    if runs:
-        publish({"scale-bytes": bytes_table(kept(runs))})
-    measures: dict[str, Callable[[Path], list[Figure]]] = {
-        "chunk": large.measure_chunk,
-        "gather": large.measure_gather,
-        "lazy": lambda folder: large.measure_lazily(folder, records),
-        "lazy-space": lambda folder: large.measure_lazily(folder, records, SPACE, "made cube in space"),
-        "planning": lambda _: on_paper.measure_planning(),
+    chosen = parts_of(parts, PARTS)
+    if {"bytes", "slurm"} & set(chosen):
+        with measuring("scale.same_bytes"):
+            runs = same_bytes.here() if "bytes" in chosen else []
+            if "slurm" in chosen:
+                runs += same_bytes.on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
+            publish({"scale-bytes": bytes_table(kept(runs))})
+    measures: dict[str, tuple[str, Callable[[Path], list[Figure]]]] = {
+        "chunk": ("scale.large:measure_chunk", large.measure_chunk),
+        "gather": ("scale.large:measure_gather", large.measure_gather),
+        "lazy": ("scale lazy", lambda folder: large.measure_lazily(folder, records)),
+        "lazy-space": (
+            "scale lazy-space",
+            lambda folder: large.measure_lazily(folder, records, SPACE, "made cube in space"),
+        ),
+        "planning": ("scale.on_paper", lambda _: on_paper.measure_planning()),
     }
-    for name in (name for name in measures if name in chosen):
-        folder = Path(tempfile.mkdtemp(prefix="scale-"))
-        try:
-            write_figures(measures[name](folder), FIGURES, keep=True)
-        finally:
-            shutil.rmtree(folder)
+    for name, (known, measure) in measures.items():
+        if name in chosen:
+            with measuring(known), tempfile.TemporaryDirectory(prefix="scale-") as folder:
+                write_figures(measure(Path(folder)), FIGURES, keep=True)
     figures = read_figures(FIGURES)
     publish({"scale": figures_table(figures)})
     if {one.quantity for one in figures} >= on_paper.NEEDED:

@@ -53,7 +53,7 @@ def measure_planning(few: int = 20, many: int = 220) -> list[Figure]:
     }
     each = [Figure(f"planning: {name} per record, {CHUNKS} chunks each", *value) for name, value in per_record.items()]
     said = f"planning: longest command, {many} records in {CHUNKS} chunks each"
-    return [*each, Figure(said, more.longest, "bytes", f"<= {LONGEST_ARGUMENT}")]
+    return [*each, Figure(said, more.longest, "bytes")]
 
 
 def on_paper(measured: Mapping[str, float]) -> list[Figure]:

@@ -1,6 +1,7 @@
 """`python -m verification.shaking_table FOLDER`: predictions beside shaking-table tests, into docs/shaking-table.md."""
 
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
 
@@ -10,8 +11,9 @@ import typer
 
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
+from overturning.model.contact import DAMPING_RATIO
 from verification.shaking_table import page
-from verification.shaking_table.clouds import PRISMS, RECTANGLES, cloud, with_damping
+from verification.shaking_table.clouds import PRISMS, RECTANGLES, Cloud, cloud
 from verification.shaking_table.data import SPECIMENS, Tests, read_tests
 from verification.shaking_table.models import (
     ENSEMBLE,
@@ -24,12 +26,13 @@ from verification.shaking_table.models import (
     odd_even,
 )
 from verification.shaking_table.scores import DRAWS, NAMES, drawn_motions, interval, scores
+from verification.stale import measuring
 from verification.tables import RESULTS, ROOT, publish, write_csv
 
 SPLITS = {"odd to even": odd_even, "motion left out": each_motion}
-DAMPING_RATIOS = (1, 2, 3, 6, 10)
-FEW_STONES = 512
-"""Rectangles of each damping ratio."""
+_LOW, _HIGH = (DAMPING_RATIO * end for end in RECTANGLES.bounds["damping"])
+DAMPING_RATIOS = np.geomspace(_LOW, _HIGH, 5)
+"""Ends of the parts into which the rectangles are divided."""
 
 
 def measure(
@@ -64,19 +67,20 @@ def measure(
     return pd.DataFrame(rows), probabilities
 
 
-def by_damping(tests: Tests, kept: Path, threads: int, count: int = FEW_STONES) -> dict[float, FloatArray]:
-    """Scores of the ensemble of rectangles by damping ratio, from odd to even, shape (specimens, scores)."""
-    found: dict[float, FloatArray] = {}
-    for ratio in DAMPING_RATIOS:
-        fractions = ensemble_fractions(
-            cloud(with_damping(RECTANGLES, ratio), tests, kept, count=count, threads=threads)
-        )
+def by_damping(tests: Tests, made: Cloud) -> dict[str, tuple[int, FloatArray]]:
+    """Number and scores of the rectangles of each part of the damping ratios, odd to even, (specimens, scores)."""
+    found: dict[str, tuple[int, FloatArray]] = {}
+    ratio = made.damping * DAMPING_RATIO
+    for low, high in pairwise(DAMPING_RATIOS):
+        own = (low <= ratio) & (ratio < high)
+        part = Cloud(made.b_over_h[own], made.height[own], ratio[own], made.fell[:, own])
+        fractions = ensemble_fractions(part)
         model, rows = models(tests, fractions, fractions)[ENSEMBLE], []
         for specimen in SPECIMENS:
             fell = tests.fell[specimen]
             p = foretold(model, specimen, odd_even(tests), fell.size)
             rows.append(scores(p[np.isfinite(p)], fell[np.isfinite(p)]))
-        found[ratio] = np.array(rows)
+        found[f"{low:.1f} to {high:.1f}"] = int(own.sum()), np.array(rows)
     return found
 
 
@@ -91,12 +95,14 @@ def main(
     except ResultError as error:
         print(f"skipped: {error}")
         return
-    kinds = {ENSEMBLE: RECTANGLES, SPACE: PRISMS}
-    fractions = {name: ensemble_fractions(cloud(kind, tests, kept, threads=threads)) for name, kind in kinds.items()}
-    rows, probabilities = measure(tests, fractions)
-    write_csv(rows, RESULTS / "shaking-table.csv")
-    page.draw_reliability(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
-    publish(page.bodies(tests, fractions, rows) | page.damping(by_damping(tests, kept, threads)))
+    with measuring("shaking_table.__main__"):
+        kinds = {ENSEMBLE: RECTANGLES, SPACE: PRISMS}
+        made = {name: cloud(kind, tests, kept, threads=threads) for name, kind in kinds.items()}
+        fractions = {name: ensemble_fractions(one) for name, one in made.items()}
+        rows, probabilities = measure(tests, fractions)
+        write_csv(rows, RESULTS / "shaking-table.csv")
+        page.draw_reliability(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
+        publish(page.bodies(tests, fractions, rows) | page.damping(by_damping(tests, made[ENSEMBLE])))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,10 @@
 """Stones under every test's measured motion: clouds of rectangles and of prisms, whose neighbourhoods are ensembles."""
 
 import hashlib
+import sys
+import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -14,16 +17,23 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.run import run, run_cases
 from overturning.files import atomic_write
 from overturning.model.cases import Cases
-from overturning.model.contact import DAMPING_RATIO
 from overturning.model.shapes import Rectangle
 from overturning.motion.motion import Motion
-from overturning.study.sources import source_hash
 from verification.shaking_table.data import Tests
+from verification.stale import source_hash
 
 SEED: Final = 1
 AMPLITUDE: Final = (1 / 1.15, 1.15)
 ASPECT: Final = 1.15
 """D/B of the prisms: that of the boulder, 0.77 m over 0.67 m."""
+
+B_OVER_H: Final = np.geomspace(0.07, 0.33, 36)
+HEIGHT: Final = np.geomspace(0.40, 1.60, 16)
+"""Centres of the neighbourhoods that are tried, B/H and height in m."""
+
+WIDTH_B_OVER_H: Final = np.log(1.3)
+WIDTH_HEIGHT: Final = np.log(1.65)
+"""Half-widths of a neighbourhood, of the logarithm: evenly spread within, nothing beyond."""
 
 Rows = dict[str, FloatArray]
 
@@ -34,7 +44,7 @@ class Kind(NamedTuple):
     name: str
     stones: int
     bounds: dict[str, tuple[float, float]]
-    fell: Callable[[Motion, Rows, int], NDArray[np.bool_]]
+    fell: Callable[[Motion, Rows], NDArray[np.bool_]]
 
 
 class Cloud(NamedTuple):
@@ -42,15 +52,17 @@ class Cloud(NamedTuple):
 
     b_over_h: FloatArray
     height: FloatArray
+    damping: FloatArray
+    """Over the default contact's ratio."""
     fell: NDArray[np.bool_]
 
 
-def _rectangles_fell(motion: Motion, rows: Rows, threads: int) -> NDArray[np.bool_]:
+def _rectangles_fell(motion: Motion, rows: Rows) -> NDArray[np.bool_]:
     cases = Cases(0.0, rows["height"], rows["b_over_h"], rows["friction"], rows["amplitude"], rows["damping"])
-    return np.asarray(np.abs(run_cases(motion, cases, threads=threads).overturned) == 1)
+    return np.asarray(np.abs(run_cases(motion, cases).overturned) == 1)
 
 
-def _prisms_fell(motion: Motion, rows: Rows, threads: int) -> NDArray[np.bool_]:
+def _prisms_fell(motion: Motion, rows: Rows) -> NDArray[np.bool_]:
     cases = Cases(
         rows["orientation"],
         rows["height"],
@@ -60,8 +72,7 @@ def _prisms_fell(motion: Motion, rows: Rows, threads: int) -> NDArray[np.bool_]:
         rows["damping"],
         aspect=ASPECT,
     )
-    numerics = Numerics(threads=threads)
-    return np.asarray(run(Rectangle(), motion, cases, numerics).overturned == 1)
+    return np.asarray(run(Rectangle(), motion, cases, Numerics()).overturned == 1)
 
 
 _CONTACT: Final[dict[str, tuple[float, float]]] = {
@@ -74,12 +85,6 @@ PRISMS: Final = Kind(
     "prisms", 384, {"b_over_h": (0.05, 0.2), "height": (0.4, 1.5), **_CONTACT, "orientation": (0.0, 90.0)},
     _prisms_fell,
 )  # fmt: skip
-
-
-def with_damping(kind: Kind, ratio: float) -> Kind:
-    """A kind whose stones all land with one damping ratio, rather than with any between its ends."""
-    factor = ratio / DAMPING_RATIO
-    return kind._replace(name=f"{kind.name}-{ratio:g}", bounds=kind.bounds | {"damping": (factor, factor)})
 
 
 _EVEN: Final = ("friction", "orientation")
@@ -95,6 +100,17 @@ def drawn(kind: Kind, count: int) -> Rows:
     }
 
 
+def near_a_centre(rows: Rows) -> NDArray[np.bool_]:
+    """Stones that lie in some neighbourhood: no share counts the others."""
+    shape, size = np.log(rows["b_over_h"]), np.log(rows["height"])
+    ends = [
+        (np.log(centres[[0, -1]]), width) for centres, width in ((B_OVER_H, WIDTH_B_OVER_H), (HEIGHT, WIDTH_HEIGHT))
+    ]
+    return np.logical_and.reduce([
+        (low - width < of) & (of < high + width) for of, ((low, high), width) in zip((shape, size), ends, strict=True)
+    ])  # fmt: skip
+
+
 def cloud(kind: Kind, tests: Tests, kept: Path | None = None, *, count: int | None = None, threads: int = 1) -> Cloud:
     """Run every stone of a kind under every test, or read what was run before with the same sources.
 
@@ -107,21 +123,38 @@ def cloud(kind: Kind, tests: Tests, kept: Path | None = None, *, count: int | No
     kept : Path, optional
         Folder in which the outcome is kept.
     count, threads : int
-        Stones, the kind's own number where not given, and threads to run them on.
+        Stones to draw, the kind's own number where not given, and tests that are run side by side.
     """
     count = count or kind.stones
     rows = drawn(kind, count)
-    key = hashlib.sha256(source_hash("verification.shaking_table.clouds", Path("verification").resolve()).encode())
+    chosen = near_a_centre(rows)
+    rows = {name: values[chosen] for name, values in rows.items()}
+    key = hashlib.sha256(source_hash("verification.shaking_table.clouds").encode())
     key.update(b"".join(one.tobytes() for one in tests.acceleration))
     path = kept / f"{kind.name}-{count}-{key.hexdigest()[:16]}.npy" if kept else None
+    members = int(chosen.sum())
     if path is not None and path.is_file():
         packed: NDArray[Any] = np.load(path)
-        fell = np.unpackbits(packed, axis=1, count=count).astype(bool)
+        fell = np.unpackbits(packed, axis=1, count=members).astype(bool)
     else:
-        fell = np.zeros((len(tests.acceleration), count), dtype=bool)
-        for index in range(len(tests.acceleration)):
-            fell[index] = kind.fell(tests.ground(index), rows, threads)
+        fell = np.zeros((len(tests.acceleration), members), dtype=bool)
+        begin = time.monotonic()
+        # The planning of one test goes on beside the kernel of another, which holds no lock.
+        with ThreadPoolExecutor(threads) as pool:
+            found = pool.map(lambda index: kind.fell(tests.ground(index), rows), range(len(fell)))
+            for index, falls in enumerate(found):
+                fell[index] = falls
+                _tell(kind.name, index + 1, len(fell), time.monotonic() - begin)
         if path is not None:
             with atomic_write(path) as part, part.open("wb") as file:
                 np.save(file, np.packbits(fell, axis=1))
-    return Cloud(rows["b_over_h"], rows["height"], fell)
+    return Cloud(rows["b_over_h"], rows["height"], rows["damping"], fell)
+
+
+def _tell(name: str, done: int, of: int, seconds: float) -> None:
+    """How far it is: in one line of a terminal, elsewhere in a line for each tenth."""
+    line = f"{name}: {done} of {of} tests, {seconds / done * (of - done):.0f} s to go"
+    if sys.stderr.isatty():
+        print(f"\r{line:<60}", end="\n" if done == of else "", file=sys.stderr, flush=True)
+    elif done * 10 // of > (done - 1) * 10 // of:
+        print(line, file=sys.stderr, flush=True)

@@ -8,20 +8,12 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.logistic import logistic_fit
-from verification.shaking_table.clouds import Cloud
+from verification.shaking_table.clouds import B_OVER_H, HEIGHT, WIDTH_B_OVER_H, WIDTH_HEIGHT, Cloud
 from verification.shaking_table.data import Tests
 
 Rows = NDArray[np.intp]
 Model = Callable[[int, Rows, Rows], FloatArray]
 """From specimen, tests to learn from and tests to foretell to the probabilities of the latter."""
-
-B_OVER_H: Final = np.geomspace(0.07, 0.33, 36)
-HEIGHT: Final = np.geomspace(0.40, 1.60, 16)
-"""Centres of the ensemble that are tried, B/H and height in m."""
-
-WIDTH_B_OVER_H: Final = np.log(1.3)
-WIDTH_HEIGHT: Final = np.log(1.65)
-"""Half-widths of the neighbourhood, of the logarithm: evenly spread within, nothing beyond."""
 
 
 def ensemble_fractions(cloud: Cloud) -> FloatArray:

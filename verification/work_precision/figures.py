@@ -13,14 +13,17 @@ from verification.work_precision.boundaries import RESOLUTION
 from verification.work_precision.page import over_steps
 
 _LOOK: Final = {
-    name: (SERIES[index], DASHES[index], marker)
+    name: ((*SERIES, INK)[index], (*DASHES, "-")[index], marker)
     for index, (name, marker) in enumerate(
-        zip(("centred", "cundall", "stiffness", "Box2D", "pymunk", "MuJoCo"), "osD^vP", strict=True)
+        zip(("centred", "cundall", "stiffness", "Box2D", "pymunk", "MuJoCo", "exact"), "osD^vP*", strict=True)
     )
 }
+LEAST_ROTATION: Final = 1e-8
+"""Errors of peak rotation are drawn down to this, far below what springs and steps leave."""
 _LABELS: Final = {
     "wrong_flags": "wrong flags, share",
     "wrong_sides": "wrong sides, share",
+    "disagree": "other flag or side, share\nof the engines' cases",
     "rotation_error": "peak rotation,\nmedian error / α",
     "boundary_shift": "overturning boundary,\nmedian shift / (B/H)",
     "slip_error": "peak slip,\nlargest error, share",
@@ -28,7 +31,7 @@ _LABELS: Final = {
 }
 _SCHEMES: Final = {"centred": "centred, over time steps", "cundall": "cundall, over time steps"}
 _ACROSS: Final = {"seconds_per_case": "processor time per case, s", "step_fraction": "Δt / Δt stable"}
-_COUNTED: Final = {"wrong_flags": "cases", "wrong_sides": "fallen"}
+_COUNTED: Final = {"wrong_flags": "cases", "wrong_sides": "fallen", "disagree": "shared"}
 
 
 def draw_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
@@ -55,7 +58,7 @@ def draw_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
 
 
 def draw_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
-    """Draw the error of kernel and rigid-body engines against the rigid block's rocking and sliding."""
+    """Draw the error of kernel, exact block and rigid-body engines against the rigid block's rocking and sliding."""
     import matplotlib.pyplot as plt
 
     own = np.isclose(rows["penetration_ratio"], STATIC_PENETRATION) | rows["penetration_ratio"].isna()
@@ -65,7 +68,7 @@ def draw_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
         for line, title in zip(axes, ("sine pulses", "records, no sliding"), strict=False):
             mine = (rows["cases_of"] == title) & (rows["against"] == "rigid rocking")
             springs = rows[mine & default_step & (rows["method"] == "centred")]
-            for axis, measure in zip(line, ("wrong_flags", "rotation_error"), strict=True):
+            for axis, measure in zip(line, ("disagree", "rotation_error"), strict=True):
                 _panel(axis, rows[mine & own], measure, springs=springs)
                 axis.set_title(f"{title.replace('records, no sliding', 'six records')}, rigid rocking")
         _panel(axes[2, 0], rows[rows["cases_of"] == "sliding blocks"], "slip_error")
@@ -73,8 +76,12 @@ def draw_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
         _panel(axes[2, 1], rows[rows["against"] == "energy balance"], "energy_error", across="step_fraction")
         axes[2, 1].set_title("six records")
         methods = _SCHEMES | {"stiffness": "centred, δ/B 2e-3 to 2e-8"}
-        methods |= {name: name for name in list(_LOOK)[3:] if (rows["method"] == name).any()}
-        figure.legend(handles=_handles(methods), loc="outside lower center", ncols=3)
+        methods |= {name: f"{name}, over substeps" for name in list(_LOOK)[3:-1]}
+        methods = {
+            name: text for name, text in methods.items() if (rows["method"] == name).any() or name == "stiffness"
+        }
+        methods |= {"exact": "exact rigid block, over orders"}
+        figure.legend(handles=_handles(methods), loc="outside lower center", ncols=2)
         save(figure, path)
 
 
@@ -139,6 +146,8 @@ def _line(axis: Any, rows: pd.DataFrame, across: str, measure: str, method: str)
     if measure in _COUNTED:
         y = np.where(none, 0.5, y) / np.maximum(rows[_COUNTED[measure]].to_numpy(), 1)
     y = np.where(none & (y == 0), 0.5 * RESOLUTION, y)
+    if measure == "rotation_error":
+        y = np.maximum(y, LEAST_ROTATION)
     axis.plot(x, y, color=colour, linestyle=dash, linewidth=1.3)
     common: dict[str, Any] = {"linestyle": "none", "clip_on": False, "in_layout": False}
     for face, part in ((colour, ~none), ("white", none)):

@@ -1,4 +1,4 @@
-"""The parts of error against run time: schemes over time steps, springs over stiffness, other engines.
+"""The parts of error against run time: schemes over time steps, springs over stiffness, the exact block, other engines.
 
 References are the kernel at a far finer step or with the stiffest springs, Housner's rocking block, the exact sliding
 block, and the balance of work and energy.
@@ -6,7 +6,6 @@ block, and the balance of work and energy.
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any, Final, NamedTuple
 
@@ -14,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from overturning.arrays import FloatArray
+from overturning.dem.block.rigid import ORDER, rocking
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
 from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.results import Results
@@ -30,7 +30,6 @@ from verification.inputs import (
     thinned_values,
 )
 from verification.measures import Flags, answers, rotation_error
-from verification.reference.rocking import rocking_outcome
 from verification.reference.sliding import slide
 from verification.timing import measured
 from verification.work_precision.boundaries import boundaries, boundary_shift, located
@@ -57,16 +56,23 @@ FINE_FOR_STIFFNESS: Final = 0.03
 """Δt/Δt_stable of the references of other stiffnesses, whose errors are far below what the stiffness changes."""
 WIDE_BRACKET: Final = 0.02
 """Half the bracket, as a share of B/H, in which the boundary of another stiffness is looked for."""
-ENGINES_EVERY: Final = {"sine pulses": 10, "records, no sliding": 5}
-"""The engines run every so many of the cases: each takes a hundred times a case of the kernel,"""
-ENGINE_STEPS: Final = (1 / 120, 1 / 240, 1 / 480, 1 / 960)
-"""with these steps, s."""
+ENGINES_EVERY: Final = {"sine pulses": 5, "records, no sliding": 2}
+"""The engines run every so many of the cases: each takes a hundred times a case of the kernel, and more,"""
+ENGINE_STEPS: Final = tuple(1 / 60 / 2**halved for halved in range(7))
+"""with these steps, s: 1 to 64 substeps of the 60th of a second for which such engines are made."""
+ORDERS: Final = (2, 3, 4, 6, ORDER, 10)
+"""Orders of the exact block's series,"""
+EXACT: Final = 16
+"""and that of the one that the others are compared with."""
 
 MEANINGS: Final = {
     "cases_of": ("set of cases", ""),
-    "method": ("scheme of the kernel, or engine", ""),
+    "method": ("scheme of the kernel, the exact block, or an engine", ""),
     "against": ("what the error is against", ""),
-    "step_fraction": ("time step over the stable one; of an engine: time step in s", "1"),
+    "step_fraction": (
+        "time step over the stable one; of an engine: in s; of the exact block: order of its series",
+        "1",
+    ),
     "penetration_ratio": ("static penetration over width", "1"),
     "default": ("1 at the default setting", "1"),
     "seconds_per_case": ("processor time per case, least of the runs", "s"),
@@ -76,6 +82,8 @@ MEANINGS: Final = {
     "fallen": ("cases that fall in both", "1"),
     "wrong_sides": ("cases that fall to the wrong side", "1"),
     "unanswered": ("cases without an answer", "1"),
+    "shared": ("cases that the engines run too", "1"),
+    "disagree": ("of these, cases with another flag or side", "1"),
     "rotation_error": ("median error of peak rotation over the critical angle where the block stands", "1"),
     "boundary_shift": ("median shift of the overturning boundary over B/H", "1"),
     "energy_error": ("mean residual of work and energy", "1"),
@@ -191,30 +199,19 @@ def energy_balance() -> Iterator[Row]:
         yield setting.row("records, all", "energy balance", cases=int(simulated.sum()), energy_error=residual)
 
 
-def rocking(group: Group) -> tuple[Flags, FloatArray]:
-    """Sides and peak rotations of Housner's rocking block on each case of a group."""
-    found = []
-    for index in range(group.cases.size):
-        case = group.case(index)
-        wave = group.wave(index)
-        found.append(rocking_outcome(wave, group.motion.sampling_interval, case["height"], case["b_over_h"]))
-    return np.array([side for side, _ in found], np.int8), np.array([peak for _, peak in found])
+def exact_block(groups: Sequence[Group], order: int = EXACT, factor: float = 1.0) -> tuple[Flags, FloatArray]:
+    """Sides and peak rotations of Housner's rocking block in all cases, under motions so many times as strong."""
+    found = [rocking(motion.times(factor), cases, order) for motion, cases in groups]
+    return np.concatenate([one.overturned for one in found]), np.concatenate([one.peak_rotation for one in found])
 
 
 def robust(groups: Sequence[Group]) -> tuple[list[Group], tuple[Flags, FloatArray]]:
     """The cases whose rigid answer does not change with the amplitude by ±1 %, and these answers."""
-    kept, parts = [], []
-    for group in groups:
-        flags, peaks = rocking(group)
-        same = np.ones(group.cases.size, bool)
-        for factor in (0.99, 1.01):
-            stronger = replace(group.cases, amplitude=factor * np.asarray(group.cases.amplitude))
-            same &= rocking(Group(group.motion, stronger))[0] == flags
-        chosen = np.flatnonzero(same)
-        kept.append(group.taken(chosen))
-        parts.append((flags[chosen], peaks[chosen]))
-    flags_of, peaks_of = zip(*parts, strict=True)
-    return kept, (np.concatenate(flags_of), np.concatenate(peaks_of))
+    flags, peaks = exact_block(groups)
+    same = np.all([exact_block(groups, factor=factor)[0] == flags for factor in (0.99, 1.01)], axis=0)
+    of_each = np.split(same, np.cumsum([group.cases.size for group in groups])[:-1])
+    kept = [group.taken(np.flatnonzero(own)) for group, own in zip(groups, of_each, strict=True)]
+    return kept, (flags[same], peaks[same])
 
 
 def rigid_sets() -> dict[str, list[Group]]:
@@ -223,13 +220,26 @@ def rigid_sets() -> dict[str, list[Group]]:
 
 
 def against_rigid_rocking() -> Iterator[Row]:
-    """Schemes over time steps, and the default one over stiffness, against Housner's rocking block."""
+    """Schemes over steps, the default one over stiffness, the exact block over orders, against Housner's block."""
     others = [Setting(DEFAULT_SCHEME, AUTOMATIC, delta) for delta in PENETRATIONS if delta != STATIC_PENETRATION]
     for name, every in rigid_sets().items():
         groups, right = robust(every)
         for setting in (*over_steps(0.05), *others):
             found, spent = setting.run(groups)
-            yield setting.row(name, "rigid rocking", **spent, **errors(found, right))
+            beside = shared(name, groups, found.overturned, right[0])
+            yield setting.row(name, "rigid rocking", **spent, **errors(found, right), **beside)
+        for order in ORDERS:
+            (flags, peaks), seconds = measured(partial(exact_block, groups, order))
+            own = {"method": "exact", "step_fraction": order, "seconds_per_case": seconds / flags.size}
+            own |= counted(flags, right[0]) | shared(name, groups, flags, right[0])
+            own["rotation_error"] = rotation_error(flags, peaks, *right)
+            yield {"cases_of": name, "against": "rigid rocking", "default": order == ORDER} | own
+
+
+def shared(name: str, groups: Sequence[Group], flags: Flags, right: Flags) -> Row:
+    """How many of the cases that the engines run too have another flag or side, as columns of the table."""
+    some, known = (thinned_values(groups, values, ENGINES_EVERY[name]) for values in (flags, right))
+    return {"shared": some.size, "disagree": int((some != known).sum())}
 
 
 def against_exact_sliding() -> Iterator[Row]:
@@ -257,8 +267,9 @@ def engines_against_rigid_rocking() -> Iterator[Row]:
         kept, right = robust(every)
         few, flags = thinned(kept, ENGINES_EVERY[name]), thinned_values(kept, right[0], ENGINES_EVERY[name])
         for (method, engine), step in itertools.product(engines.items(), ENGINE_STEPS):
-            sides, seconds = measured(partial(_sides, engine, few, step), 3, partial(_side, engine, few[0], 0, step))
+            sides, seconds = measured(partial(_sides, engine, few, step), 1, partial(_side, engine, few[0], 0, step))
             own = {"method": method, "step_fraction": step, "seconds_per_case": seconds / sides.size}
+            own |= {"shared": sides.size, "disagree": int((sides != flags).sum())}
             yield {"cases_of": name, **against, **own, **counted(sides, flags)}
 
 

@@ -10,19 +10,19 @@ from snakemake.logging import logger
 
 from overturning.errors import OverturningError
 from overturning.files import atomic_write
+from overturning.statistics.fragility import measure_file
 from overturning.surveys.stones import read_survey
 from overturning.study.preflight import (
     check_files,
     check_records,
     check_results,
     check_size,
-    explorable,
+    on_one_page,
     size_of,
 )
 from overturning.study.load import check_study, load_study
 from overturning.study.resume import (
     DAMAGED,
-    DRAWN,
     keep_cubes,
     lock,
     put_cubes_back,
@@ -86,7 +86,8 @@ STUDY, ENTRIES, FILES = load()
 SETTINGS = STUDY.model_dump(mode="json")
 RECORDS = list(ENTRIES)
 # The cube does not depend on them, nor says anything about them; the report takes them from the study.
-BESIDE = ("title", "question", "primary", "population", "surveys", "figures")
+BESIDE = ("title", "question", "asks", "primary", "population", "surveys", "figures")
+OF_CUBE = [key for key in SETTINGS if key not in BESIDE]
 VARIANTS = ["nominal", *STUDY.variants]
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"
@@ -94,7 +95,8 @@ BENCHMARKS = f"{RESULTS}/benchmarks"  # time and memory of each job, beside its 
 REPORT = f"{RESULTS}/report.html"
 FIGURES = f"{RESULTS}/figures"
 EXPLORER = f"{RESULTS}/explore.html"
-EXPLORERS = [EXPLORER] if explorable(STUDY) else []
+# Of a large cube the page is given each record's cells by a file of its own.
+CELLS_APART = [] if on_one_page(STUDY) else [directory(f"{RESULTS}/explore-records")]
 PAPER = f"{RESULTS}/report.pdf"
 MEMBERS = f"{RESULTS}/members.csv"
 CUBES = [
@@ -103,9 +105,18 @@ CUBES = [
 ]
 
 
+# Of Sa(T), over which a population asks for curves.
+PERIODS = STUDY.population.period if STUDY.population else ()
 FRAGILITY = [f"{RESULTS}/fragility/fragility.csv"] if STUDY.population else []
 
 SURVEYS = list(range(1, len(STUDY.surveys) + 1))
+
+# Figures of so many records are one job: its imports take as long as drawing one. Each is a rule, as no wildcard is in it.
+BATCH = max(4, -(-len(RECORDS) // 16))
+BATCHES = {
+    f"record_figures_{at // BATCH + 1}": RECORDS[at : at + BATCH]
+    for at in range(0, len(RECORDS), BATCH)
+}
 
 # Of one job of the sweep, for a cluster: memory, and five times the run time that is expected.
 SIZE = size_of(STUDY, CHUNKS)
@@ -121,8 +132,10 @@ EXPECTED_S = {
     "sweep": round(SWEEP_S, 1),
     "gather": round(1 + 0.05 * len(RECORDS), 1),
     "convergence": round(2 + 0.05 * SWEEP_S * CHUNKS * len(RECORDS), 1),
-    "figures": round(5 + 1.1 * len(RECORDS), 1),
-    "report": round(5 + 0.35 * len(RECORDS), 1),
+    **dict.fromkeys(BATCHES, round(1.5 + 1.1 * BATCH, 1)),
+    "figures": round(2 + 0.15 * len(RECORDS), 1),
+    "illustrative": 5.0,
+    "report": round(3 + 0.2 * len(RECORDS), 1),
 }
 logger.info(
     f"Expected seconds of a job: {EXPECTED_S}", extra={"expected_s": EXPECTED_S}
@@ -142,7 +155,7 @@ def settings(*keys, use=RECORDS):
     Where that is too long for a command, of thousands of records, it is the name of a file that holds it.
     """
     records = SETTINGS["records"] | {"use": list(use)}
-    part = {key: SETTINGS[key] for key in keys}
+    part = {key: SETTINGS[key] for key in keys if key != "records"}
     text = json.dumps({"name": STUDY.name, "records": records, **part})
     if len(text) < LONGEST_SETTINGS:
         return text

@@ -11,7 +11,8 @@ rule convergence:
         f"{LOGS}/convergence.log",
     benchmark:
         f"{BENCHMARKS}/convergence.tsv"
-    threads: 2
+    priority: 2
+    threads: 1
     resources:
         mem_mb=800,
     params:

@@ -1,24 +1,63 @@
-# Cube and intensities to figures, one job.
+# Figures: of some records as soon as their parts are there, beside the sweep; of all records together, and of the illustrative
+# cases, from the cube and the intensities.
 
 CAUSES = ["plane"] if STUDY.body is None else ["follow", "earthquakes"]
+SOURCES = sources("workflow:record_figures")
+
+for name, batch in BATCHES.items():
+
+    rule:
+        name:
+            name
+        input:
+            parts=gather.sweep(
+                f"{RESULTS}/sweep/nominal/{{record}}.{{scatteritem}}.nc", record=batch
+            ),
+            motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=batch),
+            intensity=f"{RESULTS}/intensity.nc",
+        output:
+            polar=report(
+                drawn("polar/{record}", record=batch),
+                caption="../report/polar.rst",
+                category="Overturning by azimuth",
+            ),
+            blocks=(
+                drawn("blocks/{record}", record=batch) if STUDY.several_blocks else []
+            ),
+            intensity=report(
+                drawn("intensity/{record}", record=batch),
+                caption="../report/intensity.rst",
+                category="Intensity by azimuth",
+            ),
+            history=report(
+                expand(f"{FIGURES}/history/{{record}}.svg", record=batch),
+                caption="../report/history.rst",
+                category="Time histories",
+            ),
+        log:
+            f"{LOGS}/{name}.log",
+        benchmark:
+            f"{BENCHMARKS}/record_figures/{name}.tsv"
+        priority: 2
+        resources:
+            mem_mb=lambda wildcards, attempt: attempt * READING_MB,
+        params:
+            study=settings(*OF_CUBE, "figures", use=batch),
+            parts=lambda wildcards, input: Path(input.parts[0]).parent,
+            motions=lambda wildcards, input: Path(input.motions[0]).parent,
+            chunks=CHUNKS,
+            folder=lambda wildcards, output: Path(output.polar[0]).parents[1],
+            sources=SOURCES,
+        shell:
+            "overturning record-figures --study {params.study:q} --parts {params.parts} --chunks {params.chunks}"
+            " --motions {params.motions} --intensity {input.intensity} --output {params.folder} 2> {log}"
 
 
 rule figures:
     input:
         cube=f"{RESULTS}/cube.nc",
         intensity=f"{RESULTS}/intensity.nc",
-        motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
     output:
-        polar=report(
-            drawn("polar/{record}", record=RECORDS),
-            caption="../report/polar.rst",
-            category="Overturning by azimuth",
-        ),
-        intensity=report(
-            drawn("intensity/{record}", record=RECORDS),
-            caption="../report/intensity.rst",
-            category="Intensity by azimuth",
-        ),
         rose=report(
             drawn("rose"),
             caption="../report/rose.rst",
@@ -37,26 +76,40 @@ rule figures:
             category="Study",
             labels={"figure": "what falls go with"},
         ),
-        history=report(
-            expand(f"{FIGURES}/history/{{record}}.svg", record=RECORDS),
-            caption="../report/history.rst",
-            category="Time histories",
-        ),
-        illustrative=directory(f"{FIGURES}/illustrative"),
         maps=directory(f"{FIGURES}/maps"),  # empty where no record has coordinates
-        drawn=f"{FIGURES}/{DRAWN}",
+        names=f"{FIGURES}/maps.txt",
     log:
         f"{LOGS}/figures.log",
     benchmark:
         f"{BENCHMARKS}/figures.tsv"
-    threads: 2
+    priority: 2
     resources:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
-        folder=lambda wildcards, output: Path(output.illustrative).parent,
-        study=settings("figures"),
-        motions=lambda wildcards, input: Path(input.motions[0]).parent,
+        folder=lambda wildcards, output: Path(output.rose[0]).parent,
+        study=settings("figures", "height", "friction"),  # of which the figures name one
         sources=sources("workflow:figures"),
     shell:
-        "overturning figures --study {params.study:q} --cube {input.cube} --intensity {input.intensity} --motions {params.motions}"
-        " --output {params.folder} --threads {threads} 2> {log}"
+        "overturning figures --study {params.study:q} --cube {input.cube} --intensity {input.intensity}"
+        " --output {params.folder} 2> {log}"
+
+
+rule illustrative:
+    input:
+        cube=f"{RESULTS}/cube.nc",
+        motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
+    output:
+        folder=directory(f"{FIGURES}/illustrative"),
+        names=f"{FIGURES}/illustrative.txt",
+    log:
+        f"{LOGS}/illustrative.log",
+    benchmark:
+        f"{BENCHMARKS}/illustrative.tsv"
+    priority: 2
+    resources:
+        mem_mb=lambda wildcards, attempt: attempt * READING_MB,
+    params:
+        motions=lambda wildcards, input: Path(input.motions[0]).parent,
+        sources=sources("workflow:illustrative"),
+    shell:
+        "overturning illustrative --cube {input.cube} --motions {params.motions} --output {output.folder} 2> {log}"

@@ -15,10 +15,11 @@ rule gather:
         f"{BENCHMARKS}/gather{{suffix}}.tsv"
     wildcard_constraints:
         suffix=rf"(?:\.(?:{'|'.join(map(re.escape, STUDY.variants)) or '(?!)'}))?",  # (?!): never
+    priority: 3
     resources:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
-        study=settings(*(key for key in SETTINGS if key not in BESIDE)),
+        study=settings(*OF_CUBE),
         variant=variant_of,
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         parts=lambda wildcards, input: Path(input.parts[0]).parent,

@@ -10,6 +10,7 @@ rule read:
         f"{LOGS}/read/{{record}}.log",
     benchmark:
         f"{BENCHMARKS}/read/{{record}}.tsv"
+    priority: 3
     resources:
         mem_mb=500,
     params:
@@ -30,6 +31,7 @@ rule surface:
         f"{LOGS}/surface/{{variant}}.log",
     benchmark:
         f"{BENCHMARKS}/surface/{{variant}}.tsv"
+    priority: 3
     resources:
         mem_mb=800,
     params:

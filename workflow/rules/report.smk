@@ -3,9 +3,11 @@
 
 rule explore:
     input:
-        f"{RESULTS}/cube.nc",
+        cube=f"{RESULTS}/cube.nc",
+        motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
     output:
-        EXPLORER,
+        CELLS_APART,
+        page=EXPLORER,
     log:
         f"{LOGS}/explore.log",
     benchmark:
@@ -15,14 +17,18 @@ rule explore:
     params:
         sources=sources("explore"),
     shell:
-        "overturning explore {input} --output {output} > {log} 2>&1"
+        "overturning explore {input.cube} --output {output.page} > {log} 2>&1"
 
 
 rule report:
     input:
         cubes=CUBES,
         intensity=f"{RESULTS}/intensity.nc",
-        figures=rules.figures.output,
+        figures=[
+            *(path for name in BATCHES for path in getattr(rules, name).output),
+            *rules.figures.output,
+            *rules.illustrative.output,
+        ],
         convergence=CONVERGENCE,
         backwards=expand(f"{RESULTS}/survey/{{number}}.motion.nc", number=SURVEYS),
         surveys=expand(f"{RESULTS}/survey/{{number}}.json", number=SURVEYS),
@@ -38,6 +44,7 @@ rule report:
         f"{LOGS}/report.log",
     benchmark:
         f"{BENCHMARKS}/report.tsv"
+    priority: 1
     resources:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:

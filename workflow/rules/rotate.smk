@@ -10,11 +10,12 @@ rule rotate:
         f"{LOGS}/rotate.log",
     benchmark:
         f"{BENCHMARKS}/rotate.tsv"
+    priority: 3
     resources:
         mem_mb=800,
     params:
         folder=lambda wildcards, input: Path(input.motions[0]).parent,
-        study=settings("azimuth"),
+        study=settings("azimuth", *(["population"] if PERIODS else [])),
         sources=sources("workflow:rotate"),
     shell:
         "overturning rotate --study {params.study:q} --motions {params.folder} --output {output} 2> {log}"

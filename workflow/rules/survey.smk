@@ -18,6 +18,7 @@ rule survey:
         f"{BENCHMARKS}/survey/{{number}}.tsv"
     wildcard_constraints:
         number=r"\d+",
+    priority: 2
     resources:
         mem_mb=500,
     params:
@@ -41,6 +42,7 @@ rule backwards:
         f"{BENCHMARKS}/survey/{{number}}.motion.tsv"
     wildcard_constraints:
         number=r"\d+",
+    priority: 2
     threads: 2
     resources:
         mem_mb=800,

@@ -9,6 +9,7 @@ rule members:
         f"{LOGS}/members.log",
     benchmark:
         f"{BENCHMARKS}/members.tsv"
+    priority: 3
     params:
         study=settings("ensemble"),
         sources=sources("workflow:members"),
@@ -21,12 +22,12 @@ rule sweep:
         motion=lambda wildcards: f"{motions_of(wildcards.variant)}/{wildcards.record}.nc",
         members=[MEMBERS] if STUDY.ensemble.members else [],
     output:
-        # Needed until the cube is there; a profile with `notemp` keeps them.
-        temp(f"{RESULTS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.nc"),
+        f"{RESULTS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.nc",
     log:
         f"{LOGS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.log",
     benchmark:
         f"{BENCHMARKS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.tsv"
+    priority: 1
     threads: 1
     resources:
         mem_mb=lambda wildcards, attempt: attempt * SWEEP_MB,

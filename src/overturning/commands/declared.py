@@ -46,9 +46,9 @@ class Declared:
         typer.Option("--azimuths", help="azimuths of the two horizontal axes where the files do not state them: 0,90"),
     ] = ""
     columns: Annotated[str, typer.Option(help="read as columns: 'time:s north:gal east:gal up:gal'")] = ""
-    form: Annotated[str, typer.Option("--format", help="the only format allowed; otherwise by content")] = ""
+    format: Annotated[str, typer.Option(help="the only format allowed; otherwise by content")] = ""
     sampling_interval_s: Annotated[
-        float | None, typer.Option("--interval", help="sampling interval of columns without a time, s")
+        float | None, typer.Option("--sampling-interval", help="sampling interval of columns without a time, s")
     ] = None
     processed: Annotated[
         bool | None,
@@ -84,7 +84,7 @@ class Declared:
         except ValueError:
             raise ArgumentError(f"--azimuths: {self.azimuths_deg!r}; two numbers of degrees, e.g. 0,90") from None
         try:
-            format_named(self.form or None)
+            format_named(self.format or None)
             return Declarations(**given)
         except ArgumentError as problem:
             raise ArgumentError(f"--{str(problem).replace('_', '-', 1)}") from None
@@ -135,15 +135,16 @@ class InPlane:
 class InSpace:
     """What only a free body in space has in `overturning one`."""
 
-    solid: Annotated[bool, typer.Option("--solid", help="a free body in space instead of a scene in a plane")] = False
+    body: Annotated[bool, typer.Option("--body", help="a free body in space instead of a scene in a plane")] = False
     orientation: Annotated[
         list[float] | None,
-        typer.Option(help="of a solid: azimuth that it faces; may be given several times (default 0)"),
+        typer.Option(help="of a body: azimuth that it faces; may be given several times (default 0)"),
     ] = None
     plan: Annotated[
-        str, typer.Option(help="of a solid: rectangle, circle, number of sides, or a mesh's file (OBJ, PLY, STL)")
-    ] = "rectangle"
-    aspect: Annotated[float, typer.Option(help="of a solid rectangle: D/B, width across over that along")] = 1.0
+        str | None, typer.Option(help="of a body: rectangle, circle, or number of sides (default rectangle)")
+    ] = None
+    mesh: Annotated[Path | None, typer.Option(help="of a body, instead of a plan: its file (OBJ, PLY, STL)")] = None
+    aspect: Annotated[float, typer.Option(help="of a rectangle: D/B, width across over that along")] = 1.0
 
 
 @dataclass(frozen=True)
@@ -159,6 +160,6 @@ class Outputs:
     response: Annotated[
         Path | None,
         typer.Option(
-            help="figure of rotation, slip and uplift against time, of a solid of its axis: .svg, .png or .pdf"
+            help="figure of rotation, slip and uplift against time, of a body of its axis: .svg, .png or .pdf"
         ),
     ] = None

@@ -18,30 +18,32 @@ if TYPE_CHECKING:
 def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs: Outputs, given: Declared) -> None:
     """Simulate one block or scene, print what it does, and make a film or a figure of it."""
     from overturning.errors import ArgumentError
-    from overturning.figures.film_movie import write_film_movie
-    from overturning.figures.film_of_trajectory import film_of
-    from overturning.figures.page import write_film_page
-    from overturning.figures.style import save, style
     from overturning.motion.motion import Motion
 
     _check_outputs(outputs, space)
     record = _record(shaking, given)
     motion = Motion.of(record if shaking.vertical else replace(record, up=None))
-    if space.solid and plane != InPlane():
+    if space.body and plane != InPlane():
         raise ArgumentError(
-            "--solid: takes --orientation and --damping-ratio; leave out azimuth, scene, density, damping, stiffness"
+            "--body: takes --orientation and --damping-ratio; leave out azimuth, scene, density, damping, stiffness"
         )
-    if not space.solid and not plane.azimuth:
-        raise ArgumentError("--azimuth: not given; name the plane of motion, or take --solid with --orientation")
+    if not space.body and space != InSpace():
+        raise ArgumentError("--orientation, --plan, --mesh, --aspect: a body in space has them; add --body")
+    if not space.body and not plane.azimuth:
+        raise ArgumentError("--azimuth: not given; name the plane of motion, or take --body with --orientation")
     found = (
         _in_space(motion, shaking.amplitude, space, stone)
-        if space.solid
+        if space.body
         else _in_planes(motion, shaking.amplitude, plane, stone)
     )
     place = ", ".join(part for part in (record.station or record.record_id, record.event) if part)
     title = f"{place}: {found.what}"
-    print(title, *found.lines, sep="\n  ")
+    print(title, *found.lines, *record.notes, sep="\n  ")
     if outputs.animate is not None:
+        from overturning.figures.film_movie import write_film_movie
+        from overturning.figures.film_of_trajectory import film_of
+        from overturning.figures.page import write_film_page
+
         note = f" The motion is {shaking.amplitude:g} times the record." if shaking.amplitude != 1 else ""
         film = film_of(found.paths, motion, title, note=f"The frame moves with the base.{note}")
         write = write_film_page if outputs.animate.suffix.lower() == ".html" else write_film_movie
@@ -49,9 +51,10 @@ def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs:
         print(f"film: {outputs.animate}")
     if outputs.response is not None:
         from overturning.figures.response import axis_figure, response_figure
+        from overturning.figures.style import save, style
 
         with style():
-            figure = axis_figure(found.paths[0], motion, title) if space.solid else response_figure(found.paths, title)
+            figure = axis_figure(found.paths[0], motion, title) if space.body else response_figure(found.paths, title)
             save(figure, outputs.response)
         print(f"figure: {outputs.response}")
 
@@ -85,10 +88,10 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone)
     ]  # fmt: skip
     lines = []
     for path in paths:
-        text, shown = outcome(path), path.sel(element=stones.shown_name)
-        if shown["overturned"] == 0:
+        text, shown = outcome(path), path["element"].to_numpy() == stones.shown_name
+        if path["overturned"].to_numpy()[shown] == 0:
             name = f" ({stones.shown_name})" if len(stones.free) > 1 else ""
-            text += f"; slipped {100 * float(shown['base_slip'][-1]):.1f} cm by the end{name}"
+            text += f"; slipped {100 * path['base_slip'].to_numpy()[-1, shown].item():.1f} cm by the end{name}"
         lines.append(f"motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")
     what = "" if plane.scene is None else f"{stones.title or stones.name}, "
     return _Found(f"{what}B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {stone.friction:g}", lines, paths)
@@ -97,14 +100,17 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone)
 def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone) -> _Found:
     """A body at each orientation."""
     from overturning.dem.trajectory import trajectory
+    from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import heading_of, outcome
     from overturning.model.body import Body
     from overturning.model.contact import VertexContact
     from overturning.model.mesh import read_mesh
     from overturning.model.shapes import shape_of
 
-    plan: Any = int(space.plan) if space.plan.isdigit() else space.plan
-    shape = shape_of(read_mesh(Path(space.plan)) if Path(space.plan).suffix else plan)
+    if space.plan is not None and space.mesh is not None:
+        raise ArgumentError("--plan, --mesh: a body has one of them; leave one out")
+    plan: Any = space.plan or "rectangle"
+    shape = shape_of(read_mesh(space.mesh) if space.mesh else int(plan) if plan.isdigit() else plan)
     height, b_over_h = stone.height, stone.b_over_h
     if shape.sized:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
@@ -128,15 +134,16 @@ def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone) 
 def _check_outputs(wanted: Outputs, space: InSpace) -> None:
     """Refuse files that could not be written, before anything is computed for them."""
     from overturning.errors import ArgumentError
-    from overturning.figures.film_movie import check_movie
     from overturning.files import check_output
 
     if wanted.animate is not None:
+        from overturning.figures.film_movie import check_movie
+
         check_output(wanted.animate, "--animate", ".html", ".gif", ".mp4")
-        check_movie(wanted.animate, in_space=space.solid)
+        check_movie(wanted.animate, in_space=space.body)
     if wanted.response is not None:
         check_output(wanted.response, "--response", ".svg", ".png", ".pdf")
-        if space.solid and len(space.orientation or ()) > 1:
+        if space.body and len(space.orientation or ()) > 1:
             raise ArgumentError(f"{wanted.response.name}: one orientation at a time; give --orientation once")
 
 
@@ -159,9 +166,7 @@ def _scene(plane: InPlane, damping_ratio: float | None) -> "Scene":
 
 def _record(shaking: Shaking, given: Declared) -> "Record":
     """A record of the table, a file or a pulse, processed as a study would by default."""
-    import difflib
-
-    from overturning.errors import ArgumentError, ConfigError
+    from overturning.errors import ArgumentError, ConfigError, did_you_mean
     from overturning.files import shipped
     from overturning.records.catalogue import read_catalogue
     from overturning.records.processing import process
@@ -182,7 +187,7 @@ def _record(shaking: Shaking, given: Declared) -> "Record":
         raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
     entries = read_catalogue(shipped(table))
     if name not in entries:
-        near = difflib.get_close_matches(name, entries, n=1)
-        hint = f"did you mean {near[0]!r}?" if near else f"ids: {', '.join(list(entries)[:8])} …"
-        raise ConfigError(f"{table}: no record {name!r}, nor a file of that name or a pulse; {hint}")
+        raise ConfigError(
+            f"{table}: no record {name!r}, nor a file of that name or a pulse; {did_you_mean(name, entries)}"
+        )
     return rounded(process(read_record(entries[name], shaking.folder), None))

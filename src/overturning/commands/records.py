@@ -48,6 +48,11 @@ def _echo_notes(notes: Iterable[str]) -> None:
         typer.echo(f"earthquakes: {note}")
 
 
+def _echo_left_out(record: "Record") -> None:
+    for note in record.notes:
+        typer.echo(f"  {note}")
+
+
 @app.command()
 @grouped
 def plot(
@@ -61,7 +66,7 @@ def plot(
     ] = Path(),
     corner: Annotated[
         str, typer.Option(help="corner of the default high-pass filter, Hz; auto: by the noise before the onset")
-    ] = "0.1",
+    ] = "auto",
 ) -> None:
     """Draw time histories of records before and after the default processing, spectra, and what was taken away.
 
@@ -96,6 +101,7 @@ def plot(
         with style():
             save(history_figure(record, used), target)
         typer.echo(f"{target}: {', '.join(map(summary, used.processing)) or 'left alone'}")
+        _echo_left_out(record)
     for finding in refused:
         typer.echo(describe(finding))
     if refused:
@@ -104,7 +110,9 @@ def plot(
 
 @app.command()
 def add(
-    paths: Annotated[list[Path], typer.Argument(help="the files of one record")],
+    paths: Annotated[
+        list[Path], typer.Argument(help="the files of one record; of one file the others of its record are found")
+    ],
     record_id: Annotated[
         str, typer.Option("--id", help="short name, lower case; default: that of the first file")
     ] = "",
@@ -131,6 +139,7 @@ def add(
     record = add_line(paths, given, table, folder)
     place = ", ".join(text for text in (record.station, record.event) if text)
     typer.echo(f"{table}: {record.record_id}{f' ({place})' if place else ''}")
+    _echo_left_out(record)
     others = [_as_read(entry, folder) for entry in read_catalogue(table).values() if entry.id != record.record_id]
     known = earthquakes_of(others).notes
     _echo_notes(note for note in earthquakes_of([*others, record]).notes if note not in known)

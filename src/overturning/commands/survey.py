@@ -17,11 +17,10 @@ def survey(
     output: Annotated[Path | None, typer.Option(help="the comparison as a file (JSON), for a report")] = None,
 ) -> None:
     """Compare the directions in which stones fell with those that the cube predicts."""
-    from overturning.errors import ArgumentError
     from overturning.files import check_kind
     from overturning.report.plain import plain_lines
     from overturning.report.sections.surveys import survey_section
-    from overturning.study.cube import open_cube
+    from overturning.study.cube import open_cube, record_number
     from overturning.surveys.comparison import compare_survey, survey_result, write_survey
     from overturning.surveys.stones import read_survey
 
@@ -29,15 +28,9 @@ def survey(
         check_kind(figure, "--figure", ".svg", ".png", ".pdf")
     rows = read_survey(stones)
     with open_cube(cube, chunks={"record": 1}) as data:
-        names = [str(name) for name in data["record_id"].to_numpy()]
-        if record is None and len(names) > 1:
-            raise ArgumentError(
-                f"{cube.name}: {len(names)} records; name the site's with --record ({', '.join(names[:4])} …)"
-            )
-        if record is not None and record not in names:
-            raise ArgumentError(f"{cube.name}: no record {record!r}; it has {', '.join(names)}")
-        name = record or names[0]
-        comparison = compare_survey(rows, data.isel(record=[names.index(name)]).load(), background=background)
+        site = data.isel(record=[record_number(data, record)]).load()
+        name = str(site["record_id"].item())
+        comparison = compare_survey(rows, site, background=background)
     result = survey_result(stones, name, comparison)
     print(f"{result.stones} against {result.record}")
     print(*plain_lines(survey_section(result)), sep="\n")

@@ -23,7 +23,10 @@ Motions = Annotated[Path, typer.Option(help="folder of the motions")]
 Variant = Annotated[str, typer.Option(help="name of the contact setting")]
 Threads = Annotated[int, typer.Option(min=1, help="number of threads or processes")]
 Chunks = Annotated[int, typer.Option(min=1, help="number of chunks into which each record's cases are shared out")]
+Parts = Annotated[Path, typer.Option(help="folder of the parts")]
 Cube = Annotated[Path, typer.Option(help="the study's cube (NetCDF)")]
+Intensity = Annotated[Path, typer.Option(help="intensity measures of the study's records (NetCDF)")]
+Figures = Annotated[Path, typer.Option(help="folder for the figures")]
 NetCDF = Annotated[Path, typer.Option(help="NetCDF file to make")]
 
 
@@ -127,7 +130,7 @@ def sweep(
 def gather(
     study: Study,
     motions: Motions,
-    parts: Annotated[Path, typer.Option(help="folder of the parts")],
+    parts: Parts,
     output: NetCDF,
     variant: Variant = "nominal",
     chunks: Chunks = 1,
@@ -143,14 +146,14 @@ def gather(
 def fragility(
     study: Study,
     cube: Cube,
-    intensity: Annotated[Path, typer.Option(help="intensity measures of the study (NetCDF)")],
+    intensity: Intensity,
     output: Annotated[Path, typer.Option(help="folder for fragility.csv and the OpenQuake models (XML)")],
 ) -> None:
     """Fit fragility curves to the fall rates of a study's population; write them as CSV and for OpenQuake."""
     import xarray as xr
 
     from overturning.errors import ConfigError
-    from overturning.statistics.fragility import write_fragility_csv, write_openquake
+    from overturning.statistics.fragility import for_openquake, measure_file, write_fragility_csv, write_openquake
     from overturning.study.cube import open_cube
     from overturning.study.load import study_from
     from overturning.surveys.population import fragility_curves, population_rates
@@ -161,9 +164,9 @@ def fragility(
     with xr.open_dataset(intensity) as measures, open_cube(cube, amplitude=None) as outcomes:
         curves = fragility_curves(population_rates(outcomes, settings.population), measures)
     write_fragility_csv(curves, output / "fragility.csv")
-    for measure in ("PGA", "PGV"):
+    for measure in filter(for_openquake, dict.fromkeys(one.measure for one in curves)):
         chosen = [one for one in curves if one.measure == measure]
-        write_openquake(chosen, output / f"fragility-{measure.lower()}.xml", "gravestones")
+        write_openquake(chosen, output / measure_file(measure), "gravestones")
 
 
 def check_convergence(
@@ -176,28 +179,51 @@ def check_convergence(
     """Compute a part of a study again, with finer steps and with stiffer springs."""
     from overturning.errors import ConfigError
     from overturning.study.convergence import check_convergence as compute_again
-    from overturning.study.convergence import read_sample
+    from overturning.study.convergence import read_rigid, read_sample
 
     settings, records = _with_records(study, motions)
     if isinstance(settings.verification, str):
         raise ConfigError(f"{settings.name}: verification: none; leave the key out for a convergence check")
     sample = read_sample(cube, settings.verification)
-    compute_again(settings, records, sample, threads, _per_cents()).write(output)
+    compute_again(settings, records, sample, threads, _per_cents(), read_rigid(cube, settings)).write(output)
 
 
-def figures(
-    cube: Cube,
-    intensity: Annotated[Path, typer.Option(help="intensity measures by azimuth (NetCDF)")],
-    motions: Motions,
-    output: Annotated[Path, typer.Option(help="folder for the figures")],
-    study: Beside = None,
-    threads: Threads = 1,
+def record_figures(
+    study: Study, parts: Parts, intensity: Intensity, motions: Motions, output: Figures, chunks: Chunks = 1
 ) -> None:
-    """Draw the figures of a study."""
-    from overturning.figures.study import draw_study
+    """Draw the figures of the records of a study from their parts, as soon as these are there."""
+    from functools import partial
+    from tempfile import TemporaryDirectory
+
+    from overturning.figures.record import draw_records
+    from overturning.figures.style import write_figure
+    from overturning.study.gather import gather as gather_parts
+    from overturning.study.parts import parts_of
+
+    settings, records = _with_records(study, motions)
+    write = partial(write_figure, settings.figures)
+    with TemporaryDirectory() as folder:
+        cube = Path(folder) / "cube.nc"
+        gather_parts(settings, records, parts_of(parts, settings.records.use, chunks), cube)
+        draw_records(cube, intensity, motions, output, write)
+
+
+def figures(study: Study, cube: Cube, intensity: Intensity, output: Figures) -> None:
+    """Draw the figures of all records of a study together, and maps."""
+    from functools import partial
+
+    from overturning.figures.study import draw_whole
+    from overturning.figures.style import write_figure
     from overturning.study.load import study_from
 
-    draw_study(cube, intensity, motions, output, threads, study_from(study).figures if study else None)
+    draw_whole(cube, intensity, output, partial(write_figure, study_from(study).figures))
+
+
+def illustrative(cube: Cube, motions: Motions, output: Figures) -> None:
+    """Draw the illustrative cases of a study."""
+    from overturning.figures.illustrative import draw_illustrative_cases
+
+    draw_illustrative_cases(cube, motions, output)
 
 
 def report(
@@ -213,5 +239,8 @@ def report(
     write_report(results, output, pdf, study_from(study) if study else None)
 
 
-STEPS = (read, surface, rotate, members, sweep, gather, check_convergence, fragility, figures, report)
+STEPS = (
+    *(read, surface, rotate, members, sweep, gather, check_convergence, fragility),
+    *(record_figures, figures, illustrative, report),
+)
 """All of them, in the order of a run."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.cluster import run_on_cluster
 from overturning.dem.numerics import Numerics
+from overturning.errors import keywords
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.falls import as_model
@@ -92,6 +93,7 @@ def run(
     return results
 
 
+@keywords(Numerics)
 def run_cases(
     motion: Motion, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
 ) -> Results:

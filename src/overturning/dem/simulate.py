@@ -4,11 +4,12 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from overturning.arrays import ArrayLike, dataset
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
-from overturning.errors import ArgumentError
+from overturning.errors import ArgumentError, keywords
 from overturning.model.falls import as_model
 from overturning.model.grid import AXES, Grid
 from overturning.model.model import Model
@@ -86,6 +87,7 @@ def simulate_arrays(
     return simulate_grid(model, as_motion(motion), grid_over(model, **values), Numerics(**numerics))
 
 
+@keywords(Numerics)
 def simulate(
     motion: Motion,
     model: Model | Scene | Shape | str | int | None = None,
@@ -148,8 +150,6 @@ def simulate(
     >>> space.overturned.values.ravel().tolist()
     [1, 1]
     """
-    import xarray as xr
-
     model, motion = as_model(model), as_motion(motion)
     grid = grid_over(
         model,
@@ -163,11 +163,11 @@ def simulate(
     arrays = simulate_grid(model, motion, grid, Numerics(**options))
     coordinates: dict[str, Any] = {name: (name, grid[name], AXES[name]) for name in grid.names}
     if grid.element:
-        coordinates["element"] = list(grid.element)
+        coordinates["element"] = ("element", list(grid.element))
     if (angles := critical_angle(model, grid)) is not None:
         coordinates["critical_angle"] = angles
     level = "none: the motion has two components, so the base moves level"
-    return xr.Dataset(
+    return dataset(
         {item.name: (grid.dimensions(item), arrays[item.name], item.all_attributes) for item in model.variables},
         coordinates,
         model.attributes | {"vertical_motion": level if motion.up is None else "as recorded"},

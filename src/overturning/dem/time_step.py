@@ -94,9 +94,10 @@ def rocking_time(width: FloatArray, height: FloatArray) -> FloatArray:
 def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: FloatArray | None = None) -> FloatArray:
     """Largest stable time step, s.
 
-    Cundall's scheme, whose dashpot lags by half a step, needs Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The centred scheme
-    takes the dashpots at the end of the step. For a scene of polygons that leaves Δt ≤ 2/ω, less where ξ_max is above
-    `HEAVY_DAMPING`; for a block it takes the springs there, too, and is limited by the motion alone, `LONGEST_ROCKING`.
+    Cundall's scheme, whose dashpot lags by half a step, needs Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The centred
+    scheme takes the dashpots at the end of the step. For a scene of polygons that leaves Δt ≤ 2/ω, less where
+    ξ_max is above `HEAVY_DAMPING`; for a block it takes the springs there, too, and is limited by the motion alone,
+    `LONGEST_ROCKING`.
 
     Parameters
     ----------

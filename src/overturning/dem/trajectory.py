@@ -2,9 +2,11 @@
 
 from typing import TYPE_CHECKING, Any
 
+from overturning.arrays import dataset
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import plan_of
 from overturning.dem.simulate import grid_over
+from overturning.errors import keywords
 from overturning.model.cases import Cases
 from overturning.model.falls import as_model
 from overturning.model.model import Model
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@keywords(Numerics, "aspect", "amplitude", "initial_tilt")
 def trajectory(
     motion: Motion,
     model: Model | Scene | Shape | str | int | None = None,
@@ -66,8 +69,6 @@ def trajectory(
     ArgumentError
         As `overturning.simulate`, and where the path would be longer than `overturning.dem.plan.MOST_PATH`.
     """
-    import xarray as xr
-
     model, more = as_model(model), {name: options.pop(name, 1.0) for name in ("aspect", "amplitude")}
     grid = grid_over(
         model, height, b_over_h, friction=friction, aspect=more["aspect"], azimuth_deg=azimuth_deg,
@@ -79,6 +80,6 @@ def trajectory(
     variables, coordinates, attributes = path.described(results)
     known = {f"{model.direction}_deg": grid.directions.item(), **size, **more}
     given = {name: value for name, value in known.items() if name != "aspect" or name in model.case_dims}
-    return xr.Dataset(
+    return dataset(
         variables, coordinates, model.attributes | attributes | given | {"block_steps": int(results.block_steps[0])}
     )

@@ -10,6 +10,9 @@ from overturning.statistics.earthquakes import AxisSummary, Followed
 
 MARKERS = ("o", "D", "s")
 
+FEW = 2
+"""Earthquakes of which a mean is drawn hollow: it has no say."""
+
 
 def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]) -> Figure:
     """Figure of all earthquakes: a point each, named from top to bottom; below, the mean axis with its interval.
@@ -71,8 +74,12 @@ def follow_figure(found: dict[str, Followed], b_over_h: FloatArray) -> Figure:
                 value, low, high = np.array([(mean.value, mean.low, mean.high) for mean in means[name, axial]]).T
                 x, colour = b_over_h + (place - 0.5 * (len(names) - 1)) * apart, SERIES[place % len(SERIES)]
                 axes.vlines(x, low, high, color=colour, linewidth=1.0)
-                axes.plot(x, value, "osD^"[place % 4], color=colour, markersize=3.5, label=name)
+                few = np.array([mean.n <= FEW for mean in means[name, axial]])
+                marker = "osD^v"[place % 5]
+                axes.plot(x[~few], value[~few], marker, color=colour, markersize=3.5, label=name)
+                axes.plot(x[few], value[few], marker, color=colour, markersize=3.5, markerfacecolor="white")
             axes.set_ylim(-1.05, 1.05)
+            axes.set_xlim(b_over_h.min() - 0.05, b_over_h.max() + 0.05)
             measure = "mean cos 2Δ of axes" if axial else "mean cos Δ of directions"
             labels(axes, "B/H" if row else "", measure if column == 0 else "")
             axes.grid(True, axis="y")

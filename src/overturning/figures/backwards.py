@@ -8,7 +8,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import FALLS, INK, SERIES, compass, labels, logarithmic
+from overturning.figures.style import FALLS, INK, SERIES, compass, empty, labels, logarithmic
+
+PALE = "#e9c3a8"
 
 _BARS = 10
 """Motions shown, the likeliest."""
@@ -28,14 +30,14 @@ def posterior_figure(
     values, ascending, probability not exceeded, the same of the prior, and the stated interval, whose ends may be 0 or
     infinite.
     """
-    import matplotlib.pyplot as plt
-
-    figure = plt.figure(figsize=(9.5, 6.2), layout="constrained")
+    figure = empty(9.5, 6.2)
     polar: Any = figure.add_subplot(2, 2, 1, projection="polar")
     compass(polar)
-    both = np.tile(of_axes, 2)
-    polar.bar(2 * np.pi * np.arange(both.size) / both.size, both, width=2 * np.pi / both.size, color=FALLS, zorder=2)
-    middle, half = np.radians(arc[0]), np.radians(arc[1] / 2)
+    # Areas in proportion to probabilities, pale outside of the arc that is stated.
+    both = np.sqrt(np.tile(of_axes, 2))
+    angle, middle, half = 2 * np.pi * np.arange(both.size) / both.size, np.radians(arc[0]), np.radians(arc[1] / 2)
+    inside = np.abs((angle - middle + np.pi / 2) % np.pi - np.pi / 2) <= half + 1e-9
+    polar.bar(angle, both, width=2 * np.pi / both.size, color=np.where(inside, FALLS, PALE), zorder=2)
     for end in (middle, middle + np.pi):
         polar.plot(np.linspace(end - half, end + half, 60), np.full(60, 1.04 * both.max()), color=INK, linewidth=2)
     polar.set_yticks([])

@@ -1,83 +1,193 @@
-"""A cube as one self-contained page: a polar map of each block, and what is known of the cell pointed at."""
+"""A cube as a page to look around in: a map of each block, what is known of the cell pointed at, and a sketch of it."""
 
 import base64
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.errors import ArgumentError
-from overturning.figures.maps import azimuth_edges, cell_edges, closed
-from overturning.figures.page import page, template
+from overturning.errors import ResultError
+from overturning.figures.maps import COLOURS, azimuth_edges, cell_edges, closed, out_to_the_first_ring_without_falls
+from overturning.figures.page import embedded_json, page, template
 from overturning.figures.style import DARKEST, FALLS, FAULT, MISSING, OTHER_SIDE, STANDS
 from overturning.files import write_text
-from overturning.model.planes import fall_probability
+from overturning.model.falls import model_of
+from overturning.model.planes import Planes, fall_probability
+from overturning.motion.motion import Motion
+from overturning.records.store import read_motion
+from overturning.study.cube import study_of
 from overturning.study.preflight import MOST_CELLS
+from overturning.study.scenes import Sizes, model_for, motion_of, scene_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction", "element")
-
-PARTS_OF_ONE = 200
+PARTS_OF_ONE: Final = 200
 """Probabilities are whole numbers of such parts, rotations and times as below; the largest number means missing."""
 
-_ROTATION, _TIME = 1e-3, 1e-2  # of α; s
+_TIME: Final = 1e-2  # s
+_AZIMUTH: Final = 1e-2  # degrees
+_ROTATION: Final = {"azimuth": ("peak_rotation", 1e-3), "orientation": ("peak_tilt", 1e-2)}  # of α; degrees
+_INTERVAL: Final = 1e-2  # s, at least: shorter ones of a motion are interpolated to it
+_HUES: Final = 72
+
+_BODY = (
+    "A body in space rocks and rolls on its corners; a sketch of one plane would not show that. "
+    "overturning one --body --animate computes and shows it."
+)
+_SCENE = "The stones of a scene push each other; no sketch is drawn of them. overturning one --animate shows them."
+_UNKNOWN = "No sketch is drawn: the motion of this record is not beside the cube."
 
 
-def explorer_data(cube: "xr.Dataset") -> dict[str, Any]:
+def explorer_data(
+    cube: "xr.Dataset", motions: Path | None = None, apart: Callable[[int, dict[str, Any]], None] | None = None
+) -> dict[str, Any]:
     """What the page needs of a cube with all elements or one, as plain data for JSON.
 
-    Arrays over `DIMENSIONS` are base64 of small whole numbers. An `ArgumentError` refuses more than `MOST_CELLS` cells.
+    Parameters
+    ----------
+    cube : Dataset
+        In planes or in space; loaded a record at a time.
+    motions : Path, optional
+        Folder of the motions, each as ``ID.nc``: with them the page can move a single block in a plane.
+    apart : callable, optional
+        Is given the number and the cells of each record, which then are not in the data.
+
+    Returns
+    -------
+    dict
+        Each record's cells are base64 of small whole numbers, over direction (round the compass in planes), height,
+        B/H, aspect, friction and element.
     """
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
-    if one["overturned"].size > MOST_CELLS:
-        raise ArgumentError(
-            f"{one['overturned'].size:,} cells are too many for a page, at most {MOST_CELLS:,}; choose records with "
-            "--record"
-        )
-
-    one = closed(one.load())
-    chance = fall_probability(one)
-
-    def values(name: str) -> FloatArray:
-        found = chance if name in chance else one
-        return np.asarray(found[name].transpose(*DIMENSIONS).to_numpy(), dtype=np.float64)
-
+    one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
+    model, records, longest = model_of(cube), [], 0.0
+    sketch, read = _motions(cube, motions)
     names = [one[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event")]
+    for index, (key, station, event) in enumerate(zip(*names, strict=True)):
+        part = one.isel(record=[index]).load()
+        part = closed(part) if model.one_component else part
+        cells, rings = _cells(part)
+        longest = float(np.fmax(longest, part["overturning_time"].max()))
+        name = ", ".join(text for text in (station, event) if text) or key
+        normal = float(part["fault_normal"][0])
+        about = {"id": key, "name": name, "normal": None if np.isnan(normal) else round(normal, 6), "rings": rings}
+        cells["motion"] = read(key)
+        if apart is None:
+            about["cells"] = cells
+        else:
+            apart(index, cells)
+        records.append(about)
+    sized = {name: part[name].to_numpy().astype(np.float64) for name in (model.direction, "b_over_h")}
+    if model.one_component:
+        edges = azimuth_edges(sized["azimuth"])
+    else:
+        turn = sized["orientation"]
+        edges = cell_edges(turn) if turn.size > 1 else turn + np.array([-2.5, 2.5])
     return {
         "title": str(cube.attrs.get("title", "")),
-        "records": [
-            {"id": key, "name": ", ".join(text for text in (station, event) if text) or key, "normal": normal}
-            for key, station, event, normal in zip(*names, _known(one["fault_normal"].to_numpy()), strict=True)
-        ],
-        **{name: _plain(one[name].to_numpy()) for name in ("azimuth", "height", "b_over_h", "friction")},
+        "space": not model.one_component,
+        "records": records,
+        "direction": _plain(sized[model.direction]),
+        **{name: _plain(one[name].to_numpy()) for name in ("height", "b_over_h", "aspect", "friction")},
         "element": [str(name) for name in one["element"].to_numpy()],
-        "azimuthEdges": _plain(azimuth_edges(one["azimuth"].to_numpy().astype(np.float64))),
-        "radiusEdges": _plain(cell_edges(one["b_over_h"].to_numpy().astype(np.float64))),
-        "steps": {"rotation": _ROTATION, "time": _TIME, "chance": 1 / PARTS_OF_ONE},
-        "ensemble": "probability_towards" in one,
+        "shown": _shown(one),
+        "degrees": _in_degrees(cube, one.sizes["element"]),
+        "directionEdges": _plain(edges),
+        "radiusEdges": _plain(cell_edges(sized["b_over_h"])),
+        "steps": {
+            "rotation": _ROTATION[model.direction][1], "time": _TIME, "azimuth": _AZIMUTH, "chance": 1 / PARTS_OF_ONE,
+        },
+        "longest": longest,
+        "ensemble": "probability_towards" in one or "probability_falls" in one,
+        "sketch": sketch,
         "colours": {
             "falls": FALLS, "other": OTHER_SIDE, "stands": STANDS, "missing": MISSING, "fault": FAULT,
-            "darkest": DARKEST,
-        },
-        "data": {
-            "flag": _base64(np.nan_to_num(values("overturned"), nan=2.0).astype("i1")),
-            "rotation": _packed(values("peak_rotation"), _ROTATION, "<u2"),
-            "time": _packed(values("overturning_time"), _TIME, "<u2"),
-            **{name: _packed(values(name), 1 / PARTS_OF_ONE, "u1") for name in ("towards", "away")},
+            "darkest": DARKEST, "azimuths": _hues(),
         },
     }  # fmt: skip
 
 
+def _shown(one: "xr.Dataset") -> int:
+    """The element that is shown first: the one that the report shows."""
+    names = one["element"].to_numpy().tolist()
+    return names.index(scene_of(study_of(one), one.attrs["variant"]).shown_name) if len(names) > 1 else 0
+
+
+def _in_degrees(cube: "xr.Dataset", elements: int) -> list[bool]:
+    """Of each element, whether its rotations are in degrees: a body's, and of what has no critical angle of its own."""
+    if "critical_angle" not in cube:
+        return elements * [not model_of(cube).one_component]
+    unknown = cube["critical_angle"].isnull()
+    return list(np.atleast_1d(unknown.any([name for name in unknown.dims if name != "element"]).to_numpy()).tolist())
+
+
+def _cells(one: "xr.Dataset") -> tuple[dict[str, Any], int]:
+    """The cells of one record, packed, and the number of rings (of B/H) that its map shows."""
+    model = model_of(one)
+    order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
+
+    def values(found: "xr.DataArray") -> FloatArray:
+        return np.asarray(found.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
+
+    chance = fall_probability(one)
+    if "probability_falls" in one:
+        chance["towards"] = one["probability_falls"].fillna(chance["towards"])
+    rotation, step = _ROTATION[model.direction]
+    cells = {
+        "flag": _base64(np.nan_to_num(values(one["overturned"]), nan=2.0).astype("i1")),
+        "rotation": _packed(values(one[rotation]), step, "<u2"),
+        "time": _packed(values(one["overturning_time"]), _TIME, "<u2"),
+        **{name: _packed(values(chance[name]), 1 / PARTS_OF_ONE, "u1") for name in ("towards", "away")},
+    }
+    if not model.one_component:
+        cells["azimuth"] = _packed(values(one["fall_azimuth"]), _AZIMUTH, "<u2")
+    shown = out_to_the_first_ring_without_falls(one, chance["towards"] + chance["away"])
+    return cells, shown.sizes["b_over_h"]
+
+
+def _motions(cube: "xr.Dataset", folder: Path | None) -> tuple[str, Callable[[str], dict[str, Any] | None]]:
+    """Why no block of a cube is drawn moving, or nothing; and what reads the motion of a record."""
+    if not model_of(cube).one_component:
+        return _BODY, lambda _: None
+    if folder is None:
+        return _UNKNOWN, lambda _: None
+    study, variant = study_of(cube), str(cube.attrs["variant"])
+    model, sizes = model_for(study, variant), Sizes.of(study, variant)
+    if not (isinstance(model, Planes) and model.scene.single_block and sizes.factor == 1 and sizes.own_ratio is None):
+        return _SCENE, lambda _: None
+
+    def read(name: str) -> dict[str, Any] | None:
+        try:
+            return _packed_motion(motion_of(study, read_motion(folder / f"{name}.nc"), variant))
+        except ResultError:
+            return None
+
+    return "", read
+
+
+def _packed_motion(motion: Motion) -> dict[str, Any]:
+    """A motion's components (m/s²) as 16-bit parts of the largest sample, at 100 Hz or fewer."""
+    interval = max(motion.sampling_interval, _INTERVAL)
+    time = np.arange(motion.north.size) * motion.sampling_interval
+    every = np.arange(int(round(float(time[-1]) / interval, 6)) + 1) * interval
+    parts = [np.interp(every, time, samples) for samples in motion.components]
+    step = max(float(np.abs(part).max()) for part in parts) / 32767 or 1.0
+    kept = [_base64(np.rint(part / step).astype("<i2")) for part in parts]
+    return {"interval": interval, "step": step, "components": kept}
+
+
+def _hues() -> list[str]:
+    from matplotlib.colors import to_hex
+
+    return [to_hex(COLOURS((place + 0.5) / _HUES)) for place in range(_HUES)]
+
+
 def _plain(values: NDArray[Any]) -> list[float]:
     return [round(float(value), 9) for value in values]
-
-
-def _known(values: NDArray[Any]) -> list[float | None]:
-    return [None if np.isnan(value) else round(float(value), 6) for value in values.astype(np.float64)]
 
 
 def _base64(values: NDArray[Any]) -> str:
@@ -92,10 +202,25 @@ def _packed(values: FloatArray, step: float, kind: str) -> str:
 
 
 def explorer_page(data: dict[str, Any]) -> str:
-    """The page (HTML) from `explorer_data`, which needs nothing from outside; the same each time."""
-    return page("explore.html.j2", template("explore.css"), template("explore.js"), data, title=data["title"])
+    """The page (HTML) from `explorer_data`, the same each time; it needs nothing but the records' files, if any."""
+    script = "".join(map(template, ("rocking.js", "explore_maps.js", "explore.js")))
+    return page("explore.html.j2", template("explore.css"), script, data, title=data["title"])
 
 
-def write_explorer(cube: "xr.Dataset", path: Path) -> None:
-    """Write the page of a cube to a .html file."""
-    write_text(path, explorer_page(explorer_data(cube)))
+def write_explorer(cube: "xr.Dataset", path: Path, motions: Path | None = None) -> None:
+    """Write the page of a cube to a .html file.
+
+    Of more than `MOST_CELLS` cells those of each record go to a file of their own, ``NAME-records/0.js`` and so on
+    beside ``NAME.html``, which the page loads when the record is chosen. The folder of motions is as of
+    `explorer_data`.
+    """
+    if cube["overturned"].size <= MOST_CELLS:
+        write_text(path, explorer_page(explorer_data(cube, motions)))
+        return
+    folder = path.with_name(f"{path.stem}-records")
+
+    def apart(index: int, cells: dict[str, Any]) -> None:
+        write_text(folder / f"{index}.js", f"explorerRecord({index},{embedded_json(cells)});\n")
+
+    data = explorer_data(cube, motions, apart)
+    write_text(path, explorer_page({**data, "folder": folder.name}))

@@ -11,7 +11,8 @@ from matplotlib.patches import Rectangle
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels, logarithmic
 from overturning.motion.jma_intensity import SURVEY_RULE
-from overturning.statistics.fragility import Fragility
+from overturning.statistics.bootstrap import Mean
+from overturning.statistics.fragility import Fragility, for_openquake
 
 INTENSITY_SCALE: Final = (5.0, 5.5, 6.0, 6.5)
 """Bounds of the JMA scale's degrees 5+, 6−, 6+ and 7 (JMA: instrumental intensity)."""
@@ -24,13 +25,13 @@ def fall_rate_figure(
     curves: Sequence[Fragility],
     jma: FloatArray,
 ) -> Figure:
-    """Figure of fall rate over amplitude where there are several, over PGA and PGV with the curve, over JMA intensity.
+    """Figure of fall rate over amplitude where there are several, PGA, PGV and SA with the curve, and JMA intensity.
 
     Over records and factors on them (`amplitude`), shape (record, a), NaN where not known: fall rates, JMA intensity,
     and `levels` by name of the measure, in the unit of its curve. The curves are of the whole population.
     """
     with_jma = bool(np.isfinite(jma).any())
-    shown = [one for one in curves if one.measure in ("PGA", "PGV")]
+    shown = [one for one in curves if for_openquake(one.measure)]
     several = amplitude.size > 1
     count = several + len(shown) + with_jma
     columns = min(count, 2)
@@ -51,6 +52,22 @@ def fall_rate_figure(
     for panel in panels[:, 0]:
         panel.set_ylabel("fall rate, %", fontsize=8)
     caption(figure, "Fall rate of the population", first, 1)
+    return figure
+
+
+def contrast_figure(shares: Mapping[str, Sequence[Mean]], b_over_h: FloatArray) -> Figure:
+    """Figure of shares of cases that overturn by slenderness, a line for each setting, with its interval."""
+    figure, panels = grid(1, 1, 4.6, 3.0)
+    axes, apart = panels[0, 0], 0.06 * float(np.diff(b_over_h).min(initial=0.05))
+    for place, (name, means) in enumerate(shares.items()):
+        value, low, high = 100.0 * np.array([(mean.value, mean.low, mean.high) for mean in means]).T
+        x, colour = b_over_h + (2 * place - 1) * apart, SERIES[(1, 0)[place % 2]]
+        axes.vlines(x, low, high, color=colour, linewidth=1.0)
+        axes.plot(x, value, "oD"[place % 2] + "-", color=colour, markersize=4, linewidth=1.2, label=name)
+    axes.set_ylim(-2, 102)
+    axes.grid(True, axis="y")
+    labels(axes, "B/H", "cases that overturn, %")
+    caption(figure, "", axes, 2)
     return figure
 
 

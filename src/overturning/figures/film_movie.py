@@ -9,7 +9,7 @@ import numpy as np
 
 from overturning.errors import ArgumentError, MissingDataError
 from overturning.figures.film import Film, view, way
-from overturning.figures.style import FALLS, INK, SERIES, caption, labels, style
+from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, style
 from overturning.files import atomic_write, check_kind
 from overturning.units import GAL
 
@@ -35,7 +35,6 @@ def write_film_movie(film: Film, path: Path) -> None:
 
     Errors are those of `check_movie`, and an `ArgumentError` where the ending is another one.
     """
-    import matplotlib.pyplot as plt
     from matplotlib import animation
 
     kind = path.suffix.lower()
@@ -59,23 +58,19 @@ def write_film_movie(film: Film, path: Path) -> None:
             named.replace(part)
         finally:
             named.unlink(missing_ok=True)
-        plt.close(figure)
 
 
 def _stage(film: Film) -> "tuple[Figure, Callable[[int], None]]":
     """A figure of the film, and what moves its artists to a frame."""
-    import matplotlib.pyplot as plt
     from matplotlib.patches import Polygon
 
     columns = len(film.panels)
-    figure, grid = plt.subplots(
-        2, columns, figsize=(3.6 * columns, 4.4), height_ratios=(3.4, 1), squeeze=False, layout="constrained"
-    )
+    figure, panels = grid(2, columns, 3.6 * columns, 4.4, height_ratios=(3.4, 1))
     caption(figure, film.title)
     left, right, bottom, top = view(film)
     largest = max(float(np.abs(panel.acceleration).max(initial=0.0)) for panel in film.panels) / GAL or 1.0
     rows: list[tuple[Any, ...]] = []
-    for panel, scene, trace in zip(film.panels, *grid, strict=True):
+    for panel, scene, trace in zip(film.panels, *panels, strict=True):
         scene.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
         scene.spines[:].set_visible(False)
         scene.set_title("{}\n← {}        {} →".format(panel.title, *panel.sides), fontsize=8)

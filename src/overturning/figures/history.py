@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, extremes, labels, short
+from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, extremes, grid, labels, short
 from overturning.motion.fourier import band_amplitude
 from overturning.motion.integration import integrate
+from overturning.motion.motion import Motion
 from overturning.motion.noise import NoiseRatio, noise_ratio
+from overturning.motion.spectra import rotd
 from overturning.records.processing import SIGNAL_TO_NOISE
 from overturning.records.record import Record, state_of, summary
 from overturning.units import CM, GAL
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
 
 COMPONENTS: Final = ("north", "east", "up")
 SERIES_ROWS: Final = (("acceleration, Gal", GAL), ("velocity, cm/s", CM), ("displacement, cm", CM))
+RESPONSE_PERIODS: Final = np.geomspace(0.05, 10.0, 47)
+"""Periods of the response spectra, s: twenty per decade; their damping ratio is 0.05."""
+
 BINS: Final = 600
 """Bins along the time axis, of each of which the least and the largest sample are drawn: finer than a pixel."""
 
@@ -29,16 +34,18 @@ def history_figure(before: Record, after: Record) -> "Figure":
     """Figure of a record as the file is, and as it is used, with a column per component.
 
     Rows: acceleration, velocity and displacement before (grey) and after processing; Fourier amplitudes with the
-    corners and the noise before the onset; Husid plot, signal-to-noise ratio, and the acceleration that was taken away.
+    corners and the noise before the onset; Husid plot, signal-to-noise ratio, the acceleration that was taken away, and
+    response spectra over all azimuths as it is used.
     Both records are the same where nothing was done.
     """
-    import matplotlib.pyplot as plt
-
     names = [name for name in COMPONENTS if getattr(after, name) is not None]
-    rows = 5 if len(names) > 2 else 6
-    figure, panels = plt.subplots(rows, len(names), figsize=(3.5 * len(names), 2.04 * rows), squeeze=False)
-    if rows > 5:
-        panels[5, 1].set_axis_off()
+    wide = len(names) > 2
+    figure, panels = grid(6, len(names), 3.5 * len(names), 2.04 * 6, layout=None)
+    for panel in panels[5, 1:] if wide else ():
+        panel.remove()
+    if wide:
+        panels[5, 0].set_subplotspec(panels[5, 0].get_gridspec()[5, :])
+    _draw_response(panels[5, 0 if wide else 1], after)
     moving = [getattr(before, name) for name in names]
     noise = noise_ratio(moving, before.sampling_interval)
     for column, name in enumerate(names):
@@ -51,7 +58,7 @@ def history_figure(before: Record, after: Record) -> "Figure":
             panel.tick_params(labelbottom=False)
     _draw_husid(panels[4, 0], after, names)
     _draw_ratio(panels[4, 1], noise, [n for n, samples in zip(names, moving, strict=True) if np.ptp(samples) > 0])
-    _draw_removed(panels[-1, 2 if len(names) > 2 else 0], before, after, names)
+    _draw_removed(panels[4, 2] if wide else panels[5, 0], before, after, names)
     _finish(figure, panels, before, after, noise)
     return figure
 
@@ -173,6 +180,18 @@ def _draw_ratio(panel: "Axes", noise: NoiseRatio | None, names: list[str]) -> No
         panel.plot(noise.frequency, noise.ratio[row], color=colour, linewidth=1.0, label=name)
     panel.axhline(SIGNAL_TO_NOISE, color=FALLS, linewidth=0.8, linestyle=DASHED)
     _logarithmic(panel)
+    panel.legend(fontsize=7, loc="best")
+
+
+def _draw_response(panel: "Axes", after: Record) -> None:
+    """Pseudo-acceleration spectra of the horizontal motion: RotD00, RotD50 and RotD100."""
+    percentiles = (0, 50, 100)
+    spectra = rotd(Motion.of(after), RESPONSE_PERIODS, percentiles=percentiles)["psa"]
+    for percentile, spectrum, colour in zip(percentiles, spectra, SERIES, strict=False):
+        panel.plot(RESPONSE_PERIODS, spectrum / GAL, color=colour, linewidth=0.9, label=f"RotD{percentile:02d}")
+    _logarithmic(panel)
+    panel.set_ylim(bottom=1e-4 * float(spectra[-1].max()) / GAL or None)  # along one azimuth RotD00 is nothing
+    labels(panel, "period, s", "pseudo-acceleration, Gal")
     panel.legend(fontsize=7, loc="best")
 
 

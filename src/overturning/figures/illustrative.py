@@ -9,14 +9,14 @@ from overturning.figures.boundary import boundary_figure
 from overturning.figures.film_of_trajectory import film_of, heading_of, outcome
 from overturning.figures.ground import hodograph_figure, spectra_figure
 from overturning.figures.response import axis_figure, response_figure
-from overturning.figures.style import save
+from overturning.figures.style import emptied, save, style
 from overturning.files import write_text
 from overturning.model.falls import model_of
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.illustrative import IllustrativeCase, illustrative_cases
-from overturning.study.cube import study_of
+from overturning.study.cube import open_cube, study_of
 from overturning.study.scenes import model_for, motion_of, numerics_of
 from overturning.study.schema import Study
 
@@ -25,15 +25,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw_illustrative_cases(cube: "xr.Dataset", motions: Path, folder: Path) -> None:
-    """Simulate the illustrative cases of a cube again, under the processed motions of a folder, and draw them.
+def draw_illustrative_cases(cube_path: Path, motions: Path, folder: Path) -> None:
+    """Simulate the illustrative cases of a cube again, under the motions of a folder, and draw them.
 
     The other folder receives ``cases.json`` (titles, rules, outcomes, films, and the figures of each), and these
     figures: for case K from 1 ``K-response.svg``, ``K-boundary.svg``, ``K-spectra.svg`` and ``K-hodograph.svg``, of a
     body in space ``K-axis.svg``.
     """
-    rows = [_draw(cube, case, motions, folder, number) for number, case in enumerate(illustrative_cases(cube), 1)]
-    write_text(folder / "cases.json", json.dumps(rows, ensure_ascii=False, separators=(",", ":")))
+    with emptied(folder), open_cube(cube_path, chunks={"record": 1}) as cube, style():
+        rows = [_draw(cube, case, motions, folder, number) for number, case in enumerate(illustrative_cases(cube), 1)]
+        write_text(folder / "cases.json", json.dumps(rows, ensure_ascii=False, separators=(",", ":")))
 
 
 Drawn = tuple[str, "Figure", str, dict[str, float]]

@@ -14,10 +14,11 @@ from overturning.figures import style
 from overturning.figures.rose import draw_rose
 from overturning.model.falls import model_of
 from overturning.model.planes import fall_probability
+from overturning.statistics.earthquakes import radial_azimuth
 from overturning.statistics.falls import whole_circle
 from overturning.statistics.roses import rose_of
 
-PANEL: Final = {1: 4.6, 2: 2.9, 3: 1.95}
+PANEL: Final = {1: 4.3, 2: 2.9, 3: 1.95}
 """Width of a panel, inches, by the number in a row: together they fill a page. More panels go into further rows."""
 
 STEP_DEG: Final = 2.0
@@ -39,8 +40,13 @@ _CHANCE: Final = LinearSegmentedColormap.from_list(
 """Probability from 0 (paper) to 1 (the colour of falls, then darker): lightness falls all the way."""
 
 _TURN = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)[:, None]
-COLOURS: Final = ListedColormap(np.clip(0.58 + 0.36 * np.cos(_TURN - np.radians([0.0, 130.0, 250.0])), 0.0, 1.0))
-"""Of azimuths: a hue for each, north red; arrows say the same."""
+COLOURS: Final = ListedColormap(
+    0.56 + 0.26 * np.cos(_TURN) + np.sin(_TURN) * np.array([0.18, 0.04, -0.28])  # light and dark; yellow and blue
+)
+"""Of azimuths: light to the north and dark to the south, ochre to the east and blue to the west.
+
+Those who see no red or green see both; arrows say the same.
+"""
 
 MOST_ARROWS: Final = 36
 """Arrows along each side of a map."""
@@ -59,8 +65,11 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
     apart = ConstrainedLayoutEngine(h_pad=0.11)  # the letters below a panel stay clear of the title of the next
     width, height = PANEL[columns] * columns + 0.85 * spread, (PANEL[columns] + 0.2) * rows + 0.8
     figure, panels = style.grid(rows, columns, width, height, used=len(blocks), polar=True, layout=apart)
+    shown = out_to_the_first_ring_without_falls(chance, chance["towards"] + chance["away"])
+    normal = float(cube["fault_normal"]) if "fault_normal" in cube.variables else float("nan")
+    radial = float(radial_azimuth(cube))
     for axes, (row, column) in zip(panels.flat, blocks, strict=False):
-        cells = chance.isel(height=row, friction=column)
+        cells = shown.isel(height=row, friction=column)
         axes.set_title(f"µ = {float(cells['friction']):g}, H = {float(cells['height']):g} m", pad=3, fontsize=9)
         towards, away = (cells[name].transpose("b_over_h", "azimuth").to_numpy() for name in ("towards", "away"))
         kinds = np.select([np.isnan(towards), away > MORE_LIKELY, towards > MORE_LIKELY], [3, 1, 2], 0)
@@ -69,8 +78,9 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
             mesh = draw_cells(axes, cells, np.ma.masked_where(~shaded, towards), cmap=_CHANCE, vmin=0.0, vmax=1.0)
             kinds = np.ma.masked_where(shaded, kinds)
         draw_cells(axes, cells, kinds, cmap=ListedColormap(list(_KINDS.values())), vmin=-0.5, vmax=3.5)
-        if "fault_normal" in cube.variables:
-            style.mark_fault_normal(axes, float(cube["fault_normal"]))
+        axes.set_rlabel_position(free_sector(cells, normal, radial))
+        style.mark_fault_normal(axes, normal)
+        style.mark_radial(axes, radial)
     marks = [style.patch(colour, kind) for kind, colour in _KINDS.items()]
     if spread:
         last = next(axes for axes in panels[0][::-1] if axes.get_visible())
@@ -82,6 +92,28 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
         del marks[-1]
     style.caption(figure, f"{title}\nradius: slenderness B/H", panels[0, 0], 2, first=marks)
     return figure
+
+
+def out_to_the_first_ring_without_falls(cube: xr.Dataset, chance: xr.DataArray) -> xr.Dataset:
+    """A dataset out to the first B/H at and beyond which the chance of a fall is 0; all of it where it is 0 for all."""
+    falls = (chance > 0).any([name for name in chance.dims if name != "b_over_h"])
+    last = np.flatnonzero(falls.to_numpy())
+    return cube.isel(b_over_h=slice(None, int(last[-1]) + 2)) if last.size else cube
+
+
+def free_sector(cells: xr.Dataset, *marked_deg: float) -> float:
+    """Azimuth, half-way between two of the eight that are named, at which the fewest cells fall: room for letters.
+
+    Not within 20° of an axis that is marked there.
+    """
+    falls = (cells["towards"] + cells["away"]).transpose("b_over_h", "azimuth").fillna(1.0).to_numpy().sum(axis=0)
+    azimuth = cells["azimuth"].to_numpy().astype(np.float64)
+    count = {}
+    for middle in np.arange(22.5, 360.0, 45.0):
+        away = np.abs((azimuth - middle + 180.0) % 360.0 - 180.0)
+        marked = any(abs((middle - axis + 90.0) % 180.0 - 90.0) < 20.0 for axis in marked_deg)
+        count[float(middle)] = float(falls[away <= 12.0].sum()) + 1e6 * marked
+    return min(count, key=lambda middle: (count[middle], abs(middle - 112.5)))
 
 
 def rows_and_columns(heights: int, frictions: int) -> tuple[int, int]:
@@ -130,6 +162,7 @@ def draw_cells(axes: Any, cells: xr.Dataset, values: Any, **colours: Any) -> Any
 
 def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
     """Fall azimuth by orientation and B/H of one record, a panel per friction, height and aspect; and its rose."""
+    cube = out_to_the_first_ring_without_falls(cube, cube["overturned"])
     blocks = [(height, aspect) for height in cube["height"].to_numpy() for aspect in cube["aspect"].to_numpy()]
     frictions = cube["friction"].to_numpy()
     figure, panels = style.grid(len(blocks), len(frictions) + 1, 2.2 * (len(frictions) + 1), 1.95 * len(blocks) + 0.9)
@@ -139,10 +172,10 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
             _draw_orientations(axes, cube.sel(height=height, aspect=aspect, friction=friction))
             several = f", D/B = {aspect:g}" if cube.sizes["aspect"] > 1 else ""
             axes.set_title(f"µ = {friction:g}, H = {height:g} m{several}", fontsize=8)
-            style.labels(axes, "orientation" if row == len(blocks) - 1 else "", "B/H" if column == 0 else "")
+            style.labels(axes, "orientation, degrees" if row == len(blocks) - 1 else "", "B/H" if column == 0 else "")
         panels[row, -1].set_visible(False)
     around = figure.add_subplot(panels[0, -1].get_subplotspec(), projection="polar")
-    draw_rose(around, rose_of(cube.expand_dims("record")).shares)
+    draw_rose(around, rose_of(cube.expand_dims("record")))
     around.set_yticklabels([])
     around.tick_params(labelsize=7)
     top = around.get_ylim()[1]
@@ -151,6 +184,7 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
     hues = ((ring[:-1] + ring[1:]) / 2)[None, :]
     around.pcolormesh(ring, rim, hues, cmap=COLOURS, vmin=0, vmax=2 * np.pi, rasterized=True)
     style.mark_fault_normal(around, float(cube["fault_normal"]))
+    style.mark_radial(around, float(radial_azimuth(cube)))
     around.set_title("all falls of the record", fontsize=8, pad=3)
     marks = [style.patch(style.STANDS, "stands")]
     if bool(cube["overturned"].isnull().any()):
@@ -175,9 +209,10 @@ def _draw_orientations(axes: Any, cells: xr.Dataset) -> None:
     fell = np.zeros(azimuth.shape, bool)
     thin = tuple(slice(None, None, -(-count // MOST_ARROWS)) for count in azimuth.shape)
     fell[thin] = np.isfinite(azimuth)[thin]
+    shown = azimuth[fell]
     axes.quiver(
-        across[fell], up[fell], np.sin(azimuth[fell]), np.cos(azimuth[fell]), pivot="mid", angles="uv",
-        color=style.INK, scale=30, width=0.006, headwidth=4, headlength=4, headaxislength=3.5,
+        across[fell], up[fell], np.sin(shown), np.cos(shown), pivot="mid", angles="uv", scale=30, width=0.006,
+        headwidth=4, headlength=4, headaxislength=3.5, color=np.where(np.cos(shown) > -0.3, style.INK, "white"),
     )  # fmt: skip
     axes.set(xlim=(edges[0][0], edges[0][-1]), ylim=(edges[1][0], edges[1][-1]))
     axes.xaxis.set_major_locator(MultipleLocator(30 if np.ptp(x) <= 100 else 60 if np.ptp(x) <= 200 else 90))

@@ -40,12 +40,8 @@ def response_figure(paths: Sequence[xr.Dataset], title: str, headings: Sequence[
     Every free element has a curve of its own, named where there are several, and a dashed line at its angle of no
     return.
     """
-    import matplotlib.pyplot as plt
-
     width = max(min(3.3 * len(paths), style.PAGE_WIDTH), 4.4, 2.0 * len(paths))
-    figure, rows = plt.subplots(
-        len(ROWS), len(paths), figsize=(width, 6.6), sharex=True, sharey="row", squeeze=False, layout="constrained"
-    )
+    figure, rows = style.grid(len(ROWS), len(paths), width, 6.6, sharex=True, sharey="row")
     start, end = window(paths)
     largest = max(float(np.abs(np.degrees(free_elements(path)["rotation"])).max()) for path in paths)
     several = free_elements(paths[0]).sizes["element"] > 1

@@ -6,56 +6,69 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from overturning.arrays import FloatArray
 from overturning.figures.style import FALLS, FAULT, INK, compass, grid, mark_fault_normal, radius_ticks
-from overturning.statistics.circular import SECTORS
 from overturning.statistics.roses import Rose, rose_of, study_roses
 
 ROSES_IN_A_ROW: Final = 4
 
 
-def draw_rose(axes: Any, shares: FloatArray) -> None:
-    """Draw one rose: sectors with an area in proportion to their share, so that a wide one does not look too large."""
+def draw_rose(axes: Any, rose: Rose, top: float | None = None) -> None:
+    """Draw one rose: sectors with an area in proportion to their share, so that a wide one does not look too large.
+
+    Radii are roots of shares, those of the intervals too; the compass ends at ``top``, by default at what is drawn.
+    """
     compass(axes)
-    width = 2.0 * np.pi / shares.size
-    centres = np.arange(shares.size) * width
-    axes.bar(centres, np.sqrt(shares), width=width, color=FALLS, edgecolor="white", linewidth=0.4, zorder=3)
-    top = max(float(np.sqrt(shares.max(initial=0.0))), 0.1) * 1.08
+    width = 2.0 * np.pi / rose.shares.size
+    centres = np.arange(rose.shares.size) * width
+    axes.bar(centres, np.sqrt(rose.shares), width=width, color=FALLS, edgecolor="white", linewidth=0.4, zorder=3)
+    for angle, low, high in zip(centres, rose.low, rose.high, strict=True):
+        if np.isfinite(low):
+            axes.plot([angle, angle], np.sqrt([low, high]), color=INK, linewidth=0.9, zorder=4)
+    top = top or rim(rose)
     levels = [level for level in (0.01, 0.05, 0.1, 0.2, 0.4, 0.8) if 0.25 * top < np.sqrt(level) <= top]
     radius_ticks(axes, top, {float(np.sqrt(level)): f"{level:.0%}" for level in levels}, zorder=6)
+    axes.set_rlabel_position(_free(rose))
+    for label in axes.get_yticklabels():
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
+
+
+def rim(*roses: Rose) -> float:
+    """Radius at which a compass ends that holds all of some roses."""
+    most = [np.nanmax([rose.shares, rose.high]) if rose.falls else 0.0 for rose in roses]
+    return max(float(np.sqrt(max(most, default=0.0))), 0.1) * 1.08
+
+
+def _free(rose: Rose) -> float:
+    """Azimuth between two that are named at which the sectors are lowest: room for numbers."""
+    most = np.fmax(rose.shares, rose.high)
+    between = np.arange(22.5, 360.0, 45.0)
+    centres = np.arange(most.size) * 360.0 / most.size
+    near = [most[np.abs((centres - middle + 180.0) % 360.0 - 180.0) < 15.0].max() for middle in between]
+    return float(between[int(np.argmin(near))])
 
 
 def rose_figure(cube: xr.Dataset) -> Figure:
-    """Roses of a study (`study_roses`): by azimuth from north, and from the fault normal where it is known.
+    """Roses of a study (`study_roses`) on one scale: by azimuth from north, and from the fault normal where known.
 
     Records with and without a velocity pulse have a column of their own where the study has both.
     """
     roses = study_roses(cube)
     rows = 1 if any(below is None for _, below in roses.values()) else 2
     figure, panels = grid(rows, len(roses), max(3.3 * len(roses), 4.2), 3.5 * rows + 0.4, polar=True)
+    top = rim(*(rose for pair in roses.values() for rose in pair if rose is not None))
     for (name, found), column in zip(roses.items(), panels.T, strict=True):
         (upper, *lower), (rose, relative) = column, found
-        draw_mean_rose(upper, rose)
+        draw_rose(upper, rose, top)
         upper.set_title(f"{name}\n{rose.title}, from north", pad=4)
         if relative is not None:
-            draw_mean_rose(lower[0], relative)
+            draw_rose(lower[0], relative, top)
             fault_frame(lower[0])
             lower[0].set_title("from the fault normal", pad=4)
     return figure
 
 
-def draw_mean_rose(axes: Any, rose: Rose) -> None:
-    """A rose with its intervals, whose radii like those of the sectors are roots of shares."""
-    draw_rose(axes, rose.shares)
-    if np.isfinite(rose.low).any():
-        centres = np.arange(SECTORS) * 2.0 * np.pi / SECTORS
-        for angle, low, high in zip(centres, rose.low, rose.high, strict=True):
-            axes.plot([angle, angle], np.sqrt([low, high]), color=INK, linewidth=0.9, zorder=4)
-        axes.set_ylim(0.0, max(axes.get_ylim()[1], 1.05 * float(np.sqrt(rose.high.max()))))
-
-
 def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
-    """A rose for each earthquake that fells anything, from north, its records together; dashed the fault normals."""
+    """A rose for each earthquake that fells anything, on one scale, from north, its records together; fault normals."""
     events = cube["event"].to_numpy().astype(str)
     roses = {
         name: (rose_of(cube.isel(record=np.flatnonzero(events == name))), events == name)
@@ -65,13 +78,15 @@ def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
     columns = min(ROSES_IN_A_ROW, max(1, len(shown)))
     rows = max(1, -(-len(shown) // columns))
     figure, panels = grid(rows, columns, max(2.1 * columns, 4.2), 2.35 * rows + 0.3, len(shown), polar=True)
+    top = rim(*(rose for rose, _ in shown.values()))
     for axes, (name, (rose, members)) in zip(panels.flat, shown.items(), strict=False):
-        draw_rose(axes, rose.shares)
+        draw_rose(axes, rose, top)
+        axes.tick_params(axis="y", labelsize=6)
         axes.set_xticklabels(["N", "", "E", "", "S", "", "W", ""])
-        axes.set_yticklabels([])
         for normal in cube["fault_normal"].to_numpy()[members]:
             mark_fault_normal(axes, float(normal), label=None)
-        axes.set_title(f"{name}\n{rose.falls} falls", fontsize=8, pad=3, parse_math=False)
+        count = int(members.sum())
+        axes.set_title(f"{name}\n{count} record{'s' * (count != 1)}", fontsize=8, pad=3, parse_math=False)
     return figure
 
 

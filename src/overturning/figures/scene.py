@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.figures.rose import draw_mean_rose
+from overturning.figures.rose import draw_rose
 from overturning.figures.style import INK, SERIES, grid
 from overturning.model.geometry import place
 from overturning.model.scene import Scene
@@ -59,6 +59,6 @@ def element_roses_figure(cubes: Mapping[str, "xr.Dataset"]) -> "Figure":
     figure, panels = grid(rows, columns, 3.0 * columns, 3.3 * rows, len(cubes), polar=True)
     for axes, (name, cube) in zip(panels.ravel(), cubes.items(), strict=False):
         rose = rose_of(cube)
-        draw_mean_rose(axes, rose)
+        draw_rose(axes, rose)
         axes.set_title(f"{name}\n{rose.title}", pad=4, parse_math=False)
     return figure

@@ -9,9 +9,7 @@ from matplotlib.figure import Figure
 from overturning.errors import ArgumentError
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels, line_through_origin
 from overturning.statistics.circular import resultant
-
-EARTH_RADIUS_KM = 6371.0
-"""Mean radius of the Earth, km."""
+from overturning.units import EARTH_RADIUS_KM
 
 
 def local_km(latitude: Any, longitude: Any, latitude0: float, longitude0: float) -> tuple[Any, Any]:

@@ -1,6 +1,8 @@
 """One look for all figures, and files that are the same bytes each time."""
 
-from collections.abc import Iterator, Sequence
+import gc
+import re
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from textwrap import wrap
@@ -11,7 +13,8 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.figures.svg import compact
-from overturning.files import atomic_write
+from overturning.files import atomic_write, write_text
+from overturning.study.sections import FORMATS, Figures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -58,31 +61,91 @@ _SETTINGS: Final[Any] = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Draw with the project's settings, without a display."""
+    """Draw with the project's settings, whatever a user's own are; these, and the user's display, are left alone."""
     import matplotlib as mpl
 
-    mpl.use("Agg")
-    with mpl.rc_context():
-        mpl.rcdefaults()  # a user's own settings must not change the bytes
-        mpl.rcParams.update(_SETTINGS)
-        yield
+    collects = gc.isenabled()
+    gc.disable()  # a figure is many objects in use until it is written: looking for others took a fifth of its time
+    try:
+        with mpl.rc_context():
+            mpl.rcdefaults()  # a user's own settings must not change the bytes
+            mpl.rcParams.update(_SETTINGS)
+            yield
+    finally:
+        if collects:
+            gc.enable()
 
 
-def save(figure: "Figure", *paths: Path, dpi: float = DPI) -> None:
-    """Write a figure to .svg, .png and .pdf files, in the order of the paths, and close it.
+def save(
+    figure: "Figure", *paths: Path, dpi: float = DPI, width: float | None = None, font: float | None = None
+) -> None:
+    """Write a figure to .svg, .png and .pdf files, in the order of the paths: the same bytes each time.
 
-    They are the same bytes each time.
+    It can be made so wide, inches, in its proportions: as a whole, or with letters of a size, pt, to which the panels
+    make way.
     """
-    import matplotlib.pyplot as plt
-
+    own = _SETTINGS["font.size"]
+    scale = font / own if font else (width or figure.get_figwidth()) / figure.get_figwidth()
+    if (wide := (width or figure.get_figwidth()) / scale) != figure.get_figwidth():
+        figure.set_size_inches(wide, wide * figure.get_figheight() / figure.get_figwidth())
     _lay_out_once(figure)
     for path in paths:
         kind = path.suffix.removeprefix(".")
         with atomic_write(path) as part:
-            figure.savefig(part, format=kind, metadata=_METADATA[kind], dpi=dpi)
+            if kind == "pdf" and scale != 1.0:
+                _save_scaled_pdf(figure, part, scale, dpi)
+                continue
+            figure.savefig(part, format=kind, metadata=_METADATA[kind], dpi=dpi * scale)
             if kind == "svg":
-                part.write_text(compact(part.read_text(encoding="utf-8")), encoding="utf-8")
-    plt.close(figure)
+                text = compact(part.read_text(encoding="utf-8"))
+                if scale != 1.0:  # of the page; what is drawn on it keeps its numbers
+                    size = r'(?<==")([\d.]+)(?=pt")'
+                    text = re.sub(size, lambda one: f"{scale * float(one[0]):.2f}", text, count=2)
+                part.write_text(text, encoding="utf-8")
+
+
+def _save_scaled_pdf(figure: "Figure", path: Path, scale: float, dpi: float) -> None:
+    """Write a figure on a page of another size than its own: Matplotlib's is always 72 points to an inch."""
+    from matplotlib.backends.backend_pdf import Op, PdfFile, PdfPages
+
+    class Scaled(PdfFile):
+        def newPage(self, width: float, height: float) -> None:  # noqa: N802
+            super().newPage(scale * width, scale * height)
+            self.output(scale, 0, 0, scale, 0, 0, Op.concat_matrix)
+
+    class Pages(PdfPages):
+        def _ensure_file(self) -> PdfFile:
+            self._file = self._file or Scaled(self._filename, metadata=self._metadata)
+            return self._file
+
+    with Pages(path, metadata=_METADATA["pdf"]) as pages:
+        figure.savefig(pages, format="pdf", dpi=dpi * scale)
+
+
+Write = Callable[["Figure", Path], None]
+
+
+def write_figure(settings: Figures, figure: "Figure", stem: Path) -> None:
+    """Write a figure in the size, resolution and formats of a study, to a path without its ending; no others stay."""
+    figure.set_size_inches(*(settings.size * figure.get_size_inches()))
+    for kind in set(FORMATS) - set(settings.formats):
+        stem.with_name(f"{stem.name}.{kind}").unlink(missing_ok=True)
+    save(figure, *(stem.with_name(f"{stem.name}.{kind}") for kind in settings.formats), dpi=settings.dpi)
+
+
+@contextmanager
+def emptied(folder: Path) -> Iterator[None]:
+    """Fill a folder from empty, of which only the drawing knows how many files there will be; note their names.
+
+    They stand in a file beside the folder, ``maps.txt`` of ``maps/``, for `overturning.study.resume.repair`. Files of
+    an earlier study would be taken for some of this one.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in folder.iterdir():
+        old.unlink()
+    yield
+    names = sorted(path.relative_to(folder.parent).as_posix() for path in folder.iterdir())
+    write_text(folder.with_suffix(".txt"), "".join(f"{name}\n" for name in names))
 
 
 def _lay_out_once(figure: "Figure") -> None:
@@ -125,6 +188,25 @@ def compass_name(azimuth_deg: float) -> str:
     return f"{'N' if north else 'S'}{round(from_pole, 2):g}°{'E' if east else 'W'}"
 
 
+def empty(width: float, height: float, layout: Any = "constrained") -> "Figure":
+    """A figure of that size, inches, that no window shows and no list of open figures keeps; notebooks show it."""
+    from io import BytesIO
+
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    def picture() -> bytes:
+        data = BytesIO()
+        with style():
+            figure.savefig(data, format="png", metadata=_METADATA["png"])
+        return data.getvalue()
+
+    figure = Figure(figsize=(width, height), layout=layout)
+    FigureCanvasAgg(figure)
+    figure._repr_png_ = picture  # type: ignore[attr-defined]
+    return figure
+
+
 def grid(
     rows: int,
     columns: int,
@@ -134,12 +216,15 @@ def grid(
     *,
     polar: bool = False,
     layout: Any = "constrained",
+    **more: Any,
 ) -> Any:
-    """A figure of that size, inches, and its panels, an array of shape (rows, columns), of which all can be `used`."""
-    import matplotlib.pyplot as plt
+    """A figure of that size, inches, and its panels, an array of shape (rows, columns), of which all can be `used`.
 
+    What is more is for `matplotlib.figure.Figure.subplots`.
+    """
+    figure = empty(width, height, layout)
     kind = {"projection": "polar"} if polar else None
-    figure, panels = plt.subplots(rows, columns, figsize=(width, height), subplot_kw=kind, squeeze=False, layout=layout)
+    panels = figure.subplots(rows, columns, subplot_kw=kind, squeeze=False, **more)
     for axes in panels.flat[used:] if used is not None else ():
         axes.set_visible(False)
     return figure, panels
@@ -207,16 +292,31 @@ def radius_ticks(axes: Any, top: float, ticks: dict[float, str] | None = None, *
 
 def slenderness_ticks(axes: Any, top: float, otherwise: float) -> None:
     """Ticks of B/H on a compass that ends at ``top``; one tick ``otherwise`` where no round number lies below that."""
-    ticks = [tick for tick in (0.2, 0.4, 0.6, 0.8, 1.0) if tick < top] or [round(otherwise, 2)]
+    steps = (0.1, 0.2, 0.3) if top <= 0.4 else (0.2, 0.4, 0.6, 0.8, 1.0)
+    ticks = [tick for tick in steps if tick < top] or [round(otherwise, 2)]
     radius_ticks(axes, top, {tick: f"{tick:g}" for tick in ticks})
 
 
 def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "fault normal") -> None:
-    """Mark both ends of the fault normal on a compass with a dashed line; nothing where its azimuth is NaN."""
+    """Mark both ends of the fault normal across the rim of a compass; nothing where its azimuth is NaN."""
     if not np.isfinite(fault_normal_deg):
         return
-    angles, radius = np.radians([fault_normal_deg, fault_normal_deg + 180.0]), axes.get_ylim()[1]
+    radius, angles = axes.get_ylim()[1], np.radians([fault_normal_deg, fault_normal_deg + 180.0])
+    for angle in angles:  # at the rim: nothing of what is drawn is covered, nor the names of the directions
+        axes.plot(
+            [angle, angle], [0.94 * radius, 1.07 * radius],
+            color=FAULT, linewidth=2.6, label=label if angle == angles[0] else None, zorder=5, clip_on=False,
+        )  # fmt: skip
+    axes.set_ylim(0.0, radius)
+
+
+def mark_radial(axes: Any, radial_deg: float) -> None:
+    """Mark the azimuth away from the epicentre on the rim of a compass by an arrowhead; nothing where it is NaN."""
+    if not np.isfinite(radial_deg):
+        return
+    radius = axes.get_ylim()[1]
     axes.plot(
-        [angles[0], angles[0], angles[1]], [radius, 0.0, radius],
-        color=FAULT, linewidth=1.4, linestyle=DASHED, label=label, zorder=5,
+        np.radians(radial_deg), radius, marker=(3, 0, -radial_deg), markersize=10, markeredgecolor="white",
+        color=SERIES[2], linestyle="none", label="away from the epicentre", zorder=6, clip_on=False,
     )  # fmt: skip
+    axes.set_ylim(0.0, radius)

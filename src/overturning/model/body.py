@@ -4,10 +4,10 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from overturning.arrays import FloatArray
-from overturning.errors import ArgumentError
+from overturning.arrays import ArrayLike, FloatArray
+from overturning.errors import ArgumentError, keywords
 from overturning.model.contact import VertexContact
 from overturning.model.grid import Grid
 from overturning.model.model import Model, Outcomes, picked
@@ -54,6 +54,7 @@ class Start:
     angular_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
+@keywords()
 @dataclass(frozen=True)
 class Body(Model):
     """One rigid body in space; every orientation of a grid that symmetry closes counts alike."""

@@ -4,9 +4,9 @@ from dataclasses import dataclass, fields
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from overturning.errors import ArgumentError
+from overturning.arrays import ArrayLike
+from overturning.errors import ArgumentError, keywords
 
 MOST_CASES: Final = 50_000_000
 """Cases of one call; more would not fit into the memory of an ordinary machine."""
@@ -18,6 +18,7 @@ BYTES_PER_CASE: Final = 300
 """Inputs, what is planned, and results together."""
 
 
+@keywords()
 @dataclass(frozen=True)
 class Cases:
     """Cases to run, one row each.

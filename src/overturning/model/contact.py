@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.errors import ArgumentError
+from overturning.errors import ArgumentError, keywords
 from overturning.model.solid import Solid
 from overturning.units import STANDARD_GRAVITY
 
@@ -31,6 +31,7 @@ PRECISION_FLOOR: Final = 1e5
 """δ must be this many times the rounding of a coordinate, so that the static force has five digits."""
 
 
+@keywords()
 @dataclass(frozen=True)
 class Contact:
     """Springs, dashpots and their ratios at each corner, per metre of depth.
@@ -111,6 +112,7 @@ class Contact:
         return normal, self.stiffness_ratio * normal, dashpot
 
 
+@keywords()
 @dataclass(frozen=True)
 class VertexContact:
     """Springs and dashpots at each vertex.

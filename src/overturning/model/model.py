@@ -8,9 +8,9 @@ from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from overturning.arrays import FloatArray
+from overturning.arrays import ArrayLike, FloatArray
 from overturning.model.grid import Grid
 from overturning.model.symmetry import FULL_TURN, Sources, representatives
 from overturning.model.variables import Variable

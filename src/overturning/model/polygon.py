@@ -5,8 +5,8 @@ from functools import cached_property
 from typing import Final
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import ConvexHull
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
@@ -59,7 +59,7 @@ class Polygon:
 
         It is 90° for a rectangle. Rounded, since libm differs between processors in the last digit.
         """
-        hull = self.vertices[ConvexHull(self.vertices).vertices] if self.pieces else self.vertices
+        hull = self.vertices[scipy.spatial.ConvexHull(self.vertices).vertices] if self.pieces else self.vertices
         faces = Polygon(hull, self.centre, 0.0, 0.0).faces
         normals, offsets = faces[:, 4:6], faces[:, 6]
         tilts = np.abs(np.arctan2(normals[:, 0], -normals[:, 1]))

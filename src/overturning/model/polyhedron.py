@@ -3,8 +3,8 @@
 from typing import Final, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
@@ -44,8 +44,8 @@ def body_of(vertices: FloatArray) -> Solid:
             "on z = const"
         )
     try:
-        base = below[ConvexHull(hull.points[below, :2]).vertices]  # anticlockwise
-    except QhullError:
+        base = below[scipy.spatial.ConvexHull(hull.points[below, :2]).vertices]  # anticlockwise
+    except scipy.spatial.QhullError:
         raise ArgumentError("body: it stands on an edge; turn it so that a face lies on z = const") from None
     tilt, faces = _rests(hull, size)
     kept = np.concatenate([base, np.setdiff1d(_can_touch(hull, tilt), below)])
@@ -63,8 +63,8 @@ def _hull(vertices: FloatArray) -> Hull:
         raise ArgumentError(f"body: vertices of shape {vertices.shape}; give at least 4 finite points [x, y, z]")
     size = float(np.ptp(vertices, axis=0).max())
     try:
-        hull = ConvexHull(vertices)
-    except QhullError:
+        hull = scipy.spatial.ConvexHull(vertices)
+    except scipy.spatial.QhullError:
         raise ArgumentError("body: its vertices lie in one plane, so it has no volume") from None
     if not hull.volume > FLAT * size**3:
         raise ArgumentError(

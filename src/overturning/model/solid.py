@@ -107,7 +107,7 @@ class Solid:
         """Slenderness: tan α towards the nearest edge; B/H for a prism."""
         return self.reach / self.foot
 
-    @property
+    @cached_property
     def inverse_inertia(self) -> FloatArray:
         """1/m², shape (3, 3), by cofactors."""
         a = self.inertia

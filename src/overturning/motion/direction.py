@@ -9,9 +9,10 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
 _DECIMALS = 12
-_SEEDS = 12
+_TURNS = np.array([[np.cos(t), np.sin(t)] for t in np.pi * np.arange(12) / 12])
 _STRIDE = 8
 _GROUP = 12
+_FEW = 400  # samples, which are not worth sorting out for each group of azimuths
 _BLOCK = 4096
 
 
@@ -56,12 +57,13 @@ def largest_along(pair: FloatArray, cosines: FloatArray) -> FloatArray:
     Samples that cannot be the largest along any of the azimuths are left out first: those nearer to the origin than the
     smallest of lower bounds, which a few extreme samples give. ``pair`` has shape (2, n), ``cosines`` (m, 2).
     """
-    turns = np.pi * np.arange(_SEEDS) / _SEEDS
-    some = pair[:, ::_STRIDE]
-    seeds = [int(np.abs(np.cos(t) * some[0] + np.sin(t) * some[1]).argmax()) for t in turns]
+    some = np.ascontiguousarray(pair[:, ::_STRIDE])
+    seeds = np.abs(_TURNS @ some).argmax(axis=1)
     bounds = np.abs(cosines @ some[:, seeds]).max(axis=1)
     # The margins are for rounding; to keep a sample too many changes nothing.
     far = pair[:, pair[0] ** 2 + pair[1] ** 2 >= bounds.min() ** 2 * (1.0 - 1e-9)]
+    if far.shape[1] < _FEW:
+        return _largest(far, cosines)
     largest = np.zeros(cosines.shape[0])
     for first in range(0, cosines.shape[0], _GROUP):
         group = cosines[first : first + _GROUP]

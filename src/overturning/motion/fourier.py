@@ -42,15 +42,18 @@ def band_amplitude(acceleration: FloatArray, sampling_interval: float, centres: 
 
 
 def konno_ohmachi(frequency: FloatArray, amplitude: FloatArray, at: ArrayLike) -> FloatArray:
-    """Smooth a raw spectrum at the frequencies ``at`` (Konno & Ohmachi 1998, BSSA 88, 228-241), by pykooh.
+    """Smooth a raw spectrum at the frequencies ``at`` (Konno & Ohmachi 1998, BSSA 88, 228-241, equation 4).
 
     A frequency of 0 is left out of the spectrum and refused in ``at``. The coefficient b is the usual 40. Not a number
     where the spectrum's frequencies are so far apart that their weights add up to 0.3 or less: the record is too short.
     """
-    import pykooh
-
     wanted = np.atleast_1d(np.asarray(at, dtype=np.float64))
     if not (np.isfinite(wanted) & (wanted > 0)).all():
         raise ArgumentError("at: smoothed spectra have positive frequencies only")
     positive = frequency > 0
-    return np.asarray(pykooh.smooth(wanted, frequency[positive], amplitude[positive], 40.0), dtype=np.float64)
+    octaves, smoothed = 40.0 / np.pi * np.log10(frequency[positive]), np.full(wanted.size, np.nan)
+    for place, centre in enumerate(40.0 / np.pi * np.log10(wanted)):
+        weight = np.square(np.square(np.sinc(octaves - centre)))
+        if (total := weight.sum()) > 0.3:
+            smoothed[place] = (weight * amplitude[positive]).sum() / total
+    return smoothed

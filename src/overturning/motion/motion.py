@@ -1,14 +1,15 @@
 """Ground motion as the simulation takes it: three accelerations and a sampling interval, nothing else."""
 
 import re
+from importlib import import_module
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from overturning.arrays import FloatArray
-from overturning.errors import ArgumentError, OverturningError
+from overturning.arrays import ArrayLike, FloatArray
+from overturning.errors import ArgumentError, OverturningError, keywords
 from overturning.motion.direction import direction_cosines
+from overturning.motion.integration import integrate
 from overturning.motion.plausible import implausible
 from overturning.units import UNITS
 
@@ -47,13 +48,25 @@ def _other_sensor(code: str, sensor: str) -> str:
 
 
 class Recorded:
-    """What a record and a motion have: acceleration towards north, east and, where known, up."""
+    """What a record and a motion have: acceleration towards north, east and, where known, up, m/s², shape (n,)."""
 
     north: FloatArray
     east: FloatArray
     up: FloatArray | None
     sampling_interval: float
     trusted = False  # whether the size of the motion is taken as it is
+    start: str | None = None  # time of the first sample, ISO 8601 in UTC, where it is known
+
+    def __repr__(self) -> str:
+        parts = "north and east" if self.up is None else "north, east and up"
+        return (
+            f"<{self._named}: {self.samples} samples of {self.sampling_interval:g} s, {parts}, "
+            f"horizontal peak {np.hypot(*self.horizontal).max():.3g} m/s²>"
+        )
+
+    @property
+    def _named(self) -> str:
+        return type(self).__name__
 
     def check(self, error: type[OverturningError], of: str = "") -> None:
         """Refuse components that are empty, unlike long or not finite, and an interval that is not positive."""
@@ -81,6 +94,39 @@ class Recorded:
         return np.stack([self.north, self.east])
 
     @property
+    def velocity(self) -> FloatArray:
+        """Velocity towards north, east and, where there is one, up, m/s, shape (2 or 3, n), from rest."""
+        return integrate(np.stack(self.components), self.sampling_interval)
+
+    @property
+    def displacement(self) -> FloatArray:
+        """Displacement towards north, east and, where there is one, up, m, shape (2 or 3, n), from rest at 0."""
+        return integrate(self.velocity, self.sampling_interval)
+
+    def along(self, azimuth_deg: float) -> FloatArray:
+        """Horizontal acceleration towards an azimuth φ, a_north cos φ + a_east sin φ, m/s², shape (n,)."""
+        cosine, sine = direction_cosines(azimuth_deg)
+        return self.north * cosine + self.east * sine
+
+    def plot(self) -> Any:
+        """Figure of acceleration, velocity, displacement and Fourier amplitudes; as `overturning.plot.history`."""
+        # What draws lies above what moves, and is found by its name when it is asked for.
+        return import_module("overturning.plot").history(self)
+
+    def to_obspy(self) -> Any:
+        """An obspy Stream of channels HNN, HNE and, where there is one, HNZ, in m/s² (``stats.unit``).
+
+        It begins at the record's start, or, where that is not known, at obspy's: 1970. `Motion.from_obspy` makes a
+        motion of it again.
+        """
+        from obspy import Stream, Trace, UTCDateTime
+
+        about: dict[str, Any] = {"delta": self.sampling_interval, "unit": "m/s2"}
+        about |= {"starttime": UTCDateTime(self.start)} if self.start else {}
+        channels = zip(("HNN", "HNE", "HNZ"), self.components, strict=False)
+        return Stream([Trace(samples.copy(), about | {"channel": name}) for name, samples in channels])
+
+    @property
     def samples(self) -> int:
         """Number of samples n."""
         return int(self.north.size)
@@ -91,6 +137,7 @@ class Recorded:
         return (self.samples - 1) * self.sampling_interval
 
 
+@keywords()
 class Motion(Recorded):
     """Ground acceleration at a point.
 
@@ -150,6 +197,7 @@ class Motion(Recorded):
         return Motion(factor * self.north, factor * self.east, up, sampling_interval=interval, trust_data=True)
 
     @classmethod
+    @keywords()
     def from_obspy(cls, stream: Any, *, unit: str | None = None, sensor: str = "surface") -> "Motion":
         """The motion of an obspy Stream of three components, or two horizontal ones.
 
@@ -210,6 +258,7 @@ class Motion(Recorded):
         return cls(**values, sampling_interval=float(first.delta))
 
     @classmethod
+    @keywords()
     def sine(
         cls, amplitude: float, period: float, *, azimuth_deg: float = 0.0, cycles: float = 1.0, rest: float = 1.0,
         sampling_interval: float = 0.005,
@@ -226,11 +275,6 @@ class Motion(Recorded):
         wave = np.where((time >= 0) & (time <= cycles * period), amplitude * np.sin(2 * np.pi * time / period), 0.0)
         cosine, sine = direction_cosines(azimuth_deg)
         return cls(wave * cosine, wave * sine, sampling_interval=sampling_interval)
-
-    def along(self, azimuth_deg: float) -> FloatArray:
-        """Horizontal acceleration towards an azimuth φ, a_north cos φ + a_east sin φ, m/s², shape (n,)."""
-        cosine, sine = direction_cosines(azimuth_deg)
-        return self.north * cosine + self.east * sine
 
 
 def as_motion(given: Any) -> Motion:

@@ -8,7 +8,7 @@ where the samples are far apart, whatever the period, so that straight lines bet
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -40,6 +40,7 @@ def checked_periods(period_s: ArrayLike) -> FloatArray:
     return periods
 
 
+@lru_cache(maxsize=4096)
 def coefficients(
     period_s: float, damping: float, sampling_interval: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.errors import RecordError
+from overturning.errors import Reasons, RecordError
 from overturning.motion.direction import direction_cosines
 from overturning.motion.plausible import implausible
 from overturning.records.component import Component, check_peak, is_vertical_of_unknown_sense
@@ -33,21 +33,16 @@ def iso(moment: datetime | None) -> str | None:
 
 
 def _to_north_east(
-    first: FloatArray, first_azimuth_deg: float, second: FloatArray, second_azimuth_deg: float, name: str
+    first: FloatArray, first_azimuth_deg: float, second: FloatArray, second_azimuth_deg: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Turn two horizontal components to north and east; ``name`` is what an error names.
+    """Turn two horizontal components to north and east.
 
     Solves a₁ = n cos φ₁ + e sin φ₁, a₂ = n cos φ₂ + e sin φ₂, so that axes that are not quite at right angles are
-    allowed too; a RecordError says so where they are more than 26° off one.
+    allowed too.
     """
     c1, s1 = direction_cosines(first_azimuth_deg)
     c2, s2 = direction_cosines(second_azimuth_deg)
     determinant = round(c1 * s2 - c2 * s1, 12)
-    if abs(determinant) < MINIMUM_SINE:
-        raise RecordError(
-            f"{name}: horizontal axes at {first_azimuth_deg:g} and {second_azimuth_deg:g} degrees; they must be near a "
-            "right angle: give two components of one sensor"
-        )
     # +0.0 turns a negative zero into zero, so that the stored bytes do not depend on the axes' order.
     north = (first * s2 - second * s1) / determinant + 0.0
     east = (second * c1 - first * c2) / determinant + 0.0
@@ -81,7 +76,7 @@ def _common_window(components: Sequence[Component], *, trust_data: bool = False)
         offsets = [round((latest - start).total_seconds() / interval) for start in starts]
     sizes = [c.samples.size for c in components]
     spread = (max(sizes) - min(sizes)) * interval
-    one_file = len({c.sha256 for c in components}) == 1
+    one_file = len({c.sha256 for c in components}) == 1 or all(c.film for c in components)
     if spread > MAXIMUM_SPREAD + 0.5 * interval and not (one_file or trust_data):
         raise RecordError(
             f"{components[0].file}: components have {' and '.join(map(str, sizes))} samples, "
@@ -105,27 +100,38 @@ def assemble(
 
     What is `declared` is of the axes, and whether to go on where a header's peak contradicts the data, files are unlike
     long, or the motion is not the size of one; `stated` are fields that are known better than from the files (station,
-    event, licence…). A `RecordError` says so where components are missing or doubled, an axis is unknown, rates, starts
-    or lengths differ, a header's peak contradicts the data, or the motion is above 5 g or 1000 cm/s or below 0.0001 g.
+    event, licence…). A vertical axis that says neither up nor down is left out, unless its sense is declared. A
+    `RecordError` names all that speaks against the record: components missing or doubled, an axis unknown, the motion
+    of a sensor that was not declared, rates, starts or lengths that differ, a header's peak that contradicts the data,
+    a motion above 5 g or 1000 cm/s or below 0.0001 g.
     """
-    declared = declared or Declarations()
+    declared, reasons = declared or Declarations(), Reasons()
     name = components[0].file if components else record_id
-    components = _with_sense(components, declared.vertical_sense)
-    differences, trusted = _checked_peaks(components, trust_data=declared.trust_data)
-    axes = _axes(components, declared.azimuths_deg, name)
-    window = _common_window(axes, trust_data=declared.trust_data)
+    components, notes = _with_sense(components, declared.vertical_sense)
+    trusted: list[str] = []
+    differences = _checked_peaks(components, reasons, trusted if declared.trust_data else None)
+    with reasons.of():
+        components = _axes(components, declared.azimuths_deg, name)
+    if not components:
+        reasons.tell()
+    window = components
+    with reasons.of():
+        window = _common_window(components, trust_data=declared.trust_data)
+    with reasons.of():
+        if (why := _not_the_size_of_a_motion(window)) and not declared.trust_data:
+            why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"
+            raise RecordError(f"{window[0].file}: {why}")
+    reasons.tell()
+    trusted += [why] if why else []
     azimuths = [((c.azimuth_deg or 0.0) + declared.correction_deg) % 360.0 for c in window[:2]]
-    north, east = _to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1], name)
+    north, east = _to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1])
     first = window[0]
-    if why := _not_the_size_of_a_motion(window):
-        if not declared.trust_data:
-            raise RecordError(f"{first.file}: {why}: correct it, or say --trust-data (trust_data in the record table)")
-        trusted.append(why)
     borehole = ["borehole sensor"] if declared.sensor == "borehole" else []
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
     extra |= {"axes": [c.axis for c in window]} | ({"origin_time": iso(first.origin)} if first.origin else {})
     extra |= {"header_peak_difference": differences} if differences else {}
     extra |= {"trusted_data": True, "trusted": trusted} if declared.trust_data else {}
+    extra |= {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in window for n in c.notes)]) else {}
     extra["declared"] = [*extra.get("declared", ()), *declared.of_axes, *borehole]
     hashes = list(dict.fromkeys(c.sha256 for c in window))
     of_files = {
@@ -154,18 +160,19 @@ def assemble(
     return record
 
 
-def _checked_peaks(components: Sequence[Component], *, trust_data: bool) -> tuple[dict[str, float], list[str]]:
-    """Differences of the headers' peaks from the data's by axis, and which of them are wrong but trusted."""
-    differences, trusted = {}, []
+def _checked_peaks(components: Sequence[Component], reasons: Reasons, trusted: list[str] | None) -> dict[str, float]:
+    """Differences of the headers' peaks from the data's by axis; what is wrong is a reason, or trusted where it may."""
+    differences = {}
     for component in components:
-        try:
-            if (difference := check_peak(component)) is not None:
-                differences[component.axis] = round(difference, 6)
-        except RecordError as problem:
-            if not trust_data:
-                raise
-            trusted.append(str(problem).partition("; ")[0])
-    return differences, trusted
+        with reasons.of():
+            try:
+                if (difference := check_peak(component)) is not None:
+                    differences[component.axis] = round(difference, 6)
+            except RecordError as problem:
+                if trusted is None:
+                    raise
+                trusted.append(str(problem).partition("; ")[0])
+    return differences
 
 
 def _not_the_size_of_a_motion(components: Sequence[Component]) -> str:
@@ -203,24 +210,35 @@ def _axes(components: Sequence[Component], azimuths_deg: Sequence[float] | None,
         if len(azimuths_deg) != 2:
             raise RecordError(f"{name}: {len(azimuths_deg)} azimuths given; two are needed, one per horizontal axis")
         horizontal = [replace(c, azimuth_deg=float(a)) for c, a in zip(horizontal, azimuths_deg, strict=True)]
-    for component in horizontal:
-        if component.azimuth_deg is None:
-            raise RecordError(
-                f"{component.file}: axis {component.axis!r} says nothing about north; "
-                "give the azimuths of the two axes (azimuths_deg in the record table, --azimuths here)"
-            )
+    known = [c.azimuth_deg for c in horizontal if c.azimuth_deg is not None]
+    if len(known) < 2:
+        files = " ".join(dict.fromkeys(c.file for c in horizontal if c.azimuth_deg is None))
+        axes = ", ".join(repr(c.axis) for c in horizontal if c.azimuth_deg is None)
+        raise RecordError(
+            f"{files}: axis {axes} says nothing about north; give the azimuths of the two axes (azimuths_deg in the "
+            "record table, --azimuths here)"
+        )
+    if abs(math.sin(math.radians(known[1] - known[0]))) < MINIMUM_SINE:
+        raise RecordError(
+            f"{name}: horizontal axes at {known[0]:g} and {known[1]:g} degrees; they must be near a right angle: give "
+            "two components of one sensor"
+        )
     return [*horizontal, *vertical]
 
 
-def _with_sense(components: Sequence[Component], sense: VerticalSense | None) -> list[Component]:
-    """Give vertical axes of unknown sense the declared one."""
-    unknown = [c.azimuth_deg is None and not c.vertical and is_vertical_of_unknown_sense(c.axis) for c in components]
-    if any(unknown) and sense is None:
-        one = components[unknown.index(True)]
-        raise RecordError(
-            f"{one.file}: axis {one.axis!r} is vertical, but the file does not say whether up or down; declare it "
-            "(vertical_sense in the record table, --vertical-sense here: up, down, or none to leave it out)"
-        )
+def _with_sense(components: Sequence[Component], sense: VerticalSense | None) -> tuple[list[Component], list[str]]:
+    """Vertical axes of unknown sense with the declared one, or left out, and a note of those nobody declared."""
     vertical = {"up": 1, "down": -1}.get(sense or "", 0)
-    pairs = zip(components, unknown, strict=True)
-    return [replace(c, vertical=vertical) if open_ else c for c, open_ in pairs if vertical or not open_]
+    kept, notes = [], []
+    for component in components:
+        unknown = component.azimuth_deg is None and not component.vertical
+        if not (unknown and is_vertical_of_unknown_sense(component.axis)):
+            kept.append(component)
+        elif vertical:
+            kept.append(replace(component, vertical=vertical))
+        elif sense is None:
+            notes.append(
+                f"vertical axis {component.axis!r} left out: {component.file} does not say whether up or down; to use "
+                "it declare vertical_sense up or down (in the record table; --vertical-sense on the command line)"
+            )
+    return kept, notes

@@ -136,7 +136,7 @@ class RecordEntry(BaseModel):
         """What the table says that the files do not."""
         same = {"unit", "columns", "sampling_interval_s", "processed", "sensor", "azimuths_deg", "vertical_sense"}
         return Declarations(
-            form=None if self.format == "auto" else self.format,
+            format=None if self.format == "auto" else self.format,
             correction_deg=self.orientation_correction_deg + self.magnetic_declination_deg,
             **self.model_dump(include=same | {"trust_data"}),
         )
@@ -219,14 +219,14 @@ def _members_of(archive: SourceFile, stem: str) -> list[SourceFile]:
 def _missing(entry: RecordEntry, data_dir: Path) -> MissingDataError:
     """An error that names the files of an entry, where they belong, and where to get them."""
     which, remedy = f"{entry.source} is", "put the file there, or name the folder in the config"
-    if entry.format == "kik-net":
+    if entry.format in ("k-net", "kik-net"):
         remedy = (
             "download them from NIED's K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account) and put them into "
             "that folder: they may not be redistributed"
         )
-    if entry.format == "kik-net" and "." not in entry.source:
-        # Six-letter station codes are KiK-net's, whose files have the number of the sensor.
-        number = {"surface": "2", "borehole": "1"}[entry.sensor] if len(entry.source) >= 16 else ""
+    if entry.format in ("k-net", "kik-net") and "." not in entry.source:
+        # Files of KiK-net have the number of the sensor.
+        number = {"surface": "2", "borehole": "1"}[entry.sensor] if entry.format == "kik-net" else ""
         which = ", ".join(f"{entry.source}.{axis}{number}" for axis in ("NS", "EW", "UD"))
         which += " (or the archive that holds them) are"
     return MissingDataError(f"record {entry.id}: {which} not in {data_dir}; {remedy}")

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from overturning.errors import OverturningError
+from overturning.errors import AND, OverturningError
 from overturning.motion.integration import peaks
 from overturning.records.assembly import assemble
 from overturning.records.component import Component, largest
@@ -94,7 +94,7 @@ def describe(finding: Finding) -> str:
     record = finding.record
     if record is None:
         axes = "".join(f"\n  {_axis(c)}" for c in finding.components)
-        return f"{head}\n  refused: {finding.reason}{axes}"
+        return head + "".join(f"\n  refused: {why}" for why in finding.reason.split(AND)) + axes
     place = "" if record.latitude is None else f" ({record.latitude:.4f}, {record.longitude:.4f})"
     what = [x for x in (record.station + place, record.event, record.start or "start not stated") if x.strip()]
     kind = state_of(record)
@@ -120,7 +120,7 @@ def _peaks(used: Record) -> str:
 
 
 def _notes(record: Record, sensor: str) -> list[str]:
-    """What the agency has done, what was cut, what was declared or must be, and what is only trusted."""
+    """What the agency has done, what was cut or left out, what was declared or must be, and what is only trusted."""
     done = record.extra.get("agency_processing")
     cut = [summary(step) for step in record.processing if step["step"] == "common_window"]
     declared, trusted = (record.extra.get(key) or [] for key in ("declared", "trusted"))
@@ -130,6 +130,7 @@ def _notes(record: Record, sensor: str) -> list[str]:
         *([f"by the agency: {done}"] if done else []),
         *cut,
         *([f"declared: {'; '.join(declared)}"] if declared else []),
+        *record.notes,
         *([f"of a borehole: refused unless it is declared {how}"] if undeclared else []),
         *(f"trusted although {why}" for why in trusted),
     ]

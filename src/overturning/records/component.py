@@ -1,7 +1,7 @@
 """What a file reader returns: one sensor axis with what the file says about it; axis names as networks write them."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any
@@ -59,15 +59,22 @@ def channel_axis(code: str) -> Direction:
     return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(code[-1:].upper(), UNKNOWN)
 
 
-def check_azimuth(file: str, line: int, text: str, first: float | None, second: float | None) -> None:
-    """Refuse two statements of an azimuth in one file that are more than a degree apart."""
-    if first is None or second is None:
-        return
-    if abs((first - second + 180.0) % 360.0 - 180.0) > 1.0:
-        raise RecordError(
-            f"{file} line {line}: axis {text.strip()!r} ({first:g} degrees), but the numbers below it say {second:g}; "
-            "components may be swapped: find out which, and give azimuths_deg"
-        )
+def coded_azimuth(code: float) -> Direction:
+    """Direction of a horizontal axis whose azimuth a code states, from 1 to 360 degrees; any other says nothing."""
+    return (float(code) % 360.0, 0) if 0 < code <= 360 else UNKNOWN
+
+
+def agreed(text: str, coded: Direction, error: Callable[[str], RecordError]) -> Direction:
+    """Direction of an axis by its name, or where that says nothing by a code; both must agree, to a degree."""
+    named = parse_axis(text)
+    if UNKNOWN in (named, coded):
+        return coded if named == UNKNOWN else named
+    apart = 0.0 if named[0] is None or coded[0] is None else abs((named[0] - coded[0] + 180.0) % 360.0 - 180.0)
+    if named[1] != coded[1] or apart > 1.0:
+        code = {1: "up", -1: "down"}[coded[1]] if coded[0] is None else f"{coded[0]:g} degrees"
+        why = f"axis {text.strip()!r}, but the numbers below it say {code}; components may be swapped"
+        raise error(f"{why}: find out which, and give azimuths_deg")
+    return named
 
 
 PEAK_TOLERANCE = 0.005
@@ -119,7 +126,9 @@ class Component:
     sensor: Sensor = "surface"
     processed: bool = False  # whether the data has been corrected already, and is then left alone by default
     unit: str = ""  # the declared one, where the format leaves it open
+    film: bool = False  # whether it was digitised from film, where each trace ends as far as it can be read
     extra: Mapping[str, Any] = field(default_factory=dict)  # what else the file states
+    notes: tuple[str, ...] = ()  # what the user has to know of how it was read
 
     @classmethod
     def of(

@@ -16,6 +16,7 @@ import numpy as np
 
 from overturning.records.catalogue import RecordEntry
 from overturning.records.record import Record
+from overturning.units import EARTH_RADIUS_KM
 
 SAME_TIME: Final = timedelta(seconds=60)
 """Largest difference between origin times of one earthquake: old headers round them to the minute."""
@@ -95,7 +96,7 @@ def _distance(first: tuple[float, float], second: tuple[float, float]) -> float:
     """Length of the great circle between two places, km (haversine formula)."""
     (lat1, lon1), (lat2, lon2) = np.radians(first), np.radians(second)
     half = np.sin((lat2 - lat1) / 2) ** 2 + np.cos(lat1) * np.cos(lat2) * np.sin((lon2 - lon1) / 2) ** 2
-    return float(2 * 6371.0 * np.arcsin(np.sqrt(min(half, 1.0))))
+    return float(2 * EARTH_RADIUS_KM * np.arcsin(np.sqrt(min(half, 1.0))))
 
 
 @dataclass

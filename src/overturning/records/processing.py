@@ -16,7 +16,7 @@ from overturning.records.record import Record, peaks_of
 from overturning.records.steps import Highpass, RemoveMean, Site, Step, Taper
 
 DEFAULT_HZ: Final = 0.1
-"""Corner of the default processing, Hz; what is below it an accelerograph of the film age does not resolve."""
+"""Corner where no noise tells it, Hz; what is below it an accelerograph of the film age does not resolve."""
 
 SIGNAL_TO_NOISE: Final = 3.0
 """Signal-to-noise ratio from which on a signal is taken for one, as is usual for strong-motion data."""
@@ -25,12 +25,12 @@ BOUNDS_HZ: Final = (0.03, 1.0)
 """Lowest and highest corner that is chosen by itself, Hz."""
 
 
-def default_steps(record: Record, corner_hz: float | Literal["auto"] = DEFAULT_HZ) -> tuple[Step, ...]:
+def default_steps(record: Record, corner_hz: float | Literal["auto"] = "auto") -> tuple[Step, ...]:
     """The steps for a record whose study names none.
 
     Files that an agency has processed, and synthetic records, are left alone. Raw ones lose their mean and the long
-    periods that an accelerograph does not resolve: mean, taper of 2 s (5 % of a short record), zero-phase Butterworth
-    high-pass of order 2 at 0.1 Hz, or at another corner.
+    periods that stand no higher than the noise: mean, taper of 2 s (5 % of a short record), zero-phase Butterworth
+    high-pass of order 2 at the corner that `choose_corner` finds in the noise before the onset, or at another one.
     """
     if record.extra.get("processed", False):
         return ()
@@ -81,11 +81,12 @@ def choose_corner(record: Record) -> tuple[float, str]:
     """Corner frequency, Hz, and the reason for it.
 
     It is the lowest frequency from which on, up to that of the largest ratio, the signal of both horizontal components
-    is three times the noise before the onset; without such noise the default.
+    is three times the noise before the onset. It is the default without such noise, and where the signal stands above
+    a noise too short to tell of frequencies as low as the default.
     """
     found = noise_ratio([record.north, record.east], record.sampling_interval)
     if found is None:
-        return DEFAULT_HZ, f"no noise of 2 s before the onset to compare with: the default, {DEFAULT_HZ:g} Hz"
+        return DEFAULT_HZ, "no noise of 2 s before the onset to compare with"
     window = f"noise of the first {found.onset:.1f} s"
     ratio = found.ratio.min(axis=0)
     best = int(ratio.argmax())
@@ -96,8 +97,9 @@ def choose_corner(record: Record) -> tuple[float, str]:
         corner = float(found.frequency[below[-1] + 1])
         reason = f"signal less than {SIGNAL_TO_NOISE:g} times the {window} below it"
     else:
-        corner = float(found.frequency[0])
+        corner = min(float(found.frequency[0]), DEFAULT_HZ)
         reason = f"signal more than {SIGNAL_TO_NOISE:g} times the {window} as far down as that tells"
+        reason += f", {found.frequency[0]:.2g} Hz" if found.frequency[0] > DEFAULT_HZ else ""
     low, high = BOUNDS_HZ
     if not low <= corner <= high:
         reason += f"; kept within {low:g} to {high:g} Hz"

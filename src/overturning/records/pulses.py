@@ -76,8 +76,8 @@ class Ricker(_Pulse):
 class MavroeidisPapageorgiou(_Pulse):
     """Near-fault pulse of Mavroeidis & Papageorgiou (2003, BSSA 93, 1099-1131), equation 3.
 
-    The velocity is v = V/2 [1 + cos(2πf(t − t₀)/γ)] cos(2πf(t − t₀) + ν) for |t − t₀| ≤ γ/(2f), with f = 1/T. The
-    amplitude given is that of V ω: the acceleration is its derivative, and V = A T/(2π).
+    The velocity is v = V/2 [1 + cos(2πf(t − t₀)/γ)] cos(2πf(t − t₀) + ν) for |t − t₀| ≤ γ/(2f), with
+    f = 1/T. The amplitude given is that of V ω: the acceleration is its derivative, and V = A T/(2π).
     """
 
     shape: Literal["mavroeidis-papageorgiou"] = "mavroeidis-papageorgiou"
@@ -118,9 +118,9 @@ class Constant(_Lasting):
 class Noise(_Lasting):
     """A burst of band-limited white noise under a cosine bell.
 
-    a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with f_k = k/D from low to high, N of them: each frequency has the
-    same amplitude, and the phases φ_k come from the seed by SHA-256, so that the burst is the same with every version
-    of every library. A is the root mean square without the bell.
+    a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with f_k = k/D from low to high, N of them: each frequency
+    has the same amplitude, and the phases φ_k come from the seed by SHA-256, so that the burst is the same with every
+    version of every library. A is the root mean square without the bell.
     """
 
     shape: Literal["noise"] = "noise"

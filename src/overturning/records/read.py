@@ -1,18 +1,20 @@
 """From files to a record: by a line of the record table, from files as they are, or from files ready to be used."""
 
+import warnings
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from overturning.errors import ArgumentError, ConfigError, RecordError
+from overturning.errors import ArgumentError, ConfigError, Reasons, RecordError, keywords
 from overturning.records.assembly import MAXIMUM_SPREAD, assemble
 from overturning.records.catalogue import RecordEntry, find_files
 from overturning.records.component import Component
 from overturning.records.formats.table import detect_format, format_named
 from overturning.records.processing import process
 from overturning.records.record import Record
-from overturning.records.source import Declarations, Sensor, SourceFile, is_archive, open_archive, read_source
+from overturning.records.source import Declarations, SourceFile, is_archive, open_archive, read_source
 from overturning.records.steps import Step
 from overturning.records.store import rounded
 
@@ -34,13 +36,13 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
         components = fema_p695.read(entry.source)
     else:
         try:
-            format_named(entry.declarations.form)
+            format_named(entry.declarations.format)
         except ArgumentError as problem:
             raise ConfigError(f"record {entry.id}: {problem}") from None
         components = read_files(find_files(entry, Path(data_dir)), entry.declarations)
-        components = _one_record(components, entry.sensor)
     stated |= _known({"latitude": entry.station_latitude_deg, "longitude": entry.station_longitude_deg})
-    record = assemble(components, entry.id, entry.declarations, **stated, source=f"{entry.format} {entry.source}")
+    source = f"{components[0].format if components else entry.format} {entry.source}"
+    record = _of_one_sensor(components, entry.id, entry.declarations, **stated, source=source)
     if entry.sha256 and entry.sha256 != record.sha256:
         raise RecordError(
             f"record {entry.id}: {entry.source} has SHA-256 {record.sha256}, the record table says {entry.sha256}; "
@@ -64,38 +66,46 @@ def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Comp
     """
     members = [m for file in files for m in (open_archive(file) if is_archive(file.data) else [file])]
     declared = declared.with_metadata_of(members)
-    named = format_named("csv" if declared.columns else declared.form)
+    named = format_named("csv" if declared.columns else declared.format)
     components: list[Component] = []
+    reasons = Reasons()
     for member in members:
         if member in declared.metadata:
             continue
-        if not member.data.strip(b"\0 \r\n\t"):
-            raise RecordError(f"{member.name}: the file is empty; get it again")
-        if named is not None and named.name != "csv" and not named.detect(member):
-            raise RecordError(f"{member.name}: not a {named.title} file; check `format` in the record table")
-        components += (named or detect_format(member)).read(member, declared)
+        with reasons.of():
+            if not member.data.strip(b"\0 \r\n\t"):
+                raise RecordError(f"{member.name}: the file is empty; get it again")
+            if named is not None and named.name != "csv" and not named.detect(member):
+                raise RecordError(f"{member.name}: not a {named.title} file; check `format` in the record table")
+            components += (named or detect_format(member)).read(member, declared)
+    reasons.tell()
     return components
 
 
-def _one_record(components: Sequence[Component], sensor: Sensor) -> list[Component]:
-    """The components of one sensor.
+def _of_one_sensor(components: Sequence[Component], record_id: str, declared: Declarations, **stated: Any) -> Record:
+    """The record of one of the sensors whose components were read, as `assemble` makes it.
 
     A RecordError where there is no such sensor, or where they are of several records, as those of an archive may be.
     """
+    reasons, sensor = Reasons(), declared.sensor or "surface"
     chosen = [c for c in components if c.sensor == sensor]
-    if components and not chosen:
-        other, first = components[0].sensor, components[0]
-        raise RecordError(
-            f"{first.file}: axis {first.axis} is of the {other} sensor of {first.station or 'its station'}; declare it "
-            f"(sensor {other} in the record table, --sensor {other}, sensor={other!r} in Python), or give the files of "
-            f"the {sensor} sensor"
-        )
     records = group_components(chosen) if len(chosen) > 3 else [chosen]
     if len(records) > 1:
         stations = ", ".join(sorted({group[0].station or group[0].file for group in records})[:10])
         what = f"{len(records)} records ({stations})"
         raise RecordError(f"{chosen[0].file}: {what}; name one by the stem of its files in the record table")
-    return chosen
+    with reasons.of():
+        if components and not chosen:
+            other, first = components[0].sensor, components[0]
+            raise RecordError(
+                f"{first.file}: axis {first.axis} is of the {other} sensor of {first.station or 'its station'}; "
+                f"declare it (sensor {other} in the record table, --sensor {other}, sensor={other!r} in Python), or "
+                f"give the files of the {sensor} sensor"
+            )
+    with reasons.of():
+        record = assemble(chosen or components, record_id, declared, **stated)
+    reasons.tell()
+    return record
 
 
 def read_path(
@@ -105,26 +115,31 @@ def read_path(
     declared = declared or Declarations()
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
     several = len(paths) > 1
-    components = read_files(map(read_source, paths), declared) if several else _with_sisters(paths[0], declared)
-    components = _one_record(components, declared.sensor or "surface")
-    return assemble(components, record_id or paths[0].name.split(".")[0].lower(), declared)
+    components = read_files(map(read_source, paths), declared) if several else with_sisters(paths[0], declared)[0]
+    return _of_one_sensor(components, record_id or paths[0].name.split(".")[0].lower(), declared)
 
 
-def _with_sisters(path: Path, declared: Declarations) -> list[Component]:
-    """Components of a file and, where it holds only one, of the files beside it that belong to the same record."""
+def with_sisters(path: Path, declared: Declarations) -> tuple[list[Component], list[Path]]:
+    """Components of a file and, where it holds only one, of the files beside it that belong to the same record.
+
+    Returns the files too, with the StationXML beside them where they need it.
+    """
     first = read_source(path)
     beside = () if is_archive(first.data) else sorted(path.parent.glob("*.xml"))
     declared = declared.with_metadata_of(map(read_source, beside))
     components = read_files([first], declared)
+    stations = {file.name for file in declared.metadata} if components[0].format in ("miniseed", "sac") else set()
+    needed = [other for other in beside if other.name in stations]
     if len(components) > 1:
-        return components
-    for other in sorted(path.parent.iterdir()):
-        if other != path and other.is_file() and _named_alike(path, other):
-            try:
-                components += read_files([read_source(other)], declared)
-            except RecordError:
-                continue  # a neighbour that is no record, or damaged, is not this record's concern
-    return group_components(components)[0]
+        return components, [path, *needed]
+    alike = [p for p in sorted(path.parent.iterdir()) if p != path and p.is_file() and _named_alike(path, p)]
+    for other in alike:
+        # A neighbour that is no record, or damaged, is not this record's concern.
+        with suppress(RecordError):
+            components += read_files([read_source(other)], declared)
+    components = group_components(components)[0]
+    found = {component.file for component in components}
+    return components, [path, *(other for other in alike if other.name in found), *needed]
 
 
 def _named_alike(path: Path, other: Path) -> bool:
@@ -175,11 +190,12 @@ def _together(group: Sequence[Component], component: Component) -> bool:
     return same and near and all(c.axis != component.axis for c in group)
 
 
+@keywords(*(field.name for field in fields(Declarations) if field.name != "metadata"))
 def read(
     paths: Path | str | Sequence[Path | str],
     *,
     record_id: str | None = None,
-    processing: Sequence[Step] | None = None,
+    processing: "Sequence[Step] | None" = None,
     **declarations: Any,
 ) -> Record:
     """Read a record from a file, an archive, or several files that belong together, processed as a study does it.
@@ -197,12 +213,13 @@ def read(
         What the files do not state: ``unit`` ("gal", "g", …), ``columns`` ("time:s north:gal east:gal up:gal"),
         ``sampling_interval_s``, ``processed`` (columns do not say it), ``azimuths_deg`` of the two horizontal axes,
         ``correction_deg`` that is added to azimuths, ``vertical_sense`` ("up", "down", "none"), ``sensor`` ("surface",
-        "borehole"), ``trust_data``, and ``form``, the only format allowed.
+        "borehole"), ``trust_data``, and ``format``, the only format allowed.
 
     Returns
     -------
     Record
-        Accelerations towards north, east and up, m/s²; `Motion.from_record` makes it a motion.
+        Accelerations towards north, east and up, m/s²; `Motion.from_record` makes it a motion. What was left out of
+        the files, or resampled, is in its ``notes``, and warned of.
 
     Raises
     ------
@@ -211,9 +228,7 @@ def read(
     ArgumentError
         If something is declared that cannot be.
     """
-    known = {field.name for field in fields(Declarations)} - {"metadata"}
-    if unknown := sorted(declarations.keys() - known):
-        names = ", ".join(sorted(known | {"record_id", "processing"}))
-        raise ArgumentError(f"{unknown[0]}: no declaration of a record; known are {names}")
     record = read_path(paths, Declarations(**declarations), record_id)
+    for note in record.notes:
+        warnings.warn(note, stacklevel=3)  # where `read` was called, beyond its decorator
     return rounded(process(record, None if processing is None else tuple(processing)))

@@ -12,7 +12,7 @@ from overturning.motion.integration import integrate, peaks
 from overturning.motion.motion import Recorded
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Record(Recorded):
     """A strong-motion record turned to north, east and up."""
 
@@ -45,9 +45,27 @@ class Record(Recorded):
         return replace(self, north=change(self.north), east=change(self.east), up=up, **more)
 
     @property
+    def _named(self) -> str:
+        place = ", ".join(text for text in (self.station, self.event) if text)
+        return f"Record {self.record_id}" + (f" ({place})" if place else "")
+
+    @property
+    def notes(self) -> list[str]:
+        """What a user has to know of how the files were read: what was left out of them, or resampled."""
+        return list(self.extra.get("notes") or ())
+
+    @property
     def trusted(self) -> bool:  # type: ignore[override]
         """Whether the user goes on where data contradict the header or are not of the size of a ground motion."""
         return bool(self.extra.get("trusted_data", False))
+
+
+def as_record(given: Recorded, record_id: str = "motion") -> Record:
+    """A record; a motion as one of this id, which nothing is to be done to."""
+    if isinstance(given, Record):
+        return given
+    extra = {"processed": True, "trusted_data": given.trusted}
+    return Record(record_id, given.north, given.east, given.up, given.sampling_interval, extra=extra)
 
 
 def peaks_of(horizontal: FloatArray, interval: float) -> dict[str, float]:
@@ -112,11 +130,11 @@ def drift(record: Record) -> str:
         return ""
     said = []
     for name, samples in (("north", record.north), ("east", record.east)):
-        velocity = np.abs(integrate(samples, record.sampling_interval))
-        path = np.abs(integrate(integrate(samples, record.sampling_interval), record.sampling_interval))
-        if velocity[-1] > DRIFT * velocity.max():
-            said.append(f"velocity of {name} ends at {100 * velocity[-1] / velocity.max():.0f} % of its peak")
-        if path[-1] == path.max() > 0:
+        velocity = integrate(samples, record.sampling_interval)
+        speed, way = np.abs(velocity), np.abs(integrate(velocity, record.sampling_interval))
+        if speed[-1] > DRIFT * speed.max():
+            said.append(f"velocity of {name} ends at {100 * speed[-1] / speed.max():.0f} % of its peak")
+        if way[-1] == way.max() > 0:
             said.append(f"displacement of {name} is largest at the last sample")
     return "; ".join(said)
 
@@ -126,7 +144,7 @@ def provenance(record: Record) -> dict[str, Any]:
 
     ``data`` (raw or processed, and by whom), ``agency`` (its processing), ``steps`` (as `process` writes them down),
     ``peaks`` (largest PGA, PGV and PGD of north and east before and after, SI), ``drift`` (as of `drift`), ``start``,
-    ``duration_s`` (of what is computed), ``declared`` and ``trusted``.
+    ``duration_s`` (of what is computed), ``declared``, ``trusted``, and where there are any `Record.notes`.
     """
     effects = [step["effect"] for step in record.processing]
     now = peaks_of(record.horizontal, record.sampling_interval)
@@ -140,4 +158,4 @@ def provenance(record: Record) -> dict[str, Any]:
         "duration_s": round(record.duration, 6),
         "declared": list(record.extra.get("declared") or ()),
         "trusted": list(record.extra.get("trusted") or ()),
-    }
+    } | ({"notes": record.notes} if record.notes else {})

@@ -176,7 +176,7 @@ assert set(UNITS) == set(get_args(Unit))
 class Declarations:
     """What files do not say themselves: said by the record table, on the command line, or in Python."""
 
-    form: str | None = None  # the only format allowed; None: by content
+    format: str | None = None  # the only format allowed; None: by content
     unit: Unit | None = None  # of the samples, where the format leaves it open (SAC)
     columns: str = ""  # of a CSV file: ``time:s north:gal east:gal up:gal``
     sampling_interval_s: float | None = None  # of a CSV file without a time column

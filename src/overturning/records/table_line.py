@@ -8,10 +8,10 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from overturning.errors import ArgumentError, ConfigError, MissingDataError
-from overturning.files import atomic_write
+from overturning.files import atomic_write, shipped
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.processing import process
-from overturning.records.read import read_record
+from overturning.records.read import read_record, with_sisters
 from overturning.records.record import Record
 from overturning.tables import what_is_wrong
 
@@ -22,10 +22,11 @@ COLUMNS = ("id", "format", "source", "station", "event", "fault_strike_deg", "pu
 def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder: Path) -> Record:
     """Add a record to the table, and return it as it was read.
 
-    Its files are read, put into the folder of record files, and named in a new line of the table, which is made where
-    there is none. Of the columns' `values`, ``id`` and ``source`` follow from the files where they are not given. An
-    `OverturningError` says what column is not known, which id is there already, what file is missing or cannot be read;
-    nothing is written then.
+    Its files are read, of one file the others of its record too, put into the folder of record files, and named in a
+    new line of the table. A table that is not there is made with the records that come with the package. Of the
+    columns' `values`, ``id`` and ``source`` follow from the files where they are not given. An `OverturningError` says
+    what column is not known, which id is there already, what file is missing or cannot be read; nothing is written
+    then.
     """
     missing = [path for path in paths if not path.is_file()]
     if missing:
@@ -37,7 +38,8 @@ def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder:
         )
     stem = "".join(sign if sign.isalnum() or sign in "_-" else "-" for sign in paths[0].name.split(".")[0].lower())
     cells = {"id": stem, "format": "auto", "source": " ".join(path.name for path in paths), **values}
-    rows = read_catalogue(table) if table.exists() else {}
+    before = shipped(table)
+    rows = read_catalogue(before) if before.exists() else {}
     if cells["id"] in rows:
         raise ConfigError(f"{table}: id {cells['id']!r} is there already; give another one")
     try:
@@ -45,6 +47,10 @@ def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder:
     except ValidationError as error:
         first = error.errors()[0]
         raise ArgumentError(f"{'.'.join(map(str, first['loc']))}: {what_is_wrong(first)}") from None
+    if len(paths) == 1 and "source" not in values:
+        paths = with_sisters(paths[0], entry.declarations)[1]
+        cells["source"] = " ".join(path.name for path in paths)
+        entry = entry.model_copy(update={"source": cells["source"]})
     with tempfile.TemporaryDirectory() as name:
         for path in paths:
             shutil.copyfile(path, Path(name) / path.name)
@@ -56,13 +62,13 @@ def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder:
             raise ArgumentError(f"{target}: another file of this name is there; rename yours")
         if not target.exists():
             shutil.copyfile(path, target)
-    _append(table, cells)
+    _append(table, before, cells)
     return record
 
 
-def _append(table: Path, cells: dict[str, str]) -> None:
-    """Write the line below the others; columns that the table does not have yet are added to its header."""
-    lines = table.read_text(encoding="utf-8-sig").splitlines() if table.exists() else ["\t".join(COLUMNS)]
+def _append(table: Path, before: Path, cells: dict[str, str]) -> None:
+    """Write the line below those of before; columns that are not there yet are added to the header."""
+    lines = before.read_text(encoding="utf-8-sig").splitlines() if before.exists() else ["\t".join(COLUMNS)]
     head = next(index for index, line in enumerate(lines) if line.strip() and not line.startswith("#"))
     columns = lines[head].split("\t")
     known = [column.strip().lower() for column in columns]

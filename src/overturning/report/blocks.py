@@ -124,23 +124,26 @@ class Row:
 
 @dataclass(frozen=True)
 class Disclosure:
-    """Blocks that the page shows when asked to, paper always."""
+    """Blocks that the page shows when asked to, and paper never."""
 
     title: str
     blocks: tuple["Block", ...]
+    medium: Literal["page"] = "page"
 
 
 @dataclass(frozen=True)
 class Section:
     """A heading and what stands below it; sections inside are one level deeper.
 
-    ``anchor`` is the name to find it by; a section that is to be kept ``together`` is not divided between pages.
+    ``anchor`` is the name to find it by; a section that is to be kept ``together`` is not divided between pages; its
+    ``medium`` is as of a paragraph.
     """
 
     title: str
     blocks: tuple["Block", ...]
     anchor: str = ""
     together: bool = False
+    medium: Literal["both", "page"] = "both"
 
 
 Leaf = Paragraph | Answer | Link | Bullets | Code | Figure | Table | Film

@@ -9,7 +9,18 @@ from typing import Final
 
 from overturning.report.blocks import Report, Section
 from overturning.report.results import Results
-from overturning.report.sections import answer, causes, exactness, method, population, records, scene, space, surveys
+from overturning.report.sections import (
+    alignment,
+    answer,
+    causes,
+    exactness,
+    method,
+    population,
+    records,
+    scene,
+    space,
+    surveys,
+)
 
 SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
     answer.answer,
@@ -20,7 +31,7 @@ SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
     surveys.backwards,
     causes.published,
     records.illustrative,
-    answer.falls,
+    alignment.falls,
     space.follows,
     space.plane_beside,
     space.twists,

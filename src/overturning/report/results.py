@@ -9,7 +9,6 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import xarray as xr
 
 from overturning.figures.style import save, style
@@ -19,9 +18,10 @@ from overturning.model.model import Model
 from overturning.report.words import Words, words_of
 from overturning.statistics import earthquakes
 from overturning.statistics.bootstrap import Mean
-from overturning.statistics.by_record import by_record
+from overturning.statistics.by_record import by_record, record_groups
 from overturning.statistics.elements import ElementFalls, falls_by_element
 from overturning.statistics.falls import fall_means, overturns
+from overturning.statistics.space import plane_counts
 from overturning.study.convergence import Convergence
 from overturning.study.cube import open_cube, study_of
 from overturning.study.scenes import NOMINAL, scene_of
@@ -160,6 +160,20 @@ class Results:
         """Of the two groups, where there are two."""
         return earthquakes.compare_alignment(*self._axes.values()) if len(self._axes) == 2 else None
 
+    @cached_property
+    def followed(self) -> tuple[dict[str, earthquakes.Followed], list[str]]:
+        """What falls follow, for all B/H and then for parts of them, and the names of these parts, none of one B/H."""
+        ratio = self.cube["b_over_h"].to_numpy()
+        count, classes = ratio.size, min(CLASSES, ratio.size) if ratio.size > 1 else 0
+        parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
+        names = [f"B/H {ratio[part][0]:g} to {ratio[part][-1]:g}" for part in parts]
+        return earthquakes.followed(self.cube, self.intensity, [slice(0, count), *parts]), names
+
+    @cached_property
+    def plane_counts(self) -> xr.Dataset:
+        """What planes say beside a cube in space, as of `statistics.space.plane_counts`."""
+        return plane_counts(self.cube)
+
     @property
     def faults_known(self) -> bool:
         """Whether a fall can be compared with a fault."""
@@ -172,11 +186,12 @@ class Results:
 
     @cached_property
     def first_records(self) -> list[RecordName]:
-        """Records whose maps stand first: all, or the few in whose falls the axes agree most, in the cube's order."""
+        """Records whose maps stand first: all, or of the first group the first of each of a few earthquakes."""
         if len(self.names) <= MOST_MAPS:
             return list(self.names)
-        agreement = np.nan_to_num(self.record_means["axis_resultant"].to_numpy(), nan=-1.0)
-        return [self.names[index] for index in sorted(np.argsort(-agreement, kind="stable")[:MOST_MAPS].tolist())]
+        members = next(iter(record_groups(self.cube).values()))
+        one_each = {name.event: name for name, own in reversed(list(zip(self.names, members, strict=True))) if own}
+        return sorted(one_each.values(), key=self.names.index)[:MOST_MAPS]
 
     def reference_cube(self, variant: str) -> xr.Dataset:
         """Cube of the reference element of a variant's scene."""
@@ -188,6 +203,12 @@ class Results:
             save(draw(), self.drawings / f"{name}.svg")
         return self.drawings / f"{name}.svg"
 
+
+OF_THE_REPORT = ("title", "question", "asks", "primary", "figures", "population")
+"""Keys of a study that the cube does not depend on."""
+
+CLASSES = 3
+"""Parts of the B/H of a study that are told apart where it is said what falls follow."""
 
 MOST_MAPS = 4
 """Maps that stand at the beginning; those of further records stand with the records."""
@@ -201,8 +222,7 @@ def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
 def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]:
     """Open a study's folder of results: cubes, intensities, figures, surveys, convergence; `ResultError` without one.
 
-    Title, question, primary statistic, surveys, population and settings of the figures are those of `beside`, or of the
-    cube's study where it is not given.
+    What is `OF_THE_REPORT`, and the surveys, are those of `beside`, or of the cube's study where it is not given.
     """
 
     def cube_of(name: str) -> xr.Dataset:
@@ -220,7 +240,7 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
         study = study_of(nominal)
         if beside is not None:
             named = (survey.model_copy(update={"stones": without_folders(survey.stones)}) for survey in beside.surveys)
-            own = {name: getattr(beside, name) for name in ("title", "question", "primary", "figures", "population")}
+            own = {name: getattr(beside, name) for name in OF_THE_REPORT}
             study = study.model_copy(update=own | {"surveys": tuple(named)})
         whole = {NOMINAL: nominal} | {name: cube_of(name) for name in study.variants}
         cubes = {name: recorded(cube) for name, cube in whole.items()}

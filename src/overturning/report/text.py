@@ -4,6 +4,11 @@ import math
 from typing import Any, Final
 
 
+def capitalised(text: str) -> str:
+    """A text that begins a sentence; what follows keeps its capitals."""
+    return text[:1].upper() + text[1:]
+
+
 def number(value: float, digits: int = 2) -> str:
     """A number with so many decimals, with no minus before zero."""
     if math.isnan(value):

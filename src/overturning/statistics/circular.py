@@ -1,7 +1,8 @@
 """Directions and axes: mean, resultant and tests of uniformity, each formula with its source.
 
-A *direction* has a head (a block fell towards 60°); an *axis* has none (60° and 240° are the same). An axis is averaged
-as the direction of twice its angle, halved again (Mardia & Jupp 2000, Directional Statistics, section 1.1 and 9.1).
+A *direction* has a head (a block fell towards 60°); an *axis* has none (60° and 240° are the same). An axis is
+averaged as the direction of twice its angle, halved again (Mardia & Jupp 2000, Directional Statistics, section 1.1 and
+9.1).
 """
 
 import math
@@ -92,8 +93,9 @@ class TestResult:
 def watson_u2_test(uniform: ArrayLike) -> TestResult:
     """Watson's U² test of fit on the circle, with U² (not modified) as statistic.
 
-    U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens' (1970, JRSS
-    B 32) U²* = (U² − 0.1/n + 0.1/n²)(1 + 0.8/n) has p = 2 Σ (−1)^(m−1) exp(−2 m² π² U²*) for all n.
+    U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens'
+    (1970, JRSS B 32) U²* = (U² − 0.1/n + 0.1/n²)(1 + 0.8/n) has p = 2 Σ (−1)^(m−1) exp(−2 m² π² U²*)
+    for all n.
 
     Parameters
     ----------
@@ -125,9 +127,9 @@ def _grouped_u2(counts: FloatArray, probability: FloatArray) -> FloatArray:
 def grouped_watson_test(counts: ArrayLike, probability: ArrayLike) -> TestResult:
     """Watson's U² for counts in sectors, in their order round the circle.
 
-    U²_G = (1/n) Σ_j (S_j − S̄)² p_j with S_j the running sum of observed minus expected and S̄ = Σ S_j p_j (Choulakian,
-    Lockhart & Stephens 1994, Canadian Journal of Statistics 22). The p-value is simulated, so small counts and unequal
-    sectors need no table.
+    U²_G = (1/n) Σ_j (S_j − S̄)² p_j with S_j the running sum of observed minus expected and S̄ = Σ S_j p_j
+    (Choulakian, Lockhart & Stephens 1994, Canadian Journal of Statistics 22). The p-value is simulated, so small counts
+    and unequal sectors need no table.
 
     Parameters
     ----------

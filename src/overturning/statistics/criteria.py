@@ -38,8 +38,8 @@ def west_acceleration(b_over_h: ArrayLike) -> FloatArray:
 def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
     """Peak ground velocity, m/s, below which a block that rocks does not overturn.
 
-    v = 0.4 √(8 g R/3 · (1 − cos α)/cos² α), R half the diagonal, tan α = B/H (Ishiyama 1982, Earthquake Engineering and
-    Structural Dynamics 10); about 10 B/√H in cm and cm/s for slender blocks.
+    v = 0.4 √(8 g R/3 · (1 − cos α)/cos² α), R half the diagonal, tan α = B/H (Ishiyama 1982, Earthquake
+    Engineering and Structural Dynamics 10); about 10 B/√H in cm and cm/s for slender blocks.
     """
     tall, slenderness = _positive("height", height), _positive("b_over_h", b_over_h)
     alpha = np.arctan(slenderness)
@@ -57,7 +57,7 @@ def ishiyama_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: 
 
 
 def kaneko_hayashi_frequency(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
-    """Frequency F_b, Hz, that parts both branches of `kaneko_hayashi_acceleration`: 15.6/√H (1 + B/H)^−1.5, H in cm."""
+    """Frequency F_b, Hz, that parts the branches of `kaneko_hayashi_acceleration`: 15.6/√H (1 + B/H)^−1.5, H in cm."""
     tall, slenderness = _positive("height", height) / CM, _positive("b_over_h", b_over_h)
     return np.asarray(15.6 / np.sqrt(tall) * (1 + slenderness) ** -1.5)
 
@@ -65,10 +65,10 @@ def kaneko_hayashi_frequency(height: ArrayLike, b_over_h: ArrayLike) -> FloatArr
 def kaneko_hayashi_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
     """PGA at which half of the blocks overturn.
 
-    A₅₀ = g B/H (1 + B/H) up to the frequency F_b, 10 B/√H (1 + B/H)^2.5 · 2π F above, in cm, cm/s² and Hz, with the
-    motion's frequency F = PGA/(2π PGV) (Kaneko & Hayashi 2000, Journal of Structural and Construction Engineering, AIJ,
-    536). The paper could not be read; the branches meet at F_b to 0.05 % (10 · 15.6 · 2π = 980.2 cm/s², which is g), so
-    each coefficient is confirmed by the others.
+    A₅₀ = g B/H (1 + B/H) up to the frequency F_b, 10 B/√H (1 + B/H)^2.5 · 2π F above, in cm, cm/s² and Hz,
+    with the motion's frequency F = PGA/(2π PGV) (Kaneko & Hayashi 2000, Journal of Structural and Construction
+    Engineering, AIJ, 536). The paper could not be read; the branches meet at F_b to 0.05 % (10 · 15.6 · 2π = 980.2
+    cm/s², which is g), so each coefficient is confirmed by the others.
     """
     tall, slenderness = _positive("height", height) / CM, _positive("b_over_h", b_over_h)
     frequency = 1 / (2 * np.pi * _positive("pgv_over_pga", pgv_over_pga))
@@ -91,9 +91,9 @@ def _pulse_frequency_ratio(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga:
 def pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
     """PGA at which a block overturns under a one-sine pulse, after one impact.
 
-    a = g B/H (1 + ω/6p), ω = 2 PGA/PGV the pulse's frequency (Makris & Roussos 2000, Géotechnique 50, for near-source
-    pulses). The paper could not be read; against the rocking block the formula is 0 to 11 % high for ω/p of 1 to 4 and
-    B/H = 0.1, and far too low beyond ω/p = 5.
+    a = g B/H (1 + ω/6p), ω = 2 PGA/PGV the pulse's frequency (Makris & Roussos 2000, Géotechnique 50, for
+    near-source pulses). The paper could not be read; against the rocking block the formula is 0 to 11 % high for ω/p
+    of 1 to 4 and B/H = 0.1, and far too low beyond ω/p = 5.
     """
     ratio = _pulse_frequency_ratio(height, b_over_h, pgv_over_pga)
     return west_acceleration(b_over_h) * (1 + ratio / 6)
@@ -102,9 +102,9 @@ def pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: Arr
 def direct_pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
     """PGA at which a block overturns under a one-sine pulse, without any impact.
 
-    a = A g B/H with √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p: the slender block, linear, ends the pulse exactly
-    at the top (the mode without impact of Zhang & Makris 2001, Journal of Engineering Mechanics 127; in closed form as
-    in Dimitrakopoulos & DeJong 2012, Proceedings of the Royal Society A 468).
+    a = A g B/H with √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p: the slender block, linear, ends the
+    pulse exactly at the top (the mode without impact of Zhang & Makris 2001, Journal of Engineering Mechanics 127; in
+    closed form as in Dimitrakopoulos & DeJong 2012, Proceedings of the Royal Society A 468).
     """
     ratio = _pulse_frequency_ratio(height, b_over_h, pgv_over_pga)
 
@@ -142,6 +142,9 @@ CRITERIA: Final = (
     Criterion("pulse, no impact", "PGA above that of the one-sine pulse without impact", direct_pulse_acceleration),
 )
 """In the order in which tables and figures show them."""
+
+UNREAD: Final = ("Kaneko–Hayashi", "pulse, one impact")
+"""Criteria whose papers could not be read: the formula is as others give it, checked as its function says."""
 
 
 @dataclass(frozen=True)

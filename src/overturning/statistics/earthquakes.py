@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -29,6 +30,7 @@ from overturning.statistics.bootstrap import (
 from overturning.statistics.by_record import by_record, record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, wrap_axis
 from overturning.statistics.falls import fall_alignment, fall_vectors
+from overturning.units import EARTH_RADIUS_KM
 
 
 def sums_by_record(cube: xr.Dataset, *keep: str) -> xr.Dataset:
@@ -162,6 +164,40 @@ def compare_alignment(first: xr.Dataset, second: xr.Dataset, *, draws: int = 10_
     return Mean(n, difference, *(Interval() if few else bootstrap(of_sample, values.T, draws=draws, seed=seed)))
 
 
+LEAST_DISTANCE_KM: Final = 1.0
+"""Distance from the epicentre below which no direction leads away from it: epicentres are not told more closely."""
+
+
+def radial_azimuth(cube: xr.Dataset) -> xr.DataArray:
+    """Azimuth away from the epicentre at the station of each record: its back azimuth + 180°.
+
+    Along the great circle on a sphere, which differs from the ellipsoid's by at most 0.2°. The transverse axis lies
+    across it.
+
+    Parameters
+    ----------
+    cube : Dataset
+        With ``epicentre_latitude``, ``epicentre_longitude``, ``station_latitude`` and ``station_longitude`` of each
+        record, degrees, north and east positive, NaN where not known; or without.
+
+    Returns
+    -------
+    DataArray
+        Degrees clockwise from north, 0 to 360; NaN where a place is not known, and within `LEAST_DISTANCE_KM`.
+    """
+    names = [f"{where}_{name}" for where in ("epicentre", "station") for name in ("latitude", "longitude")]
+    if any(name not in cube.variables for name in names):
+        return xr.DataArray(math.nan)
+    latitude0, longitude0, latitude, longitude = (np.radians(cube[name].astype(np.float64)) for name in names)
+    east = longitude - longitude0
+    # Of the unit vector to the epicentre, in the axes of the station: how far it points east, north and up.
+    towards_east = -np.cos(latitude0) * np.sin(east)
+    towards_north = np.cos(latitude) * np.sin(latitude0) - np.sin(latitude) * np.cos(latitude0) * np.cos(east)
+    far = np.hypot(towards_east, towards_north) >= math.sin(LEAST_DISTANCE_KM / EARTH_RADIUS_KM)
+    radial = np.degrees(np.arctan2(-towards_east, -towards_north)) % 360.0
+    return radial.where(far).reset_coords(drop=True)
+
+
 _REFERENCES = {"peak velocity": "pgv_azimuth", "peak acceleration": "pga_azimuth", "pulse": "pulse_axis"}
 
 
@@ -172,8 +208,8 @@ class Followed:
     Attributes
     ----------
     means : dict
-        By name of the reference and whether it is taken as an axis (all are; peaks, which have a head, as directions
-        too): `Mean` of the cosine of `fall_alignment` of each record, one for each part.
+        By name of the reference and whether it is taken as an axis (all are; peaks and the radial direction, which
+        have a head, as directions too): `Mean` of the cosine of `fall_alignment` of each record, one for each part.
     closest : tuple of str
         The two references to whose axes falls lie closest in the first part; fewer where fewer are known.
     closer : list of Mean
@@ -188,7 +224,10 @@ class Followed:
 def followed(
     cube: xr.Dataset, intensity: xr.Dataset, slenderness: Sequence[slice] | None = None
 ) -> dict[str, Followed]:
-    """How far falls follow peaks, pulse and fault normal, over earthquakes, by group of records.
+    """How far falls follow peaks, pulse, fault normal and radial direction, over earthquakes, by group of records.
+
+    The transverse axis lies across the radial one: its mean cos 2Δ is that of the radial one with the other sign. The
+    radial direction is left out where no record has one.
 
     Parameters
     ----------
@@ -202,8 +241,11 @@ def followed(
     totals = [sums.isel(b_over_h=part).sum("b_over_h") for part in parts]
     references = {name: intensity[of].drop_vars("record", errors="ignore") for name, of in _REFERENCES.items()}
     events, along = cube["event"].to_numpy().astype(str), dict[tuple[str, bool], list[FloatArray]]()
-    for name, azimuth in {**references, "fault normal": cube["fault_normal"]}.items():
-        for axial in (True, False)[: 1 + name.startswith("peak")]:
+    references["fault normal"], radial = cube["fault_normal"], radial_azimuth(cube)
+    if radial.notnull().any():
+        references["radial direction"] = radial
+    for name, azimuth in references.items():
+        for axial in (True, False)[: 1 + name.startswith(("peak", "radial"))]:
             along[name, axial] = [fall_alignment(one, azimuth, axial=axial)["cosine"].to_numpy() for one in totals]
 
     def mean(members: NDArray[np.bool_], values: FloatArray) -> Mean:

@@ -7,6 +7,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
+from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
 from overturning.statistics.by_record import each_record
 
 
@@ -28,24 +30,22 @@ class ElementFalls:
 
 
 @dataclass(frozen=True)
-class StoneComparison:
-    """Two stones under the same motions: in how many ``cases``, both outcomes known, which of them falls.
+class Contrast:
+    """Two cubes of the same cases, one stone each, as means over earthquakes of shares of the cases known in both.
 
-    Of ``both`` they fall to the ``same_side`` in so many, and in so many the first stone falls ``earlier``.
+    The stone falls in ``only_this`` cube, ``only_other`` or ``both``; of those in which it falls in both, it goes the
+    ``same_way`` (within 45°), and falls ``earlier`` in this one.
     """
 
-    name: str
-    other: str
-    cases: int
-    both: int
-    only_this: int
-    only_other: int
-    neither: int
-    same_side: int
-    earlier: int
+    only_this: Mean
+    only_other: Mean
+    both: Mean
+    same_way: Mean
+    earlier: Mean
 
 
 _OUTCOME = ("overturned", "overturning_time")
+_FALL = (*_OUTCOME, "fall_azimuth")
 
 ANYTHING = "any element"
 """Name of the row of a scene as a whole: it falls where any of its elements does, at the time of the first."""
@@ -82,17 +82,49 @@ def falls_by_element(cube: xr.Dataset) -> list[ElementFalls]:
     return rows
 
 
-def compare_stones(name: str, cube: xr.Dataset, other_name: str, other: xr.Dataset) -> StoneComparison:
+def compare_stones(cube: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
     """Compare the falls of two stones case by case, one record at a time.
 
-    The cubes of one element each hold the same cases in the same order.
+    Parameters
+    ----------
+    cube, other : Dataset
+        Cubes of one element each, with the same cases in the same order.
+
+    Returns
+    -------
+    Dataset
+        Over ``record``, numbers of cases: ``cases`` whose outcome is known in both; of these ``both``, ``only_this``
+        and ``only_other``, in which the stone falls; of those in both ``same_way``, in which the falls lie within 45°
+        of each other, and ``earlier``, in which the first stone falls before the other.
     """
-    counts = np.zeros(7, np.int64)
-    for one, another in zip(each_record(cube, _OUTCOME), each_record(other, _OUTCOME), strict=True):
-        (sides, times), (others, other_times) = ([c[of].to_numpy().ravel() for of in _OUTCOME] for c in (one, another))
-        known = np.isfinite(sides) & np.isfinite(others)
-        this, that = known & (sides != 0), known & (others != 0)
-        both, neither = this & that, known & ~this & ~that
-        alike = (both & (sides == others), both & (times < other_times))
-        counts += [int(cases.sum()) for cases in (known, both, this & ~that, that & ~this, neither, *alike)]
-    return StoneComparison(name, other_name, *counts.tolist())
+    rows = []
+    for one, another in zip(each_record(cube, _FALL), each_record(other, _FALL), strict=True):
+        this, that = (c["overturned"].to_numpy().ravel() for c in (one, another))
+        known = np.isfinite(this) & np.isfinite(that)
+        fell, other_fell = known & (this != 0), known & (that != 0)
+        both, (way, other_way) = fell & other_fell, (_azimuths(c) for c in (one, another))
+        same = both & (np.abs((way - other_way + 180.0) % 360.0 - 180.0) <= 45.0)
+        when, other_when = (c["overturning_time"].to_numpy().ravel() for c in (one, another))
+        counted = (known, both, fell & ~other_fell, other_fell & ~fell, same, both & (when < other_when))
+        rows.append([int(cells.sum()) for cells in counted])
+    names = ("cases", "both", "only_this", "only_other", "same_way", "earlier")
+    return xr.Dataset({name: ("record", of) for name, of in zip(names, np.array(rows).T, strict=True)})
+
+
+def _azimuths(cube: xr.Dataset) -> FloatArray:
+    """Azimuth of each fall; in planes with that of the motion as 0, which the two that are compared share."""
+    if "fall_azimuth" in cube:
+        return np.asarray(cube["fall_azimuth"].to_numpy().ravel(), np.float64)
+    return np.where(cube["overturned"].to_numpy().ravel() > 0, 0.0, 180.0)
+
+
+def contrast(counts: xr.Dataset, events: NDArray[np.str_]) -> Contrast:
+    """What `compare_stones` has counted, over earthquakes, of which `events` has that of each record."""
+
+    def share(name: str, of: str) -> Mean:
+        total = counts[of].to_numpy().astype(np.float64)
+        with np.errstate(invalid="ignore"):
+            return mean_over_earthquakes(counts[name].to_numpy() / np.where(total > 0, total, np.nan), events)
+
+    this, other, both = (share(name, "cases") for name in ("only_this", "only_other", "both"))
+    return Contrast(this, other, both, share("same_way", "both"), share("earlier", "both"))

@@ -19,8 +19,8 @@ from overturning.statistics.circular import NO_DIRECTION
 def whole_circle(cube: xr.Dataset) -> xr.Dataset:
     """A cube of planes, or what was made of it, with the opposites of all its azimuths, ascending.
 
-    Motions along φ and φ + 180° are one plane and one outcome. Where the cube holds one of them, the other is that one
-    seen from behind; where it holds both, both stay as they are. Of a scene that is not its own mirror image, where
+    Motions along φ and φ + 180° are one plane and one outcome. Where the cube holds one of them, the other is that
+    one seen from behind; where it holds both, both stay as they are. Of a scene that is not its own mirror image, where
     they are two cases, opposites are added where the cube knows nothing of them, all missing. Lazy where the cube is.
     """
     azimuth = cube["azimuth"].to_numpy()
@@ -45,9 +45,9 @@ def whole_circle(cube: xr.Dataset) -> xr.Dataset:
 def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
     """Number of falls towards each azimuth: 1 or 0, NaN where the outcome is missing; as lazy as the cube.
 
-    A block that falls towards −1 at φ falls towards φ + 180°. So each fall stands exactly once in the result, at the
-    azimuth it goes to, whether the cube holds one or both azimuths of its plane. Of a scene that is not its own mirror
-    image the falls of two cases go to an azimuth, its own and that of the opposite one.
+    A block that falls towards −1 at φ falls towards φ + 180°. So each fall stands exactly once in the result, at
+    the azimuth it goes to, whether the cube holds one or both azimuths of its plane. Of a scene that is not its own
+    mirror image the falls of two cases go to an azimuth, its own and that of the opposite one.
 
     Parameters
     ----------

@@ -1,6 +1,7 @@
 """Fragility: the share of stones that fall over the intensity of the motion, as a lognormal curve, and its formats."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +10,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import log_ndtr, ndtr
+from scipy.optimize import minimize_scalar
+from scipy.special import log_ndtr, logsumexp, ndtr
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
@@ -24,6 +26,9 @@ MOST_ITERATIONS: Final = 100
 
 LARGEST_STEP: Final = 2.0
 """Change of a fit's constant or slope, in standard deviations of the data, in one step."""
+
+NODES: Final = np.linspace(-6.0, 6.0, 1201)
+"""Where the likelihood of a record is taken over how much stronger it is than its intensity says, in spreads."""
 
 MOST_AT_ONCE: Final = 500_000
 """Values that are fitted in one go: samples times shares."""
@@ -45,6 +50,8 @@ class Fragility:
         95 % interval of the median, by bootstrap over earthquakes.
     least, most : float
         Range of the intensities that it was fitted to: it says nothing outside.
+    of_records : float
+        Share of the variance spread² that lies between records, as of `record_share`; NaN where not known.
     told : float, Interval, float
         Median, its interval and the spread as far as the data reach: infinite above `most`, 0 below `least`; no spread
         where the median lies beyond.
@@ -58,6 +65,18 @@ class Fragility:
     median_interval: Interval
     least: float
     most: float
+    of_records: float = math.nan
+
+    @property
+    def spreads(self) -> tuple[float, float]:
+        """Spread from record to record and all other, of stones and how they look; NaN where the spread is."""
+        spread = self.told[2]
+        return spread * math.sqrt(self.of_records), spread * math.sqrt(1 - self.of_records)
+
+    @property
+    def identifier(self) -> str:
+        """The name as OpenQuake takes it: letters, digits, _ and - alone."""
+        return re.sub(r"[^A-Za-z0-9_-]+", "_", self.name.replace("/", "").replace(".", "p"))
 
     @property
     def told(self) -> tuple[float, Interval, float]:  # noqa: D102
@@ -143,17 +162,67 @@ def _fits(logs: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[FloatArr
     return np.exp(middle - found[:, 0] / slope), 1 / slope
 
 
+def record_share(
+    fit: tuple[float, float], intensity: FloatArray, share: FloatArray, record: NDArray[np.generic], stones: int
+) -> float:
+    """Share of the variance spread² of a curve that is between records: 0 where all records of an intensity are alike.
+
+    A stone falls where ln(x/median) reaches its own capacity, the sum of two normal deviates: one that all stones under
+    a record have in common, and one of its own (probit with a random intercept: Ochi & Prentice 1984, Biometrika 71,
+    531). The sum's spread and the median are those fitted without regard to records, which are consistent (Liang &
+    Zeger 1986, Biometrika 73, 13); the share is the likeliest, integrated over the deviates of the records.
+
+    Parameters
+    ----------
+    fit : (float, float)
+        Median and spread, of `lognormal_fit`.
+    intensity, share, record : ndarray, shape (n,)
+        Intensities, share of the stones that fell, and which record it is of.
+    stones : int
+        Number of stones that each share is of.
+
+    Returns
+    -------
+    float
+        0 to 0.99; NaN where there is no curve.
+    """
+    if not math.isfinite(fit[0]):
+        return math.nan
+    z = np.log(intensity / fit[0]) / fit[1]
+    records = [(z[own, None], share[own, None]) for own in (record == one for one in np.unique(record))]
+    density = -0.5 * NODES**2
+
+    def unlikely(part: float) -> float:
+        total = 0.0
+        for level, fell in records:
+            at = (level + math.sqrt(part) * NODES) / math.sqrt(1 - part)
+            likely = stones * (fell * log_ndtr(at) + (1 - fell) * log_ndtr(-at))
+            total += float(logsumexp(likely.sum(axis=0) + density))
+        return -total
+
+    return float(minimize_scalar(unlikely, bounds=(0.0, 0.99), method="bounded", options={"xatol": 1e-3}).x)
+
+
 def fragility(
     name: str,
     measure: tuple[str, str],
     intensity: FloatArray,
     share: FloatArray,
     event: NDArray[np.str_],
+    *,
+    record: NDArray[np.generic] | None = None,
+    stones: int = 0,
 ) -> Fragility:
-    """Fragility curve of a class of stones with the interval of its median; arrays have shape (n,)."""
+    """Fragility curve of a class of stones with the interval of its median; arrays have shape (n,).
+
+    Of how many ``stones`` each share is, and under which ``record``, tells the spread of records from all other.
+    """
     known = np.isfinite(share) & (intensity > 0)
     intensity, share, event = intensity[known], share[known], event[known]
     median, spread = lognormal_fit(intensity, share)
+    between = math.nan
+    if record is not None:
+        between = record_share((median, spread), intensity, share, record[known], stones)
     names, member = np.unique(event, return_inverse=True)
 
     def medians(drawn: NDArray[np.intp]) -> FloatArray:
@@ -165,28 +234,40 @@ def fragility(
     if math.isfinite(median):
         ends_of_median = bootstrap(medians, np.arange(names.size))
     ends = (float(intensity.min()), float(intensity.max())) if intensity.size else (math.nan, math.nan)
-    return Fragility(name, *measure, median, spread, ends_of_median, *ends)
+    return Fragility(name, *measure, median, spread, ends_of_median, *ends, between)
 
 
 def write_fragility_csv(curves: Sequence[Fragility], path: Path) -> None:
-    """Write curves as a table: class, measure, unit, median and its interval, spread, all as `told`, range.
+    """Write curves as a table: class, measure, unit, median and its interval, spread, all as `told`, range, `spreads`.
 
     Where the median lies beyond the data, the spread is missing too: both would be a curve where nothing is known.
     """
-    lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most"]
+    lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most,record_spread,other_spread,id"]
     for one in curves:
         median, ends, spread = one.told
-        values = (median, *ends, spread, one.least, one.most)
-        lines.append(f'"{one.name}",{one.measure},{one.unit},' + ",".join(f"{value:.6g}" for value in values))
+        values = (median, *ends, spread, one.least, one.most, *one.spreads)
+        numbers = ",".join(f"{value:.6g}" for value in values)
+        lines.append(f'"{one.name}",{one.measure},{one.unit},{numbers},{one.identifier}')
     with atomic_write(path) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def measure_file(measure: str) -> str:
+    """Name of the OpenQuake model of a measure: ``fragility-pga.xml``, ``fragility-sa-0.5.xml``."""
+    return f"fragility-{measure.lower().replace('(', '-').rstrip(')')}.xml"
+
+
+def for_openquake(measure: str) -> bool:
+    """Whether OpenQuake knows a measure: PGA, PGV and SA(period)."""
+    return re.fullmatch(r"PG[AV]|SA\([0-9.]+\)", measure) is not None
 
 
 def write_openquake(curves: Sequence[Fragility], path: Path, identifier: str) -> None:
     """Write the curves of one measure as an OpenQuake fragility model (NRML 0.5, discrete functions).
 
     The limit state is ``fallen``; curves that do not exist are left out. Levels are those of the data alone, also where
-    the probability has not reached one half at the last. PGA is in g and PGV in cm/s, as OpenQuake has it.
+    the probability has not reached one half at the last. PGA and SA are in g and PGV in cm/s, as OpenQuake has it.
+    Functions have the `identifier` of their class, which an exposure has as its taxonomy.
 
     Raises
     ------
@@ -194,8 +275,10 @@ def write_openquake(curves: Sequence[Fragility], path: Path, identifier: str) ->
         If the curves are of several measures, or of one that OpenQuake does not know.
     """
     measures = {one.measure for one in curves}
-    if len(measures) != 1 or not measures <= {"PGA", "PGV"}:
-        raise ArgumentError(f"curves of {', '.join(sorted(measures)) or 'nothing'}; give those of PGA or those of PGV")
+    if len(measures) != 1 or not all(map(for_openquake, measures)):
+        raise ArgumentError(
+            f"curves of {', '.join(sorted(measures)) or 'nothing'}; give those of PGA or PGV, or of one SA(period)"
+        )
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<nrml xmlns="http://openquake.org/xmlns/nrml/0.5">',
@@ -210,7 +293,7 @@ def write_openquake(curves: Sequence[Fragility], path: Path, identifier: str) ->
         intensities = " ".join(f"{value:.6g}" for value in levels)
         probabilities = " ".join(f"{value:.6f}" for value in one.probability(levels))
         lines += [
-            f'<fragilityFunction id={quoteattr(one.name)} format="discrete">',
+            f'<fragilityFunction id={quoteattr(one.identifier)} format="discrete">',
             f'<imls imt="{one.measure}" noDamageLimit="{one.least:.6g}">{intensities}</imls>',
             f'<poes ls="fallen">{probabilities}</poes>',
             "</fragilityFunction>",

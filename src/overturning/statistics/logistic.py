@@ -74,10 +74,10 @@ def logistic_fit(
 ) -> LogisticFit:
     """Maximum-likelihood logistic regression with cluster-robust covariance.
 
-    Newton's method (McCullagh & Nelder 1989, Generalized Linear Models, section 4.4). Covariance G/(G − 1) H⁻¹ (Σ_g s_g
-    s_gᵀ) H⁻¹ with H the information and s_g the score of cluster g (Liang & Zeger 1986, Biometrika 73); intervals from
-    Student's t with G − 1 degrees of freedom (Cameron & Miller 2015, Journal of Human Resources 50), which few clusters
-    need.
+    Newton's method (McCullagh & Nelder 1989, Generalized Linear Models, section 4.4). Covariance G/(G − 1) H⁻¹
+    (Σ_g s_g s_gᵀ) H⁻¹ with H the information and s_g the score of cluster g (Liang & Zeger 1986, Biometrika 73);
+    intervals from Student's t with G − 1 degrees of freedom (Cameron & Miller 2015, Journal of Human Resources 50),
+    which few clusters need.
 
     Parameters
     ----------

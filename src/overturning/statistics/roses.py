@@ -39,7 +39,7 @@ class Rose:
     @property
     def title(self) -> str:
         """What it is of."""
-        return f"{self.falls} falls, {self.earthquakes} earthquake" + "s" * (self.earthquakes != 1)
+        return f"{self.earthquakes} earthquake" + "s" * (self.earthquakes != 1)
 
 
 def _nominal_falls(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:

@@ -1,5 +1,7 @@
 """Convergence check: a random part of a study computed again with finer steps and with stiffer springs.
 
+Where blocks cannot slide, the exact rigid block stands beside the study's answers.
+
 What changes with finer steps is computed in steps half as long as those, and in those under a motion changed by less
 than is known of it. An answer that stays both times is settled by a finer computation; one that changes with the motion
 none decides.
@@ -22,6 +24,7 @@ from overturning.dem.run import run
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import write_text
 from overturning.model.cases import Cases
+from overturning.model.planes import Planes
 from overturning.model.results import Results
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
@@ -53,6 +56,12 @@ PILOT: Final = 16
 FINER_OVER_STIFFER: Final = 9.0
 """Block steps with finer steps over those with stiffer springs, at most: 8 over 1, and what is done once more."""
 
+HOLDS: Final = 1.0
+"""Friction from which a rectangular block with a smaller B/H is compared with one that cannot slide."""
+
+MOST_RIGID: Final = 25_000
+"""Cells that are, at most: two or three seconds of processor time."""
+
 _CHANCES: Final = ("probability_towards", "probability_away", "probability_falls")
 """Variables whose sum is the share of members that fall."""
 
@@ -78,6 +87,13 @@ class Outcome(Counts):
     element: str
     undivided: int  # of the cases with an answer in both, those whose ensemble is not divided
     flags_undivided: int  # of these, that fall in one answer and stand in the other
+    sides_undivided: int  # of these, that fall to the other side
+
+
+class Rigid(Outcome):
+    """How far a study's answers differ from those of the exact rigid block."""
+
+    cells: int  # of the study, of blocks that cannot slide
 
 
 class Repetition(BaseModel):
@@ -113,6 +129,7 @@ class Convergence(BaseModel):
     finer: Repetition
     stiffer: Repetition
     settling: Settling
+    rigid: Rigid | None  # none where no cell is of a block that cannot slide
 
     def write(self, path: Path) -> None:
         """Write it as JSON."""
@@ -195,13 +212,28 @@ def choose(
     return order // len(cells), cells[order % len(cells)]
 
 
-def read_sample(cube: Path, settings: Verification) -> Sample:
-    """Choose cells of a cube and read the study's answers to them; a ResultError where the cube cannot be read."""
+def cannot_slide(study: Study) -> NDArray[np.bool_]:
+    """Of which cells of the grid Housner's block is the rigid limit: rectangles of a friction from `HOLDS` on."""
+    model, grid = model_for(study), grid_of(study)
+    if not (isinstance(model, Planes) and model.scene.single_block):
+        return np.zeros(grid.shape, np.bool_)
+    own = model.scene.law(*model.scene.elements).friction
+    friction = grid["friction"] if own is None else np.full(grid["friction"].size, own)
+    holds = (friction >= HOLDS) & (friction > grid["b_over_h"][:, None])
+    return np.broadcast_to(holds, grid.shape)
+
+
+def read_sample(cube: Path, settings: Verification, among: NDArray[np.bool_] | None = None) -> Sample:
+    """Choose cells of a cube and read the study's answers to them; a ResultError where the cube cannot be read.
+
+    Of those that are computed, or of those of them that are also `among` some, an array like the grid.
+    """
     with open_raw(cube, "opened", "run the study again") as file:
         records = file.dimensions["record"].size
         # The answers as recorded, where a study has its motions at several amplitudes.
         recorded = (int(np.flatnonzero(file["amplitude"][:] == 1.0)[0]),) if "amplitude" in file.dimensions else ()
         computed = file["mirrored" if "mirrored" in file.variables else "repeated"][(0, *recorded)] == 0
+        computed = computed if among is None else computed & among
         record, index = choose(settings, records, computed)
         place = np.argsort(np.argsort(record, kind="stable"))
 
@@ -221,15 +253,30 @@ def read_sample(cube: Path, settings: Verification) -> Sample:
         return Sample(record, index, answers, at_rest, divided, records * int(computed.sum()), int(file.block_steps))
 
 
+def read_rigid(cube: Path, study: Study) -> Sample | None:
+    """Cells of a study's cube to compare with the exact rigid block, `MOST_RIGID` or all of fewer; none without any."""
+    among = cannot_slide(study)
+    settings = study.verification
+    if not among.any() or isinstance(settings, str):
+        return None
+    return read_sample(cube, settings.model_copy(update={"share": 0.0, "at_least": MOST_RIGID}), among)
+
+
 def check_convergence(
-    study: Study, records: Sequence[Record], sample: Sample, threads: int = 1, progress: Progress | None = None
+    study: Study,
+    records: Sequence[Record],
+    sample: Sample,
+    threads: int = 1,
+    progress: Progress | None = None,
+    rigid: Sample | None = None,
 ) -> Convergence:
     """Compute chosen cases again, with finer steps and with stiffer springs, as many as cost no more than is allowed.
 
     The stiffer springs go first, in growing parts: their block steps tell what the finer steps will cost. These take
     the first cases of the same random order, as many as the rest of the allowance pays for, and both are counted on
     these. The processed records are in the order of the study, whose `verification` are settings; nothing that is found
-    depends on the number of threads. Progress is called with the cases done and all cases of both.
+    depends on the number of threads. Progress is called with the cases done and all cases of both. The cells `rigid`,
+    of `read_rigid`, are compared with the exact rigid block.
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it
@@ -257,6 +304,7 @@ def check_convergence(
         finer=runs.outcome("finer", count),
         stiffer=runs.outcome("stiffer", count),
         settling=runs.settle(count, allowed - done),
+        rigid=None if rigid is None else _Runs(study, records, rigid, threads, None).beside_rigid(),
     )
 
 
@@ -268,7 +316,9 @@ class _Runs:
     ) -> None:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions, self.grid = [motion_of(study, record) for record in records], grid_of(study)
-        self.computations = computations(study)
+        from overturning.dem.block.rigid import rocking  # with it comes Numba
+
+        self.computations: dict[str, Callable[[Motion, Cases], Any]] = {**computations(study), "rigid": rocking}
         self.answers = dict.fromkeys(("finer", "stiffer"), sample.answers[:0])
         self.refused: dict[str, str] = {}
 
@@ -308,7 +358,7 @@ class _Runs:
             results = self.computations[kind](self.motions[number], cases)
             answers["overturned"][mine] = results.overturned.reshape(len(chosen), -1)
             answers["azimuth"][mine] = getattr(results, "fall_azimuth", np.nan)
-            answers["block_steps"][mine] = results.block_steps
+            answers["block_steps"][mine] = getattr(results, "block_steps", 0)
 
         with ThreadPoolExecutor(max_workers=self.threads) as pool:
             list(pool.map(one, np.unique(self.sample.record[rows]).tolist()))
@@ -318,15 +368,29 @@ class _Runs:
         """What changed in the first cases."""
         if kind in self.refused:
             return Repetition(block_steps=0, outcomes=[], refused=self.refused[kind])
-        own, again, outcomes = self.sample.answers[:count], self.answers[kind][:count], []
+        outcomes = self._changed(self.answers[kind][:count])
+        return Repetition(block_steps=int(self.answers[kind]["block_steps"].sum()), outcomes=outcomes)
+
+    def _changed(self, again: Answers) -> list[Outcome]:
+        """What is other in other answers to the first cases, of each element."""
+        count, outcomes = len(again), []
+        own = self.sample.answers[:count]
         away = elsewhere(own, again)
         for column, name in enumerate(self.grid.element or ("",)):
             before, after = own["overturned"][:, column], again["overturned"][:, column]
             sure = ~self.sample.divided[:count, column]
-            counts, those = compare(before, after, away), compare(before[sure], after[sure])
-            own_counts = {"undivided": those.cases, "flags_undivided": those.flags}
-            outcomes.append(Outcome(element=name, **own_counts, **counts.model_dump()))
-        return Repetition(block_steps=int(self.answers[kind]["block_steps"].sum()), outcomes=outcomes)
+            counts, those = compare(before, after, away), compare(before[sure], after[sure], away[sure])
+            undivided = {
+                "undivided": those.cases, "flags_undivided": those.flags, "sides_undivided": those.sides,
+            }  # fmt: skip
+            outcomes.append(Outcome(element=name, **undivided, **counts.model_dump()))
+        return outcomes
+
+    def beside_rigid(self) -> Rigid:
+        """How far the study's answers to all cases of the sample differ from those of the exact rigid block."""
+        every = np.arange(len(self.sample.record))
+        (found,) = self._changed(self._compute("rigid", every))
+        return Rigid(cells=self.sample.computed, **found.model_dump())
 
     def settle(self, count: int, allowed: int) -> Settling:
         """What of the first cases changes with finer steps and, as far as allowed, keeps that answer or loses it."""

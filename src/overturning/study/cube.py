@@ -6,11 +6,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from overturning.errors import ResultError
+from overturning.errors import ArgumentError, ResultError
 from overturning.files import checksum_matches
 from overturning.model.falls import model_of
 from overturning.study.load import check_study
-from overturning.study.scenes import scene_of
+from overturning.study.scenes import scene_of, setting_of
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -46,31 +46,7 @@ def open_cube(
     element: str | None = "reference",
     amplitude: float | None = 1.0,
 ) -> "xr.Dataset":
-    """Open a cube in xarray.
-
-    Parameters
-    ----------
-    path : Path
-        The cube.
-    chunks : dict or "auto", optional
-        Sizes of dask chunks of the variables, ``{"record": 1}`` for the chunks of the file; not given: no dask.
-    element : str, optional
-        Of a scene with several free elements: the name of one, "reference" for the scene's reference element, None for
-        all. The dimension is there in the last case only, with the names as its coordinate.
-    amplitude : float, optional
-        Of a study with several factors on its motions: one of them, None for all. The dimension is there in the last
-        case only.
-
-    Returns
-    -------
-    xarray.Dataset
-        Flags as float with NaN where missing; times as numbers of seconds.
-
-    Raises
-    ------
-    ResultError
-        If there is no cube, the file is none, or it has no such element or factor.
-    """
+    """Open a cube as `overturning.open_cube` does, its records asked for by their numbers."""
     import xarray as xr
 
     if not path.is_file():
@@ -87,7 +63,7 @@ def open_cube(
         raise ResultError(f"{path}: not a cube of this package, or an unfinished one; run the study again")
     if absent := _absent(cube):
         raise ResultError(f"{path}: not a cube of this package: {absent}; run the study again")
-    chosen = _chosen(cube, path, element, amplitude)
+    chosen = choose(cube, path, element, amplitude)
     if chosen is not cube:  # a part of it would leave the file open, to be closed at any moment
         chosen.set_close(cube.close)
     if chunks is not None:
@@ -112,8 +88,10 @@ def _little_cache(read_once: bool) -> Iterator[None]:
         netCDF4.set_chunk_cache(*before)
 
 
-def _chosen(cube: "xr.Dataset", path: Path, element: str | None, amplitude: float | None) -> "xr.Dataset":
-    """What is asked for of the elements and factors of an open cube."""
+def choose(
+    cube: "xr.Dataset", path: Path, element: str | None = "reference", amplitude: float | None = 1.0
+) -> "xr.Dataset":
+    """What is asked for of the elements and factors of an open cube, parameters as of `overturning.open_cube`."""
     if "amplitude" in cube.dims and amplitude is not None:
         known = cube["amplitude"].to_numpy().tolist()
         if amplitude not in known:
@@ -121,7 +99,8 @@ def _chosen(cube: "xr.Dataset", path: Path, element: str | None, amplitude: floa
         cube = cube.sel(amplitude=amplitude, drop=True)
     if "element" not in cube.dims:
         return cube
-    cube = cube.assign_coords(element=cube["element_name"].to_numpy().astype(str)).drop_vars("element_name")
+    if "element_name" in cube:
+        cube = cube.assign_coords(element=cube["element_name"].to_numpy().astype(str)).drop_vars("element_name")
     if element is None:
         return cube
     if element == "reference":
@@ -130,6 +109,17 @@ def _chosen(cube: "xr.Dataset", path: Path, element: str | None, amplitude: floa
         names = ", ".join(cube["element"].to_numpy().tolist())
         raise ResultError(f"{path}: no element {element!r}; known: {names}")
     return cube.sel(element=element)
+
+
+def record_number(cube: "xr.Dataset", record: str | None) -> int:
+    """Number of a record in a cube by its id, which a cube of one need not be told; an `ArgumentError` names them."""
+    names = cube["record_id"].to_numpy().astype(str).tolist()
+    file, some = Path(cube.encoding.get("source", "cube")).name, ", ".join(names[:4])
+    if record is None and len(names) > 1:
+        raise ArgumentError(f"{file}: {len(names)} records; name one as record (--record): {some} …")
+    if record is not None and record not in names:
+        raise ArgumentError(f"{file}: no record {record!r}; it has {', '.join(names)}")
+    return names.index(record) if record is not None else 0
 
 
 def _stated(cube: "xr.Dataset", name: str, kind: type) -> Any:
@@ -146,6 +136,11 @@ def _stated(cube: "xr.Dataset", name: str, kind: type) -> Any:
 def study_of(cube: "xr.Dataset") -> Study:
     """The filled-in study that made a cube; a ResultError where the cube names none, a ConfigError where it is none."""
     return check_study(_stated(cube, "study", dict), "study in the cube")
+
+
+def motions_beside(path: Path, study: Study, variant: str) -> Path:
+    """The folder of the motions under which a cube was computed, beside it: of a variant with soil its own."""
+    return path.parent / "motion" / (variant if setting_of(study, variant).site else "")
 
 
 def sources_of_records(cube: "xr.Dataset") -> list[dict[str, Any]]:

@@ -20,7 +20,7 @@ from overturning.records.earthquakes import earthquakes_of
 from overturning.records.record import Record, provenance
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
 from overturning.study.parts import opened_part, record_of
-from overturning.study.scenes import NOMINAL, grid_of, model_for
+from overturning.study.scenes import NOMINAL, applies_vertical, grid_of, model_for
 from overturning.study.schema import Study
 from overturning.study.sweep import variables_of
 
@@ -67,7 +67,7 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
     model, grid = model_for(study, variant), grid_of(study, variant)
     cube.setncatts(_attributes(study, records, variant))
     cube.createDimension("record", len(records))
-    _add_records(cube, records, study.simulation.vertical)
+    _add_records(cube, records, applies_vertical(study, variant))
     add_grid(cube, grid)
     cube[model.direction].setncatts(model.direction_attributes)
     if (critical := critical_angle(model, grid)) is not None:  # that of a single block follows from its B/H

@@ -13,13 +13,14 @@ from overturning.motion.heading import peak_azimuths, pulse_axis
 from overturning.motion.intensity import PEAKS, intensity_by_azimuth, record_measures
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd
+from overturning.records.earthquakes import earthquakes_of
 from overturning.records.record import Record
 from overturning.study.scenes import directions
 from overturning.study.schema import Study
 
 PERCENTILES = (0.0, 50.0, 100.0)
 SPECTRUM_PERIODS = np.geomspace(0.01, 10.0, 61)
-"""Periods of the spectra in the file, s: twenty per decade."""
+"""Periods of the spectra in the file, s: twenty per decade; those that a population names are added."""
 
 FREQUENCIES = np.geomspace(0.1, 50.0, 55)
 """Frequencies of the smoothed Fourier spectra, Hz: twenty per decade."""
@@ -40,8 +41,10 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
     table = table.assign_coords(
         record=("record", np.arange(len(records), dtype=np.int32), {"long_name": "number of the record"}),
         record_id=("record", [record.record_id for record in records], {"long_name": "identifier of the record"}),
+        event=("record", list(earthquakes_of(records).labels), {"long_name": "earthquake, one name for each"}),
     )
-    table = table.assign(_of_records(records))
+    own = study.population.period if study.population else ()
+    table = table.assign(_of_records(records, np.unique([*SPECTRUM_PERIODS, *own])))
     table.attrs = {"Conventions": "CF-1.11", "title": f"{study.title or study.name}: intensity by azimuth"}
     # A coordinate has no missing values, and CF forbids it to say what they would look like.
     for name in table.coords:
@@ -50,11 +53,11 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
         table.to_netcdf(part, engine="netcdf4")
 
 
-def _of_records(records: Sequence[Record]) -> dict[str, Any]:
+def _of_records(records: Sequence[Record], periods: FloatArray) -> dict[str, Any]:
     """Variables of whole records; missing (not a number) where a record has no such measure."""
     motions = [Motion.of(record) for record in records]
     columns = [record_measures(motion, record.processing) for motion, record in zip(motions, records, strict=True)]
-    spectra = [rotd(motion, SPECTRUM_PERIODS, percentiles=PERCENTILES) for motion in motions]
+    spectra = [rotd(motion, periods, percentiles=PERCENTILES) for motion in motions]
     variables: dict[str, Any] = {}
 
     def add(name: str, dimensions: str, values: Any, units: str, long_name: str) -> None:
@@ -68,11 +71,11 @@ def _of_records(records: Sequence[Record]) -> dict[str, Any]:
     for name, long_name in (("pga", "acceleration"), ("pgv", "velocity")):
         towards = [peak_azimuths(motion)[name] for motion in motions]
         add(f"{name}_azimuth", "record", towards, "degree", f"azimuth to which the peak horizontal {long_name} points")
-    axes, periods = zip(*map(pulse_axis, motions), strict=True)
+    axes, of_pulse = zip(*map(pulse_axis, motions), strict=True)
     add("pulse_axis", "record", axes, "degree", "axis of the strongest velocity pulse")
-    add("pulse_period", "record", periods, "s", "period of the strongest velocity pulse")
+    add("pulse_period", "record", of_pulse, "s", "period of the strongest velocity pulse")
     add("percentile", "percentile", PERCENTILES, "percent", "percentile over azimuths")
-    add("period", "period", SPECTRUM_PERIODS, "s", "period of the oscillator")
+    add("period", "period", periods, "s", "period of the oscillator")
     add("frequency", "frequency", FREQUENCIES, "Hz", "frequency")
     for name, (units, long_name) in PEAKS.items():
         larger = f"{long_name}, larger of north and east"

@@ -57,6 +57,8 @@ def _lines(error: ValidationError, where: str) -> list[str]:
             message += _nearest(steps)
         elif item["type"] == "tuple_type" and isinstance(given, str | int | float):
             message = f"a list is needed: [{given}]"
+        elif item["type"] == "model_type":
+            message = _keys_below(steps, given)
         unsaid = isinstance(given, BaseModel | dict) or item["type"] in ("missing", "extra_forbidden")
         lines.append(f"{where}: {key}: {'' if unsaid else f'{_short(given)} – '}{message}")
     return lines
@@ -84,16 +86,29 @@ def _forms(annotation: Any) -> list[Any]:
     return [get_args(form)[0] if get_args(form) else form for form in get_args(annotation)]
 
 
-def _nearest(steps: list[int | str]) -> str:
+def _model_at(steps: list[int | str]) -> type[BaseModel]:
+    """The settings to which the keys of a place in a study lead."""
     model: type[BaseModel] = Study
-    for step in steps[:-1]:
+    for step in steps:
         annotation = model.model_fields[step].annotation if step in model.model_fields else None
         for form in (annotation, *_forms(annotation)):
             if isinstance(form, type) and issubclass(form, BaseModel):
                 model = form
-    fields = sorted(model.model_fields)
+    return model
+
+
+def _nearest(steps: list[int | str]) -> str:
+    fields = sorted(_model_at(steps[:-1]).model_fields)
     close = difflib.get_close_matches(str(steps[-1]), fields, n=1, cutoff=0.6)
     return f"; did you mean {close[0]}?" if close else f"; known here: {', '.join(fields)}"
+
+
+def _keys_below(steps: list[int | str], given: object) -> str:
+    """How to write what has keys of its own where one value was given."""
+    fields = list(_model_at(steps).model_fields)
+    first = "step" if "step" in fields else fields[0]
+    value = f"{given:g}" if isinstance(given, int | float) and not isinstance(given, bool) else "…"
+    return f"it has keys of its own; write {steps[-1]}: {{{first}: {value}}}; known: {', '.join(fields)}"
 
 
 def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, RecordEntry]:

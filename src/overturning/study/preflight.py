@@ -33,7 +33,7 @@ _CELL_READ: Final = 12
 _MEMBER_IN_MEMORY: Final = 20
 
 MOST_CELLS: Final = 3_000_000
-"""Cells of a page to look around in a cube: it then has 30 MB, which browsers still open."""
+"""Cells of a page that holds all of a cube to look around in: it then has 30 MB, which browsers still open."""
 
 MOST_NAMED: Final = 6
 """Faults that are named in one message; of more the number."""
@@ -81,10 +81,9 @@ def size_of(study: Study, chunks: int = 1) -> Size:
     return Size(records, study.cases, work, memory, disk)
 
 
-def explorable(study: Study) -> bool:
-    """Whether there is a page to look around in a study's cube: it shows planes, and not too many cells."""
-    model = model_for(study)
-    return model.one_component and len(study.records.use) * study.cases * len(model.elements) <= MOST_CELLS
+def on_one_page(study: Study) -> bool:
+    """Whether the page to look around in a study's cube holds all its cells, and is not given them record by record."""
+    return len(study.records.use) * study.cases * len(model_for(study).elements) <= MOST_CELLS
 
 
 def check_size(study: Study, where: str, results: Path = Path("results"), chunks: int = 1) -> Size:
@@ -144,32 +143,37 @@ def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[
 def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, ...]:
     """Read and process records as a run does; an `OverturningError` names what is wrong with each that cannot be.
 
-    Returns what has to be said of how their earthquakes are told apart, and of records too weak to move any stone.
+    Returns what has to be said of how their earthquakes are told apart, of what was left out of files or resampled,
+    and of records too weak to move any stone.
     """
     from overturning.records.earthquakes import earthquakes_of
     from overturning.records.processing import process
     from overturning.records.read import read_record
 
-    faults, records, weak = [], [], []
+    faults, records, notes = [], [], []
     for entry in entries.values():
         try:
             # Of each only its names are kept: a study may have thousands.
             record = process(read_record(entry, Path(study.records.folder)), study.processing)
-            weak += [f"record {entry.id}: too weak to move any stone of the study"] if _too_weak(study, record) else []
+            notes += [f"record {entry.id}: {note}" for note in record.notes]
+            notes += [f"record {entry.id}: too weak to move any stone of the study"] if _too_weak(study, record) else []
             records.append(replace(record, north=np.zeros(2), east=np.zeros(2), up=None))
         except OverturningError as error:
             faults.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
     if faults:
         raise ConfigError(_joined(faults))
-    return (*(f"earthquakes: {note}" for note in earthquakes_of(records).notes), *weak)
+    return (*(f"earthquakes: {note}" for note in earthquakes_of(records).notes), *notes)
 
 
 def _too_weak(study: Study, record: "Record") -> bool:
     """Whether a rigid stone stays at rest in every case: |a| ≤ (g + a_up) min(B/H, D/H, µ) throughout.
 
-    Of a scene, whose elements have thresholds of their own, and of a body of given vertices only the report can tell.
+    Of a scene, whose elements have thresholds of their own, of a body of given vertices, and of a record that soil
+    changes on its way up only the report can tell.
     """
-    if study.scene != gravestone() or (study.body is not None and study.body.vertices):
+    others = any(one.scene is not None or one.site is not None for one in study.variants.values())
+    vertices = study.body is not None and study.body.vertices is not None
+    if study.scene != gravestone() or study.site is not None or others or vertices:
         return False
     threshold = min(min(study.b_over_h) * min(1.0, *study.aspects), *study.friction)
     factor = max(study.amplitude)

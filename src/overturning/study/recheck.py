@@ -12,9 +12,9 @@ from overturning.errors import ArgumentError, ResultError
 from overturning.model.grid import Grid
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
-from overturning.study.cube import open_cube, study_of
+from overturning.study.cube import motions_beside, open_cube, study_of
 from overturning.study.netcdf import content_hash, open_raw
-from overturning.study.scenes import grid_of, model_for, motion_of, numerics_of, setting_of
+from overturning.study.scenes import grid_of, model_for, motion_of, numerics_of
 from overturning.study.schema import Study
 from overturning.study.sweep import ensemble_of, member_runner, scaled, simulate_variant, variables_of
 
@@ -45,7 +45,7 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
     with open_cube(path) as cube:
         study, variant = study_of(cube), str(cube.attrs["variant"])
         names = [str(name) for name in cube["record_id"].to_numpy()]
-    folder = motions or path.parent / "motion" / (variant if setting_of(study, variant).site else "")
+    folder = motions or motions_beside(path, study, variant)
     grid, variables = grid_of(study, variant), variables_of(study)
     # Under each motion as recorded, and at each of the study's amplitudes where there are several.
     scales = grid.amplitude or (1.0,)
@@ -55,7 +55,7 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
     def motion_named(name: str) -> Motion:
         if not (of_record := folder / f"{name}.nc").is_file():
             raise ResultError(f"{of_record}: no such motion; name the folder of the motions with --motions")
-        return motion_of(study, read_motion(of_record))
+        return motion_of(study, read_motion(of_record), variant)
 
     with open_raw(path, "opened", "run the study again") as file:
         result = Recheck(prod(shape), content_hash(file, variables) == file.content_sha256)

@@ -22,9 +22,6 @@ from overturning.study.ensemble import Members
 DAMAGED: Final = "damaged or gone, is made again: "
 """What a line begins with that names a file of `repair`."""
 
-DRAWN: Final = "drawn.txt"
-"""Beside the figures, the names of those of which Snakemake does not know how many there are."""
-
 _TABLES: Final[dict[str, Callable[[Path], Any]]] = {
     "members.csv": Members.read,
     "convergence.json": Convergence.read,
@@ -91,7 +88,7 @@ def repair(results: Path) -> list[Path]:
     for path in damaged:
         path.unlink(missing_ok=True)
     # Snakemake notices that one of its outputs has gone, not that a file of a folder has.
-    for drawn in results.glob(f"figures/{DRAWN}"):
+    for drawn in results.glob("figures/*.txt"):
         names = drawn.read_text(encoding="utf-8", errors="replace").splitlines()
         if gone := [path for name in names if not (path := drawn.parent / name).is_file()]:
             drawn.unlink()

@@ -22,6 +22,8 @@ from overturning.model.geometry import native_size
 from overturning.model.scene import Scene, gravestone
 from overturning.records.steps import Site, Step
 from overturning.study.sections import (
+    CONTRASTS,
+    Asks,
     BodySettings,
     ContactSettings,
     Ensemble,
@@ -62,6 +64,13 @@ class Study(Model):
     name: Name = Field(description="name of the study and of its folder under results/: small letters, digits, hyphens")
     title: str = Field(default="", description="title of the report")
     question: str = Field(default="", description="the question that the report answers")
+    asks: Asks = Field(
+        default="direction",
+        description="kind of the question, for which the report builds its answer: `direction` of falls relative to "
+        "the fault; which `reference` they follow, peaks, pulse or fault; what `vertical` motion, another `scene` or "
+        "another `site` changes, case by case beside the variant that `primary.against` names; a `survey`, or a "
+        "publication, beside the study",
+    )
     primary: Primary = Field(default=Primary(), description="the statistic that answers the question")
     records: Records = Field(description="the records")
     processing: tuple[Step, ...] | None = Field(
@@ -198,6 +207,10 @@ class Study(Model):
         if self.site is not None and on_soil:
             yield f"variants.{on_soil[0]}.site: the study has a site too; make that a variant as well"
         yield from self._misfits_of_primary()
+        yield from self._misfits_of_question()
+        for key in ("height", "friction"):
+            if (one := getattr(self.figures, key)) is not None and one not in getattr(self, key):
+                yield f"figures.{key}: {one:g} is not computed; add it to {key}, or name one of them"
         yield from self._misfits_of_observations()
 
     def _misfits_of_observations(self) -> Iterator[str]:
@@ -240,6 +253,20 @@ class Study(Model):
         if against is not None and against not in self.variants:
             yield f"primary.against: {against!r} is none of the variants"
 
+    def _misfits_of_question(self) -> Iterator[str]:
+        if self.asks == "survey" and not (self.surveys or self.published):
+            yield "asks: survey, and there is nothing to compare with; give `surveys` or `published`"
+        if self.asks == "reference" and self.body is None:
+            yield "asks: reference, which only a body in space is free to follow; give `body`, or ask for direction"
+        if self.asks not in CONTRASTS:
+            return
+        if self.primary.against not in self.variants:
+            yield f"asks: {self.asks}, beside which variant? name one in primary.against"
+            return
+        other = getattr(self.variants[self.primary.against], self.asks)
+        if other is None or other == getattr(self.simulation, self.asks, None):
+            yield f"asks: {self.asks}, but variant {self.primary.against!r} has none of its own; change it there"
+
     def _misfits_of_scene(self, contacts: dict[str, ContactSettings]) -> Iterator[str]:
         if self.population is not None:
             yield "population: its stones are single blocks; leave out scene, or population"
@@ -250,6 +277,20 @@ class Study(Model):
             yield "density: the scene's materials have it; set it in the scene file"
         if self.ensemble.members and self.ensemble.initial_tilt:
             yield "ensemble.initial_tilt: a scene starts at rest; leave it at 0"
+
+    @property
+    def shown_block(self) -> dict[str, list[float]]:
+        """Height and friction of the block of the large maps, each as a selection of one along its dimension."""
+        height, friction = self.figures.height, self.figures.friction
+        return {
+            "height": [self.height[0] if height is None else height],
+            "friction": [self.friction[-1] if friction is None else friction],
+        }
+
+    @property
+    def several_blocks(self) -> bool:
+        """Whether there are others than the one of the large maps."""
+        return len(self.height) * len(self.friction) * len(self.aspects) > 1
 
     @property
     def cases(self) -> int:

@@ -104,7 +104,7 @@ SceneChoice = Annotated[Scene, BeforeValidator(scene_of_choice, json_schema_inpu
 
 
 class Variant(Model):
-    """A second setting, computed beside the nominal one into a cube of its own: of contact, scene or ground."""
+    """A second setting, computed beside the nominal one into a cube of its own: of contact, scene, ground or motion."""
 
     scene: SceneChoice | None = Field(
         default=None,
@@ -113,6 +113,10 @@ class Variant(Model):
     )
     contact: ContactSettings = Field(default=ContactSettings(), description="contact of this variant")
     site: Site | None = Field(default=None, description="ground of this variant, instead of the records' own")
+    vertical: bool | None = Field(
+        default=None,
+        description="apply the vertical motion of the records in this variant, or not; not given: as the study does",
+    )
 
 
 class Ensemble(Model):
@@ -179,7 +183,17 @@ class Figures(Model):
         description="dots per inch of PNG files, and of the cells of polar maps in SVG and PDF",
     )
     formats: tuple[Literal["svg", "png", "pdf"], ...] = Field(
-        default=FORMATS, description="kinds of files; svg is always written, for the report"
+        default=("svg",), description="kinds of files, of svg, png and pdf; svg is always written, for the report"
+    )
+    height: Metre | None = Field(
+        default=None,
+        gt=0,
+        description="height of the block of the large maps, one of the study's; not given: the first",
+    )
+    friction: float | None = Field(
+        default=None,
+        ge=0,
+        description="friction of the block of the large maps, one of the study's; not given: the last",
     )
 
     @field_validator("formats")
@@ -199,6 +213,13 @@ class Published(Model):
     pgd_cm: float | None = Field(default=None, gt=0, description="peak ground displacement, cm")
     b_over_h: float = Field(gt=0, description="slenderness of the block whose outcome is stated, one of the study's")
     overturns: bool = Field(description="whether the block overturns")
+
+
+Asks = Literal["direction", "reference", "vertical", "scene", "site", "survey"]
+"""Kinds of questions."""
+
+CONTRASTS: Final = ("vertical", "scene", "site")
+"""Those of a variant beside the study, named like what the variant changes."""
 
 
 class Primary(Model):
@@ -350,6 +371,9 @@ class Population(Model):
     shifted: Metre = Field(default=0.01, gt=0, description="residual slip from which a standing stone is shifted, m")
     rotated: Degree = Field(
         default=5.0, gt=0, le=180, description="turn about the vertical from which a standing stone is rotated, degrees"
+    )
+    period: tuple[Annotated[Second, Field(ge=0.01, le=10)], ...] = Field(
+        default=(), description="periods of Sa(T), s, over which there are fragility curves beside PGA and PGV"
     )
     stones: int = Field(default=256, ge=16, le=65536, description="stones drawn, the same under every record")
     seed: int = Field(default=1, ge=0, description="seed of the draw")

@@ -1,15 +1,19 @@
-"""A small study in memory, without the workflow."""
+"""Cubes from Python: opened, or of a small study in memory, without the workflow."""
 
 import tempfile
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from overturning.errors import MissingDataError, keywords
+from overturning.files import atomic_write
+from overturning.motion.motion import Motion
 from overturning.records.processing import process
 from overturning.records.read import read_record
-from overturning.records.record import Record
+from overturning.records.record import Record, as_record
 from overturning.records.store import rounded
-from overturning.study.cube import open_cube
+from overturning.study import cube as by_number
 from overturning.study.ensemble import draw_members
 from overturning.study.gather import gather
 from overturning.study.load import check_study, entries_of
@@ -17,16 +21,110 @@ from overturning.study.scenes import numerics_of
 from overturning.study.sweep import sweep_record
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 
-def run_study(records: Sequence[Record | str], threads: int = 1, client: Any = None, **keys: Any) -> "xr.Dataset":
+@keywords()
+def open_cube(
+    path: str | Path,
+    chunks: dict[str, int] | str | None = None,
+    element: str | None = "reference",
+    amplitude: float | None = 1.0,
+) -> "xr.Dataset":
+    """Open a cube in xarray.
+
+    The record of an id is ``cube.sel(record="rinaldi")``.
+
+    Parameters
+    ----------
+    path : path
+        The cube.
+    chunks : dict or "auto", optional
+        Sizes of dask chunks of the variables, ``{"record": 1}`` for the chunks of the file; not given: no dask.
+    element : str, optional
+        Of a scene with several free elements: the name of one, "reference" for the scene's reference element, None for
+        all. The dimension is there in the last case only, with the names as its coordinate.
+    amplitude : float, optional
+        Of a study with several factors on its motions: one of them, None for all. The dimension is there in the last
+        case only.
+
+    Returns
+    -------
+    xarray.Dataset
+        Flags as float with NaN where missing; times as numbers of seconds; records by their ids.
+
+    Raises
+    ------
+    ResultError
+        If there is no cube, the file is none, or it has no such element or factor.
+    """
+    return _by_name(by_number.open_cube(Path(path), chunks, element, amplitude))
+
+
+def _by_name(cube: "xr.Dataset") -> "xr.Dataset":
+    named = cube.assign_coords(record=cube["record_id"].variable)
+    named.set_close(cube.close)
+    return named
+
+
+def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
+    """The cases of a cube, or of a part of it, as a table of pandas.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        As of `overturning.open_cube` or `overturning.run_study`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each case, in the order of the cube. Columns: the record's id, the cube's dimensions, its variables,
+        and what is known of the record.
+    """
+    first = [str(name) for name in cube["overturned"].dims]
+    named = cube.assign_coords(record=cube["record_id"].variable).drop_vars("record_id")
+    table = named.to_dataframe(dim_order=first).reset_index()
+    known = [name for name in ("record", *first, *cube.data_vars) if name in table]
+    return table[list(dict.fromkeys([*known, *table]))]
+
+
+def write_table(cube: "xr.Dataset", path: Path) -> int:
+    """Write a cube's cases to a .csv or .parquet file, one record at a time in memory, and count them.
+
+    A MissingDataError says so where pyarrow, which Parquet needs, is not installed.
+    """
+    parts = (to_dataframe(cube.isel(record=[number]).load()) for number in range(cube.sizes["record"]))
+    if path.suffix.lower() == ".csv":
+        with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as text:
+            return sum(table.to_csv(text, index=False, header=text.tell() == 0) or len(table) for table in parts)
+    try:
+        from pyarrow import Table, parquet
+    except ImportError:
+        raise MissingDataError(
+            f"{path.name}: Parquet needs pyarrow; python -m pip install 'overturning[parquet]', or write .csv"
+        ) from None
+    rows = 0
+    with atomic_write(path) as part, ExitStack() as stack:
+        writer = None
+        for table in parts:
+            arrow = Table.from_pandas(table, preserve_index=False)
+            writer = writer or stack.enter_context(parquet.ParquetWriter(part, arrow.schema))
+            writer.write_table(arrow)
+            rows += arrow.num_rows
+    return rows
+
+
+def run_study(
+    records: Sequence[Record | Motion | str], threads: int = 1, client: Any = None, **keys: Any
+) -> "xr.Dataset":
     """Run a study of a few records and return its cube, with its ensemble: the same numbers as the workflow's.
 
     Parameters
     ----------
-    records : sequence of Record or str
-        Records as `overturning.read` returns them, or ids of the record table.
+    records : sequence of Record, Motion or str
+        Records as `overturning.read` returns them, or ids of the record table; the second of them is called
+        ``motion-2`` where it is a motion.
     threads : int
         Number of threads.
     client : dask.distributed.Client, optional
@@ -44,18 +142,19 @@ def run_study(records: Sequence[Record | str], threads: int = 1, client: Any = N
     ConfigError
         If a key or value is wrong, or a record is not in the table.
     """
-    names = [record if isinstance(record, str) else record.record_id for record in records]
+    given = [one if isinstance(one, str) else as_record(one, f"motion-{n}") for n, one in enumerate(records, 1)]
+    names = [record if isinstance(record, str) else record.record_id for record in given]
     # The records themselves are given: the table is asked for those that are not.
     settings = {"name": "study", **keys, "records": {**keys.get("records", {}), "use": names}}
     study = check_study(settings, "run_study")
-    asked = [record for record in records if isinstance(record, str)]
+    asked = [record for record in given if isinstance(record, str)]
     only = study.model_copy(update={"records": study.records.model_copy(update={"use": tuple(asked)})})
     entries = entries_of(only, "run_study") if asked else {}
     used = [
         rounded(process(read_record(entries[record], Path(study.records.folder)), study.processing, study.site))
         if isinstance(record, str)
         else record
-        for record in records
+        for record in given
     ]
     numerics = numerics_of(study, threads, client=client)
     members = draw_members(study.ensemble) if study.ensemble.members else None

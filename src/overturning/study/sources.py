@@ -8,7 +8,7 @@ import hashlib
 from functools import cache
 from pathlib import Path
 
-_ROOT = Path(__file__).parents[1]
+PACKAGE = Path(__file__).parents[1]
 
 
 def _file_of(name: str, roots: tuple[Path, ...]) -> Path | None:
@@ -29,7 +29,7 @@ def _named(name: str, roots: tuple[Path, ...]) -> tuple[Path, str]:
 @cache
 def _imports(path: Path, roots: tuple[Path, ...], function: str = "") -> frozenset[Path]:
     names = set()
-    for node in ast.walk(_part_of(path, function)):
+    for node in ast.walk(part_of(path, function)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -37,13 +37,15 @@ def _imports(path: Path, roots: tuple[Path, ...], function: str = "") -> frozens
     return frozenset(file for name in names if (file := _file_of(name, roots)) is not None)
 
 
-def _part_of(path: Path, function: str) -> ast.Module:
+def part_of(path: Path, function: str) -> ast.Module:
     """A module without the functions that one of its functions does not call; the whole one without its name."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
+    if not function:
+        return tree
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-    if function and function not in functions:
+    if function not in functions:
         raise ValueError(f"{path.name} has no function {function!r}")
-    kept = [function] if function else list(functions)
+    kept = [function]
     for name in kept:
         inside = list(ast.walk(functions[name]))
         named = {node.id for node in inside if isinstance(node, ast.Name)}
@@ -61,10 +63,10 @@ def sources_of(module: str, *others: Path) -> list[Path]:
     needs counts. `others` are folders of further packages that are followed too. A ValueError where there is no such
     module or function.
     """
-    roots = (_ROOT, *others)
+    roots = (PACKAGE, *others)
     first, function = _named(module, roots)
     seen, waiting = {first}, set(_imports(first, roots, function))
-    while waiting := waiting - seen - {_ROOT / "__init__.py"}:
+    while waiting := waiting - seen - {PACKAGE / "__init__.py"}:
         seen |= waiting
         waiting = set().union(*(_imports(path, roots) for path in waiting))
     return sorted(seen)
@@ -75,20 +77,19 @@ def source_hash(module: str, *others: Path) -> str:
 
     Of a function's own file only the part counts that the function is made of.
     """
-    roots = (_ROOT, *others)
+    roots = (PACKAGE, *others)
     files = sources_of(module, *others)
     first, function = _named(module, roots)
     beside = {
         data
-        for path in files
-        if path.parent != _ROOT  # what lies beside a file of the package's root belongs to other parts
-        for data in path.parent.rglob("*")
+        for folder in {path.parent for path in files} - {PACKAGE}  # beside its files lies what belongs to other parts
+        for data in folder.rglob("*")
         if data.suffix in {".html", ".css", ".js", ".typ", ".j2"}
     }
     digest = hashlib.sha256()
     for path in sorted({*files, *beside}):
         root = next(root for root in roots if path.is_relative_to(root))
         digest.update(path.relative_to(root).as_posix().encode())
-        content = ast.unparse(_part_of(first, function)).encode() if function and path == first else path.read_bytes()
+        content = ast.unparse(part_of(first, function)).encode() if function and path == first else path.read_bytes()
         digest.update(hashlib.sha256(content).digest())
     return digest.hexdigest()[:16]

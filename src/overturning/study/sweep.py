@@ -86,7 +86,7 @@ def sweep_record(
     threads, progress and cluster. The part states how many block steps were computed, which do not depend on chunks or
     threads.
     """
-    grid, motion = piece_of(study, grid_of(study, variant), chunk, variant), motion_of(study, record)
+    grid, motion = piece_of(study, grid_of(study, variant), chunk, variant), motion_of(study, record, variant)
     attributes = {"record_id": record.record_id, "variant": variant}
     if not grid.size:
         write_part(path, grid, {}, attributes | {"block_steps": 0})

@@ -39,7 +39,7 @@ _RATES: Final = {
 """What `population_rates` finds: dimensions beside record and amplitude, and what it is."""
 
 MEASURES: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
-"""Intensity measures of the fragility curves, with their units."""
+"""Intensity measures of every population's fragility curves, with their units; `intensities` has SA of its periods."""
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,8 @@ def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
     -------
     Dataset
         Over ``record`` and ``amplitude``, what `rates` finds, and ``class_rate(…, stones)`` of `Stones.classes`. The
-        attribute ``outside`` is the share of stones beyond the cube's grid, which take its nearest value.
+        attribute ``outside`` is the share of stones beyond the cube's grid, which take its nearest value; ``members``
+        are numbers of stones.
     """
     stones = draw_stones(population)
     classes, reads = stones.classes(), model_of(cube).reads_outcomes
@@ -197,19 +198,27 @@ def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
         "amplitude": ("amplitude", amplitude, {"long_name": "factor on the record", "units": "1"}),
         "octant": ("octant", middles, {"long_name": "azimuth of the octant's middle"}),
         "stones": ("stones", list(classes)),
+        "members": ("stones", [int(own.sum()) for own in classes.values()]),
         "end": ("end", ["low", "high"]),
     }
-    return xr.Dataset(data, coordinates, {"outside": outside_grid(cube, stones)})
+    about = {"outside": outside_grid(cube, stones), "members": stones.height.size, "period": list(population.period)}
+    return xr.Dataset(data, coordinates, about)
 
 
 def intensities(found: xr.Dataset, intensity: xr.Dataset) -> dict[str, FloatArray]:
-    """Intensity of each record at each amplitude, shape (record, amplitude), by the names of `MEASURES`.
+    """Intensity of each record at each amplitude, shape (record, amplitude), by the names of `MEASURES`, and SA(T).
 
-    PGA and PGV are RotD50, the median over azimuths.
+    PGA, PGV and the pseudo-acceleration SA, g, at the periods T of the population (damping ratio 0.05) are RotD50, the
+    median over azimuths.
     """
     amplitude = found["amplitude"].to_numpy()
     pga, pgv = (intensity[f"{name}_rotd"].sel(percentile=50).to_numpy()[:, None] * amplitude for name in ("pga", "pgv"))
-    return {"PGA": pga / STANDARD_GRAVITY, "PGV": pgv / CM, "PGV/PGA": pgv / pga}
+    spectra = {
+        f"SA({period})": intensity["psa_rotd"].sel(percentile=50, period=period).to_numpy()[:, None] * amplitude
+        for period in found.attrs.get("period", ())
+    }
+    found_levels = {"PGA": pga / STANDARD_GRAVITY, "PGV": pgv / CM, "PGV/PGA": pgv / pga}
+    return found_levels | {name: values / STANDARD_GRAVITY for name, values in spectra.items()}
 
 
 def jma_intensities(found: xr.Dataset, intensity: xr.Dataset) -> FloatArray:
@@ -223,13 +232,19 @@ def jma_intensities(found: xr.Dataset, intensity: xr.Dataset) -> FloatArray:
 
 
 def fragility_curves(found: xr.Dataset, intensity: xr.Dataset) -> list[Fragility]:
-    """Curves of the whole population and of each class, over each of `MEASURES`."""
-    shares = {"all stones": found["fall_rate"].to_numpy()}
-    shares |= {str(name): found["class_rate"].sel(stones=name).to_numpy() for name in found["stones"].to_numpy()}
-    levels = intensities(found, intensity)
-    events = np.repeat(found["event"].to_numpy().astype(str), found.sizes["amplitude"])
+    """Curves of the whole population and of each class, over each of `MEASURES` and SA(T)."""
+    shares = {"all stones": (found["fall_rate"].to_numpy(), int(found.attrs["members"]))}
+    for name, members in zip(found["stones"].to_numpy(), found["members"].to_numpy(), strict=True):
+        shares[str(name)] = found["class_rate"].sel(stones=name).to_numpy(), int(members)
+    events, record = (
+        np.repeat(one, found.sizes["amplitude"])
+        for one in (found["event"].to_numpy().astype(str), np.arange(found.sizes["record"]))
+    )
+    units = dict(MEASURES)
     return [
-        fragility(name, measure, levels[measure[0]].ravel(), share.ravel(), events)
-        for measure in MEASURES
-        for name, share in shares.items()
+        fragility(
+            name, (measure, units.get(measure, "g")), level.ravel(), share.ravel(), events, record=record, stones=stones
+        )
+        for measure, level in intensities(found, intensity).items()
+        for name, (share, stones) in shares.items()
     ]

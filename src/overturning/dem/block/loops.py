@@ -114,8 +114,8 @@ def centred_loops(vertical: bool, with_friction: bool) -> Any:
 
 
 @cache
-def cundall_loops(vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001, springs without friction are let go at once
-    """As of `centred_loops`."""
+def cundall_loops(vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001
+    """As of `centred_loops`; springs without friction are let go at once."""
     load_block, load_shaking = ROWS.access(Block).load, ROWS.access(Shaking).load
     load_state, store_state, _ = ROWS.access(State, without=["normal"])
     load_peaks, store_peaks, _ = ROWS.access(Peaks)

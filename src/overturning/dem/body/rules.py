@@ -8,7 +8,6 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numba import njit
-from numba.extending import overload
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
@@ -45,7 +44,7 @@ from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ending import Course, begin_sample, surely_goes_on
 from overturning.dem.kernel.ground import Ground, piece
 from overturning.dem.kernel.lanes import INNER, aligned
-from overturning.dem.kernel.queue import Job, implement, with_room
+from overturning.dem.kernel.queue import Job, by_type, implement, with_room
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 START: Final = np.dtype([(name, "f8") for name in (
@@ -133,15 +132,8 @@ TICK, LAST_UPRIGHT = ROWS.row(State, "tick"), ROWS.row(Peaks, "last_upright")
 SAMPLE, UPRIGHT_UNTIL = ROWS.row(Course, "sample"), ROWS.row(Course, "upright_until")
 
 
-def loops_of(kind: Any) -> Any:
-    """The loops of bodies with a mark; for compiled code, by its type."""
-    return LOOPS[type(kind)]
-
-
-@overload(loops_of, strict=False)
-def _loops_of(kind: Any) -> Any:
-    advance_sample = LOOPS[kind.instance_class]
-    return lambda kind: advance_sample  # noqa: ARG005, Numba wants the same arguments
+loops_of = by_type(LOOPS)
+"""The loops of bodies, by the type of their mark."""
 
 
 def workspace(rules: Any) -> Any:

@@ -5,7 +5,7 @@ functions that are picked by the type of that tuple (`implement`): Numba keeps t
 type, but not that of closures. No lane sees another one, so that what a case gets depends on the case alone.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -111,6 +111,20 @@ def implement(rules: type, *functions: Callable[..., Any]) -> None:
             return function if given.instance_class is rules else None
 
         overload(globals()[function.__name__], jit_options=INLINE, strict=False)(choose)  # type: ignore[arg-type]
+
+
+def by_type(table: Mapping[Any, Any]) -> Callable[[Any], Any]:
+    """A function, for compiled code too, that gives what a table has for the type of its argument."""
+
+    def found(mark: Any) -> Any:
+        return table[type(mark)]
+
+    @overload(found, strict=False)
+    def choose(mark: Any) -> Any:
+        chosen = table[mark.instance_class]
+        return lambda mark: chosen  # noqa: ARG005, Numba wants the same arguments
+
+    return found
 
 
 @njit(**OPTIONS)

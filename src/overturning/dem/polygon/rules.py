@@ -13,7 +13,6 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numba import njit
-from numba.extending import overload
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
@@ -21,7 +20,7 @@ from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ground import Ground, Line, piece
 from overturning.dem.kernel.lanes import INLINE, INNER, aligned
 from overturning.dem.kernel.mechanics import renormalised
-from overturning.dem.kernel.queue import Job, implement
+from overturning.dem.kernel.queue import Job, by_type, implement
 from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import Arrays
 from overturning.dem.polygon.energy import energy, springs
@@ -78,15 +77,8 @@ class Work(NamedTuple):
     """which elements move."""
 
 
-def step_of(scheme: Any) -> Any:
-    """The step of a scheme; for compiled code, by its type."""
-    return STEPS[type(scheme)]
-
-
-@overload(step_of, strict=False)
-def _step_of(scheme: Any) -> Any:
-    chosen = STEPS[scheme.instance_class]
-    return lambda scheme: chosen  # noqa: ARG005, Numba wants the same arguments
+step_of = by_type(STEPS)
+"""The step of a scheme, by the type of its constants."""
 
 
 def workspace(rules: Any) -> Any:
@@ -199,7 +191,7 @@ def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple
         if with_forces:
             for column in range(early.shape[1]):  # a slice costs the compilation of its error message
                 early[0, column] = 0.0
-            note_forces(state, scene, (0.5 - lag) * share, early, 0)
+            note_forces(state, scene, (0.5 - lag) * share, early, early.shape[0] - 1)
         step(up, state, matrix, used, moves, scene, ticks)
         if with_forces and not state[rows.AGAIN] > 0.0:
             for column in range(early.shape[1]):

@@ -9,7 +9,8 @@ import re
 from typing import Final
 
 from overturning.records.component import UNKNOWN, Component
-from overturning.records.formats.lines import FLOAT, Fields, Header, Lines, epicentre, in_turn
+from overturning.records.formats.header import Fields, Header, epicentre
+from overturning.records.formats.lines import FLOAT, Lines, in_turn
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
@@ -30,12 +31,10 @@ FIELDS: Final[Fields] = {
 }
 
 
-@in_turn
+@in_turn(r"\* VOL1", "only volume 1 is read")
 def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     """The component that begins with these lines, and how many lines it takes."""
     text = block.lines
-    if not text[0].startswith("* VOL1"):
-        raise block.error(0, f"{text[0][:40]!r} where the next component should begin; only volume 1 is read")
     block.check_header(HEADER_LINES)
     header = Header.of(block, FIELDS, HEADER_LINES)
     axis, azimuths = header.text("L, V or T"), header.match("azimuths of L and T")
@@ -46,8 +45,7 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     interval = block.interval_of(block.number(text[RATE_LINE][:13], RATE_LINE, "the rate"), RATE_LINE)
     count = int(header.text("NO. OF POINTS"))
     block.check_length(10, count, interval, header.number("DURATION"))
-    samples = block.fixed_columns(HEADER_LINES, width=13, per_line=10, count=count)
-    end = HEADER_LINES + -(-count // 10)
+    samples, end, notes = block.samples(HEADER_LINES, width=13, per_line=10, count=count)
     if end >= len(text) or not text[end].startswith("/&"):
         at = min(end, len(text) - 1)
         raise block.error(at, f"no end mark /& after {count} samples; the file is cut: get it again")
@@ -61,5 +59,6 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
         event=re.sub(r"\s+", " ", f"earthquake of {header.text('origin')}") if header.text("origin") else "",
         place=header.place("coordinates"),
         extra=header.numbers({"magnitude": "magnitude"}) | epicentre(*header.place("epicentre")),
+        notes=notes,
     )
     return component, end + 1

@@ -9,13 +9,24 @@ count), 42 (sensitivity of the sensor, V/g) and 47 (gain).
 import re
 from collections.abc import Sequence
 from datetime import datetime
-from typing import Final
+from functools import partial
+from typing import Any, Final
 
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, channel_axis, parse_axis, sensor_at
-from overturning.records.formats.lines import EARTHQUAKE, Fields, Header, Lines, in_turn
+from overturning.records.component import (
+    UNKNOWN,
+    Component,
+    Direction,
+    StatedPeak,
+    agreed,
+    channel_axis,
+    coded_azimuth,
+    sensor_at,
+)
+from overturning.records.formats.header import EARTHQUAKE, Fields, Header
+from overturning.records.formats.lines import Lines, in_turn
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -24,7 +35,6 @@ UNITS: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVIT
 COUNTS: Final = 50
 NULL: Final = -999.0
 
-FIRST: Final = re.compile(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", re.IGNORECASE)
 SET: Final = re.compile(r"\s*(\d+)\s.*Format\s*=\s*\((\d+)[IFE](\d+)", re.IGNORECASE)
 COMMENTS: Final = re.compile(r"\s*(\d+)\s+Comment", re.IGNORECASE)
 END: Final = re.compile(r"^\s*(/&|End-of-data|---+\s*End of data)", re.IGNORECASE)
@@ -40,7 +50,7 @@ FIELDS: Final[Fields] = {
 }
 
 
-def _set(lines: Lines, at: int, what: str) -> tuple[dict[str, int], int]:
+def _set(lines: Lines, at: int, what: str) -> tuple[dict[str, Any], int]:
     """Count, numbers per line and width, and the line after the set, from the line that introduces it."""
     match = SET.match(lines.lines[at]) if at < len(lines.lines) else None
     if match is None:
@@ -51,12 +61,10 @@ def _set(lines: Lines, at: int, what: str) -> tuple[dict[str, int], int]:
     return {"count": count, "per_line": per_line, "width": width}, at + 1 + -(-count // per_line)
 
 
-@in_turn
+@in_turn(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
 def read(source: SourceFile, lines: Lines) -> tuple[Component, int]:
     """The channel that begins with these lines, and how many lines it takes."""
     text = lines.lines
-    if not FIRST.match(text[0]):
-        raise lines.error(0, f"{text[0][:40]!r} where the next channel should begin; get it again")
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])
     ints_at = int(stated[1]) if stated else 13
     form, reals_at = _set(lines, ints_at, "integers")
@@ -70,10 +78,10 @@ def read(source: SourceFile, lines: Lines) -> tuple[Component, int]:
     if comments is None:
         raise lines.error(comments_at, "no line that introduces the comments; get the file again")
     data_at = comments_at + 1 + int(comments[1])
-    form, end = _set(lines, data_at, "samples")
+    form, _ = _set(lines, data_at, "samples")
     unit = _unit(lines, data_at, int(whole[2]))
     scale = _of_a_count(lines, reals_at, real) if unit == COUNTS else UNITS[unit]
-    samples = lines.fixed_columns(data_at + 1, **form)
+    samples, end, notes = lines.samples(data_at + 1, **form)
     if end >= len(text) or not END.match(text[end]):
         raise lines.error(end, f"no end mark after {samples.size} samples; the count is wrong or the file is cut")
     interval = float(real[61]) * 1e-3 if real[61] > 0 else float(real[33])
@@ -100,6 +108,7 @@ def read(source: SourceFile, lines: Lines) -> tuple[Component, int]:
         peak=peak,
         processed=bool(header.text("corrected")),
         extra=({"magnitude": known[12]} if 12 in known else {}) | places | _agency(header),
+        notes=notes,
     )
     return component, end + 1
 
@@ -142,13 +151,8 @@ def _unit(lines: Lines, data_at: int, code: int) -> int:
 def _axis(header: Header, comments: Sequence[str], code: int) -> tuple[str, Direction]:
     """Axis from the text, checked against the code; from the SEED channel where neither says it."""
     word = header.text("axis")
-    direction = parse_axis(word)
-    coded = {400: (None, 1), 401: (None, -1)}.get(code, (float(code % 360), 0) if 1 <= code <= 360 else UNKNOWN)
-    if direction == UNKNOWN:
-        direction = coded
-    elif coded not in (UNKNOWN, direction):
-        why = f"axis {word!r} in the text, code {code} in the integers; components may be swapped"
-        raise header.error("axis", f"{why}: find out which, and give azimuths_deg")
+    coded = {400: (None, 1), 401: (None, -1)}.get(code, coded_azimuth(code))
+    direction = agreed(word, coded, partial(header.error, "axis"))
     if direction == UNKNOWN and code in (0, -999):
         found = re.search(r"<SCNL>\s*[^.\s]+\.([A-Z0-9]{3})\.", "\n".join([*header.lines.lines[:13], *comments]))
         word = found[1] if found else word

@@ -9,12 +9,14 @@ and V say nothing about north and up.
 
 import re
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
 import numpy as np
 
-from overturning.records.component import Component, check_azimuth, parse_axis, sensor_at
-from overturning.records.formats.lines import EARTHQUAKE, FLOAT, Fields, Header, Lines, in_turn
+from overturning.records.component import Component, agreed, coded_azimuth, sensor_at
+from overturning.records.formats.header import EARTHQUAKE, Fields, Header
+from overturning.records.formats.lines import FLOAT, Lines, in_turn
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -52,15 +54,12 @@ DATA: Final[Fields] = {
 """Of the line that introduces the samples."""
 
 
-@in_turn
+@in_turn(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
 def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     """The channel that begins with these lines, and how many lines it takes."""
-    kind = re.match(r"\s*((UN)?CORRECTED|RESPONSE)", block.lines[0], re.IGNORECASE)
-    if kind is None:
-        raise block.error(0, f"{block.lines[0][:40]!r} where the next channel should begin; get it again")
-    if kind[1].upper() == "RESPONSE":
+    volume = {"U": 1, "C": 2}.get(block.lines[0].lstrip()[0].upper())
+    if volume is None:
         raise block.error(0, "response spectra (volume 3); get volume 1 or 2")
-    volume = 1 if kind[2] else 2
     end = next((i for i, line in enumerate(block.lines) if END.match(line)), None)
     if end is None:
         raise block.error(len(block.lines) - 1, "the file ends without the end mark of a channel; get it again")
@@ -70,13 +69,11 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     header = Header.of(block, {**FIELDS, "peak": PEAK[volume]}, text_lines)
     at = header.at("CHAN with the axis")
     number, axis = header.found["CHAN with the axis"][1].groups()
-    azimuth, vertical = parse_axis(axis)
     whole = block.fixed_integers(text_lines, width=5, per_line=16, count=100)
-    if 0 < whole[26] <= 360:
-        check_azimuth(block.file, block.before + at + 1, axis, azimuth, float(whole[26]))
+    direction = agreed(axis, coded_azimuth(whole[26]), partial(block.error, at))
     introduced = re.compile(str(DATA["number of samples"]), re.IGNORECASE)
     data_at = next((i for i in range(text_lines + 7, end) if introduced.match(block.lines[i])), 0)
-    samples, interval = _evenly(block, data_at, header) if data_at else _pairs(block, text_lines, header)
+    samples, interval, notes = _evenly(block, data_at, header) if data_at else _pairs(block, text_lines, header)
     (latitude, longitude), station, start = header.place("coordinates"), header.text("station"), header.clock("start")
     origin, places = header.earthquake()
     if header.text("renadic"):
@@ -90,7 +87,7 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     component = Component.of(
         source,
         f"chan {number}: {axis}",
-        (azimuth, vertical),
+        direction,
         samples,
         interval,
         start=start,
@@ -102,6 +99,7 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
         peak=header.peak("peak", UNITS[_unit_of_peak(header)]) if header.text("peak") else None,
         processed=volume == 2,
         extra=places | agency,
+        notes=notes,
     )
     return component, end + 1
 
@@ -111,8 +109,8 @@ def _unit_of_peak(header: Header) -> str:
     return match[2].lower() if match else ""
 
 
-def _evenly(block: Lines, data_at: int, header: Header) -> tuple[np.ndarray, float]:
-    """Samples, m/s², and interval, s, after the line that introduces them; where it has no unit, that of the peak."""
+def _evenly(block: Lines, data_at: int, header: Header) -> tuple[np.ndarray, float, tuple[str, ...]]:
+    """Samples, m/s², interval, s, and notes, after the line that introduces them; its unit may be that of the peak."""
     data = Header.of(replace(block, lines=block.lines[data_at:], before=block.before + data_at), DATA, 1)
     rate = data.optional("rate")
     interval = data.number("rate or interval") if rate is None else block.interval_of(rate, data_at)
@@ -121,28 +119,20 @@ def _evenly(block: Lines, data_at: int, header: Header) -> tuple[np.ndarray, flo
         raise block.error(data_at, f"unit {unit or 'missing'!r}; known are {', '.join(UNITS)}")
     form, count = data.match("format"), int(data.text("number of samples"))
     per_line, width = (int(form[1]), int(form[2])) if form else (8, 10)
-    samples = block.fixed_columns(data_at + 1, width=width, per_line=per_line, count=count)
+    samples, _, notes = block.samples(data_at + 1, width=width, per_line=per_line, count=count)
     if header.text("record length"):
         header.check_count("NO. OF POINTS", count)
         block.check_length(header.at("record length"), count, interval, header.number("record length"))
-    _check_end(block, data_at + 1 + -(-count // per_line), count, whole=False)
-    return samples * UNITS[unit], interval
+    return samples * UNITS[unit], interval, notes
 
 
-def _pairs(block: Lines, text_lines: int, header: Header) -> tuple[np.ndarray, float]:
+def _pairs(block: Lines, text_lines: int, header: Header) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Old volume 1: time and acceleration in turn, ten columns of seven."""
     count, first = int(header.number("NO. OF POINTS")), text_lines + 14
     header.check_unit("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
     values = block.fixed_columns(first, width=7, per_line=10, count=2 * count)
-    _check_end(block, first + -(-2 * count // 10), count, whole=True)
+    _, notes = block.after_samples(first + -(-2 * count // 10), count, last=True)
     time, samples = values[0::2], values[1::2]
     interval = round(float(time[-1] - time[0]) / max(count - 1, 1), 6)
     block.check_spacing(first, time, interval, 5, "not evenly spaced (digitised film): get volume 2 of the record")
-    return samples * UNITS[header.text("unit of the pairs").lower()], interval
-
-
-def _check_end(block: Lines, after: int, count: int, *, whole: bool) -> None:
-    """Refuse numbers after the samples, where words or, if they are the ``whole`` channel, nothing belongs."""
-    rest = [line for line in block.lines[after : None if whole else after + 1] if line.strip()]
-    if rest and (whole or not re.search(r"[A-Za-z]{4}", rest[0])):
-        raise block.error(after, f"samples after the last of {count}; the header's count is wrong: get the file again")
+    return samples * UNITS[header.text("unit of the pairs").lower()], interval, notes

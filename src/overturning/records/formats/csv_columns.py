@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.errors import RecordError
+from overturning.errors import Reasons, RecordError
 from overturning.records.component import UNKNOWN, Component, parse_axis
 from overturning.records.formats.lines import Lines
 from overturning.records.source import Declarations, SourceFile
@@ -22,21 +22,24 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
     ``north:gal``, ``N28W:g``, ``270:m/s2``, ``up:gal``, ``down:gal``. Lines that begin with ``#`` and one line of
     headings are passed over.
     """
-    name = source.name
-    columns = _columns(declared.columns, name)
-    if declared.processed is None:
-        raise RecordError(
-            f"{name}: columns do not say whether the samples are raw or have been corrected; declare it (processed in "
-            "the record table: true or false; --processed or --raw here)"
-        )
+    name, reasons = source.name, Reasons()
+    with reasons.of():
+        columns = _columns(declared.columns, name)
+        if declared.sampling_interval_s is None and "time" not in dict(columns):
+            raise RecordError(f"{name}: no column time and no sampling_interval_s; declare one of them")
+    with reasons.of():
+        if declared.processed is None:
+            raise RecordError(
+                f"{name}: columns do not say whether the samples are raw or have been corrected; declare it (processed "
+                "in the record table: true or false; --processed or --raw here)"
+            )
+    reasons.tell()
     lines = Lines.of(source)
     rows, first = _rows(lines, len(columns))
-    interval = declared.sampling_interval_s
+    interval = declared.sampling_interval_s or 0.0
     for index, (word, unit) in enumerate(columns):
         if word == "time":
-            interval = _interval(lines, first, rows[:, index] * SECONDS[unit], interval)
-    if interval is None:
-        raise RecordError(f"{name}: no column time and no sampling_interval_s; declare one of them")
+            interval = _interval(lines, first, rows[:, index] * SECONDS[unit], declared.sampling_interval_s)
     extra = {"declared": declared.of_samples}
     return [
         Component.of(

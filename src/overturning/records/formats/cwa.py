@@ -9,17 +9,25 @@ import re
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.lines import FLOAT, Fields, Header, Lines, epicentre, resolution, stated_time
+from overturning.records.component import Component, Direction, StatedPeak
+from overturning.records.formats.header import Fields, Header, epicentre, resolution, stated_time
+from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 TAIWAN: Final = timedelta(hours=8)
-AXES: Final = {"U": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}
+AXES: Final[dict[str, Direction]] = {
+    "U(+)": (None, 1),
+    "N(+)": (0.0, 0),
+    "E(+)": (90.0, 0),
+    "U(-)": (None, -1),
+    "N(-)": (180.0, 0),
+    "E(-)": (270.0, 0),
+}
 KEYS: Final = (
     *("Origin Time(GMT+08)", "EpicenterLongitude(E)", "EpicenterLatitude(N)", "Depth(km)", "Magnitude(Ml)"),
     *("StationCode", "StationLongitude(E)", "StationLatitude(N)", "StartTime(GMT+08)", "RecordLength(sec)"),
-    *("SampleRate(Hz)", "AmplitudeUnit", "DataSequence", *(f"AmplitudeMAX. {letter}" for letter in AXES), "Data"),
+    *("SampleRate(Hz)", "AmplitudeUnit", "DataSequence", *(f"AmplitudeMAX. {letter}" for letter in "UNE"), "Data"),
 )
 FIELDS: Final[Fields] = {key: rf"^#{re.escape(key)}\s*:(.*)" for key in KEYS}
 
@@ -31,38 +39,38 @@ def read(source: SourceFile) -> list[Component]:
     first = header.at("Data") + 1
     header.check_unit("AmplitudeUnit", "gal", "Gal")
     sequence = header.text("DataSequence")
-    columns = re.findall(r"\b([UNE])\(([+-])\)", sequence)
-    if not sequence.startswith("Time") or sorted(letter for letter, _ in columns) != ["E", "N", "U"]:
+    columns = re.findall(r"\b[UNE]\([+-]\)", sequence)
+    if not sequence.startswith("Time") or sorted(axis[0] for axis in columns) != ["E", "N", "U"]:
         why = f"columns {sequence!r}; known are Time U(+); N(+); E(+) in any order and sign"
         raise header.error("DataSequence", why)
     interval = lines.interval_of(header.number("SampleRate(Hz)"), header.at("SampleRate(Hz)"))
     values = lines.rows(first, 1 + len(columns))
     expected = round(header.number("RecordLength(sec)") / interval)
     # Some files have the sample at the end of the record, some do not.
-    header.check_count("RecordLength(sec)", values.shape[0] - (values.shape[0] == expected + 1), str(expected))
+    expected += len(values) == expected + 1
+    count, notes = header.promised("RecordLength(sec)", len(values), str(expected))
+    values = values[:count]
     lines.check_spacing(first, values[:, 0], interval, 1, "get the file again")
     extra = header.numbers({"magnitude": "Magnitude(Ml)", "depth_km": "Depth(km)"})
     extra |= epicentre(header.optional("EpicenterLatitude(N)"), header.optional("EpicenterLongitude(E)"))
-    components = []
-    for column, (letter, mark) in enumerate(columns, 1):
-        (azimuth, vertical), sign = AXES[letter], 1 if mark == "+" else -1
-        components.append(
-            Component.of(
-                source,
-                f"{letter}({mark})",
-                (None if azimuth is None else (azimuth + (0.0 if sign > 0 else 180.0)) % 360.0, vertical * sign),
-                values[:, column] * GAL,
-                interval,
-                start=header.time("StartTime(GMT+08)", "%Y/%m/%d-%H:%M:%S.%f", ahead=TAIWAN),
-                station=header.text("StationCode"),
-                event=f"earthquake of {header.text('Origin Time(GMT+08)')} (GMT+8)",
-                origin=stated_time(header.text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", ahead=TAIWAN),
-                place=(header.number("StationLatitude(N)"), header.number("StationLongitude(E)")),
-                peak=_peak(header, f"AmplitudeMAX. {letter}"),
-                extra=extra,
-            )
+    return [
+        Component.of(
+            source,
+            axis,
+            AXES[axis],
+            values[:, column] * GAL,
+            interval,
+            start=header.time("StartTime(GMT+08)", "%Y/%m/%d-%H:%M:%S.%f", ahead=TAIWAN),
+            station=header.text("StationCode"),
+            event=f"earthquake of {header.text('Origin Time(GMT+08)')} (GMT+8)",
+            origin=stated_time(header.text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", ahead=TAIWAN),
+            place=(header.number("StationLatitude(N)"), header.number("StationLongitude(E)")),
+            peak=_peak(header, f"AmplitudeMAX. {axis[0]}"),
+            extra=extra,
+            notes=notes,
         )
-    return components
+        for column, axis in enumerate(columns, 1)
+    ]
 
 
 def _peak(header: Header, key: str) -> StatedPeak:

@@ -4,7 +4,8 @@ import re
 from typing import Final
 
 from overturning.records.component import Component, channel_axis, sensor_at
-from overturning.records.formats.lines import Fields, Header, Lines, epicentre, stated_time
+from overturning.records.formats.header import Fields, Header, epicentre, stated_time
+from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -30,7 +31,7 @@ def read(source: SourceFile) -> list[Component]:
     if text("DATA_TYPE"):  # raw files write it small, or say that it is unprocessed
         header.check_unit("DATA_TYPE", r"(unprocessed )?acceleration$", "acceleration")
     samples = lines.column(first)
-    header.check_count("NDATA", samples.size)
+    count, notes = header.promised("NDATA", samples.size)
     corners = [text(f"{end}_CUT_FREQUENCY_HZ") for end in ("LOW", "HIGH")]
     filtered = f"{text('FILTER_TYPE').lower() or 'filter'} {corners[0]} to {corners[1]} Hz"
     extra = header.numbers({"magnitude": "MAGNITUDE_W", "vs30": "VS30_M/S"})
@@ -42,7 +43,7 @@ def read(source: SourceFile) -> list[Component]:
             source,
             text("STREAM"),
             channel_axis(text("STREAM")),
-            samples * GAL,
+            samples[:count] * GAL,
             header.number("SAMPLING_INTERVAL_S"),
             start=header.time(first_sample, "%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S") if text(first_sample) else None,
             station=text("STATION_CODE"),
@@ -53,5 +54,6 @@ def read(source: SourceFile) -> list[Component]:
             sensor=sensor_at(header.optional("SENSOR_DEPTH_M")),
             processed=not (raw or text("DATA_TYPE").upper().startswith("UNPROCESSED")),
             extra=extra | ({"agency_processing": filtered} if all(corners) else {}),
+            notes=notes,
         )
     ]

@@ -5,21 +5,21 @@ ten integers (10I8), 6 lines of ten reals (10F8), then ten samples per line of e
 with velocity and displacement, which are not read.
 """
 
-import re
 from datetime import timedelta
+from functools import partial
 from typing import Any, Final
 
-from overturning.records.component import Component, check_azimuth, parse_axis
-from overturning.records.formats.lines import FLOAT, Fields, Header, Lines, epicentre, in_turn, stated_time
+from overturning.records.component import UNKNOWN, Component, agreed, parse_axis
+from overturning.records.formats.header import PLACE, Fields, Header, epicentre, stated_time
+from overturning.records.formats.lines import FLOAT, Lines, in_turn
 from overturning.records.source import SourceFile
 
 MM: Final = 1e-3
 TEXT_LINES: Final = 16
 HEADER_LINES: Final = 26
-PLACE: Final = r"(\d+) (\d+) (\d+)([NS])\s+(\d+) (\d+) (\d+)([EW])"
-"""Degrees, minutes and seconds of a latitude and a longitude."""
 FIELDS: Final[Fields] = {
     "site": rf"^Site\s+(\S+)\s+{PLACE}",
+    "coordinates": rf"^Site\s+\S+\s+{PLACE}",
     "near": (6, "(.*)"),
     "origin": (7, "(.*)"),
     "epicentre": rf"^Epicentre\s+{PLACE}",
@@ -32,13 +32,11 @@ FIELDS: Final[Fields] = {
 }
 
 
-@in_turn
+@in_turn(r"(Unc|C)orrected", "get the file again")
 def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     """The component that begins with these lines, and how many lines it takes."""
     text = block.lines
     corrected = text[0].startswith("Corrected")
-    if not corrected and not text[0].startswith("Uncorrected"):
-        raise block.error(0, f"{text[0][:40]!r} where the next component should begin; get it again")
     block.check_header(HEADER_LINES)
     header = Header.of(block, FIELDS, TEXT_LINES)
     whole = block.fixed_integers(TEXT_LINES, width=8, per_line=10, count=40)
@@ -49,9 +47,8 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     if abs(interval - real[25]) > 5e-4:
         raise header.error("interval", f"interval {interval} s, but the numbers below say {real[25]}; get it again")
     axis = header.text("component")
-    azimuth, vertical = parse_axis(axis)
-    if not vertical:
-        check_azimuth(block.file, block.before + 13, axis, azimuth, float(whole[27]))
+    # The code of a vertical axis says nothing.
+    coded = UNKNOWN if parse_axis(axis)[1] else (float(whole[27]) % 360.0, 0)
     samples = block.fixed_columns(HEADER_LINES, width=8, per_line=10, count=count)
     end = HEADER_LINES + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
     if end > len(text):
@@ -59,10 +56,11 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     *day, hour, minute, millis = (int(whole[i]) for i in (8, 9, 18, 19, 38, 39))  # of the buffer's start, UT
     # The earthquake by its time, and by its place as that of the epicentre, which may be far from the station.
     when, where = (" ".join(header.text(name).split()) for name in ("origin", "near"))
+    end, notes = block.after_samples(end, count)
     return Component.of(
         source,
         axis,
-        (azimuth, vertical),
+        agreed(axis, coded, partial(header.error, "component")),
         samples * (MM if corrected else MM * header.number("unit")),
         interval,
         # Corrected files have samples prepended (5 s as a rule) before the start of the buffer.
@@ -70,10 +68,11 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
         station=header.text("site"),
         event=f"earthquake of {when}" + (f" (epicentre {where})" if where else ""),
         origin=stated_time(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
-        place=_coordinates(header.match("site"), 2),
+        place=header.place("coordinates"),
         peak=header.peak("Acceleration: Peak in mm/s/s", MM),
         processed=corrected,
         extra=_extra(header, float(real[14]), corrected),
+        notes=notes,
     ), end
 
 
@@ -82,15 +81,4 @@ def _extra(header: Header, magnitude: float, corrected: bool) -> dict[str, Any]:
     extra: dict[str, Any] = {"magnitude": magnitude} if magnitude > 0 else {}
     if corrected and header.text("bands"):
         extra["agency_processing"] = f"band-pass filter, {header.text('bands').replace(' are', '')}"
-    return extra | epicentre(*_coordinates(header.match("epicentre"), 1))
-
-
-def _coordinates(place: re.Match[str] | None, group: int) -> tuple[float, float] | tuple[None, None]:
-    """Latitude and longitude, degrees, of a match whose eight groups of the place begin at ``group``."""
-    if place is None:
-        return None, None
-    north, east = (
-        round(sum(int(place[at + i]) / 60**i for i in range(3)) * (-1 if place[at + 3] in "SW" else 1), 5)
-        for at in (group, group + 4)
-    )
-    return north, east
+    return extra | epicentre(*header.place("epicentre"))

@@ -11,7 +11,8 @@ from typing import Final
 
 from overturning.arrays import FloatArray
 from overturning.records.component import Component, Sensor
-from overturning.records.formats.lines import Fields, Header, Lines, stated_time
+from overturning.records.formats.header import Fields, Header, stated_time
+from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -64,14 +65,17 @@ def read(source: SourceFile) -> list[Component]:
     start = header.time("Record Time", CLOCK, ahead=JAPAN + DELAY)
     known = {name: header.text(key) for key, name in EARTHQUAKE.items()}
     counts = _counts(lines)
-    header.check_count("Duration Time(s)", counts.size, f"{round(header.number('Duration Time(s)') * rate)}")
+    expected = round(header.number("Duration Time(s)") * rate)
+    count, notes = header.promised("Duration Time(s)", counts.size, str(expected))
     return [
         Component.of(
             source,
             extension,
             (azimuth, vertical),
-            counts * _gain(header),
+            counts[:count] * _gain(header),
             interval,
+            # A record table may call either of them KiK-net, as all of them once did.
+            format="k-net" if direction in _SENSORS[0][0] else "kik-net",
             start=start,
             station=station,
             event=header.text("Origin Time") + " JST",
@@ -81,6 +85,7 @@ def read(source: SourceFile) -> list[Component]:
             sensor=sensor,
             # What the header says about the earthquake; blank where it does not know (a magnitude may be).
             extra={name: float(text) for name, text in known.items() if re.fullmatch(r"[+-]?\d+(\.\d+)?", text)},
+            notes=notes,
         )
     ]
 

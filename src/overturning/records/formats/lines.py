@@ -1,53 +1,27 @@
-"""What the readers of text files share: a header as a table of fields, columns of numbers, and the checks of both.
+"""What the readers of text files share: columns of numbers and their checks; components one after the other.
 
 Everything is read strictly: what is not the number that it should be is an error with file and line.
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import Any, Final
+from functools import partial
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.component import Component, StatedPeak
+from overturning.records.component import Component
 from overturning.records.source import SourceFile
 
 FLOAT: Final = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?"
 _NUMBER: Final = re.compile(rf"\s*({FLOAT})\s*")
 _ALLOWED: Final = set("0123456789+-.eE ")
-
-Fields = Mapping[str, str | tuple[int, str]]
-"""Where a header states what: a pattern of the line, which is searched for, or the line, from 0, and its pattern.
-
-What is wanted is the pattern's first group. A field with a line must be there; any other only once it is asked for.
-"""
-
-EARTHQUAKE: Final[Fields] = {
-    "origin": r"\bORIGIN:\s*(\d+/\s*\d+/\s*\d+,?\s+\d+:\s*\d+:\s*\d+)[\d.]*\s*(?:UTC|GMT)",
-    "hypocentre": rf"\bHYPOCENTER:\s*({FLOAT})\s*([NS]?),?\s+({FLOAT})\s*([EW]?)",
-}
-"""The earthquake as headers of COSMOS and CSMIP state it."""
-
-
-def resolution(text: str) -> float:
-    """Unit of the last printed digit of a number: 0.001 for ``927.174``, 10 for ``1.23E3``."""
-    mantissa, _, exponent = text.strip().upper().replace("D", "E").partition("E")
-    decimals = len(mantissa.partition(".")[2])
-    return float(10.0 ** (int(exponent or 0) - decimals))
-
-
-def stated_time(text: str, *patterns: str, ahead: timedelta = timedelta()) -> datetime | None:
-    """A time that a header states, in UTC, of a clock that is ahead of it; None where no pattern fits."""
-    for pattern in patterns:
-        with suppress(ValueError, OverflowError):
-            return datetime.strptime(text.strip(), pattern).replace(tzinfo=UTC) - ahead
-    return None
 
 
 @dataclass(frozen=True)
@@ -103,6 +77,30 @@ class Lines:
         if abs(count * interval - length) > max(2.0 * interval, 0.011):
             what = f"{count} samples every {interval:g} s, but the header's length is {length:g} s"
             raise self.error(index, f"{what}; the file is cut or holds more: get it again")
+
+    def surplus(self, samples: int, more: str) -> tuple[str, ...]:
+        """What is said of a file that goes on after the samples that its header promises."""
+        return (f"{self.file} goes on after the {samples} samples that its header promises: {more} left out",)
+
+    def samples(
+        self, first: int, *, width: int, per_line: int, count: int, last: bool = False
+    ) -> tuple[FloatArray, int, tuple[str, ...]]:
+        """Samples in fixed columns, the line after them, and a note; see `fixed_columns` and `after_samples`."""
+        values = self.fixed_columns(first, width=width, per_line=per_line, count=count)
+        return values, *self.after_samples(first + -(-count // per_line), count, last=last)
+
+    def after_samples(self, at: int, samples: int, *, last: bool = False) -> tuple[int, tuple[str, ...]]:
+        """The first line from `at` on that holds more than numbers, and what is said of the lines of numbers before it.
+
+        `samples` are those that the header promises, which end before `at`. A RecordError where they are the `last` of
+        the file, but words follow.
+        """
+        end = at
+        while end < len(self.lines) and self.lines[end].strip() and not set(self.lines[end].rstrip()) - _ALLOWED:
+            end += 1
+        if last and any(line.strip() for line in self.lines[end:]):
+            raise self.error(end, f"{self.lines[end][:40]!r} after the last of {samples} samples; get the file again")
+        return end, self.surplus(samples, f"{end - at} lines of numbers") if end > at else ()
 
     def check_spacing(self, first: int, time: FloatArray, interval: float, per_line: float, remedy: str) -> None:
         """Refuse times, s, which begin in the line ``first``, that are more than a millisecond off even ones."""
@@ -195,131 +193,27 @@ class Lines:
         return values.astype(np.int64)
 
 
-def in_turn(read: Callable[[SourceFile, Lines], tuple[Component, int]]) -> Callable[[SourceFile], list[Component]]:
+_ReadOne = Callable[[SourceFile, Lines], tuple[Component, int]]
+
+
+def in_turn(begins: str, remedy: str) -> Callable[[_ReadOne], Callable[[SourceFile], list[Component]]]:
     """A reader of files in which components stand one after the other, made of one that reads a component.
 
-    That one gets the file and its lines from the beginning of a component on, and says how many the component takes;
-    blank lines are left. A RecordError names the line where one is cut or contradicts itself.
+    That one gets the file and its lines from the beginning of a component on, which fits a pattern, and says how many
+    the component takes; blank lines are left. A RecordError names the line where one is cut or contradicts itself.
     """
 
-    def read_all(source: SourceFile) -> list[Component]:
+    def read_all(read: _ReadOne, source: SourceFile) -> list[Component]:
         components, at = [], 0
         while at < len(source.lines):
-            length = 1
-            if source.lines[at].strip():
-                component, length = read(source, Lines(source.name, source.lines[at:], at))
+            line, length = source.lines[at].strip(), 1
+            if line:
+                block = Lines(source.name, source.lines[at:], at)
+                if not re.match(begins, line, re.IGNORECASE):
+                    raise block.error(0, f"{line[:40]!r} where the next component should begin; {remedy}")
+                component, length = read(source, block)
                 components.append(component)
             at += length
         return components
 
-    return read_all
-
-
-@dataclass(frozen=True)
-class Header:
-    """What a header states: for each field its line and the match of its pattern."""
-
-    lines: Lines
-    found: Mapping[str, tuple[int, re.Match[str]]]
-
-    @classmethod
-    def of(cls, lines: Lines, fields: Fields, stop: int = 500) -> "Header":
-        """Look for fields, in capitals or not, in the lines before ``stop``; the first line that fits counts."""
-        found = {}
-        for name, field in fields.items():
-            at, pattern = (None, field) if isinstance(field, str) else field
-            for index, line in enumerate(lines.lines[:stop]) if at is None else [(at, lines.lines[at])]:
-                if match := re.search(pattern, line, re.IGNORECASE):
-                    found[name] = index, match
-                    break
-            else:
-                if at is not None:
-                    raise lines.error(at, f"{line.strip()[:60]!r} where {name} belongs; get the file again")
-        return cls(lines, found)
-
-    def at(self, name: str) -> int:
-        """Line of a field; a RecordError where it is not stated."""
-        if name not in self.found:
-            why = f"no {name} in the header that begins here; the file is cut or of another kind: get it again"
-            raise self.lines.error(0, why)
-        return self.found[name][0]
-
-    def match(self, name: str) -> re.Match[str] | None:
-        """Match of a field's pattern; None where it is not stated."""
-        return self.found[name][1] if name in self.found else None
-
-    def text(self, name: str) -> str:
-        """Text of a field, the first group that took part; empty where it is not stated."""
-        match = self.match(name)
-        return next((group.strip() for group in match.groups() if group is not None), "") if match else ""
-
-    def error(self, name: str, why: str) -> RecordError:
-        """An error that names the line of a field."""
-        return self.lines.error(self.at(name), why)
-
-    def number(self, name: str, text: str | None = None) -> float:
-        """Number of a field, or in a part of its text."""
-        index = self.at(name)
-        return self.lines.number(self.text(name) if text is None else text, index, name)
-
-    def optional(self, name: str) -> float | None:
-        """Number of a field; None where it is not stated, or blank."""
-        return self.number(name) if self.text(name) else None
-
-    def numbers(self, names: Mapping[str, str]) -> dict[str, Any]:
-        """Numbers of the fields that are stated, by the names that a record's ``extra`` has for them."""
-        return {name: self.number(field) for name, field in names.items() if self.text(field)}
-
-    def peak(self, name: str, scale: float, text: str | None = None, *, after_mean: bool = False) -> StatedPeak:
-        """The peak that a field, or a part of its text, states in a unit of ``scale`` m/s²."""
-        stated = self.text(name) if text is None else text
-        size = abs(self.number(name, stated))
-        return StatedPeak(size * scale, resolution(stated) * scale, after_mean, self.lines.before + self.at(name) + 1)
-
-    def time(self, name: str, *patterns: str, text: str | None = None, ahead: timedelta = timedelta()) -> datetime:
-        """Time of a field, or in a part of its text, in one of the patterns, of a clock that is ahead of UTC."""
-        stated = self.text(name) if text is None else text
-        index, moment = self.at(name), stated_time(stated, *patterns, ahead=ahead)
-        if moment is None:
-            like = datetime(2000, 10, 6, 13, 30).strftime(patterns[0])
-            raise self.lines.error(index, f"{name} {stated!r} is no time like {like}; correct it")
-        return moment
-
-    def clock(self, name: str) -> datetime | None:
-        """Time, UTC, of a field of six groups, month, day, year, hour, minute and second; None where not stated."""
-        match = self.match(name)
-        if match is None:
-            return None
-        month, day, year, hour, minute = (int(match[i]) for i in range(1, 6))
-        year += 0 if year > 99 else 1900 if year >= 50 else 2000
-        return self.lines.time(self.at(name), (year, month, day), hour, minute, self.number(name, match[6]))
-
-    def place(self, name: str) -> tuple[float, float] | tuple[None, None]:
-        """Latitude and longitude, degrees, of a field of four groups: number, N or S, number, E or W; else None."""
-        match = self.match(name)
-        if match is None or match[1] is None:
-            return None, None
-        north, east = (float(match[i]) * (-1 if match[i + 1].upper() in ("S", "W") else 1) for i in (1, 3))
-        return north, east
-
-    def earthquake(self) -> tuple[datetime | None, dict[str, Any]]:
-        """Origin time, UTC, and epicentre, degrees, as `EARTHQUAKE` has them; None and empty where not stated."""
-        stated = re.sub(r"\s+|,", "", re.sub(r",?\s+(?=\d+:)", "-", self.text("origin")))
-        origin = stated_time(stated, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
-        return origin, epicentre(*self.place("hypocentre")) if any(self.place("hypocentre")) else {}
-
-    def check_unit(self, name: str, pattern: str, read: str) -> None:
-        """Refuse a unit, or what else says which quantity it is, that does not fit a pattern."""
-        if not re.match(pattern, self.text(name), re.IGNORECASE):
-            raise self.error(name, f"{name} {self.text(name)!r}; only {read} is read: get that file")
-
-    def check_count(self, name: str, found: int, promised: str | None = None) -> None:
-        """Refuse another number of samples than a field states, or a part of its text."""
-        if self.number(name, promised) != found:
-            what = f"header promises {promised or self.text(name)} samples, the file has {found}"
-            raise self.error(name, f"{what}; it is cut or holds more: get it again")
-
-
-def epicentre(north: float | None, east: float | None) -> dict[str, float]:
-    """An epicentre, degrees, as a record's ``extra`` has it; empty where it is not known."""
-    return {} if north is None or east is None else {"event_latitude": north, "event_longitude": east}
+    return lambda read: partial(read_all, read)

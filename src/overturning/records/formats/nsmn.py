@@ -9,7 +9,8 @@ import re
 from typing import Final
 
 from overturning.records.component import Component
-from overturning.records.formats.lines import FLOAT, Fields, Header, Lines, epicentre, stated_time
+from overturning.records.formats.header import Fields, Header, epicentre, stated_time
+from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -35,7 +36,7 @@ def read(source: SourceFile) -> list[Component]:
     lines.check_header(HEADER_LINES)
     header = Header.of(lines, FIELDS)
     values = lines.rows(HEADER_LINES, 3)
-    header.check_count("number of data", values.shape[0])
+    count, notes = header.promised("number of data", len(values))
     moment, _, fraction = header.text("time of the record").partition(".")
     components = []
     for column, (axis, direction) in enumerate(AXES.items()):
@@ -47,7 +48,7 @@ def read(source: SourceFile) -> list[Component]:
                 source,
                 axis,
                 direction,
-                values[:, column] * GAL,
+                values[:count, column] * GAL,
                 header.number("sampling interval"),
                 start=header.time("time of the record", "%d/%m/%Y %H:%M:%S.%f", text=f"{moment}.{fraction[:6] or 0}"),
                 station=header.text("station"),
@@ -56,6 +57,7 @@ def read(source: SourceFile) -> list[Component]:
                 place=header.place("a place like 40.84N-31.15E"),
                 peak=header.peak("PGA in Gal (no other unit is read)", GAL, stated[1]),
                 extra=epicentre(*header.place("an epicentre like 40.84N-31.15E")),
+                notes=notes,
             )
         )
     return components

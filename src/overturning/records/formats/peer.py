@@ -8,7 +8,8 @@ import re
 from typing import Any, Final
 
 from overturning.records.component import Component, parse_axis
-from overturning.records.formats.lines import FLOAT, Fields, Header, Lines
+from overturning.records.formats.header import Fields, Header
+from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
@@ -27,7 +28,7 @@ def read(source: SourceFile) -> list[Component]:
     lines.check_header(5)
     header = Header.of(lines, FIELDS, 4)
     samples = lines.column(4)
-    header.check_count("NPTS", samples.size)
+    count, notes = header.promised("NPTS", samples.size)
     parts = [part.strip() for part in header.text("names").split(",")]
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()
     event, station = parts[0], parts[1:-1]
@@ -35,5 +36,7 @@ def read(source: SourceFile) -> list[Component]:
         event, station = f"{parts[0]} {parts[1]}", parts[2:-1]
     corners = header.match("corners")
     filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
-    more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered}
-    return [Component.of(source, axis, parse_axis(axis), samples * STANDARD_GRAVITY, header.number("DT"), **more)]
+    more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered, "notes": notes}
+    return [
+        Component.of(source, axis, parse_axis(axis), samples[:count] * STANDARD_GRAVITY, header.number("DT"), **more)
+    ]

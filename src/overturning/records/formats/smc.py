@@ -6,12 +6,12 @@ lines that begin with ``|``, then eight samples per line of ten columns each, wh
 
 import re
 from datetime import datetime, timedelta
+from functools import partial
 from typing import Final
 
 import numpy as np
 
-from overturning.errors import RecordError
-from overturning.records.component import Component, Direction, StatedPeak, check_azimuth, parse_axis
+from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, agreed
 from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -38,7 +38,7 @@ def read(source: SourceFile) -> list[Component]:
         raise text.error(17, f"{why}; use the corrected file")
     interval = text.interval_of(known[1], 17)
     peaks = [abs(known[index]) for index in (29, 31) if index in known]
-    samples = _samples(text, int(whole[15]), int(whole[16]))
+    samples, notes = _samples(text, int(whole[15]), int(whole[16]))
     axis, direction = _axis(text, whole)
     station = re.search(r"station\s*=\s*(.*?)[\s,]*component=", lines[5])
     return [
@@ -56,36 +56,31 @@ def read(source: SourceFile) -> list[Component]:
             peak=StatedPeak(max(peaks) * GAL, 1e-4 * max(peaks) * GAL, line=23) if peaks else None,
             processed=KINDS[kind],
             extra={"magnitude": known[5]} if 5 in known else {},
+            notes=notes,
         )
     ]
 
 
-def _samples(text: Lines, comments: int, count: int) -> np.ndarray:
-    """The samples, in cm/s², after the comments."""
+def _samples(text: Lines, comments: int, count: int) -> tuple[np.ndarray, tuple[str, ...]]:
+    """The samples, in cm/s², after the comments, and what is said of a file that has more of them."""
     if count < 2 or not 0 <= comments <= 10_000:
         raise text.error(13, f"{count} samples and {comments} comment lines; correct the header")
     first = HEADER_LINES + comments
     for index, line in enumerate(text.lines[HEADER_LINES:first], HEADER_LINES):
         if not line.startswith("|"):
             raise text.error(index, "a comment should begin with |; get the file again")
-    samples = text.fixed_columns(first, width=10, per_line=8, count=count)
-    if rest := [line for line in text.lines[first + -(-count // 8) :] if line.strip()]:
-        what = f"{len(rest)} lines after the last of {count} samples"
-        raise RecordError(f"{text.file}: {what}; the header's count is wrong: get the file again")
-    return samples
+    samples, _, notes = text.samples(first, width=10, per_line=8, count=count, last=True)
+    return samples, notes
 
 
 def _axis(text: Lines, whole: np.ndarray) -> tuple[str, Direction]:
     """Name of the axis, azimuth and vertical sense, from the text and from the numbers, which must agree."""
     word = re.search(r"component=\s*(\S+)", text.lines[5])
     axis = word[1] if word else str(whole[13])
-    azimuth, vertical = parse_axis(axis)
-    if whole[12] == 90 and not vertical and whole[13] != NULL:
-        check_azimuth(text.file, 6, axis, azimuth, float(whole[13]))
-        return axis, (float(whole[13]) % 360.0, 0)
-    if whole[12] in (0, 180):
-        return axis, (None, 1 if whole[12] == 0 else -1)
-    return axis, (azimuth, vertical)
+    senses: dict[int, Direction] = {0: (None, 1), 180: (None, -1)}
+    level = whole[12] == 90 and whole[13] != NULL
+    coded = (float(whole[13]) % 360.0, 0) if level else senses.get(int(whole[12]), UNKNOWN)
+    return axis, agreed(axis, coded, partial(text.error, 5))
 
 
 def _start(whole: np.ndarray, text: Lines) -> datetime | None:

@@ -28,6 +28,7 @@ from overturning.records.formats import (
     sac,
     smc,
     unam,
+    usc,
 )
 from overturning.records.source import MARKS, Declarations, SourceFile
 
@@ -63,7 +64,9 @@ class Format:
             what = f"damaged {self.title} file ({type(problem).__name__}: {problem})"
             raise RecordError(f"{source.name}: {what}; get it again") from problem
         by = {"processed_by": self.agency} if self.agency else {}
-        return [replace(c, format=self.name, extra=(by if c.processed else {}) | dict(c.extra)) for c in found]
+        return [
+            replace(c, format=c.format or self.name, extra=(by if c.processed else {}) | dict(c.extra)) for c in found
+        ]
 
 
 def _sac(data: bytes) -> bool:
@@ -77,13 +80,16 @@ _CSMIP: Final = (
     rb"(?i)\s*(UNCORRECTED|CORRECTED|RESPONSE AND FOURIER)[^\n]*(ACCELEROGRAM|SPECTRA)"
     rb"(?!(?s:.{,330})[\r\n]Site )"  # which is GeoNet's
 )
+_USC: Final = rb"(?i)([^\n]*CORRECTED ACCELEROGRAM[^\r\n]*[\r\n]+)?FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOL"
 _SMC: Final = rb"[ \t]*([12] (UN)?CORRECTED ACCELEROGRAM|[3-6] [A-Z ]*(VELOCITY|DISPLACEMENT|SPECTR)[A-Z]*)\s*[\r\n]"
 _ASA: Final = rb"(?is).*ARCHIVO ESTANDAR DE ACELERACION"
 
 FORMATS: Final = (
-    Format("kik-net", "K-NET / KiK-net ASCII", rb"Origin Time", knet.read),
+    Format("k-net", "K-NET ASCII", rb"(?s)Origin Time.{,1000}[\r\n]Dir\. +[NEU]-[SWD]", knet.read),
+    Format("kik-net", "KiK-net ASCII", rb"Origin Time", knet.read),
     Format("geonet", "GeoNet V1A / V2A", _GEONET, geonet.read, "GNS Science"),
     Format("cosmos", "COSMOS V0 / V1 / V2", rb"(?i)\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", cosmos.read),
+    Format("usc", "USC volume 1 (Los Angeles)", _USC, usc.read),
     Format("csmip", "CSMIP / CGS V1, V2, RAW", _CSMIP, csmip.read, "CSMIP / CGS"),
     Format("smc", "USGS SMC", _SMC, smc.read, "USGS"),
     Format("peer-at2", "PEER AT2", rb"(?is).{,96}PEER.{,108}DATABASE", peer.read, "PEER"),

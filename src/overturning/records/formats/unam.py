@@ -11,7 +11,8 @@ from datetime import datetime, timedelta
 from typing import Final
 
 from overturning.records.component import UNKNOWN, Component, parse_axis
-from overturning.records.formats.lines import FLOAT, Fields, Header, Lines
+from overturning.records.formats.header import Fields, Header
+from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -49,8 +50,7 @@ def read(source: SourceFile) -> list[Component]:
         why = f"{len(axes)} axes, {len(intervals)} intervals, {len(counts)} counts; get the file again"
         raise header.error("ORIENTACION", why)
     values = lines.rows(first, len(axes))
-    for count in counts:
-        header.check_count("NUM. TOTAL DE MUESTRAS", values.shape[0], count)
+    promised = [header.promised("NUM. TOTAL DE MUESTRAS", len(values), count) for count in counts]
     peaks = _list(header, "ACEL. MAX.") if header.match("ACEL. MAX.") else []
     origin, start = _moments(header)
     return [
@@ -59,7 +59,7 @@ def read(source: SourceFile) -> list[Component]:
             axis,
             # A vertical axis says nothing that is known about up, a +V included.
             UNKNOWN if "V" in axis.upper() else parse_axis(axis),
-            values[:, column] * GAL,
+            values[: promised[column][0], column] * GAL,
             header.number("INTERVALO DE MUESTREO", intervals[column]),
             start=start,
             station=header.text("CLAVE DE LA ESTACION"),
@@ -67,6 +67,7 @@ def read(source: SourceFile) -> list[Component]:
             origin=origin,
             place=_place(header),
             peak=header.peak("ACEL. MAX.", GAL, peaks[column]) if column < len(peaks) else None,
+            notes=promised[column][1],
         )
         for column, axis in enumerate(axes)
     ]
@@ -93,7 +94,8 @@ def _place(header: Header) -> tuple[float, float]:
     )
     if latitude is None or longitude is None:
         raise header.lines.error(at, "no place like 17.0 LAT. N and 100.0 LONG. W; correct it")
-    return tuple(float(f[1]) * (-1 if f[2].upper() in "SW" else 1) for f in (latitude, longitude))  # type: ignore[return-value]
+    north, east = (float(f[1]) * (-1 if f[2].upper() in "SW" else 1) for f in (latitude, longitude))
+    return north, east
 
 
 def _moments(header: Header) -> tuple[datetime, datetime]:

@@ -7,8 +7,8 @@ import numpy as np
 
 from overturning.report.blocks import Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
 from overturning.report.results import Results
-from overturning.report.text import counted, estimate, interval, number, percent, two_digits
-from overturning.statistics.criteria import BLIND, CRITERIA, PULSE_VALID, CriteriaScores, Score, criteria_scores
+from overturning.report.text import capitalised, counted, estimate, interval, number, percent, two_digits
+from overturning.statistics.criteria import BLIND, CRITERIA, PULSE_VALID, UNREAD, CriteriaScores, Score, criteria_scores
 from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
 from overturning.study.sections import Published
 from overturning.units import CM, GAL
@@ -42,7 +42,7 @@ def cause(results: Results) -> Section | None:
     if sentence := doubling_sentence(fit):
         blocks.append(Paragraph(sentence))
     if fit.note:
-        blocks.append(Paragraph(f"{fit.note[:1].upper()}{fit.note[1:]}."))
+        blocks.append(Paragraph(f"{capitalised(fit.note)}."))
     if not fit.note.startswith("no fit"):
         note = (
             f"Logistic fit of the probability of overturning to {fit.rows:,} planes and blocks of "
@@ -110,6 +110,8 @@ def _sentence(found: CriteriaScores) -> str:
         f"Among blocks of one size and shape the rule “{best.name}” foretells best: mean skill "
         f"{estimate(best.within, *best.within_interval)}."
     )
+    if best.name in UNREAD:
+        said += " Its formula is as others give it; the paper itself could not be read (docs/criteria.md)."
     if blind.name == BLIND:
         below = [one.name for one in found.rules[:-1] if one.overall.skill < blind.overall.skill]
         less = f"; {len(below)} of the {len(CRITERIA)} criteria have less ({'; '.join(below)})" if below else ""

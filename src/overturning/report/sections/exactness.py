@@ -12,7 +12,7 @@ from overturning.report.results import Results
 from overturning.report.text import counted, percent
 from overturning.statistics.by_record import by_record
 from overturning.statistics.spread import Statistic, divided, of_first_batch, to_both_sides
-from overturning.study.convergence import ASIDE, NUDGE, WARN_ABOVE, Convergence, Repetition
+from overturning.study.convergence import ASIDE, HOLDS, NUDGE, WARN_ABOVE, Convergence, Repetition, Rigid
 from overturning.study.ensemble import BATCH, wilson
 from overturning.study.sections import Ensemble
 
@@ -44,20 +44,22 @@ def convergence(results: Results) -> Section | None:
             "stiffer contact is needed."
         )
         blocks.append(Caution(warning))
-    text = _text(found) + _settled(found)
+    text, rigid = _text(found) + _settled(found), found.rigid
     if found.chosen:
         several = any(len(part.outcomes) > 1 for _, part in repetitions)
         text += " Each element of the scene is counted by itself." if several else ""
         text += " The variants were not run again." if results.study.variants else ""
+    agreed = bool(results.study.ensemble.members)
+    text += _beside_rigid(rigid, agreed) if rigid else ""
     note = (
         f"Interval by Wilson. The study itself took {found.study_block_steps:.3g} block steps. Seed of the choice: "
         f"{found.seed}."
     )
     way = "side" if results.model.one_component else f"azimuth, by {ASIDE:g}° or more"
-    agreed = bool(results.study.ensemble.members)
+    beside = [("exact rigid block", Repetition(block_steps=0, outcomes=[rigid]))] if rigid else []
     rows = [
         row
-        for name, part in repetitions
+        for name, part in (*repetitions, *beside)
         for row in _rows(name, part, found.study_block_steps, f"{way}, where it falls", agreed)
     ]
     heads = ("run again with", "what changed", "changed", "compared", "share", "95 % interval", "no answer")
@@ -136,6 +138,23 @@ def _settled(found: Convergence) -> str:
     )
 
 
+def _beside_rigid(found: Rigid, agreed: bool) -> str:
+    """In how many cells the exact rigid block has the study's answer."""
+
+    def same(changed: int, sides: int, cases: int) -> tuple[str, ...]:
+        return tuple(percent(1 - wrong / max(cases, 1), 2) for wrong in (changed, changed + sides))
+
+    compared = found.cases + found.unanswered
+    drawn = f", {compared} of them drawn at random" if compared < found.cells else ""
+    flag, side = same(found.flags, found.sides, found.cases)
+    sure = same(found.flags_undivided, found.sides_undivided, found.undivided)
+    return (
+        f" Blocks of µ ≥ {HOLDS:g} with B/H below µ do not slide ({found.cells} cases{drawn}). Housner's rigid block, "
+        f"solved exactly, gives them the same flag in {flag} and the same flag and side in {side} of the cases"
+        f"{', where the neighbourhood is not divided in {} and {}'.format(*sure) if agreed else ''}."
+    )
+
+
 def _wilson(count: int, of: int, digits: int = 2) -> str:
     """The interval of a share, %."""
     low, high = map(float, wilson(count, of))
@@ -158,7 +177,8 @@ def _rows(name: str, part: Repetition, own: int, side: str, agreed: bool) -> lis
             share = (percent(changed / compared, 2), _wilson(changed, compared)) if compared else "––"
             rows.append(("", whose + what, changed, compared, *share, "", "", ""))
     unanswered, steps = max(outcome.unanswered for outcome in part.outcomes), part.block_steps
-    return [(name, *rows[0][1:-3], unanswered, f"{steps:.3g}", percent(steps / own) if own else ""), *rows[1:]]
+    work = (f"{steps:.3g}", percent(steps / own) if own else "") if steps else ("", "")
+    return [(name, *rows[0][1:-3], unanswered, *work), *rows[1:]]
 
 
 def ensemble(results: Results) -> Section | None:

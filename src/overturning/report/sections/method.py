@@ -80,8 +80,8 @@ def _citations(records: list[dict[str, Any]], versions: dict[str, str]) -> tuple
             "FEMA P-695 (2009): Quantification of Building Seismic Performance Factors, for the near-field record set "
             "(from the PEER strong motion database)."
         )
-    if kinds & {"knet", "kiknet", "kik-net", "k-net"}:
-        lines.append("National Research Institute for Earth Science and Disaster Resilience: K-NET, KiK-net.")
+    if of_nied := [name for kind, name in (("k-net", "K-NET"), ("kik-net", "KiK-net")) if kind in kinds]:
+        lines.append(f"National Research Institute for Earth Science and Disaster Resilience: {', '.join(of_nied)}.")
     if "obspy" in versions:
         lines.append(f"obspy {versions['obspy']}: Krischer et al. (2015), Computational Science & Discovery 8, 014003.")
     return tuple(lines)

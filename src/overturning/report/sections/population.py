@@ -152,9 +152,9 @@ def _curves(curves: list[Fragility]) -> Table:
         if math.isfinite(one.median):
             median, ends, spread = one.told
             half = censored(median, *ends, one.least, one.most)
-            rows.append((one.name, f"{one.measure}, {one.unit}", *half, spread))
+            rows.append((one.name, f"{one.measure}, {one.unit}", *half, spread, *one.spreads))
     heads = ("stones", "measure", "half of them fall at", "95 % interval", "spread of the logarithm")
-    return table(heads, rows, "ttnn2", anchor="fragility")
+    return table((*heads, "from record to record", "all other"), rows, "ttnn222", anchor="fragility")
 
 
 def _share(own: xr.Dataset, rate: str, ends: str) -> str:

@@ -12,6 +12,7 @@ from overturning.report.blocks import Block, Bullets, Disclosure, Figure, Film, 
 from overturning.report.results import RecordName, Results
 from overturning.report.text import degrees, number
 from overturning.statistics.boundary import boundary, easiest_azimuth
+from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
 from overturning.statistics.falls import overturns
 from overturning.study.cube import processing_of
@@ -25,25 +26,26 @@ _PEAKS = (("pga", GAL, 0), ("pgv", CM, 1), ("pgd", CM, 1))
 
 
 def maps(results: Results) -> Section:
-    """Maps of all records, or of the few in whose falls the axes agree most."""
+    """Maps of all records, or of a few of those that the question is about."""
     chosen, blocks = results.first_records, list[Block]()
     if len(chosen) < len(results.names):
+        group = next(iter(record_groups(results.cube)))
+        which = "" if group == "all records" else f" {group}"
         few = (
-            f"Of the {len(results.names)} records the {len(chosen)} whose fall axes agree most (largest resultant over "
-            f"{results.words.blocks}); the maps of the others stand with the records, below."
+            f"Of the {len(results.names)} records the first {len(chosen)}{which} that are of different earthquakes, in "
+            "the order of the study. The maps of the others stand with the records, below on the page."
         )
         blocks.append(Note(few))
     blocks += [_map(results, name) for name in chosen]
     chance = "Colour: the probability of that fall over the neighbourhood of each case. "
     blocks.append(Note(results.words.map.format(chance=chance if "members" in results.cube else "")))
-    if results.model.one_component:
-        blocks.append(Link("Look around in all cases: point at a cell, see what is known of it", EXPLORER))
+    blocks.append(Link("Look around in all cases: point at a cell, see what is known of it", EXPLORER))
     return Section("Which way blocks fall", tuple(blocks), anchor="maps")
 
 
 def _map(results: Results, name: RecordName) -> Figure:
     alt = f"{name.heading}: where blocks fall, by {results.model.direction} and B/H"
-    return Figure(results.figures / "polar" / f"{name.id}.svg", alt)
+    return Figure(results.figures / "polar" / f"{name.id}.svg", alt, width=0.65)
 
 
 def illustrative(results: Results) -> Section | None:
@@ -110,13 +112,17 @@ def record_by_record(results: Results) -> Section:
     for name in results.names:
         path = results.figures / "intensity" / f"{name.id}.svg"
         peaks = Figure(path, "peak acceleration and velocity by azimuth", width=0.7)
-        shown = (peaks,) if name in results.first_records else (_map(results, name), peaks)
-        sections.append(Section(name.heading, shown, anchor=name.id, together=True))
+        shown: list[Block] = [peaks] if name in results.first_records else [_map(results, name), peaks]
+        if results.study.several_blocks:
+            alt = f"{name.heading}: where blocks of all sizes and frictions fall"
+            every = Figure(results.figures / "blocks" / f"{name.id}.svg", alt)
+            shown.append(Disclosure("All heights and frictions", (every,)))
+        sections.append(Section(name.heading, tuple(shown), anchor=name.id, together=True))
     beside = Note(
         f"Beside the report, {results.figures.name}/history/ has a page of each record (record.svg): time histories "
         "before and after processing, Fourier amplitudes, signal-to-noise ratio, Husid plot, and what was taken away."
     )
-    return Section("Record by record", (beside, *sections), anchor="figures")
+    return Section("Record by record", (beside, *sections), anchor="figures", medium="page")
 
 
 def _peaks(results: Results) -> Table:
@@ -166,6 +172,7 @@ def _account(account: dict[str, Any]) -> tuple[str, ...]:
     clock = account["start"].partition("T")[2].partition(".")[0].removesuffix("Z")
     computed = f"{account['duration_s']:.1f}\u00a0s" + (f" from\u00a0{clock}" if clock else "")
     said = [*account["declared"], *(f"trusted although {why}" for why in account["trusted"])]
+    said += account.get("notes", ())
     data = account["data"] + (f" ({account['agency']})" if account["agency"] else "")
     done = f"{data}; " + ("here: " + ", ".join(steps) if steps else "left alone here")
     return done, *peaks, computed, "; ".join(said) or "–"

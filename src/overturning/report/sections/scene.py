@@ -10,9 +10,10 @@ from overturning.model.planes import FALLS, fall_probability
 from overturning.model.scene import gravestone
 from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, table
 from overturning.report.results import Results
+from overturning.report.sections.contrast import contrast_sentences
 from overturning.report.text import percent
 from overturning.statistics.by_record import each_record
-from overturning.statistics.elements import StoneComparison, compare_stones, falls_by_element
+from overturning.statistics.elements import falls_by_element
 from overturning.statistics.spread import divided, of_first_batch
 from overturning.study.ensemble import BATCH
 from overturning.study.scenes import NOMINAL, scene_of
@@ -35,8 +36,9 @@ def scene(results: Results) -> Section | None:
             element = row.name if several else one.free[0]
             falls = (row.cases, row.falls, row.share, row.first, row.median_time)
             rows.append((one.title or one.name, element, *falls))
-    first, *others = stones.items()
-    sentences = [comparison_sentence(compare_stones(*first, *other)) for other in others]
+    told = study.primary.against if study.asks == "scene" else None  # in the answer
+    others = [name for name in study.variants if name != told]
+    sentences = [" ".join(contrast_sentences(results, name)) for name in others]
     sentences += [text for title, cube in stones.items() if (text := spread_sentence(title, cube, study.ensemble))]
     drawing = results.drawn("scene", partial(scenes_figure, list(scenes.values())))
     roses = results.drawn("scene-roses", partial(element_roses_figure, stones))
@@ -57,23 +59,6 @@ def scene(results: Results) -> Section | None:
         Figure(roses, "roses of fall azimuths of each stone", towards, width=0.85),
     ]
     return Section("The scene", tuple(blocks), anchor="scene")
-
-
-def comparison_sentence(found: StoneComparison) -> str:
-    """One comparison as a sentence."""
-    text = (
-        f"Of {found.cases} cases the {found.name} falls in {found.both + found.only_this} and the {found.other} in "
-        f"{found.both + found.only_other}; in {found.only_this} only the {found.name} falls, in {found.only_other} "
-        f"only the {found.other}."
-    )
-    if found.both:
-        text += (
-            f" Where both fall ({found.both}), they go to the same side in {percent(found.same_side / found.both)}, "
-            f"and the {found.name} falls first in {percent(found.earlier / found.both)}."
-        )
-    elif found.only_this and not found.only_other:
-        text += f" So the {found.name} falls first in every case in which anything falls."
-    return text
 
 
 def spread_sentence(name: str, cube: xr.Dataset, settings: Ensemble) -> str | None:

@@ -7,55 +7,49 @@ import xarray as xr
 
 from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, table
 from overturning.report.results import Results
-from overturning.report.text import counted, degrees, estimate, number, percent
+from overturning.report.text import capitalised, counted, degrees, estimate, number, percent
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.earthquakes import Followed, followed
-from overturning.statistics.space import plane_agreement, plane_counts, turns, twist
-
-CLASSES = 3
-"""Parts of the B/H of a study that a table tells apart."""
+from overturning.statistics.earthquakes import Followed
+from overturning.statistics.space import plane_agreement, turns, twist
 
 
 def follows(results: Results) -> Section | None:
     """What a stone follows, by slenderness; none where it moves under one component, or nothing falls."""
     if results.model.one_component or not results.fallen > 0:
         return None
-    count = results.cube.sizes["b_over_h"]
-    parts = _classes(count)
-    found = followed(results.cube, results.intensity, [slice(0, count), *parts])
-    ratio = results.cube["b_over_h"].to_numpy()
-    heads = [f"B/H {ratio[part][0]:g} to {ratio[part][-1]:g}" for part in parts]
+    found, heads = results.followed
     rows: list[tuple[str | int, ...]] = []
     for group, references in found.items():
         for (name, axial), (whole, *each) in references.means.items():
             # Slender blocks may fall with the head and stouter ones against it: their mean would say neither.
-            shown = _shown(whole) if axial or not parts else "–"
+            shown = _shown(whole) if axial or not heads else "–"
             rows.append((group, name, "axis" if axial else "direction", whole.n, shown, *map(_shown, each)))
         if references.closer:
             pair = " less ".join(references.closest)
             rows.append((group, pair, "axis", references.closer[0].n, *map(_shown, references.closer)))
     by_reference = table(("records", "reference", "as", "earthquakes", "all B/H", *heads), rows, "ttt")
-    caption = (
-        "How far falls follow each reference, by slenderness: mean over earthquakes with its 95 % interval by "
-        "bootstrap. Above as axes (1 along it, −1 across), below as directions (1 with its head, −1 against it)."
-    )
     note = Note(
         "Δ is the angle between a fall and the reference of its record; the mean of cos 2Δ, or of cos Δ, over a "
         "record's falls is averaged over the records of an earthquake, then over earthquakes. Peaks are those of the "
         "horizontal vector and have a head; the pulse is the strongest wavelet coefficient (db4) of the velocity over "
-        "all directions, an axis like the fault normal."
+        "all directions, an axis like the fault normal. The radial direction, where the epicentre is known, leads away "
+        "from it at the station; the transverse axis lies across it."
     )
-    alt = "alignment of falls with peaks, pulse and fault normal"
-    figure = Figure(results.figures / "follow.svg", alt, caption, width=0.9)
-    blocks: list[Block] = [*map(Paragraph, follow_sentences(found, heads)), figure, by_reference, note]
+    drawn = () if results.study.asks == "reference" else (follow_shown(results),)  # the answer has it
+    blocks: list[Block] = [*map(Paragraph, follow_sentences(found, heads)), *drawn, by_reference, note]
     return Section("What does a stone follow?", tuple(blocks), anchor="follows")
 
 
-def _classes(count: int) -> list[slice]:
-    """The B/H in parts of about equal number; none where there is but one."""
-    classes = min(CLASSES, count) if count > 1 else 0
-    return [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
+def follow_shown(results: Results) -> Figure:
+    """What falls follow, drawn."""
+    caption = (
+        "How far falls follow each reference, by slenderness: mean over earthquakes with its 95 % interval by "
+        "bootstrap; hollow: of one or two earthquakes. Above as axes (1 along it, −1 across), below as directions (1 "
+        "with its head, −1 against it)."
+    )
+    alt = "alignment of falls with peaks, pulse, fault normal and radial direction"
+    return Figure(results.figures / "follow.svg", alt, caption, width=0.9)
 
 
 def _shown(mean: Mean) -> str:
@@ -95,6 +89,31 @@ def follow_sentences(found: dict[str, Followed], parts: list[str]) -> list[str]:
     return sentences
 
 
+def follow_answer(found: dict[str, Followed], parts: list[str]) -> list[str]:
+    """Which reference falls follow most, and to which end of it, in a sentence or two for each group of records."""
+    said = []
+    for group, references in found.items():
+        if not references.closest:
+            continue
+        best = references.closest[0]
+        mean, *_ = references.means[best, True]
+        who = "F" if group == "all records" else f"{capitalised(group.replace(' (control)', ' a pulse'))} f"
+        normal = references.means.get(("fault normal", True), [Mean(0, *(math.nan,) * 3)])[0]
+        less = f"; with the fault normal {number(normal.value)}" if normal.n and best != "fault normal" else ""
+        text = (
+            f"{who}all axes lie closest to that of the {best}: mean cos 2Δ {_shown(mean)}, "
+            f"{counted(mean.n, 'earthquake')}{less}."
+        )
+        ends: dict[str, list[str]] = {"with its head": [], "against its head": []}
+        for part, one in zip(parts, references.means.get((best, False), [mean])[1:], strict=False):
+            if one.low > 0 or one.high < 0:
+                ends["with its head" if one.low > 0 else "against its head"].append(f"{part} (cos Δ {_shown(one)})")
+        if told := " and ".join(f"{way} at {' and '.join(of)}" for way, of in ends.items() if of):
+            text += f" Stones fall {told}."
+        said.append(text)
+    return said
+
+
 def _end(mean: Mean) -> str:
     """To which end of a reference blocks of one slenderness fall."""
     ends = {"with it": mean.low > 0, "against it": mean.high < 0}
@@ -103,11 +122,21 @@ def _end(mean: Mean) -> str:
     return f"{_shown(mean)}, {counted(mean.n, 'earthquake')}{few}"
 
 
+def plane_answer(results: Results) -> str:
+    """How good the plane is, in a sentence."""
+    whole = plane_agreement(results.plane_counts)
+    return (
+        f"The planes of its faces tell rightly whether a stone falls in {percent(whole.flag, 1)} of the cases "
+        f"({percent(whole.flag_beside, 1)} of those whose neighbour in B/H does otherwise), and over which edge in "
+        f"{percent(whole.face)} of the falls."
+    )
+
+
 def plane_beside(results: Results) -> Section | None:
     """How good the plane is; none where no planes were computed beside the bodies."""
     if "plane_overturned" not in results.cube:
         return None
-    cube, counts = results.cube, plane_counts(results.cube)
+    cube, counts = results.cube, results.plane_counts
     whole = plane_agreement(counts)
     text = (
         "A stone is said to fall in planes where it falls in the vertical plane of either pair of its faces. This "

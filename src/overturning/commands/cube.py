@@ -1,0 +1,85 @@
+"""`overturning figure` and `overturning cube`: what a cube is made into alone."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from overturning.plot import KINDS
+
+Cube = Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")]
+
+app = typer.Typer(no_args_is_help=True, help="Write a cube in another form.")
+
+
+def figure(
+    kind: Annotated[str, typer.Argument(help=", ".join(KINDS))],
+    cube: Cube,
+    output: Annotated[Path, typer.Option("--output", "-o", help="figure to draw: .svg, .png or .pdf")],
+    record: Annotated[str | None, typer.Option(help="id of the record; not needed where the cube has one")] = None,
+    height: Annotated[list[float] | None, typer.Option(help="show this height alone, m; or several")] = None,
+    friction: Annotated[list[float] | None, typer.Option(help="show this friction alone; or several")] = None,
+    width: Annotated[str, typer.Option(help="of a column of print: 80mm, 17cm; default: the figure's own")] = "",
+    font: Annotated[
+        float | None,
+        typer.Option(min=1, max=72, help="size of the letters, pt; default: those of the figure, scaled"),
+    ] = None,
+    dpi: Annotated[int, typer.Option(min=50, max=1200, help="dots per inch, of PNG and of cells of maps")] = 200,
+) -> None:
+    """Draw one figure of the report alone, from the cube and what a study has beside it."""
+    import inspect
+    import warnings
+
+    from overturning.errors import ArgumentError, did_you_mean
+    from overturning.figures.style import save, style
+    from overturning.files import check_output
+    from overturning.study.small import open_cube
+    from overturning.study.values import parse_quantity
+
+    if kind not in KINDS:
+        raise ArgumentError(f"{kind}: no such figure; {did_you_mean(kind, KINDS)}")
+    check_output(output, "--output", ".svg", ".png", ".pdf")
+    try:
+        metres = parse_quantity(width, "m") if width else None
+    except ValueError as problem:
+        raise ArgumentError(f"--width {width!r}: {problem}") from None
+    if metres is not None and not 0.02 <= metres <= 2.0:
+        raise ArgumentError(f"--width {width!r}: {metres:g} m; it must be 0.02 to 2 m, 80mm")
+    draw = KINDS[kind]
+    of_one = "record" in inspect.signature(draw).parameters
+    if record is not None and not of_one:
+        raise ArgumentError(f"--record: {kind} is of all records; leave it out")
+    with open_cube(cube, chunks={"record": 1}) as data:
+        for name, chosen in (("height", height), ("friction", friction)):
+            known = data[name].to_numpy().tolist()
+            if unknown := [value for value in chosen or () if value not in known]:
+                raise ArgumentError(
+                    f"--{name} {unknown[0]:g}: not in {cube}; it has {', '.join(f'{v:g}' for v in known)}"
+                )
+            data = data.sel({name: chosen}) if chosen else data
+        drawn = draw(data, record) if of_one else draw(data)
+    with style(), warnings.catch_warnings():
+        warnings.filterwarnings("error", "constrained_layout not applied")
+        try:
+            save(drawn, output, dpi=dpi, width=None if metres is None else metres / 0.0254, font=font)
+        except UserWarning:
+            raise ArgumentError(
+                f"{output.name}: no room left beside the letters; choose a larger --width, a smaller --font, or fewer "
+                "panels by --height and --friction"
+            ) from None
+    print(output)
+
+
+@app.command()
+def export(
+    cube: Cube,
+    output: Annotated[Path, typer.Argument(help="table to write: .parquet (needs pyarrow) or .csv")],
+) -> None:
+    """Write the cases of a cube as a table, a row each, with all elements and factors on the motions."""
+    from overturning.files import check_output
+    from overturning.study.small import open_cube, write_table
+
+    check_output(output, "FILE", ".parquet", ".csv")
+    with open_cube(cube, chunks={"record": 1}, element=None, amplitude=None) as data:
+        rows = write_table(data, output)
+    print(f"{output}: {rows} cases")

@@ -1,0 +1,72 @@
+"""`overturning stood`: whether stones still stand after years of a hazard."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def stood(
+    fragility: Annotated[Path, typer.Argument(help="fragility curves of a run (CSV)")],
+    hazard: Annotated[Path, typer.Argument(help="hazard curves (CSV): measure, unit, level, annual_rate")],
+    years: Annotated[float, typer.Option(min=1e-3, max=1e7, help="how long the stones are exposed: their age")],
+    stones: Annotated[
+        Path | None, typer.Option(help="survey (CSV): where none of its stones fell it bounds the rate of falls")
+    ] = None,
+) -> None:
+    """Say how probable it is that stones still stand after years of a hazard, and what stones that do stand say of it.
+
+    Earthquakes are a Poisson process: λ = ∫ P(fall | x) |dν(x)|, P(stands) = exp(−λT).
+    """
+    import math
+
+    from overturning.errors import ResultError
+    from overturning.report.blocks import Section, table
+    from overturning.report.plain import plain_lines
+    from overturning.report.text import estimate, percent
+    from overturning.study.ensemble import wilson
+    from overturning.surveys.standing import BOUND, rate_bound, read_curves, read_hazard, standing
+    from overturning.surveys.stones import read_survey
+
+    curves, hazards = read_curves(fragility), read_hazard(hazard)
+    rows = None if stones is None else read_survey(stones)
+    upright, fell = (sum(one.count for one in rows or () if one.fell is kind) for kind in (False, True))
+    bound = rate_bound(years) if upright and not fell else math.nan
+    units = {one.measure: one.unit for one in curves}
+    for measure in hazards.keys() & units.keys():
+        own = hazards[measure].unit
+        if own != units[measure]:
+            raise ResultError(f"{hazard}: {measure} in {own}, but {fragility} has it in {units[measure]}; convert it")
+    shared = [one for one in curves if one.measure in hazards]
+    if not shared:
+        raise ResultError(f"{hazard}: {', '.join(hazards)}; {fragility} has {', '.join(units)}: give one of these")
+    told = [standing(one, hazards[one.measure], years) for one in shared if math.isfinite(one.log_spread)]
+    for row in shared:
+        if not math.isfinite(row.log_spread):
+            print(f"{row.stones}, {row.measure}: the median lies beyond the records, so nothing is said")
+    lines = [
+        (
+            *(one.stones, one.measure, f"{one.rate:.3g}", estimate(one.stands, one.low, one.high)),
+            *(one.share, one.beyond, f"{bound / one.rate:.3g}" if bound < math.inf and one.rate > 0 else "–"),
+        )
+        for one in told
+    ]
+    heads = ("stones", "measure", "falls a year", f"P(stands {years:g} years)", "share of the class that stands")
+    more = ("of the falls, beyond the records", "hazard at most so many times")
+    print(*plain_lines(Section("What has stood", (table((*heads, *more), lines, "tttt2%t"),))), sep="\n")
+    for found in told:
+        if found.first > 0.01:
+            level = f"{hazards[found.measure].level[0]:g} {hazards[found.measure].unit}"
+            weaker = (
+                f"{percent(found.first, 1)} fall at the hazard's first level, {level}; weaker shaking is not counted"
+            )
+            print(f"{found.stones}, {found.measure}: {weaker}: begin the hazard curve lower")
+    if not math.isnan(bound):
+        print(
+            f"{upright} stones stood {years:g} years: their rate of falls lies below {bound:.3g} a year with "
+            f"{percent(BOUND)} probability; they share their earthquakes and count as one"
+        )
+    elif rows is not None:
+        low, high = wilson(upright, upright + fell)
+        share = estimate(upright / (upright + fell), float(low), float(high))
+        print(f"{upright} of {upright + fell} stones stand, {share}; where some fell no bound is given")

@@ -1,0 +1,55 @@
+"""The figures of one record."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import xarray as xr
+
+from overturning.figures.ground import intensity_figure
+from overturning.figures.history import history_figure
+from overturning.figures.maps import map_figure
+from overturning.figures.style import Write, save, style
+from overturning.model.scene import gravestone
+from overturning.records.store import read_motion, read_unprocessed
+from overturning.study.cube import open_cube, study_of
+from overturning.study.scenes import scene_of
+
+
+def draw_records(
+    cube_path: Path,
+    intensity_path: Path,
+    motions: Path,
+    folder: Path,
+    write: Write,
+    numbers: Iterable[int] | None = None,
+) -> None:
+    """Draw the figures of the records of a cube, of all or by their numbers there; it need not have all of the study.
+
+    The folder receives ``polar/ID``, the `map_figure` of the block that the study shows first, ``blocks/ID`` of all
+    where there are several, and ``intensity/ID`` by what writes a figure in all its formats, and ``history/ID.svg``
+    (time histories, not part of the report's page but beside it). Intensities are of all records.
+    """
+    with open_cube(cube_path) as cube, xr.open_dataset(intensity_path) as intensity:
+        everyone, study, stone = intensity["record_id"].to_numpy().tolist(), study_of(cube), stone_of(cube)
+        for index in range(cube.sizes["record"]) if numbers is None else numbers:
+            one = cube.isel(record=index).load()
+            name, station = (str(one[key].item()) for key in ("record_id", "station"))
+            around = intensity.isel(record=everyone.index(name))
+            event = str(around["event"].item())  # its name among all records, which a cube of one does not know
+            title = f"{station}, {event}" if event else station
+            motion = motions / f"{name}.nc"
+            used = read_motion(motion)
+            with style():
+                write(map_figure(one.sel(study.shown_block), f"{title}{stone}"), folder / "polar" / name)
+                if study.several_blocks:
+                    write(map_figure(one, f"{title}{stone}"), folder / "blocks" / name)
+                write(intensity_figure(around, float(one["fault_normal"]), title), folder / "intensity" / name)
+                save(history_figure(read_unprocessed(motion) or used, used), folder / "history" / f"{name}.svg")
+
+
+def stone_of(cube: xr.Dataset) -> str:
+    """Whose falls a cube shows: scene and element, nothing for the default gravestone."""
+    scene = scene_of(study_of(cube), cube.attrs["variant"])
+    if scene.name == gravestone().name:
+        return ""
+    return f"\n{scene.title or scene.name}: {scene.shown_name}"

@@ -1,0 +1,103 @@
+// The two maps of the explorer: planes round the compass, bodies in space by orientation; each by B/H.
+// A compass counts angles from the top, a canvas from the right: a quarter turn less.
+const compass = {
+  reach: function (width) { return (width / 2 - 30) / cube.radiusEdges[rings()]; },
+  path: function (context, width, a, b) {
+    const x = width / 2, scale = this.reach(width), from = cube.directionEdges[a] - TURN / 4, to = cube.directionEdges[a + 1] - TURN / 4;
+    context.beginPath();
+    context.arc(x, x, cube.radiusEdges[b + 1] * scale, from, to);
+    context.arc(x, x, Math.max(0, cube.radiusEdges[b]) * scale, to, from, true);
+    context.closePath();
+  },
+  place: function (x, y, width) {
+    const first = cube.directionEdges[0], angle = ((Math.atan2(x - width / 2, width / 2 - y) - first) % TURN + TURN) % TURN + first;
+    return [angle, Math.hypot(x - width / 2, y - width / 2) / this.reach(width)];
+  },
+  ratio: 1,
+  axes: function (context, width) {
+    const x = width / 2, rim = cube.radiusEdges[rings()], scale = this.reach(width), normal = cube.records[at.record].normal;
+    context.textBaseline = "middle";
+    context.textAlign = "center";
+    const sector = freeSector(normal), step = rim > 0.5 ? 0.2 : rim > 0.2 ? 0.1 : 0.05;
+    for (let tick = step; tick < rim; tick += step) {
+      context.strokeStyle = "#c8c8c8";
+      context.beginPath();
+      context.arc(x, x, tick * scale, 0, TURN);
+      context.stroke();
+      const text = String(Number(tick.toFixed(2)));
+      context.strokeStyle = "#ffffff";
+      context.lineWidth = 3;
+      context.strokeText(text, x + Math.sin(sector) * tick * scale, x - Math.cos(sector) * tick * scale);
+      context.lineWidth = 0.7;
+      context.fillText(text, x + Math.sin(sector) * tick * scale, x - Math.cos(sector) * tick * scale);
+    }
+    context.beginPath();
+    context.strokeStyle = INK;
+    context.arc(x, x, rim * scale, 0, TURN);
+    context.stroke();
+    if (normal !== null) for (const turn of [0, Math.PI]) {
+      const angle = normal / 360 * TURN + turn, s = Math.sin(angle), c = Math.cos(angle);
+      context.strokeStyle = C.fault;
+      context.lineWidth = 3;
+      line(context, x + s * rim * scale, x - c * rim * scale, x + s * (rim * scale + 9), x - c * (rim * scale + 9));
+    }
+    ["N", "NE", "E", "SE", "S", "SW", "W", "NW"].forEach(function (name, k) {
+      const far = rim * scale + 19;
+      context.fillText(name, x + Math.sin(k * TURN / 8) * far, x - Math.cos(k * TURN / 8) * far);
+    });
+  },
+};
+const LEFT = 40, LOW = 34, TOP = 8;
+const plane = {
+  spans: function (width) {
+    const from = cube.directionEdges[0], low = cube.radiusEdges[0], height = width * this.ratio;
+    return { x: function (v) { return LEFT + (v - from) / (cube.directionEdges[A] - from) * (width - LEFT - 8); },
+             y: function (v) { return height - LOW - (v - low) / (cube.radiusEdges[rings()] - low) * (height - LOW - TOP); } };
+  },
+  path: function (context, width, a, b) {
+    const { x, y } = this.spans(width), from = x(cube.directionEdges[a]), top = y(cube.radiusEdges[b + 1]);
+    context.beginPath();
+    context.rect(from, top, x(cube.directionEdges[a + 1]) - from, y(cube.radiusEdges[b]) - top);
+  },
+  place: function (px, py, width) {
+    const { x, y } = this.spans(width), e = cube.directionEdges, r = cube.radiusEdges;
+    return [e[0] + (px - x(e[0])) / (x(e[A]) - x(e[0])) * (e[A] - e[0]), r[0] + (py - y(r[0])) / (y(r[1]) - y(r[0])) * (r[1] - r[0])];
+  },
+  ratio: 0.8,
+  axes: function (context, width) {
+    const { x, y } = this.spans(width), height = width * this.ratio, wide = (width - LEFT) / A, tall = (height - LOW - TOP) / rings();
+    const every = Math.ceil(11 / wide), up = Math.ceil(11 / tall), length = Math.min(20, 0.75 * Math.min(wide * every, tall * up));
+    if (at.colour === "azimuth") for (let a = 0; a < A; a += every) for (let b = 0; b < rings(); b += up) {
+      const to = cell(a, b).to;
+      if (to === null) continue;
+      context.strokeStyle = Math.cos(to / 360 * TURN) > -0.3 ? INK : "#ffffff";
+      context.lineWidth = 1.3;
+      arrow(context, x(cube.direction[a]), y(cube.b_over_h[b]), to / 360 * TURN, length);
+    }
+    context.strokeStyle = INK;
+    context.lineWidth = 0.7;
+    context.strokeRect(LEFT, TOP, width - LEFT - 8, height - LOW - TOP);
+    context.textBaseline = "top";
+    context.textAlign = "center";
+    const span = cube.directionEdges[A] - cube.directionEdges[0], step = span <= 100 ? 15 : span <= 200 ? 30 : 60;
+    for (let tick = Math.ceil(cube.directionEdges[0] / step) * step; tick <= cube.directionEdges[A]; tick += step) context.fillText(tick + "°", x(tick), height - LOW + 4);
+    context.fillText("orientation", LEFT + (width - LEFT) / 2, height - LOW + 19);
+    context.textBaseline = "middle";
+    context.textAlign = "right";
+    const every2 = Math.ceil(16 / tall);
+    for (let b = 0; b < rings(); b += every2) context.fillText(String(Number(cube.b_over_h[b].toPrecision(3))), LEFT - 5, y(cube.b_over_h[b]));
+    context.textAlign = "left";
+    context.fillText("B/H", 0, TOP + 4);
+  },
+};
+// Half-way between two of the named azimuths, where the fewest cells fall, and not at the fault normal.
+function freeSector(normal) {
+  let best = 0, least = Infinity;
+  for (let k = 0; k < 8; k++) {
+    const middle = 22.5 + 45 * k;
+    let count = normal !== null && Math.abs((middle - normal + 450) % 180 - 90) < 20 ? 1e6 : k === 2 ? -0.5 : 0;
+    for (let a = 0; a < A; a++) if (Math.abs((cube.direction[a] - middle + 540) % 360 - 180) <= 12) for (let b = 0; b < rings(); b++) count += Math.abs(cell(a, b).flag);
+    if (count < least) { least = count; best = middle; }
+  }
+  return best / 360 * TURN;
+}

@@ -1,0 +1,250 @@
+"""The figures of the report, each alone.
+
+Each function returns a Matplotlib figure, which a notebook shows and ``figure.savefig`` writes. A cube is one of
+`overturning.open_cube` or `overturning.run_study`, or a part of it; `record` is the id of one of its records, not
+needed where it has one. Intensity measures and motions are read from the files that a study has beside its cube.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
+
+from overturning.errors import ArgumentError, MissingDataError
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from overturning.motion.motion import Recorded
+
+Draws = TypeVar("Draws", bound=Callable[..., Any])
+
+KINDS: Final[dict[str, Callable[..., Any]]] = {}
+"""Figures of a cube by name, for `overturning figure`."""
+
+
+def _styled(draw: Draws) -> Draws:
+    """A function that draws with the project's settings."""
+
+    @wraps(draw)
+    def styled(*given: Any, **more: Any) -> Any:
+        from overturning.figures.style import style
+
+        with style():
+            return draw(*given, **more)
+
+    return cast(Draws, styled)
+
+
+def _of_a_cube(draw: Draws) -> Draws:
+    KINDS[draw.__name__] = _styled(draw)
+    return cast(Draws, KINDS[draw.__name__])
+
+
+@_of_a_cube
+def polar(cube: "xr.Dataset", record: str | None = None, title: str | None = None) -> "Figure":
+    """Where the block that a study shows first falls under a record: azimuth and B/H; in space by orientation.
+
+    Of a part of a cube without that block, and of what `overturning.simulate` returns, it shows all.
+    """
+    from overturning.study.cube import study_of
+
+    shown = study_of(cube).shown_block if "study" in cube.attrs else {}
+    there = {name: value for name, value in shown.items() if name in cube.dims and value[0] in cube[name]}
+    return _map(cube.sel(there), record, title)
+
+
+@_of_a_cube
+def blocks(cube: "xr.Dataset", record: str | None = None, title: str | None = None) -> "Figure":
+    """Where blocks of all heights and frictions fall under a record, a map each."""
+    return _map(cube, record, title)
+
+
+def _map(cube: "xr.Dataset", record: str | None, title: str | None) -> "Figure":
+    from overturning.figures.maps import map_figure
+    from overturning.figures.record import stone_of
+
+    one = _one(cube, record)
+    if title is None:
+        title = _place(one) + (stone_of(one) if "study" in one.attrs else "")
+    return map_figure(one, title)
+
+
+@_of_a_cube
+def boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
+    """Largest B/H that falls under a record, by azimuth of the motion; of a cube in planes."""
+    from overturning.figures.boundary import boundary_figure
+    from overturning.statistics import boundary as statistics
+
+    one = _one(cube, record)
+    _only(one, "azimuth", "boundary")
+    top = float(one["b_over_h"].max())
+    return boundary_figure(statistics.boundary(one), top, float(one["fault_normal"]), _place(one))
+
+
+@_of_a_cube
+def rose(cube: "xr.Dataset") -> "Figure":
+    """Directions of all falls, from north and from the fault normal, with and without a velocity pulse."""
+    from overturning.figures.rose import rose_figure
+
+    return rose_figure(_whole(cube))
+
+
+@_of_a_cube
+def earthquakes(cube: "xr.Dataset") -> "Figure":
+    """A rose of the directions of falls for each earthquake, from north."""
+    from overturning.figures.rose import earthquake_roses_figure
+
+    return earthquake_roses_figure(_whole(cube))
+
+
+@_of_a_cube
+def axes(cube: "xr.Dataset") -> "Figure":
+    """Fall axes relative to the fault normal, by earthquake, and their means with intervals."""
+    from overturning.figures.alignment import axes_figure
+    from overturning.statistics.earthquakes import axes_by_group, summarise_axes
+
+    groups = axes_by_group(_whole(cube))
+    return axes_figure(groups, {name: summarise_axes(found) for name, found in groups.items()})
+
+
+@_of_a_cube
+def follow(cube: "xr.Dataset") -> "Figure":
+    """What falls follow, by B/H: fault normal, radial direction, peaks and pulse of the motion."""
+    from overturning.figures.alignment import follow_figure
+    from overturning.statistics.earthquakes import followed
+
+    _only(cube, "orientation", "follow")
+    whole = _whole(cube)
+    return follow_figure(followed(whole, _measures(whole)), whole["b_over_h"].to_numpy())
+
+
+@_of_a_cube
+def plane(cube: "xr.Dataset") -> "Figure":
+    """Falls over PGA and PGV/PGA at the largest friction, with the fit and the field's criteria; of planes."""
+    from overturning.figures.intensity_plane import intensity_plane_figure
+    from overturning.statistics.logistic import overturning_fit
+
+    _only(cube, "azimuth", "plane")
+    whole = _whole(cube)
+    measures = _measures(whole)
+    return intensity_plane_figure(whole, measures, overturning_fit(whole, measures), float(whole["friction"].max()))
+
+
+@_of_a_cube
+def intensity(cube: "xr.Dataset", record: str | None = None) -> "Figure":
+    """PGA and PGV of a record by azimuth."""
+    from overturning.figures.ground import intensity_figure
+
+    one = _one(cube, record)
+    return intensity_figure(_measures(one).isel(record=0), float(one["fault_normal"]), _place(one))
+
+
+@_of_a_cube
+def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
+    """Acceleration, velocity and displacement of a record seen from above."""
+    from overturning.figures.ground import hodograph_figure
+    from overturning.motion.motion import Motion
+    from overturning.records.store import read_motion
+
+    one = _one(cube, record)
+    return hodograph_figure(Motion.of(read_motion(_motion(one))), float(one["fault_normal"]), _place(one))
+
+
+def _history_of(cube: "xr.Dataset", record: str | None = None) -> "Figure":
+    """Time histories and spectra of a record before and after its processing."""
+    from overturning.figures.history import history_figure
+    from overturning.records.store import read_motion, read_unprocessed
+
+    path = _motion(_one(cube, record))
+    used = read_motion(path)
+    return history_figure(read_unprocessed(path) or used, used)
+
+
+KINDS["history"] = _styled(_history_of)
+
+
+@_styled
+def history(motion: "Recorded | xr.Dataset", record: str | None = None) -> "Figure":
+    """Time histories and spectra of a motion or record as it is, or of a cube's before and after its processing."""
+    import xarray as xr
+
+    if isinstance(motion, xr.Dataset):
+        return _history_of(motion, record)
+    from overturning.figures.history import history_figure
+    from overturning.motion.motion import as_motion
+    from overturning.records.record import Record, as_record
+
+    one = as_record(motion if isinstance(motion, Record) else as_motion(motion))
+    return history_figure(one, one)
+
+
+@_styled
+def spectra(motion: "Recorded", azimuth_deg: Sequence[float] = (0.0, 90.0), title: str = "") -> "Figure":
+    """Fourier and response spectra of a motion or record along azimuths, degrees clockwise from north."""
+    from overturning.figures.ground import spectra_figure
+    from overturning.motion.motion import as_motion
+
+    return spectra_figure(as_motion(motion), list(azimuth_deg), title)
+
+
+@_styled
+def response(paths: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Figure":
+    """Rotation, slip and uplift against time of trajectories in planes (`overturning.trajectory`), a column each."""
+    import xarray as xr
+
+    from overturning.figures.response import response_figure
+
+    several = [paths] if isinstance(paths, xr.Dataset) else paths
+    if any("kind" not in path for path in several):
+        raise ArgumentError("response: a path in space; overturning one --body --response draws its axis")
+    return response_figure(several, title)
+
+
+def _whole(cube: "xr.Dataset") -> "xr.Dataset":
+    """A cube as statistics take it: of the reference element and the motion as recorded, its records in a row."""
+    from overturning.study.cube import choose
+
+    if "record" not in cube.dims:
+        raise ArgumentError("cube: one record without its dimension; keep it, cube.sel(record=['rinaldi'])")
+    return choose(cube, Path("cube")).assign_coords(record=range(cube.sizes["record"]))
+
+
+def _one(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
+    from overturning.study.cube import choose, record_number
+
+    one = cube.isel(record=record_number(cube, record)) if "record" in cube.dims else cube
+    unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # of what is no part of a study
+    one = one.assign_coords({name: value for name, value in unknown.items() if name not in one})
+    return choose(one, Path("cube")).drop_vars("record", errors="ignore").load()
+
+
+def _place(one: "xr.Dataset") -> str:
+    return ", ".join(str(one[name].item()) for name in ("station", "event") if one[name].item())
+
+
+def _only(cube: "xr.Dataset", direction: str, kind: str) -> None:
+    if direction not in cube.dims:
+        raise ArgumentError(f"{kind}: a cube without {direction} has no such figure; {', '.join(KINDS)}")
+
+
+def _beside(cube: "xr.Dataset", name: str) -> Path:
+    file = Path(cube.encoding.get("source", ""))
+    if not (path := file.parent / name).is_file():
+        where = f"{file} has none beside it" if file.is_file() else "a cube in memory has none"
+        raise MissingDataError(f"{name}: {where}; open the cube of a study that was run to its end, in its own folder")
+    return path
+
+
+def _motion(one: "xr.Dataset") -> Path:
+    return _beside(one, f"motion/{one['record_id'].item()}.nc")
+
+
+def _measures(cube: "xr.Dataset") -> "xr.Dataset":
+    """Intensity measures of the records of a cube, in their order."""
+    import xarray as xr
+
+    with xr.open_dataset(_beside(cube, "intensity.nc")) as measures:
+        every = measures["record_id"].to_numpy().tolist()
+        return measures.isel(record=[every.index(name) for name in cube["record_id"].to_numpy().ravel()]).load()

@@ -1,0 +1,110 @@
+"""USC volume 1 (University of Southern California, Los Angeles): film digitised at uneven times, g/10.
+
+The format, as its files have it: per channel 13 lines of text (with their lengths in columns 73 and 74), 100 integers
+(16I5, or 20I4), 50 reals (8F10), then a blank and five (or four) pairs of time and acceleration a line (F7); a line of
+words may end the channel. The integers 27 and 28 are the azimuth, or 500 for up and 600 for down, and the count; the
+reals 5 and 12 the unit as a fraction of g and the magnitude. The header states neither a peak nor when it begins.
+"""
+
+import re
+from dataclasses import replace
+from functools import partial
+from typing import Final
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.records.component import Component, Direction, agreed, coded_azimuth
+from overturning.records.formats.header import PLACE, Fields, Header, epicentre, stated_time
+from overturning.records.formats.lines import FLOAT, Lines, in_turn
+from overturning.records.source import SourceFile
+from overturning.units import STANDARD_GRAVITY
+
+TEXT_LINES: Final = 13
+FIELDS: Final[Fields] = {
+    "origin": (2, r"^(\w{3} +\d+, *\d{4} +-?\d{4} +GMT)|^"),
+    "station": (4, r"^STATION USC# *(\d+)"),
+    "coordinates": (4, rf"{PLACE}|$"),
+    "site": (5, r"^(.{1,72})"),
+    "COMP": (6, r"^COMP +(\S+)"),
+    "event": (7, r"^(.{1,72})"),
+    "epicentre": rf"^EPICENTER\D+{PLACE}",
+    "NO. OF POINTS": (10, r"^NO\. OF POINTS *= *(\d+)"),
+    "DURATION": (10, rf"DURATION *= *({FLOAT})"),
+    "UNITS ARE SEC AND G/10 (no other is read)": (11, r"^(UNITS ARE SEC AND G/10)\b"),
+}
+SENSES: Final[dict[int, Direction]] = {500: (None, 1), 600: (None, -1)}
+"""Codes of a vertical axis in the place of the azimuth; 400 says nothing of its sense."""
+
+INTERVAL: Final = 0.005
+"""To which uneven times are resampled, s; the instruments end at 25 Hz."""
+FINER: Final = 5
+"""Times as fine the cubic is evaluated before the anti-alias filter."""
+LONGEST_GAP: Final = 0.1
+"""Longest time between two samples, s; the instruments have periods of 0.04 s."""
+
+
+@in_turn(r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file")
+def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
+    """The channel that begins with these lines, and how many lines it takes."""
+    text = block.lines
+    block.check_header(TEXT_LINES + 14)
+    header = Header.of(block, FIELDS, TEXT_LINES)
+    # The variant has its reals two lines earlier, and a pair less to a line.
+    narrow = "." in text[TEXT_LINES + 5]
+    whole = block.fixed_integers(TEXT_LINES, width=4 if narrow else 5, per_line=20 if narrow else 16, count=100)
+    reals_at = TEXT_LINES + (5 if narrow else 7)
+    real = block.fixed_columns(reals_at, width=10, per_line=8, count=50)
+    if abs(real[4] - 0.1) > 1e-6:
+        raise block.error(reals_at, f"a unit of {real[4]:g} g, but the text says g/10; get the file again")
+    code, count = int(whole[26]), int(whole[27])
+    header.check_count("NO. OF POINTS", count)
+    per_line, first = (8 if narrow else 10), reals_at + 7
+    pairs = replace(block, lines=[line[1:] for line in text])
+    values = pairs.fixed_columns(first, width=7, per_line=per_line, count=2 * count)
+    end, notes = block.after_samples(first + -(-2 * count // per_line), count)
+    time, samples = values[0::2], values[1::2] * 0.1 * STANDARD_GRAVITY
+    if abs(time[-1] - header.number("DURATION")) > 0.011:
+        why = f"the last sample is at {time[-1]:g} s, the header's length {header.text('DURATION')} s"
+        raise header.error("DURATION", f"{why}; the file is cut: get it again")
+    samples, interval, resampled = _evenly(block, first, per_line // 2, time, samples)
+    ends = end < len(text) and bool(text[end].strip()) and not text[end].startswith("FILE")
+    return Component.of(
+        source,
+        header.text("COMP"),
+        agreed(header.text("COMP"), SENSES.get(code, coded_azimuth(code)), partial(header.error, "COMP")),
+        samples,
+        interval,
+        station=f"USC {header.text('station')}, {header.text('site')}",
+        event=" ".join(header.text("event").split()),
+        origin=stated_time(re.sub("[-,]", " ", header.text("origin")), "%b %d %Y %H%M GMT"),
+        place=header.place("coordinates"),
+        film=True,
+        extra=({"magnitude": float(real[11])} if real[11] > 0 else {}) | epicentre(*header.place("epicentre")),
+        notes=(*notes, *resampled),
+    ), end + ends
+
+
+def _evenly(
+    block: Lines, first: int, per_line: int, time: FloatArray, samples: FloatArray
+) -> tuple[FloatArray, float, tuple[str, ...]]:
+    """Samples at even times from 0 on, their interval, s, and what is said of it; even ones are left as they are."""
+    steps = np.diff(time)
+    wrong = np.flatnonzero([time[0] != 0, *(steps <= 0) | (steps > LONGEST_GAP)])
+    if wrong.size:
+        why = f"time {time[wrong[0]]:g} s; times begin at 0 and rise by at most {LONGEST_GAP:g} s"
+        raise block.error(first + int(wrong[0]) // per_line, f"{why}: get the file again")
+    mean = float(steps.mean())
+    even = round(mean, 3)
+    if np.abs(time - even * np.arange(time.size)).max() < 0.00051:
+        return samples, even, ()
+    from scipy.interpolate import PchipInterpolator
+    from scipy.signal import resample_poly
+
+    fine = np.arange(int(time[-1] / INTERVAL * FINER + 1e-6) + 1) * (INTERVAL / FINER)
+    out = resample_poly(PchipInterpolator(time, samples)(fine), 1, FINER, padtype="line")
+    note = (
+        f"{block.file}: uneven times, {1e3 * mean:.1f} ms apart on average and {1e3 * steps.max():.0f} ms at most, "
+        f"resampled to {1e3 * INTERVAL:g} ms (monotone cubic, anti-alias filter at {0.5 / INTERVAL:g} Hz)"
+    )
+    return np.ascontiguousarray(out, dtype=np.float64), INTERVAL, (note,)

@@ -1,0 +1,191 @@
+"""How falls lie to the fault normal, and where they go: the alignment of each group of records, roses, by shape."""
+
+import math
+
+import numpy as np
+
+from overturning.report.blocks import Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
+from overturning.report.results import Results
+from overturning.report.text import counted, degrees, estimate, interval, number
+from overturning.statistics.bootstrap import mean_over_earthquakes
+from overturning.statistics.by_record import record_groups
+from overturning.statistics.circular import LEAST_RESULTANT
+from overturning.statistics.earthquakes import AxisSummary, axes_by_earthquake
+
+
+def alignment_sentences(results: Results, *, primary: bool) -> tuple[str, ...]:
+    """Alignment of each group of records with the fault normal, and the difference of two groups.
+
+    The first group is the primary one, where the alignment is the primary statistic.
+    """
+    scale = "the alignment of fall axes with the fault normal (1 normal to the fault, −1 along it)"
+    known = {_name(name): one for name, one in results.axes.items()}
+    values = [f"{_alignment(one)}{name}" for name, one in known.items()]
+    difference, said = results.axes_difference, []
+    if difference is not None and difference.n:
+        few = math.isnan(difference.low)
+        ends = "too few earthquakes for an interval" if few else interval(difference.low, difference.high)
+        shown = "a" if difference.low > 0 or difference.high < 0 else "no"
+        verdict = "" if few else f": {shown} difference between the two is shown"
+        values.append(f"the difference {number(difference.value)} ({ends}){verdict}")
+    if primary:
+        one = next(iter(known.values()))
+        said.append(f"Primary statistic, fixed beforehand: {scale} is {values.pop(0)}: {_verdict(one)}.")
+        scale = "the alignment"
+    if values:
+        said.append(f"Secondary: {scale} is {'; '.join(values)}.")
+    return tuple(said)
+
+
+def axes_sentence(results: Results) -> str:
+    """Mean axes of each group, and how many earthquakes lie closer to the normal than to the fault."""
+    known = {_name(name): one for name, one in results.axes.items()}
+    means = " and ".join(f"{_mean_axis(one)}{name}" for name, one in known.items())
+    told = f"The fall axes of {results.words.blocks} lie on average {means}."
+    if closer := " and ".join(f"{one.closer_to_normal} of {one.told}{name}" for name, one in known.items() if one.told):
+        lie = "lies" if sum(one.told for one in known.values()) == 1 else "lie"
+        told += f" Of the earthquakes whose falls have an axis {closer} {lie} closer to the normal than to the fault."
+    return told
+
+
+def _alignment(summary: AxisSummary) -> str:
+    one = summary.alignment
+    sure = "" if math.isnan(one.low) else f"95 % interval {interval(one.low, one.high)}; "
+    count = counted(one.n, "earthquake")
+    if one.n < summary.earthquakes:
+        count = f"{one.n} of {counted(summary.earthquakes, 'earthquake')} with falls"
+    return f"{number(one.value)} ({sure}{count})" if one.n else "not known"
+
+
+def agreement_within(results: Results) -> str:
+    """How far the fall axes of one record agree, over earthquakes, by group of records."""
+    lengths, events = results.record_means["axis_resultant"].to_numpy(), results.cube["event"].to_numpy().astype(str)
+    parts = []
+    for name, members in record_groups(results.cube).items():
+        found = mean_over_earthquakes(np.where(members, lengths, np.nan), events)
+        parts.append(estimate(found.value, found.low, found.high) + _name(name))
+    return (
+        f"Within a record the fall axes of {results.words.blocks} agree with a mean resultant of "
+        f"{' and '.join(parts)}; 1 means that all are alike, 0 that they have no axis in common. "
+        f"{results.words.which}".rstrip()
+    )
+
+
+def _verdict(summary: AxisSummary) -> str:
+    """What the interval of the alignment says."""
+    one = summary.alignment
+    if one.n == 0:
+        return "no earthquake has falls and a known fault"
+    if math.isnan(one.low):
+        return f"{counted(one.n, 'earthquake')} {'is' if one.n == 1 else 'are'} too few for an interval"
+    if one.low > 0:
+        return "falls lie closer to the fault normal than to the fault"
+    if one.high < 0:
+        return "falls lie closer to the fault than to its normal"
+    return "neither the normal nor the fault is shown to be preferred"
+
+
+def _name(group: str) -> str:
+    """Name of a group inside a sentence; nothing for the only one."""
+    return "" if group == "all records" else " " + group.replace("without (control)", "without a pulse")
+
+
+def _mean_axis(summary: AxisSummary) -> str:
+    if math.isnan(summary.axis_deg):
+        return "along no common axis"
+    spread = "" if math.isnan(summary.half_width_deg) else f"\u00a0{half_width(summary)}"
+    return f"{degrees(abs(summary.axis_deg))}{spread} from the fault normal"
+
+
+def half_width(summary: AxisSummary) -> str:
+    """Half of the interval of a mean axis, ± 12°."""
+    width = summary.half_width_deg
+    return "–" if math.isnan(width) else f"±\u00a0{degrees(width)}"
+
+
+def axes_shown(results: Results) -> Figure:
+    """The fall axes of the earthquakes, drawn."""
+    caption = (
+        f"Fall axis of each earthquake relative to its fault normal, over {results.words.blocks}; the point grows "
+        "with how strongly the axes agree. Below, the mean over earthquakes with its bootstrap interval. Which "
+        "side of the fault normal counts as positive is arbitrary, so only axes are compared."
+    )
+    alt = "fall axis of each earthquake relative to its fault normal"
+    return Figure(results.figures / "axes.svg", alt, caption, width=0.82)
+
+
+def falls(results: Results) -> Section | None:
+    """Rose of fall azimuths, and the alignment with the fault normal by shape; none where nothing falls."""
+    if not results.fallen > 0:
+        return None
+    folder = results.figures
+    caption = f"{results.words.rose} {results.words.which}".rstrip()
+    blocks: list[Block] = [Figure(folder / "rose.svg", "rose of fall azimuths", caption, width=0.8)]
+    if not results.model.one_component:
+        of_each = "The same for each earthquake, its records taken together; blue: fault normals."
+        alt = "roses of fall azimuths by earthquake"
+        blocks.append(Figure(folder / "earthquakes.svg", alt, of_each, width=0.9))
+    if results.tells_axes:
+        about = (
+            f"Falls of {results.words.blocks}. Alignment: cos 2Δ, Δ the angle between a fall and the fault normal of "
+            "its record, is averaged over the falls of a record, over the records of an earthquake, and over "
+            f"earthquakes: 1 normal to the fault, −1 along it, 0 neither.{_weighed(results)} An earthquake has an axis "
+            f"where the resultant of its falls reaches {LEAST_RESULTANT:g}; these are counted as closer to the normal "
+            "or not. Intervals: 95 %, bootstrap over earthquakes."
+        )
+        blocks += [*_beside_the_answer(results), _summary(results.axes), Note(about)]
+        note = Note(
+            f"Counted are the earthquakes with falls of {results.words.blocks}; the alignment is the mean over these. "
+            "No p-value is given here: with so many shapes some would look small by chance."
+        )
+        blocks.append(Disclosure("Alignment with the fault normal by B/H and friction", (_by_shape(results), note)))
+    return Section("Where blocks fall", tuple(blocks), anchor="rose")
+
+
+def _beside_the_answer(results: Results) -> list[Block]:
+    """What is said of fault normals where the answer does not say it already."""
+    said: list[str] = [axes_sentence(results), agreement_within(results)]
+    if results.study.asks == "direction":
+        return [*map(Paragraph, said)]
+    if results.study.asks != "reference":
+        said = [*alignment_sentences(results, primary=False), *said]
+    return [*map(Paragraph, said), axes_shown(results)]
+
+
+def _weighed(results: Results) -> str:
+    """That means take falls with their probabilities, and roses do not; empty without an ensemble."""
+    if not results.study.ensemble.members:
+        return ""
+    return (
+        " Each case counts with the probability of its fall over its neighbourhood; the rose counts the falls of the "
+        "cases themselves."
+    )
+
+
+def _by_shape(results: Results) -> Table:
+    """Mean alignment over earthquakes for each B/H and friction, heights taken together, and over how many it is."""
+    cube = results.cube
+    heads, columns = ["B/H", "µ"], []
+    for name, chosen in record_groups(cube).items():
+        axes = axes_by_earthquake(cube.isel(record=np.flatnonzero(chosen)), "b_over_h", "friction")
+        found = axes["falls"].sum("event"), axes["cosine"].count("event"), axes["cosine"].mean("event")
+        columns += [one.to_numpy() for one in found]
+        heads += [f"earthquakes with falls, {name}", f"of these counted, {name}", f"alignment, {name}"]
+    rows = [
+        (b_over_h, friction, *(column[i, j] for column in columns))
+        for i, b_over_h in enumerate(cube["b_over_h"].to_numpy())
+        for j, friction in enumerate(cube["friction"].to_numpy())
+    ]
+    return table(heads, rows, "gg" + "nn2" * (len(columns) // 3), sortable=True)
+
+
+def _summary(axes: dict[str, AxisSummary]) -> Table:
+    rows = [
+        (
+            *(name, s.earthquakes, s.alignment.n, s.alignment.value, interval(s.alignment.low, s.alignment.high)),
+            *(abs(s.axis_deg), half_width(s), f"{s.closer_to_normal} of {s.told}"),
+        )
+        for name, s in axes.items()
+    ]
+    heads = ("records", "earthquakes", "with falls", "alignment", "interval", "mean axis from normal", "interval")
+    return table((*heads, "closer to normal"), rows, "tnn2n°")

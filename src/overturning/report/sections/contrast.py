@@ -1,0 +1,87 @@
+"""A variant beside the study, case by case: with and without vertical motion, on rock and soil, stack and monolith."""
+
+import math
+from functools import partial
+
+import numpy as np
+
+from overturning.figures.fall_rate import contrast_figure
+from overturning.report.blocks import Figure
+from overturning.report.results import Results
+from overturning.report.text import counted, number, percent
+from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
+from overturning.statistics.elements import Contrast, compare_stones, contrast
+from overturning.statistics.falls import overturns
+from overturning.study.scenes import NOMINAL, applies_vertical, scene_of, setting_of
+
+
+def setting_said(results: Results, variant: str, against: str) -> str:
+    """Under which setting a stone falls, as part of a sentence, told apart from another one by what they differ in."""
+    study = results.study
+    if scene_of(study, variant) != scene_of(study, against):
+        return f"in the {scene_of(study, variant).name} scene"
+    if applies_vertical(study, variant) != applies_vertical(study, against):
+        return f"{'with' if applies_vertical(study, variant) else 'without'} vertical motion"
+    if setting_of(study, variant).site != setting_of(study, against).site and variant == NOMINAL:
+        return "on the ground as recorded"
+    return "in the study itself" if variant == NOMINAL else f"in the variant {variant}"
+
+
+def contrast_sentences(results: Results, variant: str | None = None) -> tuple[str, ...]:
+    """In how many cases a stone falls under one setting only, and how its falls differ where it falls under both."""
+    other = variant or results.study.primary.against
+    if other is None:
+        return ()
+    counts = compare_stones(*(results.reference_cube(name) for name in (NOMINAL, other)))
+    said = setting_said(results, NOMINAL, other), setting_said(results, other, NOMINAL)
+    return contrast_told(contrast(counts, results.cube["event"].to_numpy().astype(str)), *said)
+
+
+def contrast_told(found: Contrast, this: str, that: str) -> tuple[str, ...]:
+    """What a contrast says of a stone that falls ``this`` or ``that`` way, each as of `setting_said`."""
+    if not found.both.n:
+        return ("In no case is the outcome known under both.",)
+    first = (
+        f"Case by case, over {counted(found.both.n, 'earthquake')}: the stone falls only {this} in "
+        f"{_share(found.only_this)} of the cases, only {that} in {_share(found.only_other)}, under both in "
+        f"{_share(found.both)}."
+    )
+    if found.same_way.n:
+        second = (
+            f"Where it falls under both, it goes the same way in {_share(found.same_way)}, and falls earlier {this} in "
+            f"{_share(found.earlier)}."
+        )
+    elif found.only_this.value > 0 and not found.only_other.value > 0:
+        second = f"So it falls first {this} wherever it falls, and there is no second direction to compare."
+    else:
+        second = "So there are no two directions to compare."
+    return first, second
+
+
+def _share(mean: Mean) -> str:
+    if not mean.high > 0 and not mean.value > 0:
+        return "none"
+    digits = int(math.isnan(mean.low) or mean.high - mean.low < 0.1)
+    if math.isnan(mean.low):
+        return percent(mean.value, digits)
+    return f"{percent(mean.value, digits)} ({' to '.join(number(100 * end, digits) for end in (mean.low, mean.high))})"
+
+
+def contrast_shown(results: Results) -> Figure | None:
+    """Share of the cases in which the stone falls, by slenderness, under both settings; none of a single B/H."""
+    against, ratio = results.study.primary.against, results.cube["b_over_h"].to_numpy()
+    if against is None or ratio.size < 2:
+        return None
+    shares: dict[str, list[Mean]] = {}
+    events = results.cube["event"].to_numpy().astype(str)
+    for variant, other in ((NOMINAL, against), (against, NOMINAL)):
+        falls = overturns(results.reference_cube(variant))
+        of_record = falls.mean([name for name in falls.dims if name not in ("record", "b_over_h")]).compute()
+        columns = of_record.transpose("b_over_h", "record").to_numpy().astype(np.float64)
+        shares[setting_said(results, variant, other)] = [mean_over_earthquakes(column, events) for column in columns]
+    drawing = results.drawn("contrast", partial(contrast_figure, shares, ratio.astype(np.float64)))
+    caption = (
+        "Share of the cases in which the stone falls, by slenderness: mean over earthquakes, with its 95 % interval by "
+        "bootstrap where there are enough."
+    )
+    return Figure(drawing, "share of the cases that overturn under both settings, by slenderness", caption, width=0.7)

@@ -1,0 +1,206 @@
+"""What has stood: the probability that stones still stand after years of a hazard, and what stones that stand say."""
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import BaseModel, Field
+from scipy.special import log_ndtr, ndtr
+
+from overturning.arrays import FloatArray
+from overturning.errors import ResultError
+from overturning.tables import read_rows
+
+CAPACITIES: Final = np.linspace(-6.0, 6.0, 241)
+"""Capacities of single stones about their class's, in standard deviations, over which those are averaged."""
+
+LEAST_SPREAD: Final = 1e-3
+"""Least spread of a logarithm that is integrated over: a smaller one is a step."""
+
+BOUND: Final = 0.95
+"""Probability with which the rate of stones that stood lies below its bound."""
+
+
+class CurveRow(BaseModel, extra="forbid"):
+    """A row of ``fragility.csv``, as `statistics.fragility.write_fragility_csv` writes it."""
+
+    stones: str
+    measure: str
+    unit: str
+    median: float
+    median_low: float = math.nan
+    median_high: float = math.nan
+    log_spread: float = math.nan
+    least: float = 0.0
+    most: float = math.inf
+    record_spread: float = math.nan
+    other_spread: float = math.nan
+    id: str = ""
+
+
+class HazardRow(BaseModel, extra="forbid"):
+    """A row of a hazard curve."""
+
+    measure: str
+    unit: str
+    level: float = Field(gt=0, allow_inf_nan=False)
+    annual_rate: float = Field(gt=0, allow_inf_nan=False)
+
+
+@dataclass(frozen=True)
+class Hazard:
+    """A hazard curve; between its levels it is a power law.
+
+    Attributes
+    ----------
+    measure, unit : str
+        Intensity measure and its unit.
+    level, rate : ndarray, shape (n,)
+        Ascending levels, and how often a year each is exceeded.
+    """
+
+    measure: str
+    unit: str
+    level: FloatArray
+    rate: FloatArray
+
+    def rate_at(self, level: ArrayLike) -> FloatArray:
+        """Annual rate at which levels within the curve are exceeded."""
+        return np.asarray(np.exp(np.interp(np.log(level), np.log(self.level), np.log(self.rate))))
+
+    def falls(self, median: ArrayLike, spread: float, low: float = 0.0, high: float = math.inf) -> FloatArray:
+        """Annual rate of falls of lognormal fragilities by shaking from `low` to `high`, within the curve's levels.
+
+        ∫ P |dν| = P ν at the lower end − P ν at the upper end + ∫ ν dP, whose part over a power law a x^−k is exactly
+        a m^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(x/m)/β, between its ends (completing the square; Cornell, Jalayer,
+        Hamburger & Foutch 2002, Journal of Structural Engineering 128, 526, for a single power law).
+
+        Parameters
+        ----------
+        median : array_like, shape (m,)
+            In the unit of the levels.
+        spread : float
+            Of the logarithm.
+        low, high : float
+            Levels, in the same unit.
+
+        Returns
+        -------
+        ndarray, shape (m,)
+            1/year; 0 where the levels do not overlap.
+        """
+        low, high = max(low, float(self.level[0])), min(high, float(self.level[-1]))
+        if low >= high:
+            return np.zeros(np.size(median))
+        level = np.concatenate([[low], self.level[(self.level > low) & (self.level < high)], [high]])
+        x, rate = np.log(level), np.log(self.rate_at(level))
+        m, spread = np.log(np.atleast_1d(median))[:, None], max(spread, LEAST_SPREAD)
+        k = -np.diff(rate) / np.diff(x)
+        below, above = ((x[part] - m) / spread + k * spread for part in (slice(None, -1), slice(1, None)))
+        below, above = np.where(below > 0, -above, below), np.where(below > 0, -below, above)  # where Φ keeps digits
+        inside = log_ndtr(above) + np.log1p(-np.exp(log_ndtr(below) - log_ndtr(above)))
+        parts = np.exp(rate[:-1] + k * x[:-1] - k * m + 0.5 * (k * spread) ** 2 + inside)
+        first, last = (ndtr((x[end] - m[:, 0]) / spread) * np.exp(rate[end]) for end in (0, -1))
+        return np.asarray(first - last + parts.sum(axis=1))
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How a class of stones stands under a hazard.
+
+    Attributes
+    ----------
+    stones, measure : str
+        Class and intensity measure.
+    rate : float
+        Falls a year, λ; shaking above the curve's last level counts with the probability there.
+    stands, low, high : float
+        Probability exp(−λT) that a stone stands after T years, and that at the ends of the median's interval; `low` is
+        also that with which every stone falls above the last level of the hazard.
+    share : float
+        Share of the class that stands where each stone keeps what sets it apart from the others of its class for all T
+        years; NaN where the parts of the spread are not known. It is no smaller than `stands`.
+    beyond : float
+        Share of λ that comes from levels to which the fragility was not fitted.
+    first : float
+        Probability of falling at the first level of the hazard: weaker shaking is not counted.
+    """
+
+    stones: str
+    measure: str
+    rate: float
+    stands: float
+    low: float
+    high: float
+    share: float
+    beyond: float
+    first: float
+
+
+def standing(curve: CurveRow, hazard: Hazard, years: float) -> Standing:
+    """How the stones of a fragility curve stand under a hazard for so many years; its median must be known."""
+    last, seldom = float(hazard.level[-1]), float(hazard.rate[-1])
+
+    def chance(level: float, median: ArrayLike, spread: float) -> FloatArray:
+        return np.asarray(ndtr(np.log(level / np.atleast_1d(median)) / max(spread, LEAST_SPREAD)))
+
+    def rates(median: ArrayLike, spread: float) -> FloatArray:
+        return np.asarray(hazard.falls(median, spread) + seldom * chance(last, median, spread))
+
+    spread = curve.log_spread
+    # An end beyond the data is 0 or infinite: all shaking of the curve throws the stone, or none.
+    ends = (curve.median if math.isnan(end) else end for end in (curve.median_low, curve.median_high))
+    medians = np.clip([curve.median, *ends], 1e-9 * hazard.level[0], 1e9 * last)
+    rate, strong, weak = (float(one) for one in rates(medians, spread))
+    strong += seldom * float(1 - chance(last, medians[1], spread)[0])
+    known = float(hazard.falls(curve.median, spread, curve.least, curve.most)[0])
+    share = math.nan
+    if math.isfinite(curve.other_spread):
+        each = rates(curve.median * np.exp(CAPACITIES * curve.other_spread), curve.record_spread)
+        weight = np.exp(-0.5 * CAPACITIES**2)
+        share = float(np.sum(weight * np.exp(-each * years)) / weight.sum())
+    first = float(chance(float(hazard.level[0]), curve.median, spread)[0])
+    stands, low, high = (math.exp(-one * years) for one in (rate, strong, weak))
+    beyond = 1 - known / rate if rate > 0 else math.nan
+    return Standing(curve.stones, curve.measure, rate, stands, low, high, share, beyond, first)
+
+
+def rate_bound(years: float) -> float:
+    """Rate of falls a year below which it lies with the probability `BOUND` where stones of one place stood all along.
+
+    The posterior of λ after T years without a fall is T exp(−λT), from a flat prior; stones of one place share their
+    earthquakes and count as one (Gelman et al. 2013, Bayesian Data Analysis, section 2.6: gamma posterior of a rate).
+    """
+    return -math.log1p(-BOUND) / years
+
+
+def read_curves(path: Path) -> list[CurveRow]:
+    """Fragility curves of a run; a ResultError where the table is wrong."""
+    return [row for _, row in read_rows(path, CurveRow, delimiter=",", error=ResultError, kind="fragility table")]
+
+
+def read_hazard(path: Path) -> dict[str, Hazard]:
+    """Hazard curves by measure; a ResultError where a level or rate is out of order, or a measure has one level."""
+    rows: dict[str, list[tuple[int, HazardRow]]] = {}
+    for line, row in read_rows(path, HazardRow, delimiter=",", error=ResultError, kind="hazard table"):
+        rows.setdefault(row.measure, []).append((line, row))
+    found = {}
+    for measure, of_measure in rows.items():
+        for (_, before), (line, row) in pairwise(of_measure):
+            if row.level <= before.level or row.annual_rate > before.annual_rate or row.unit != before.unit:
+                raise ResultError(
+                    f"{path} line {line}: {measure} {row.level:g} {row.unit}, {row.annual_rate:g}/year after "
+                    f"{before.level:g} {before.unit}, {before.annual_rate:g}/year; give ascending levels of one unit "
+                    "with rates that do not grow"
+                )
+        if len(of_measure) < 2:
+            raise ResultError(f"{path}: {measure} has one level; give two or more")
+        level, rate = (np.array([getattr(row, of) for _, row in of_measure]) for of in ("level", "annual_rate"))
+        found[measure] = Hazard(measure, of_measure[0][1].unit, level, rate)
+    if not found:
+        raise ResultError(f"{path}: no level; write one row per level below the header")
+    return found

@@ -1,0 +1,135 @@
+"""`python -m verification.shaking_table.small_table`: a rock on a small shaking table, into its page.
+
+The tests are those of DREAMS-lab/shakebot_motion (MIT; the licence stands beside them in `shakebot/`): one rock at two
+yaws each on two days, with the commanded PGA (g), PGV/PGA (s), and whether it fell. The ground acceleration is one
+period of PGA cos(2πFt), F = 1/(2π PGV/PGA).
+"""
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from overturning.arrays import FloatArray
+from overturning.dem.block.rigid import rocking
+from overturning.model.cases import Cases
+from overturning.motion.motion import Motion
+from overturning.statistics.logistic import logistic_fit
+from overturning.units import STANDARD_GRAVITY
+from verification.shaking_table.models import WIDTH_B_OVER_H, WIDTH_HEIGHT, Rows, most_likely_centre
+from verification.shaking_table.scores import NAMES, drawn_motions, interval, scores
+from verification.stale import measuring
+from verification.tables import RESULTS, markdown, publish, write_csv
+
+FOLDER: Final = Path(__file__).with_name("shakebot")
+SETS: Final = {
+    "exp0": "2022-09-07, 0°", "exp270": "2022-09-07, 270°", "PBR_0": "2022-10-24, 0°", "PBR_90": "2022-10-24, 90°",
+}  # fmt: skip
+"""Files, and the day and yaw of each."""
+
+B_OVER_H: Final = np.geomspace(0.02, 0.6, 50)
+HEIGHT: Final = np.geomspace(0.01, 1.5, 38)
+"""Rectangles that are tried, B/H and height in m: each the centre of a neighbourhood as wide as the boulder's."""
+
+ENDS: Final = {what: (f"{what} low", f"{what} high") for what in NAMES}
+
+QUIET: Final = 0.5
+"""Rest before the period, s."""
+
+
+def read_set(name: str) -> pd.DataFrame:
+    """Tests of a file in their order: ``ratio``, PGV/PGA in s, ``pga`` in g, and whether it ``fell``."""
+    rows = pd.read_csv(FOLDER / f"{name}.csv", names=["when", "ratio", "pga", "fell"], skiprows=1).dropna()
+    found = rows[["ratio", "pga"]].astype(float).assign(fell=rows["fell"].str.upper() == "Y")
+    return found[(found["pga"] > 0) & (found["ratio"] > 0)].reset_index(drop=True)  # without a motion none falls
+
+
+def period_of_cosine(pga: float, ratio: float, interval: float = 0.001) -> Motion:
+    """The commanded motion of a test towards azimuth 0: PGA in g, PGV/PGA in s."""
+    duration = 2.0 * np.pi * ratio
+    along = np.zeros(round((2.0 * QUIET + duration) / interval))
+    time = interval * np.arange(along.size) - QUIET
+    own = (time >= 0.0) & (time <= duration)
+    along[own] = pga * STANDARD_GRAVITY * np.cos(time[own] / ratio)
+    return Motion(along, np.zeros_like(along), sampling_interval=interval)
+
+
+def shares(tests: pd.DataFrame) -> FloatArray:
+    """Share of the rigid blocks round each centre that fall in each test, shape (centres, tests), never 0 nor 1.
+
+    Centres in the order of `B_OVER_H`, then `HEIGHT`; of a neighbourhood all blocks of the grid count alike.
+    """
+    grid = np.meshgrid(B_OVER_H, HEIGHT, indexing="ij")
+    cases = Cases(0.0, grid[1].ravel(), grid[0].ravel(), 1.0)
+    pairs, of_test = np.unique(tests[["pga", "ratio"]].to_numpy(), axis=0, return_inverse=True)
+    fell = np.array([rocking(period_of_cosine(*pair), cases).overturned != 0 for pair in pairs])
+    of_pair = fell.reshape(len(pairs), B_OVER_H.size, HEIGHT.size).astype(float)
+    near = [
+        (np.abs(np.log(values[:, None] / values)) < width).astype(float)
+        for values, width in ((B_OVER_H, WIDTH_B_OVER_H), (HEIGHT, WIDTH_HEIGHT))
+    ]
+    falls = np.einsum("bi,pij,hj->bhp", near[0], of_pair, near[1])
+    members = near[0].sum(axis=1)[:, None] * near[1].sum(axis=1)
+    found = (falls + 0.5) / (members[..., None] + 1.0)
+    return np.asarray(found.reshape(-1, len(pairs))[:, of_test.ravel()])
+
+
+def foretold(tests: pd.DataFrame, fractions: FloatArray) -> tuple[dict[str, FloatArray], tuple[float, float]]:
+    """Probabilities of the even tests by model, and the B/H and height (m) that the odd ones make likeliest."""
+    odd: Rows = np.flatnonzero(np.arange(len(tests)) % 2 == 0)  # the first test is number 1
+    even, fell = np.flatnonzero(np.arange(len(tests)) % 2 == 1), tests["fell"].to_numpy()
+    peaks = np.log(np.column_stack([tests["pga"], tests["pga"] * tests["ratio"]]))
+    fit = logistic_fit(peaks[odd], fell[odd].astype(float), cells(tests)[odd])
+    best = most_likely_centre(fractions, fell, odd)
+    centre = float(B_OVER_H[best // HEIGHT.size]), float(HEIGHT[best % HEIGHT.size])
+    return {"logistic of PGA and PGV": fit.probability(peaks[even]), "rigid block": fractions[best][even]}, centre
+
+
+def cells(tests: pd.DataFrame) -> np.ndarray:
+    """Name of the motion of each test: repeats of one are not independent."""
+    return np.array([f"{pga:g} {ratio:g}" for pga, ratio in zip(tests["pga"], tests["ratio"], strict=True)])
+
+
+def measure() -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Scores of each model on the even tests of each set, with intervals by motion, and the likeliest blocks."""
+    rows, blocks = [], []
+    for name, said in SETS.items():
+        tests = read_set(name)
+        probabilities, centre = foretold(tests, shares(tests))
+        even = tests.iloc[1::2]
+        fell, samples = even["fell"].to_numpy(), drawn_motions(cells(even))
+        blocks.append({"tests": said, "B/H": centre[0], "H, m": centre[1]})
+        for model, p in probabilities.items():
+            if not np.isfinite(p).all():
+                continue  # the odd tests have no such fit: a line parts their falls from their stands
+            drawn, own = np.array([scores(p[s], fell[s]) for s in samples]), scores(p, fell)
+            row: dict[str, str | float | int] = {"set": said, "model": model, "tests": len(even), "fell": fell.sum()}
+            for place, what in enumerate(NAMES):
+                row |= {what: own[place]} | dict(zip(ENDS[what], interval(drawn[:, place]), strict=True))
+            rows.append(row)
+    return pd.DataFrame(rows), pd.DataFrame(blocks)
+
+
+def main() -> None:
+    """Write verification/results/small-table.csv and the page."""
+    with measuring("shaking_table.small_table"):
+        rows, blocks = measure()
+        write_csv(rows, RESULTS / "small-table.csv")
+        lines = [
+            (
+                *(str(row[key]) for key in ("set", "model")),
+                *(f"{row[what]:.2f} ({row[f'{what} low']:.2f} to {row[f'{what} high']:.2f})" for what in NAMES),
+                f"{row['fell']} of {row['tests']}",
+            )
+            for _, row in rows.iterrows()
+        ]
+        centres = [(str(one["tests"]), f"{one['B/H']:.3f}", f"{one['H, m']:.2f}") for _, one in blocks.iterrows()]
+        publish({
+            "small-table-scores": markdown(("tests", "model", *NAMES, "fell"), lines),
+            "small-table-blocks": markdown(("tests", "B/H", "H, m"), centres),
+        })  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,371 @@
+"""`python -m verification.stale`: the measured tables that are of other sources than today's, and what remakes them.
+
+`MEASURES` names everything that a script of this folder puts into the docs. Each is measured within `measuring`, which
+keeps in verification/results/sources.csv the hash of the sources it was measured with, its run time, and the machine.
+"""
+
+import ast
+import hashlib
+import os
+import platform
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from importlib.metadata import version
+from itertools import chain
+from pathlib import Path
+from typing import Annotated, Any, Final, NamedTuple
+
+import pandas as pd
+import psutil
+import typer
+import yaml
+
+from overturning.study import sources
+from verification.tables import RESULTS, ROOT, alone, publish, wrapped, write_csv
+
+KEPT: Final = "sources.csv"
+KERNELS: Final = ("block", "polygon", "body")
+"""Folders of `overturning.dem`, none of which imports another."""
+
+KERNEL: Final = (
+    "dem", "model", "motion", "units.py", "records/processing.py", "records/formats/fema_p695.py",
+    "study/convergence.py",
+)  # fmt: skip
+"""What a measured number of the kernels depends on: itself, its motions, and how answers are compared."""
+
+STUDY: Final = (*KERNEL, "statistics", "surveys", "study/sweep.py", "study/ensemble.py")
+"""What an outcome of a whole study depends on."""
+
+NEVER: Final = ("__init__.py", "tables.py", "sentences.py", "stale.py", "summary.py")
+"""Modules of this folder that lay figures out."""
+
+_RUN: Final = ("overturning.commands.workflow:sweep", "overturning.commands.workflow:fragility")
+_RECORDS: Final = ("config/near-fault.yaml",)
+_WORDS: Final = ("name", "title", "question")
+"""Keys of a study that no number depends on."""
+
+
+class Measure(NamedTuple):
+    """Something measured in one go."""
+
+    command: str
+    """That makes it again; a part of this folder where it does not begin with ``make``."""
+    results: tuple[str, ...]
+    """Marks of the docs, files of verification/results, and drawings of docs/images."""
+    kernels: tuple[str, ...] = KERNELS
+    """Of `KERNELS`, those that it runs."""
+    inputs: tuple[str, ...] = ()
+    """Files of the project that it reads; with a study also the lines of its records in the record table."""
+    rooms: tuple[str, ...] = KERNEL
+    """Parts of the package that count, of those that its modules import."""
+    source: str = ""
+    """Module or `module:function` of this folder, where it is not the measure's name."""
+    others: tuple[str, ...] = ()
+    """Further ones, also of the package."""
+
+    @property
+    def line(self) -> str:
+        """The command as it is typed."""
+        return self.command if self.command.startswith("make ") else f"python -m verification.{self.command}"
+
+
+_BENCH: Final = ("bench", "bench-short", "summary", "x86-64-2-cores.csv")
+_SCENES: Final = ("scene-speed", "summary", "scenes.csv")
+_SPACE: Final = ("space", "space.csv")
+_SCALE: Final = ("scale", "scale-on-paper", "scale.csv")
+_BEFORE: Final = "make run STUDY=config/{0}.yaml here and in a checkout of the state before; compare_cubes … --mark {1}"
+
+MEASURES: Final[dict[str, Measure]] = {
+    "bench:growth": Measure("bench growth", _BENCH, ("block",)),
+    "bench:throughput": Measure("bench throughput", _BENCH, ("block",)),
+    "bench:sweep": Measure("bench sweep", _BENCH, ("block",), _RECORDS),
+    "bench:compilation": Measure("bench compilation", _BENCH, ("block",)),
+    "bench:default_study": Measure("bench study", _BENCH, ("block",), _RECORDS),
+    "whole_run:whole_run": Measure("bench whole-run", _BENCH, ("block",), _RECORDS, STUDY, others=_RUN),
+    "bench:left_out": Measure("bench left-out", (*_BENCH, "left-out"), ("block",), _RECORDS),
+    "experiments:default_step": Measure(
+        "experiments default-step", ("default-step", "equal-error", "default-step.csv"), ("block",), _RECORDS
+    ),
+    "experiments:step_and_contact": Measure(
+        "experiments step-and-contact", ("step-and-contact",), ("block",), _RECORDS
+    ),
+    "experiments:fine_steps": Measure("experiments fine-steps", ("fine-steps",), ("block",), _RECORDS),
+    "experiments:rigid_limit": Measure(
+        "experiments rigid-limit", ("rigid-limit", "rigid-limit-map", "chaos"), ("block",), _RECORDS
+    ),
+    "experiments:damping_ratio": Measure("experiments damping-ratio", ("damping-ratio",), KERNELS, _RECORDS),
+    "experiments:most_friction": Measure("experiments most-friction", ("most-friction",), ("block",), _RECORDS),
+    "scenes:speed": Measure("scenes speed", _SCENES, ("polygon",)),
+    "scenes:peers": Measure("scenes peers", _SCENES, ("polygon",), ("config/scenes/three-tier.yaml",)),
+    "scenes:pillars": Measure("scenes pillars", _SCENES, ("polygon",), _RECORDS),
+    "scenes:kernels": Measure(
+        "scenes kernels", ("both-kernels", "summary", "both-kernels.csv"), ("block", "polygon")
+    ),
+    "scenes:steps": Measure("scenes steps", ("scene-steps",), ("polygon",), ("config/scenes/three-tier.yaml",)),
+    "scene_peers": Measure("scene_peers", ("three-tier-peers.csv",), (), rooms=("model", "motion", "units.py")),
+    **{
+        f"space:{function}": Measure(f"space {part}", _SPACE, ("body",), inputs)
+        for part, function, inputs in (
+            ("throughput", "throughput", ()),
+            ("memory", "memory", ()),
+            ("convergence", "convergence", ()),
+            ("study", "study", ("config/in-space.yaml",)),
+            ("exactness", "exactness", _RECORDS),
+            ("peers", "against_peers", _RECORDS),
+        )
+    },
+    "page": Measure(
+        "make verify",
+        (
+            "steps", "orders", "stiffness", "rigid", "equal-agreement", "stability", "scenes", "reach", "summary",
+            "exactness.csv", "work-precision.csv", "work-precision-steps.svg", "work-precision-rigid.svg",
+            "stability-map.svg", "stability-shares.svg", "stability-scenes.svg",
+        ),
+        ("block", "polygon"),
+        _RECORDS,
+        others=("work_precision.__main__", "stability.__main__"),
+    ),
+    "cemetery:planes": Measure(
+        "make run STUDY=config/in-space.yaml && python -m verification.cemetery", ("in-space.csv",), ("block", "body"),
+        ("config/in-space.yaml",), STUDY, others=_RUN,
+    ),
+    "cemetery": Measure(
+        "make run && python -m verification.cemetery",
+        (
+            "population", "criteria", "criteria-blocks", "published-surveys", "published-surveys-computed",
+            "fall-rate.svg", "criteria.svg", "published-surveys.svg",
+        ),
+        ("block",),
+        (*_RECORDS, "surveys/published.csv"),
+        STUDY,
+        others=_RUN,
+    ),
+    "answers": Measure(
+        "make run (also of in-space, three-tier, waiau and fine-map) && python -m verification.answers",
+        ("found", "rinaldi.svg", "rinaldi-in-space.svg"),
+        KERNELS,
+        tuple(f"config/{name}.yaml" for name in ("near-fault", "in-space", "three-tier", "waiau", "fine-map")),
+        STUDY,
+        others=_RUN,
+    ),
+    "soft_ground": Measure(
+        "make soil run STUDY=config/soft-ground.yaml && python -m verification.soft_ground",
+        ("soft-ground", "soft-ground-answer", "soft-ground-convergence", "soft-ground.csv"), ("block",),
+        ("config/soft-ground.yaml",), STUDY, others=_RUN,
+    ),
+    "backwards_coverage:measured": Measure(
+        "backwards_coverage", ("backwards-coverage", "backwards-coverage.csv"), ("block",), _RECORDS, STUDY
+    ),
+    "backwards_coverage:ruin": Measure(
+        "backwards_coverage", ("example-ruin", "example-ruin.svg"), ("block", "body"),
+        ("surveys/example-ruin.csv",), STUDY,
+    ),
+    "shaking_table.__main__": Measure(
+        "make shaking-table DATA=folder",
+        (
+            "shaking-table-scores", "shaking-table-damping", "shaking-table-beside", "shaking-table-centres",
+            "shaking-table.csv", "shaking-table-reliability.svg",
+        ),
+        ("block", "body"),
+        rooms=(*KERNEL, "statistics"),
+    ),
+    "shaking_table.small_table": Measure(
+        "shaking_table.small_table", ("small-table-scores", "small-table-blocks", "small-table.csv"), ("block",)
+    ),
+    "scale.same_bytes": Measure(
+        "scale bytes slurm", ("scale-bytes", "scale-bytes.csv"), ("block",), rooms=STUDY, others=_RUN
+    ),
+    "scale.large:measure_chunk": Measure("scale chunk", _SCALE, ("block",), rooms=STUDY),
+    "scale.large:measure_gather": Measure("scale gather", _SCALE, (), rooms=("study/gather.py",)),
+    **{
+        f"scale {part}": Measure(
+            f"scale {part}", _SCALE, (), rooms=("statistics", "study/cube.py"), source="scale.large:measure_lazily"
+        )
+        for part in ("lazy", "lazy-space")
+    },
+    "scale.on_paper": Measure("scale planning", _SCALE, (), rooms=()),
+    "faults.__main__": Measure("make faults", ("faults",), (), rooms=("study/resume.py", "study/parts.py")),
+    "mutants.__main__": Measure("make mutants", ("mutants", "mutants.csv"), (), rooms=()),
+    **{
+        mark: Measure(_BEFORE.format(study, mark), (mark,), kernels, source="compare_cubes")
+        for mark, study, kernels in (
+            ("changed-near-fault", "near-fault", ("block",)),
+            ("changed-waiau", "waiau", ("block",)),
+            ("changed-three-tier", "three-tier", ("polygon",)),
+            ("changed-monolith", "three-tier", ("polygon",)),
+            ("changed-shaft-alone", "three-tier", ("polygon",)),
+            ("changed-in-space", "in-space", ("block", "body")),
+            ("changed-tottori", "tottori", ("block",)),
+            ("changed-paper-damping", "tottori", ("block",)),
+        )
+    },
+}  # fmt: skip
+
+
+def _canonical(node: Any) -> Any:
+    """A syntax tree as text without what changes no number: comments, layout, docstrings, annotations, messages."""
+    if isinstance(node, ast.Raise):
+        return "raise"
+    if isinstance(node, ast.AST):
+        # Empty fields are left out: which ones there are is another matter with each version of Python.
+        fields = ((name, value) for name, value in ast.iter_fields(node) if value not in (None, []))
+        left_out = {"returns", "kind", "type_comment"} | ({"annotation"} if isinstance(node, ast.arg) else set())
+        return type(node).__name__, [(name, _canonical(value)) for name, value in fields if name not in left_out]
+    if isinstance(node, list):
+        return [_canonical(each) for each in node if not _is_prose(each)]
+    return repr(node)
+
+
+def _is_prose(node: Any) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+
+
+@cache
+def _at(path: Path, function: str, _changed: int) -> bytes:
+    return hashlib.sha256(repr(_canonical(sources.part_of(path, function))).encode()).digest()
+
+
+def _of_file(path: Path, function: str = "") -> bytes:
+    return _at(path, function, path.stat().st_mtime_ns)
+
+
+def _counts(place: str, rooms: tuple[str, ...], kernels: tuple[str, ...]) -> bool:
+    if place.startswith("verification/"):
+        return Path(place).name not in NEVER
+    inside = place.removeprefix("overturning/")
+    if any(inside.startswith(f"dem/{kernel}/") for kernel in set(KERNELS) - set(kernels)):
+        return False
+    return any(inside == room or inside.startswith(f"{room}/") for room in rooms)
+
+
+def source_hash(
+    *names: str, rooms: tuple[str, ...] = KERNEL, kernels: tuple[str, ...] = KERNELS, inputs: tuple[str, ...] = ()
+) -> str:
+    """Hash, sixteen hexadecimal digits, of what modules are made of and of files that they read.
+
+    Parameters
+    ----------
+    *names : str
+        Of this folder or the package, as of `overturning.study.sources.sources_of`.
+    rooms, kernels, inputs : tuple of str
+        As of `Measure`.
+    """
+    here = ROOT / "verification"
+    counted: dict[str, bytes] = {}
+    for name in names:
+        module, _, function = name.partition(":")
+        first = "/".join(module.split(".")) + ".py"
+        for path in sources.sources_of(name, here):
+            place = path.relative_to(here.parent if path.is_relative_to(here) else sources.PACKAGE.parent).as_posix()
+            if place == first:
+                counted[f"{place}:{function}"] = _of_file(path, function)
+            elif _counts(place, rooms, kernels):
+                counted[place] = _of_file(path)
+    counted |= {name: hashlib.sha256(_of_input(ROOT / name)).digest() for name in inputs}
+    digest = hashlib.sha256()
+    for place, content in sorted(counted.items()):
+        digest.update(place.encode() + content)
+    return digest.hexdigest()[:16]
+
+
+def _of_input(path: Path) -> bytes:
+    """What a file says: of a study its keys without its words, and its records' lines of the record table."""
+    if path.suffix != ".yaml":
+        return path.read_bytes()
+    keys = yaml.safe_load(path.read_text(encoding="utf-8"))
+    used = set(keys.get("records", {}).get("use", ()))
+    table = (ROOT / "config" / "records.tsv").read_text(encoding="utf-8").splitlines()
+    lines = [line for line in table if line.split("\t")[0] in used]
+    return repr(({key: keys[key] for key in sorted(set(keys) - set(_WORDS))}, lines)).encode()
+
+
+def hash_of(name: str) -> str:
+    """Hash of the sources and inputs of one of the `MEASURES`."""
+    one = MEASURES[name]
+    places = (one.source or name, *one.others)
+    names = (place if place.startswith("overturning.") else f"verification.{place}" for place in places)
+    return source_hash(*names, rooms=one.rooms, kernels=one.kernels, inputs=one.inputs)
+
+
+def kept(results: Path = RESULTS) -> pd.DataFrame:
+    """What is kept of each measure: `measure`, `sources`, `seconds` and `machine`."""
+    path = results / KEPT
+    columns = ["measure", "sources", "seconds", "machine"]
+    return pd.read_csv(path, keep_default_na=False) if path.is_file() else pd.DataFrame(columns=columns)
+
+
+def machine() -> str:
+    """The machine and what runs on it, in a line."""
+    names = (line.partition(": ")[2] for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+             if line.startswith("model name"))  # fmt: skip
+    model = next(names, platform.machine())
+    memory = psutil.virtual_memory().total / 2**30
+    system = platform.freedesktop_os_release()["PRETTY_NAME"]
+    parts = (f"{name} {version(name.lower())}" for name in ("Numba", "llvmlite", "NumPy"))
+    cores = len(os.sched_getaffinity(0))
+    return f"{model}, {cores} cores, {memory:.0f} GiB; {system}; Python {platform.python_version()}, {', '.join(parts)}"
+
+
+def machines(results: Path = RESULTS) -> dict[str, str]:
+    """On what the tables were measured, by its mark."""
+    known = kept(results).groupby("machine", sort=True)["measure"].agg(list)
+    measured = {name: of for name, of in known.items() if name}
+    lines = [
+        wrapped(f"{name}." if len(measured) == 1 else f"{name}: {', '.join(sorted(of))}.", "- ")
+        for name, of in measured.items()
+    ]
+    return {"machine": "\n".join(lines)}
+
+
+@contextmanager
+def measuring(name: str, results: Path = RESULTS) -> Iterator[None]:
+    """Measure one of the `MEASURES`: keep its hash, of the sources as they are at the begin, where it succeeds."""
+    begin, found = time.monotonic(), hash_of(name)
+    yield
+    row = {"measure": name, "sources": found, "seconds": round(time.monotonic() - begin), "machine": machine()}
+    with alone(results):
+        old = kept(results)
+        new = pd.concat([old[old["measure"] != name], pd.DataFrame([row])])
+        write_csv(new.sort_values("measure"), results / KEPT)
+    publish(machines(results), results.parents[1])
+
+
+def stale(results: Path = RESULTS) -> list[str]:
+    """The measures that are of other sources than today's, or of none that are known."""
+    known = dict(kept(results)[["measure", "sources"]].to_numpy().tolist())
+    return [name for name in MEASURES if known.get(name) != hash_of(name)]
+
+
+def registered() -> set[str]:
+    """Marks, files and drawings of all `MEASURES`."""
+    return {*chain.from_iterable(one.results for one in MEASURES.values()), "machine", KEPT}
+
+
+def told(names: list[str], results: Path = RESULTS) -> list[str]:
+    """A line for each command that remakes stale tables: what it makes, and what it took, s."""
+    seconds = dict(kept(results)[["measure", "seconds"]].to_numpy().tolist())
+    commands = dict.fromkeys(MEASURES[name].line for name in names)
+    lines = []
+    for command in commands:
+        own = [name for name in names if MEASURES[name].line == command]
+        made = ", ".join(dict.fromkeys(chain.from_iterable(MEASURES[name].results for name in own)))
+        took = " + ".join(f"{seconds[name]} s" for name in own if name in seconds)
+        lines.append(f"{command}{took and f'  # {took}'}\n    {made}")
+    return lines
+
+
+def main(
+    check: Annotated[bool, typer.Option(help="fail where a table is stale")] = False,
+) -> None:
+    """List what is stale and the commands that remake it."""
+    names = stale()
+    print(*told(names), sep="\n")
+    print(f"{len(names)} of {len(MEASURES)} measures are of other sources than today's")
+    if check and names:
+        raise SystemExit(1)
+
+
+if __name__ == "__main__":
+    typer.run(main)

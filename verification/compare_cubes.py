@@ -2,16 +2,12 @@
 
 Each cube is compared with the one before it, and the last with the first, over the records that both have. For a change
 that must not change an answer, or whose changes must be counted: each state of the sources makes its cube of the same
-study, in a checkout of its own. With ``--report STUDY.yaml`` the numbers of the report are compared, too: those of the
-folder in which the last cube lies, once with its own cubes and once with those beside the first one.
+study, in a checkout of its own.
 """
 
-import re
-from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Annotated, Any, Final, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -21,21 +17,13 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.variables import INT8_MISSING
-from overturning.report.blocks import Answer, Bullets, Paragraph, Report, Section, Table, each_block
-from overturning.report.build import build_report
-from overturning.report.results import open_results
 from overturning.study.convergence import ASIDE, compare
 from overturning.study.cube import open_cube
-from overturning.study.load import load_study
 from verification.measures import ROCKS, percent
-from verification.stale import measuring
-from verification.tables import markdown, publish
+from verification.tables import markdown
 
 SLIDES = 1e-3
 """Peak slip of a stone that slides, m."""
-
-PRINTED: Final = re.compile(r"[−-]?\d[\d,]*(?:\.\d+)?")
-"""A number in a report."""
 
 
 def apart(first: NDArray[Any], second: NDArray[Any]) -> NDArray[np.bool_]:
@@ -125,81 +113,13 @@ def table(cubes: Sequence[Path]) -> str:
     return markdown(("", *head), [(name, *(column[name] for column in columns)) for name in columns[0]])
 
 
-class Number(NamedTuple):
-    """A number of a report: its section, the line that it stands in, # for numbers, its place there, and as printed."""
-
-    section: str
-    line: str
-    place: int
-    value: str
-
-
-def texts(section: Section) -> Iterator[str]:
-    """What a section says, line by line; a table's lines begin with their first cell and the column's heading."""
-    for block in each_block(section):
-        if isinstance(block, Table):
-            for row in block.rows:
-                yield from (f"{row[0]}, {head}: {cell}" for head, cell in zip(block.heads[1:], row[1:], strict=True))
-        elif isinstance(block, Answer):
-            yield from block.sentences
-        elif isinstance(block, Bullets):
-            yield from block.lines
-        elif isinstance(block, Paragraph):
-            yield block.text
-
-
-def numbers(report: Report) -> list[Number]:
-    """All numbers of a report."""
-    return [
-        Number(section.title, PRINTED.sub("#", text), place, found)
-        for section in report.blocks
-        for text in texts(section)
-        for place, found in enumerate(PRINTED.findall(text))
-    ]
-
-
-def report_of(study: Path, folder: Path, cubes: Path) -> Report:
-    """The report of a study (YAML) from its folder of results, with the cubes of another folder."""
-    with TemporaryDirectory() as made:
-        for path in folder.resolve().iterdir():
-            own = cubes.resolve() / path.name if path.match("cube*.nc") else path
-            (Path(made) / path.name).symlink_to(own)
-        with open_results(Path(made), load_study(study)) as results:
-            return build_report(results)
-
-
-def figures(before: Report, after: Report) -> str:
-    """Markdown: how many numbers of each section changed, and each of the answer's sentences that did."""
-    old, new = numbers(before), numbers(after)
-    rows = []
-    for title in dict.fromkeys(one.section for one in new):
-        counted = [Counter(one for one in part if one.section == title) for part in (old, new)]
-        lines = [Counter(one.line for one in part if one.section == title and not one.place) for part in (old, new)]
-        rows.append((title, counted[1].total(), (counted[1] - counted[0]).total(), (lines[1] - lines[0]).total()))
-    answers = (next(iter(part.blocks)) for part in (before, after))
-    said = [(first, second) for first, second in zip(*map(texts, answers), strict=False) if first != second]
-    return "\n\n".join((
-        markdown(("section of the report", "numbers", "changed", "lines told differently"), rows),
-        markdown(("answer, before", "answer, after"), said),
-    ))  # fmt: skip
-
-
 def main(
     old: Annotated[Path, typer.Argument(help="a cube")],
     newer: Annotated[list[Path], typer.Argument(help="cubes of the same study after it, the latest last")],
-    mark: Annotated[str, typer.Option(help="also put the table between these marks of the docs")] = "",
-    report: Annotated[Path | None, typer.Option(help="the study (YAML): compare its report's numbers too")] = None,
 ) -> None:
     """Print the table."""
     try:
-        found = table([old, *newer])
-        if report:
-            after = newer[-1].resolve().parent
-            found += "\n\n" + figures(*(report_of(report, after, cubes) for cubes in (old.resolve().parent, after)))
-        print(found)
-        if mark:
-            with measuring(mark):
-                publish({mark: found})
+        print(table([old, *newer]))
     except ResultError as error:
         raise SystemExit(str(error)) from None
 

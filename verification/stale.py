@@ -75,7 +75,6 @@ _BENCH: Final = ("bench", "bench-short", "summary", "x86-64-2-cores.csv")
 _SCENES: Final = ("scene-speed", "summary", "scenes.csv")
 _SPACE: Final = ("space", "space.csv")
 _SCALE: Final = ("scale", "scale-on-paper", "scale.csv")
-_BEFORE: Final = "make run STUDY=config/{0}.yaml here and in a checkout of the state before; compare_cubes … --mark {1}"
 
 MEASURES: Final[dict[str, Measure]] = {
     "bench:growth": Measure("bench growth", _BENCH, ("block",)),
@@ -188,19 +187,6 @@ MEASURES: Final[dict[str, Measure]] = {
     "scale.on_paper": Measure("scale planning", _SCALE, (), rooms=()),
     "faults.__main__": Measure("make faults", ("faults",), (), rooms=("study/resume.py", "study/parts.py")),
     "mutants.__main__": Measure("make mutants", ("mutants", "mutants.csv"), (), rooms=()),
-    **{
-        mark: Measure(_BEFORE.format(study, mark), (mark,), kernels, source="compare_cubes")
-        for mark, study, kernels in (
-            ("changed-near-fault", "near-fault", ("block",)),
-            ("changed-waiau", "waiau", ("block",)),
-            ("changed-three-tier", "three-tier", ("polygon",)),
-            ("changed-monolith", "three-tier", ("polygon",)),
-            ("changed-shaft-alone", "three-tier", ("polygon",)),
-            ("changed-in-space", "in-space", ("block", "body")),
-            ("changed-tottori", "tottori", ("block",)),
-            ("changed-paper-damping", "tottori", ("block",)),
-        )
-    },
 }  # fmt: skip
 
 

@@ -5,8 +5,7 @@ import pytest
 import xarray as xr
 
 from overturning.errors import ResultError
-from overturning.report.blocks import Answer, Note, Report, Row, Section, table
-from verification.compare_cubes import changes, figures
+from verification.compare_cubes import changes
 
 DIMENSIONS = ("record", "azimuth", "b_over_h")
 
@@ -72,24 +71,3 @@ def test_cubes_of_different_studies_are_refused() -> None:
         changes(OLD, OLD.isel(azimuth=slice(2)))
     with pytest.raises(ResultError, match="of one study"):
         changes(OLD, cube([[1, 1]] * 4, record="b"))
-
-
-def report(share: str, axis: str, *rows: tuple[str, str], note: str = "Of 1,008 cases.") -> Report:
-    """An answer of two sentences, a note below it, and a table of a second section."""
-    said = Answer((f"Of all {share} fall.", f"Along {axis}."))
-    peaks = Row((table(("record", "PGA"), rows, "tt"),))
-    return Report("", "", (Section("Answer", (said, Note(note))), Section("Records", (peaks,))))
-
-
-def test_numbers_of_a_report_are_counted_that_changed() -> None:
-    """A number is found again in its line, whatever the order of a table's rows; in other words it is another."""
-    rows = ("a", "0.3"), ("b", "−0.40"), ("c", "–")
-    before = report("37 %", "12° ± 3°", *rows)
-    after = report("36 %", "12° ± 5°", rows[1], ("a", "0.31"), ("c", "0.2"), note="Of 1,008 cases, all.")
-    counts, answers = figures(before, after).split("\n\n")
-    assert counts.splitlines()[2:] == ["| Answer | 4 | 3 | 1 |", "| Records | 3 | 2 | 1 |"]
-    assert answers.splitlines()[2:] == [
-        "| Of all 37 % fall. | Of all 36 % fall. |", "| Along 12° ± 3°. | Along 12° ± 5°. |",
-        "| Of 1,008 cases. | Of 1,008 cases, all. |",
-    ]  # fmt: skip
-    assert "| Records | 2 | 0 | 0 |" in figures(before, before)

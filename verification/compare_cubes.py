@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.variables import INT8_MISSING
-from overturning.study.convergence import ASIDE, compare
+from overturning.study.answers import ASIDE, compare
 from overturning.study.cube import open_cube
 from verification.measures import ROCKS, percent
 from verification.tables import markdown

@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.run import run_cases
 from overturning.model.results import Results
 from overturning.model.status import Status
-from overturning.study.convergence import Counts, compare
+from overturning.study.answers import Counts, compare
 from verification.inputs import Group
 from verification.timing import Answer, measured
 

@@ -8,11 +8,11 @@ import pytest
 from overturning.dem.simulate import simulate
 from overturning.errors import ResultError
 from overturning.motion.motion import Motion
-from overturning.study.convergence import read_sample
 from overturning.study.cube import open_cube
 from overturning.study.gather import gather
 from overturning.study.load import check_study
 from overturning.study.recheck import recheck
+from overturning.study.sample import read_sample
 from overturning.study.scenes import numerics_of
 from overturning.study.sections import Verification
 from overturning.study.sweep import sweep_record

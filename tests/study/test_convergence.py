@@ -25,21 +25,13 @@ from overturning.records.record import Record
 from overturning.records.store import rounded
 from overturning.report.blocks import Paragraph, Table
 from overturning.report.sections.exactness import convergence
-from overturning.study.convergence import (
-    Convergence,
-    Counts,
-    Sample,
-    check_convergence,
-    choose,
-    compare,
-    computations,
-    read_rigid,
-    read_sample,
-    unanswered,
-)
+from overturning.study.answers import Counts, compare, unanswered
+from overturning.study.convergence import Convergence
+from overturning.study.convergence_check import check_convergence, computations
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import wilson
 from overturning.study.load import check_study
+from overturning.study.sample import Sample, choose, read_rigid, read_sample
 from overturning.study.scenes import grid_of
 from overturning.study.schema import Study
 from overturning.study.sections import Ensemble, Verification
@@ -187,7 +179,7 @@ def test_what_changes_is_settled_by_finer_steps_or_chaotic(tmp_path: Path, monke
         return again
 
     fakes = {kind: made(kind) for kind in ("finer", "finest", "stiffer")}
-    monkeypatch.setattr("overturning.study.convergence.computations", lambda _: fakes)
+    monkeypatch.setattr("overturning.study.convergence_check.computations", lambda _: fakes)
     found = check_convergence(settings, done.records, replace(done.sample, block_steps=1000))
     assert found.settling.model_dump() == {
         "changed": 4,

@@ -13,12 +13,14 @@ from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import read_motion
-from overturning.study.convergence import check_convergence, compare, differ, elsewhere, read_sample, unanswered
+from overturning.study.answers import compare, differ, elsewhere, unanswered
+from overturning.study.convergence_check import check_convergence
 from overturning.study.cube import open_cube, study_of
 from overturning.study.ensemble import draw_members
 from overturning.study.gather import gather
 from overturning.study.load import check_study, load_study, study_from
 from overturning.study.recheck import recheck
+from overturning.study.sample import read_sample
 from overturning.study.schema import Study
 from overturning.study.sections import Verification
 from overturning.study.sweep import sweep_record

@@ -18,7 +18,7 @@ from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
 from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.results import Results
 from overturning.model.scene import gravestone
-from overturning.study.convergence import compare
+from overturning.study.answers import compare
 from verification.engines import ENGINES, Engine, installed, side_of_block
 from verification.inputs import (
     Group,

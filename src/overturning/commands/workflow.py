@@ -178,8 +178,8 @@ def check_convergence(
 ) -> None:
     """Compute a part of a study again, with finer steps and with stiffer springs."""
     from overturning.errors import ConfigError
-    from overturning.study.convergence import check_convergence as compute_again
-    from overturning.study.convergence import read_rigid, read_sample
+    from overturning.study.convergence_check import check_convergence as compute_again
+    from overturning.study.sample import read_rigid, read_sample
 
     settings, records = _with_records(study, motions)
     if isinstance(settings.verification, str):

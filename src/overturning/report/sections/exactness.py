@@ -12,8 +12,10 @@ from overturning.report.results import Results
 from overturning.report.text import counted, percent
 from overturning.statistics.by_record import by_record
 from overturning.statistics.spread import Statistic, divided, of_first_batch, to_both_sides
-from overturning.study.convergence import ASIDE, HOLDS, NUDGE, WARN_ABOVE, Convergence, Repetition, Rigid
+from overturning.study.answers import ASIDE
+from overturning.study.convergence import NUDGE, WARN_ABOVE, Convergence, Repetition, Rigid
 from overturning.study.ensemble import BATCH, wilson
+from overturning.study.sample import HOLDS
 from overturning.study.sections import Ensemble
 
 _SETTINGS: Final = {"finer": "a smaller simulation.time_step", "stiffer": "a larger contact.stiffness"}

@@ -1,0 +1,207 @@
+"""Convergence check: a random part of a study computed again with finer steps and with stiffer springs.
+
+Where blocks cannot slide, the exact rigid block stands beside the study's answers.
+
+What changes with finer steps is computed in steps half as long as those, and in those under a motion changed by less
+than is known of it. An answer that stays both times is settled by a finer computation; one that changes with the motion
+none decides.
+"""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.dem.numerics import Progress
+from overturning.dem.run import run
+from overturning.errors import ArgumentError
+from overturning.model.cases import Cases
+from overturning.model.results import Results
+from overturning.model.variables import INT8_MISSING
+from overturning.motion.motion import Motion
+from overturning.records.record import Record
+from overturning.study.answers import Answers, compare, differ, elsewhere
+from overturning.study.convergence import NUDGE, Convergence, Outcome, Repetition, Rigid, Settling
+from overturning.study.sample import Sample
+from overturning.study.scenes import grid_of, model_for, motion_of, numerics_of
+from overturning.study.schema import Study
+
+FINER: Final = 8
+"""Steps of the finer computation in each of the study's."""
+
+STIFFER: Final = 4.0
+"""Stiffness of the stiffer springs over the study's; finest steps are half as long for it, whole ones are not."""
+
+PILOT: Final = 16
+"""Cases that tell what a case costs before more are computed."""
+
+FINER_OVER_STIFFER: Final = 9.0
+"""Block steps with finer steps over those with stiffer springs, at most: 8 over 1, and what is done once more."""
+
+
+def check_convergence(
+    study: Study,
+    records: Sequence[Record],
+    sample: Sample,
+    threads: int = 1,
+    progress: Progress | None = None,
+    rigid: Sample | None = None,
+) -> Convergence:
+    """Compute chosen cases again, with finer steps and with stiffer springs, as many as cost no more than is allowed.
+
+    The stiffer springs go first, in growing parts: their block steps tell what the finer steps will cost. These take
+    the first cases of the same random order, as many as the rest of the allowance pays for, and both are counted on
+    these. The processed records are in the order of the study, whose `verification` are settings; nothing that is found
+    depends on the number of threads. Progress is called with the cases done and all cases of both. The cells `rigid`,
+    of `read_rigid`, are compared with the exact rigid block.
+    """
+    settings = study.verification
+    assert not isinstance(settings, str)  # the workflow does not ask for it
+    allowed = round(settings.cost * sample.block_steps)
+    runs = _Runs(study, records, sample, threads, progress)
+    # Springs four times stiffer may be beyond what numbers hold: the finer steps alone then.
+    if runs.run_affordable("stiffer", 1.0 + FINER_OVER_STIFFER, allowed):
+        spent = runs.answers["stiffer"]["block_steps"]
+        affordable = np.cumsum(FINER_OVER_STIFFER * spent)
+        runs.run("finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right")))
+    else:
+        runs.run_affordable("finer", 1.0, allowed)
+    count = len(runs.answers["finer"])
+    done = sum(int(one["block_steps"].sum()) for one in runs.answers.values())
+    return Convergence(
+        seed=settings.seed,
+        wanted=len(sample.record),
+        chosen=count,
+        at_rest=int(sample.at_rest[:count].sum()),
+        cells=len(records) * runs.grid.size,
+        study_block_steps=sample.block_steps,
+        cost=settings.cost,
+        finer_by=FINER,
+        stiffer_by=STIFFER,
+        finer=runs.outcome("finer", count),
+        stiffer=runs.outcome("stiffer", count),
+        settling=runs.settle(count, allowed - done),
+        rigid=None if rigid is None else _Runs(study, records, rigid, threads, None).beside_rigid(),
+    )
+
+
+class _Runs:
+    """The first cases of a sample computed again; the answers grow."""
+
+    def __init__(
+        self, study: Study, records: Sequence[Record], sample: Sample, threads: int, progress: Progress | None
+    ) -> None:
+        self.sample, self.threads, self.progress = sample, threads, progress
+        self.motions, self.grid = [motion_of(study, record) for record in records], grid_of(study)
+        from overturning.dem.block.rigid import rocking  # with it comes Numba
+
+        self.computations: dict[str, Callable[[Motion, Cases], Any]] = {**computations(study), "rigid": rocking}
+        self.answers = dict.fromkeys(("finer", "stiffer"), sample.answers[:0])
+        self.refused: dict[str, str] = {}
+
+    def run_affordable(self, kind: str, factor: float, allowed: int) -> bool:
+        """Compute first cases, until `factor` times what they cost reaches what is allowed; False if refused."""
+        most = len(self.sample.record)
+        size = min(PILOT, most, max(self.sample.computed // 12, 1))
+        while size > 0:
+            done = len(self.answers[kind]) + size
+            if not self.run(kind, done):
+                return False
+            mean = factor * float(self.answers[kind]["block_steps"].mean())
+            affordable = most if mean == 0 else min(most, int(0.95 * allowed / mean))
+            size = min(affordable - done, 3 * done)
+        return True
+
+    def run(self, kind: str, until: int) -> bool:
+        """Continue until so many cases have been computed again; False where they are refused."""
+        try:
+            more = self._compute(kind, np.arange(len(self.answers[kind]), until))
+        except ArgumentError as error:
+            self.refused[kind] = str(error)
+            return False
+        self.answers[kind] = np.concatenate([self.answers[kind], more])
+        if self.progress:
+            self.progress(sum(map(len, self.answers.values())), 2 * len(self.sample.record))
+        return True
+
+    def _compute(self, kind: str, rows: NDArray[np.int64], amplitude: float = 1.0) -> Answers:
+        """Answers to some cases under motions of an amplitude."""
+        answers = np.zeros(rows.size, self.sample.answers.dtype)
+
+        def one(number: int) -> None:
+            mine = self.sample.record[rows] == number
+            chosen = self.sample.index[rows[mine]]
+            cases = self.grid.cases(list(chosen.T), amplitude=amplitude)
+            results = self.computations[kind](self.motions[number], cases)
+            answers["overturned"][mine] = results.overturned.reshape(len(chosen), -1)
+            answers["azimuth"][mine] = getattr(results, "fall_azimuth", np.nan)
+            answers["block_steps"][mine] = getattr(results, "block_steps", 0)
+
+        with ThreadPoolExecutor(max_workers=self.threads) as pool:
+            list(pool.map(one, np.unique(self.sample.record[rows]).tolist()))
+        return answers
+
+    def outcome(self, kind: str, count: int) -> Repetition:
+        """What changed in the first cases."""
+        if kind in self.refused:
+            return Repetition(block_steps=0, outcomes=[], refused=self.refused[kind])
+        outcomes = self._changed(self.answers[kind][:count])
+        return Repetition(block_steps=int(self.answers[kind]["block_steps"].sum()), outcomes=outcomes)
+
+    def _changed(self, again: Answers) -> list[Outcome]:
+        """What is other in other answers to the first cases, of each element."""
+        count, outcomes = len(again), []
+        own = self.sample.answers[:count]
+        away = elsewhere(own, again)
+        for column, name in enumerate(self.grid.element or ("",)):
+            before, after = own["overturned"][:, column], again["overturned"][:, column]
+            sure = ~self.sample.divided[:count, column]
+            counts, those = compare(before, after, away), compare(before[sure], after[sure], away[sure])
+            undivided = {
+                "undivided": those.cases, "flags_undivided": those.flags, "sides_undivided": those.sides,
+            }  # fmt: skip
+            outcomes.append(Outcome(element=name, **undivided, **counts.model_dump()))
+        return outcomes
+
+    def beside_rigid(self) -> Rigid:
+        """How far the study's answers to all cases of the sample differ from those of the exact rigid block."""
+        every = np.arange(len(self.sample.record))
+        (found,) = self._changed(self._compute("rigid", every))
+        return Rigid(cells=self.sample.computed, **found.model_dump())
+
+    def settle(self, count: int, allowed: int) -> Settling:
+        """What of the first cases changes with finer steps and, as far as allowed, keeps that answer or loses it."""
+        own, finer = self.sample.answers[:count], self.answers["finer"][:count]
+        known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
+        changed = np.flatnonzero(known & differ(finer, own))
+        # Steps half as long, and those of the finer computation once more.
+        rows = changed[3 * np.cumsum(finer["block_steps"][changed]) <= allowed]
+        finest, nudged = self._compute("finest", rows), self._compute("finer", rows, 1.0 + NUDGE)
+        kept = ~differ(nudged, finer[rows])
+        return Settling(
+            changed=changed.size,
+            looked_at=rows.size,
+            settled=int((~differ(finest, finer[rows]) & kept).sum()),
+            chaotic=int((~kept).sum()),
+            block_steps=int(finest["block_steps"].sum() + nudged["block_steps"].sum()),
+        )
+
+
+def computations(study: Study) -> dict[str, Callable[[Motion, Cases], Results]]:
+    """What computes a study's nominal cases again: with finer and finest steps, and with stiffer springs.
+
+    A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.
+    """
+    numerics, model = numerics_of(study), model_for(study)
+    step = numerics.time_step
+    finer, finest = (replace(numerics, refinement=times * FINER) for times in (1, 2))
+    shorter = replace(numerics, time_step=step if isinstance(step, str) else step / np.sqrt(STIFFER))
+    return {
+        "finer": partial(run, model, numerics=finer),
+        "finest": partial(run, model, numerics=finest),
+        "stiffer": partial(run, model.stiffer(STIFFER), numerics=shorter),
+    }

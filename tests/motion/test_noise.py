@@ -6,7 +6,7 @@ from scipy.signal.windows import tukey
 
 from overturning.motion.fourier import band_amplitude
 from overturning.motion.noise import noise_ratio, onset
-from overturning.records.processing import BOUNDS_HZ, DEFAULT_HZ, choose_corner, process
+from overturning.records.processing import BOUNDS_HZ, DEFAULT_HZ, choose_corner, default_steps, process
 from overturning.records.record import Record
 
 DT = 0.01
@@ -32,7 +32,7 @@ def test_white_noise_and_a_white_signal_have_the_ratio_of_their_powers():
     found = noise_ratio([made(20.0, 0.01), made(20.0, 0.01, seed=4)], DT)
     assert found is not None
     assert found.onset == pytest.approx(20.0, abs=0.1)
-    assert found.frequency[0] == pytest.approx(1 / found.onset)
+    assert found.frequency[0] == pytest.approx(3 / found.onset)  # three cycles of the slowest
     # exp(−t/10) to 95 % of its energy, 15 s: root mean square 0.56 of the first amplitude.
     middle = (found.frequency > 1) & (found.frequency < 30)
     assert np.median(found.ratio[:, middle]) == pytest.approx(56, rel=0.15)
@@ -90,12 +90,32 @@ def test_without_noise_the_corner_is_the_default_and_says_so():
     assert corner == DEFAULT_HZ
     assert "no noise of 2 s before the onset" in reason
     clean, reason = choose_corner(record(made(30.0, 0.001), made(30.0, 0.001, seed=6)))
-    assert BOUNDS_HZ[0] <= clean <= 0.05
+    assert clean == pytest.approx(0.1, rel=0.01)  # three cycles in 30 s
     assert "as far down as that tells" in reason
-    # Three seconds of noise tell nothing of what is slower than a third of a hertz.
+    ahead = 0.001 * np.random.default_rng(7).normal(size=(2, 6000))
+    long, _ = choose_corner(record(*(np.append(ahead[n], made(30.0, 0.001, seed=3 + n)) for n in range(2))))
+    assert BOUNDS_HZ[0] <= long <= 0.05
+    # Three seconds of noise tell nothing of what is slower than a hertz.
     short, reason = choose_corner(record(made(3.0, 0.001), made(3.0, 0.001, seed=6)))
     assert short == DEFAULT_HZ
-    assert "noise of the first 3.0 s as far down as that tells, 0.3" in reason
+    assert "noise of the first 3.0 s as far down as that tells, 1" in reason
+
+
+@pytest.mark.parametrize("tilt", [0.03, 0.3])
+def test_a_tilt_that_the_shock_leaves_raises_the_corner_until_the_displacement_is_that_of_the_ground(tilt):
+    """Made-up truth: a velocity pulse of 4 s in weak noise, and a sensor that tilts as the pulse passes."""
+    time = np.arange(0, 120, DT)
+    random, away = np.random.default_rng(9), time - 48
+    ground = [np.exp(-((away / 5) ** 2)) * np.cos(2 * np.pi * away / 4 + phase) for phase in (0.0, 1.0)]
+    noise = [1e-4 * random.normal(size=time.size) for _ in ground]
+    level, tilted = (record(*(g + n + (away > 0) * a for g, n in zip(ground, noise, strict=True))) for a in (0.0, tilt))
+    corner, reason = choose_corner(tilted)
+    assert 1.2 * choose_corner(level)[0] < corner < 0.25
+    assert "offset that the shock leaves" in reason
+    found, true = (
+        np.hypot(*process(r, default_steps(r, corner)).displacement).max() for r in (tilted, record(*ground))
+    )
+    assert found == pytest.approx(true, rel=0.1)
 
 
 def test_auto_is_written_down_with_its_reason_as_a_number():

@@ -12,6 +12,9 @@ from overturning.motion.fourier import band_amplitude, bell
 SHORTEST_NOISE: Final = 2.0
 """Shortest part before the onset that is taken for noise, s."""
 
+CYCLES: Final = 3.0
+"""Cycles of the lowest frequency that the noise must hold; with one or two its mean and taper take much of it away."""
+
 LOWEST_HZ: Final = 0.01
 """Below it no accelerograph tells motion from tilt."""
 
@@ -24,16 +27,16 @@ class NoiseRatio:
     """Signal-to-noise ratio of the components of a record."""
 
     onset: float  # s after the first sample: the noise is before it
-    frequency: FloatArray  # Hz, shape (m,), from the inverse of the noise's length on
-    signal: (
-        FloatArray  # Fourier amplitude in bands over the root of the window's length, m/s^1.5, shape (components, m)
-    )
+    frequency: FloatArray  # Hz, shape (m,), from that of which the noise holds three cycles on
+    # Fourier amplitudes in bands over the root of the window's length, m/s^1.5, shape (components, m)
+    signal: FloatArray
     noise: FloatArray
+    offset: FloatArray  # of a step from the level before the signal to that after it, as a tilt of the sensor leaves
 
     @property
     def ratio(self) -> FloatArray:
-        """Signal over noise, shape (components, m)."""
-        return self.signal / self.noise
+        """Signal over noise and offset, shape (components, m)."""
+        return self.signal / np.hypot(self.noise, self.offset)
 
 
 def onset(samples: FloatArray) -> int:
@@ -63,7 +66,10 @@ def noise_ratio(components: Sequence[FloatArray], sampling_interval: float) -> N
 
     Noise is what comes before the earliest onset of any component, signal what comes from there to 95 % of the squared
     motion. Both are tapered at 5 % of their ends; amplitudes are divided by the root of the window's length, so that
-    those of stationary noise do not depend on it.
+    those of stationary noise do not depend on it. Noise before the shock tells nothing of a sensor that the shock
+    tilts: a level that stays is told by the mean before the signal and that after it, each under a Hann window, in
+    which slow waves of the coda count little (compare Boore 2001, BSSA 91, 1199-1211), and counts as noise like a step
+    of that height, a/(2πf).
     """
     moving = [samples - samples.mean() for samples in components if np.ptp(samples) > 0]
     first = min((onset(samples) for samples in moving), default=0)
@@ -71,13 +77,21 @@ def noise_ratio(components: Sequence[FloatArray], sampling_interval: float) -> N
         return None
     energy = np.cumsum(np.sum([samples[first:] ** 2 for samples in moving], axis=0))
     last = first + int(np.searchsorted(energy, 0.95 * energy[-1])) + 1
-    lowest, highest = max(1.0 / (first * sampling_interval), LOWEST_HZ), 0.4 / sampling_interval
+    lowest, highest = max(CYCLES / (first * sampling_interval), LOWEST_HZ), 0.4 / sampling_interval
     frequency = np.geomspace(lowest, highest, max(2, round(PER_DECADE * np.log10(highest / lowest)) + 1))
-    spectra = [
+    signal, noise = (
         np.stack([_density(samples[part], sampling_interval, frequency) for samples in moving])
         for part in (slice(first, last), slice(0, first))
-    ]
-    return NoiseRatio(first * sampling_interval, frequency, *spectra)
+    )
+    steps = [abs(_level(samples[last:]) - _level(samples[:first])) for samples in moving]
+    offset = np.outer(steps, 1.0 / (2.0 * np.pi * frequency * np.sqrt((last - first) * sampling_interval)))
+    return NoiseRatio(first * sampling_interval, frequency, signal, noise, offset)
+
+
+def _level(samples: FloatArray) -> float:
+    """Mean of samples under a Hann window; 0 of none."""
+    weight = np.sin(np.pi * (np.arange(samples.size) + 0.5) / max(samples.size, 1)) ** 2
+    return float(weight @ samples / weight.sum()) if samples.size else 0.0
 
 
 def _density(samples: FloatArray, interval: float, frequency: FloatArray) -> FloatArray:

@@ -81,8 +81,8 @@ def choose_corner(record: Record) -> tuple[float, str]:
     """Corner frequency, Hz, and the reason for it.
 
     It is the lowest frequency from which on, up to that of the largest ratio, the signal of both horizontal components
-    is three times the noise before the onset. It is the default without such noise, and where the signal stands above
-    a noise too short to tell of frequencies as low as the default.
+    is three times the noise before the onset, and the offset that the shock leaves. It is the default without such
+    noise, and where the signal stands above a noise too short to tell of frequencies as low as the default.
     """
     found = noise_ratio([record.north, record.east], record.sampling_interval)
     if found is None:
@@ -94,8 +94,10 @@ def choose_corner(record: Record) -> tuple[float, str]:
     if ratio[best] < SIGNAL_TO_NOISE:
         corner, reason = BOUNDS_HZ[1], f"signal nowhere {SIGNAL_TO_NOISE:g} times the {window}: the highest corner"
     elif below.size:
-        corner = float(found.frequency[below[-1] + 1])
-        reason = f"signal less than {SIGNAL_TO_NOISE:g} times the {window} below it"
+        corner, last = float(found.frequency[below[-1] + 1]), below[-1]
+        row = int(found.ratio[:, last].argmin())
+        what = "offset that the shock leaves" if found.offset[row, last] > found.noise[row, last] else window
+        reason = f"signal less than {SIGNAL_TO_NOISE:g} times the {what} below it"
     else:
         corner = min(float(found.frequency[0]), DEFAULT_HZ)
         reason = f"signal more than {SIGNAL_TO_NOISE:g} times the {window} as far down as that tells"

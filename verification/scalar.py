@@ -53,7 +53,8 @@ def run(centred, motion, interval, steps, b, h, stiff, dashpot, mu):  # type: ig
     """Largest rotation (rad) of a block under a motion, and the block steps computed.
 
     The scheme is the centred one or Cundall's, in fixed steps of each sampling interval, s. The block has half width b
-    and half height h, m; K/m, 1/s², and h/m, 1/s, are those of a corner; the motion is the ground's acceleration, m/s².
+    and half height h, m; K/m, 1/s², and h/m, 1/s, are those of a corner; the motion is the ground's acceleration,
+    m/s².
     """
     inertia, dt, peak = 3.0 / (b * b + h * h), interval / steps, 0.0
     place, v, a = np.array([0.0, h - 0.5 * G / stiff, 0.0]), np.zeros(3), np.zeros(3)

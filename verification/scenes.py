@@ -191,8 +191,8 @@ def pillars() -> Iterator[Figure]:
 def kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[Figure]:
     """How often flags, sides and rotations of a gravestone differ between the block's kernel and the general one.
 
-    A cell is chaotic where either finds another flag with the motion a 10⁻⁹ stronger or weaker or with half the step:
-    there no computation of this kind tells. The others have to agree.
+    A cell is chaotic where either finds another flag with the motion a 10⁻⁹ stronger or weaker or with half the
+    step: there no computation of this kind tells. The others have to agree.
     """
     motions = [near_field(number) for number in records]
     # Half of the azimuths, since the others mirror them.

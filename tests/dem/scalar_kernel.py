@@ -98,8 +98,8 @@ def outcomes(
 ) -> np.ndarray:
     """Side, peak rotation over α, peak slip and steps of each case: azimuth (degrees), height (m), B/H, friction.
 
-    The contact by δ/B (or K_n, N/m, of a block of 2650 kg/m³), ξ and K_s/K_n, from which K_n/m = g/2δ and h/m = 2 ξ
-    √(K_n/2m).
+    The contact by δ/B (or K_n, N/m, of a block of 2650 kg/m³), ξ and K_s/K_n, from which K_n/m = g/2δ and h/m =
+    2 ξ √(K_n/2m).
     """
     out = np.zeros((len(cases), 4))
     up = np.zeros(0) if motion.up is None else motion.up

@@ -156,8 +156,8 @@ def plastic_landing(x: np.ndarray, inertia: float, height: float) -> float:
     """Share of the angular velocity that a flat landing leaves, by the complementarity of velocities and impulses.
 
     The base does not slip, so a body turning with w about a horizontal axis has the centre's velocity w · height along
-    it, and (inertia + height²) w takes the moments of the vertical impulses p at the arms x: 0 ≤ p ⟂ velocity upwards ≥
-    0. Gauss-Seidel.
+    it, and (inertia + height²) w takes the moments of the vertical impulses p at the arms x: 0 ≤ p ⟂ velocity
+    upwards ≥ 0. Gauss-Seidel.
     """
     distinct = np.unique(np.round(x, 12))
     turning = inertia + height**2

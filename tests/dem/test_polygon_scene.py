@@ -184,8 +184,8 @@ def test_a_stone_on_a_held_shelf_does_not_feel_the_shaking() -> None:
     time = np.arange(0, 2, 0.01)
     motion = shaken(np.where(time < 1, 6.0 * np.sin(2 * np.pi * time), 0.0))
     answers, at, poses = run_from_start(one_case(made, motion), motion)
-    # ü = A sin ωt for one period leaves the ground with u = A t/ω − A sin(ωt)/ω²; in its frame the shelf goes the other
-    # way.
+    # ü = A sin ωt for one period leaves the ground with u = A t/ω − A sin(ωt)/ω²; in its frame the shelf goes
+    # the other way.
     omega = 2 * np.pi
     exact = np.where(at < 1, 6.0 * (at / omega - np.sin(omega * at) / omega**2), 6.0 / omega)
     shelf_way, stone_way = (poses[:, k, 0] - poses[0, k, 0] for k in (1, 2))

@@ -99,7 +99,7 @@ SLIM = (block("lower", 0.3, 0.9), block("upper", 0.28, 0.3, "lower"))
 
 @pytest.mark.parametrize(("elements", "moves"), [(TALL_TOP, "upper"), (SLIM, "both")])
 def test_stacks_of_two_lift_off_where_statics_say(elements: tuple[dict[str, object], ...], moves: str) -> None:
-    """The upper block alone at g b₂/h₂, or both as one body where their common centre's resultant leaves the base."""
+    """The upper block alone at g b₂/h₂, or both as one where their common centre's resultant leaves the base."""
     made = scene(*elements)
     prepared = prepare(made)
     lower, upper = prepared.placed[1:]
@@ -186,7 +186,7 @@ def test_a_blow_between_two_free_blocks_is_what_shakes_fastest() -> None:
 
 
 def test_a_block_that_rocks_too_little_to_fall_is_not_followed_to_its_rest() -> None:
-    """E/E_max = 1 − (1 − θ/α)² (Housner 1963): below it after the record and the largest rotation no fall is left."""
+    """E/E_max = 1 − (1 − θ/α)² (Housner 1963): below it after record and largest rotation no fall is left."""
     time, alpha = np.arange(0, 0.605, 0.01), np.arctan(0.2)
     made = scene(block("block", 0.12, 0.6))
     for peak, share, ended in ((2.6, 0.37, True), (3.0, 0.67, False)):

@@ -17,10 +17,10 @@ G = STANDARD_GRAVITY
 
 
 def slender_under_half_sine(strength: float, ratio: float) -> float:
-    """Largest θ/α of a slender block under a half sine of so many times its threshold and ω = ratio p; inf: it falls.
+    """Largest θ/α of a slender block under a half sine of a multiple of its threshold, ω = ratio p; inf: it falls.
 
-    θ̈ = p² (θ − α + a/g) in closed form from the lift-off on, free after the pulse (Housner 1963, section 4); not a
-    number where it comes back before the pulse is over.
+    θ̈ = p² (θ − α + a/g) in closed form from the lift-off on, free after the pulse (Housner 1963, section 4);
+    not a number where it comes back before the pulse is over.
     """
     lift_off = math.asin(1.0 / strength)
     share, end = 1.0 / (1.0 + ratio**2), (math.pi - lift_off) / ratio  # time in 1/p

@@ -62,7 +62,7 @@ def test_a_record_left_alone_shows_one_line_and_nothing_taken_away(tmp_path):
 
 @pytest.mark.parametrize("up", [True, False])
 def test_response_spectra_over_all_azimuths_of_a_motion_along_one(up):
-    """Along N30E alone RotD100 is that spectrum, RotD50 its share cos 45°, and RotD00 nothing: here by its own rotd."""
+    """Along N30E alone RotD100 is that spectrum, RotD50 its share cos 45°, and RotD00 nothing: by its own rotd."""
     pulse = np.sin(2 * np.pi * TIME) * (TIME < 1)
     along = [pulse * np.cos(np.radians(30)), pulse * np.sin(np.radians(30)), pulse if up else None]
     one = Record("r", *along, 0.01)

@@ -26,7 +26,8 @@ EVIL_NUMBERS = [
     *("0", "-1", "4294967296", "9223372036854775807", "9223372036854775808", "1e9", "99999999999"),
 ]
 EVIL_WORDS = [
-    *("../../../etc/passwd", "/etc/passwd", "..", ".", "~", "C:\\x", "a/b", "\0", "\n", "\r", "\x1b[2J", "\ud7ff", "‮"),
+    *("../../../etc/passwd", "/etc/passwd", "..", ".", "~", "C:\\x", "a/b"),
+    *("\0", "\n", "\r", "\x1b[2J", "\ud7ff", "‮"),
     *("</script><script>window.hurt = 1</script>", "<img src=x onerror=hurt()>", "javascript:hurt()", "'\"&{{7*7}}"),
     *("x" * 100_000, "true", "null", "yes", "[]", "{}", "&a [*a]", "!!python/object/apply:os.system [id]", "%s%n{0}"),
 ]

@@ -20,7 +20,7 @@ LAYER, ROCK = Soil(20, 200, 1800, 0.05), Soil(0, 1000, 2200, 0.01)
 
 
 def transfer(frequency: np.ndarray, layer: Soil, rock: Soil) -> np.ndarray:
-    """Surface over outcrop (Kramer 1996, Geotechnical Earthquake Engineering, 7.28), modulus G (√(1 − 4ξ²) + 2iξ)."""
+    """Surface over outcrop (Kramer 1996, Geotechnical Earthquake Engineering, 7.28); G (√(1 − 4ξ²) + 2iξ)."""
     speed = [one.velocity * np.sqrt(np.sqrt(1 - 4 * one.damping**2) + 2j * one.damping) for one in (layer, rock)]
     impedance = layer.density * speed[0] / (rock.density * speed[1])
     phase = 2 * np.pi * frequency * layer.thickness / speed[0]

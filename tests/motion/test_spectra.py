@@ -268,7 +268,7 @@ def test_fourier_amplitude_of_a_sine_and_of_a_pulse():
 
 
 def test_konno_ohmachi_is_its_own_formula():
-    """The window [sin(b log₁₀ f/f_c)/(b log₁₀ f/f_c)]⁴, normalised, summed term by term; and as pykooh has it."""
+    """The window [sin(b log₁₀ f/f_c)/(b log₁₀ f/f_c)]⁴, normalised, term by term; and as pykooh has it."""
     random = np.random.default_rng(3)
     frequency = np.arange(0, 25, 0.05)
     amplitude = random.uniform(0.5, 2, frequency.size)
@@ -281,7 +281,8 @@ def test_konno_ohmachi_is_its_own_formula():
         assert konno_ohmachi(frequency, amplitude, at)[0] == pytest.approx(expected, rel=1e-12)
         assert peer("pykooh").smooth(np.array([at]), f, a, 40.0)[0] == pytest.approx(expected, rel=1e-12)
     np.testing.assert_allclose(konno_ohmachi(frequency, np.full_like(frequency, 3.0), [0.3, 2, 20]), 3.0, rtol=1e-9)
-    # 10 s have frequencies of 0.1, 0.2, 0.3 Hz. At 0.14 Hz the next ones weigh (sin x/x)⁴ of x = −5.8 and 6.2: nothing.
+    # 10 s have frequencies of 0.1, 0.2, 0.3 Hz. At 0.14 Hz the next ones weigh (sin x/x)⁴ of x = −5.8 and 6.2:
+    # nothing.
     short = np.arange(0, 25, 0.1)
     assert np.isnan(konno_ohmachi(short, np.ones(short.size), [0.1, 0.14, 2.0])).tolist() == [False, True, False]
     with pytest.raises(ArgumentError, match="positive"):
@@ -354,7 +355,7 @@ def test_no_rotated_motion_is_held():
 
 
 def test_a_sine_has_the_peaks_of_calculus():
-    """A = A sin ωt from rest: v = A/ω (1 − cos ωt), PGV 2A/ω; d = A/ω t − A/ω² sin ωt, at one period 2πA/ω²."""
+    """A sin ωt from rest: v = A/ω (1 − cos ωt), PGV 2A/ω; d = A/ω t − A/ω² sin ωt, 2πA/ω² at last."""
     amplitude, period = 3.0, 1.0
     omega = 2 * np.pi / period
     time = np.arange(0, 1.0005, 0.001)

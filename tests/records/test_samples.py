@@ -27,8 +27,8 @@ def test_geonet_te_mara():
     assert np.abs(motion.along(332)).max() * 100 == pytest.approx(973.31, abs=0.01)
     assert np.abs(motion.along(242)).max() * 100 == pytest.approx(796.64, abs=0.01)
     assert np.abs(motion.along(62)).max() * 100 == pytest.approx(796.64, abs=0.01)
-    # the signed peak of N28W is −9733.1 mm/s² at 44.88 s of the buffer, before which 250 samples are put: the sense is
-    # kept
+    # the signed peak of N28W is −9733.1 mm/s² at 44.88 s of the buffer, before which 250 samples are put: the sense
+    # is kept
     assert motion.along(332)[250 + round(44.88 / 0.02)] * 1000 == pytest.approx(-9733.1, abs=0.05)
     assert record.start == "2016-11-13T11:02:14.715Z"
 

@@ -123,7 +123,7 @@ def test_alignment_by_shape_is_the_mean_over_earthquakes(report: Report, one_rec
 def test_an_earthquake_whose_falls_go_every_way_counts_in_the_alignment_by_shape(
     report: Report, one_record: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of three earthquakes with falls one has cos 2Δ = 0.5 and an axis, one 0.02 and none, one no block that counts."""
+    """Of three earthquakes with falls one has cos 2Δ = 0.5 and an axis, one 0.02 and none, one nothing that counts."""
     dims = ("event", "b_over_h", "friction")
     values = {"cosine": [0.5, 0.02, np.nan], "axis": [30.0, np.nan, np.nan], "falls": [True] * 3}
     axes = xr.Dataset({name: (dims, np.tile(np.reshape(one, (3, 1, 1)), (1, 3, 1))) for name, one in values.items()})

@@ -127,7 +127,7 @@ def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
 
 
 def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cube) -> None:
-    """It falls away from its wall: towards the azimuth of every motion, from 0 to 175° only, from 180° on it stands."""
+    """It falls away from its wall: towards the azimuth of motions of 0 to 175°; from 180° on it stands."""
     cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, 1, 0))
     falling = make_cube(lambda azimuth, *_: np.ones_like(azimuth))
     for one in (cube, falling):

@@ -88,7 +88,7 @@ def test_rate_against_stones_one_by_one() -> None:
 
 
 def test_a_stone_slides_along_the_vector_of_the_shaking_so_no_plane_tells_that_it_is_shifted() -> None:
-    """µ = 0.3, B/H = 0.8, half a sine of 0.28 g along both axes, 0.4 g together: by Coulomb it slides in space only."""
+    """µ = 0.3, B/H = 0.8, half a sine of 0.28 g along both axes, 0.4 g together: by Coulomb it slides in space."""
     along = 0.28 * STANDARD_GRAVITY * np.sin(np.pi * np.arange(101) / 100)
     motion = Motion(along, along, sampling_interval=INTERVAL)
     size = {"height": [0.5], "b_over_h": [0.8], "friction": [0.3]}

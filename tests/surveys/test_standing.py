@@ -37,6 +37,9 @@ def test_any_hazard_by_quadrature_and_what_lies_beyond_the_records() -> None:
     level, rate = np.array([0.05, 0.2, 0.5, 1.0]), np.array([2e-2, 2e-3, 3e-4, 2e-5])
     hazard = Hazard("PGA", "g", level, rate)
 
+    def density(x: float, a: float, one: float, k: float) -> float:
+        return float(norm.cdf(np.log(x / 0.6) / 0.4) * k * one * a**k * x ** (-k - 1))
+
     def falls(low: float, high: float) -> float:
         """∫ P |dν| with ν straight in logarithms, by SciPy."""
         total = 0.0
@@ -44,8 +47,7 @@ def test_any_hazard_by_quadrature_and_what_lies_beyond_the_records() -> None:
             k = math.log(one / two) / math.log(b / a)
             ends = max(a, low), min(b, high)
             if ends[0] < ends[1]:
-                density = lambda x, a=a, one=one, k=k: norm.cdf(np.log(x / 0.6) / 0.4) * k * one * a**k * x ** (-k - 1)  # noqa: E731
-                total += quad(density, *ends, epsrel=1e-11)[0]
+                total += quad(density, *ends, args=(a, one, k), epsrel=1e-11)[0]
         return total
 
     top = norm.cdf(math.log(1 / 0.6) / 0.4) * rate[-1]

@@ -32,8 +32,8 @@ def slip_acceleration(friction: float, upward: float = 0.0) -> float:
 def quarter_period(height: float, b_over_h: float, tilt: float) -> float:
     """Time from rest at a tilt to the first impact, s, without the small-angle approximation.
 
-    From the energy integral θ̇² = 2p² (cos(α − θ₀) − cos(α − θ)), with θ = θ₀ (1 − u²) to take the singularity out;
-    integrated by Gauss and Legendre with 200 points.
+    From the energy integral θ̇² = 2p² (cos(α − θ₀) − cos(α − θ)), with θ = θ₀ (1 − u²) to take
+    the singularity out; integrated by Gauss and Legendre with 200 points.
 
     Raises
     ------

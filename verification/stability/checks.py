@@ -176,10 +176,10 @@ def flags_fit(prepared: Prepared, fallen: NDArray[np.bool_], rotation: FloatArra
 def lies_from(prepared: Prepared) -> FloatArray:
     """Rotation from which each free element of a scene surely has fallen, rad.
 
-    A stone that lies level on a face of length L presses both ends in by δ = m g/(2 K_n). With the near end in by δ the
-    far end touches at asin(δ/L) before level: from there on the face bears on both ends. K_n is that of the softest
-    contact that the element can make. An element whose scene asks for a rotation has fallen at that itself, but for 90°
-    of one with an upright face. Results keep rotations up to 90° only; infinite where more is asked for.
+    A stone that lies level on a face of length L presses both ends in by δ = m g/(2 K_n). With the near end in by δ
+    the far end touches at asin(δ/L) before level: from there on the face bears on both ends. K_n is that of the
+    softest contact that the element can make. An element whose scene asks for a rotation has fallen at that itself, but
+    for 90° of one with an upright face. Results keep rotations up to 90° only; infinite where more is asked for.
     """
     angle = _asked(prepared)
     for place, index in enumerate(prepared.free):

@@ -108,12 +108,12 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
         f"δ below {PRECISION_FLOOR * np.finfo(float).eps:.1g} H: double precision does not hold the penetration of a "
         "block at rest. Refused, naming `stiffness`; a scene likewise, by its height.",
         "Strong shaking on lightly damped contacts: corners are thrown up and come down fast. Of the "
-        f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻² {_percent(blocks['damping'][unstable] < 0.1)} have "
-        f"ξ below 0.1; half of them have a peak above {np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. "
-        f"{_percent(sunk[unstable])} sink in too deep; of the others work and energy do not balance to 10⁻². Of the "
-        f"{int(in_scenes.sum())} such cases of scenes {_percent(scenes['damping'][in_scenes] < 0.1)} have ξ below 0.1, "
-        f"and half a peak above {np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of "
-        "rocking.",
+        f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻² {_percent(blocks['damping'][unstable] < 0.1)} "
+        f"have ξ below 0.1; half of them have a peak above {np.median(blocks['acceleration_ratio'][unstable]):.0f} "
+        f"g·B/H. {_percent(sunk[unstable])} sink in too deep; of the others work and energy do not balance to "
+        f"10⁻². Of the {int(in_scenes.sum())} such cases of scenes {_percent(scenes['damping'][in_scenes] < 0.1)} "
+        f"have ξ below 0.1, and half a peak above {np.median(scenes['acceleration_ratio'][in_scenes]):.0f} "
+        "times the threshold of rocking.",
         "Small blocks under long records, the more with Cundall's scheme and stiff springs: their steps are so short "
         f"that the budget of block steps runs out (`over_budget`). Of {int(over.sum())} such blocks half are lower "
         f"than {np.median(blocks['height'][over]):.2g} m. The map's budget, {blocks.attrs['budget']:.2g}, is far below "

@@ -116,7 +116,7 @@ def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: Fl
 
 
 def contact_time(square: FloatArray, rate: FloatArray) -> FloatArray:
-    """1/ω of a contact's highest mode, s, less where ξ_max is above `HEAVY_DAMPING`; parameters as of `stable_step`."""
+    """1/ω of a contact's highest mode, s, less where ξ_max is above `HEAVY_DAMPING`; see `stable_step`."""
     frequency = np.sqrt(square)
     return np.asarray(HEAVY_DAMPING / np.maximum(0.5 * rate / frequency, HEAVY_DAMPING) / frequency)
 

@@ -137,7 +137,7 @@ def frame_times(first: float, last: float) -> FloatArray:
 
 
 def way(body: FilmBody) -> FloatArray:
-    """Vertices of a polygon in all its frames, shape (frames, n, 2): s₀ + s cos θ + z sin θ, z₀ − s sin θ + z cos θ."""
+    """Vertices of a polygon in all frames, (frames, n, 2): s₀ + s cos θ + z sin θ, z₀ − s sin θ + z cos θ."""
     (s, z), cos, sin = body.vertices.T, np.cos(body.rotation)[:, None], np.sin(body.rotation)[:, None]
     return np.asarray(body.position[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1))
 

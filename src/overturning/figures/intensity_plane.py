@@ -27,7 +27,7 @@ LOOKS: Final = (
 def plane_points(
     cube: xr.Dataset, intensity: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """PGA (m/s²), PGV/PGA (s) and probability of falling of a block, for each plane of each record, shape (n,) each."""
+    """PGA (m/s²), PGV/PGA (s) and a block's probability of falling in each plane of each record, shape (n,)."""
     block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
     planes = model_of(cube).falls(block).compute()
     along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")

@@ -120,8 +120,8 @@ class VertexContact:
     Parameters
     ----------
     static_penetration : float
-        δ/B: carried by its `Solid.carriers` alone, n points, the body at rest sinks in by δ = m g / (n K_n). B is twice
-        the least distance of an edge of its base from below its centre, at most `WIDEST`.
+        δ/B: carried by its `Solid.carriers` alone, n points, the body at rest sinks in by δ = m g / (n K_n). B is
+        twice the least distance of an edge of its base from below its centre, at most `WIDEST`.
     stiffness_ratio : float
         K_s/K_n, of either tangential spring.
     damping_ratio : float

@@ -131,8 +131,8 @@ class Scene(Model):
 def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY) -> Scene:
     """The default scene: one rectangular stone, 0.24 m × 0.6 m, on a driven ground wider than any slide.
 
-    The contact is that at its corners, `Contact()` where not given; a density (kg/m³) that is not finite and above 0 is
-    an `ArgumentError`.
+    The contact is that at its corners, `Contact()` where not given; a density (kg/m³) that is not finite and above 0
+    is an `ArgumentError`.
     """
     if not (math.isfinite(density) and density > 0):
         raise ArgumentError(f"density: {density}; it must be finite and above 0 kg/m³")

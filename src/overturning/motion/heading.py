@@ -62,9 +62,9 @@ def pulse_axis(motion: Motion) -> tuple[float, float]:
     """Axis (degrees, 0 to 180) and period (s) of the strongest pulse in the velocity of a motion; NaN without motion.
 
     The wavelet coefficient that is largest over times, periods and horizontal directions (Shahi & Baker 2014, Bulletin
-    of the Seismological Society of America 104): that along φ is the coefficient of north times cos φ plus that of east
-    times sin φ, so its largest magnitude is √(n² + e²). The wavelet is theirs, of Daubechies with four vanishing
-    moments; its period is that of the largest Fourier amplitude.
+    of the Seismological Society of America 104): that along φ is the coefficient of north times cos φ plus that of
+    east times sin φ, so its largest magnitude is √(n² + e²). The wavelet is theirs, of Daubechies with four
+    vanishing moments; its period is that of the largest Fourier amplitude.
     """
     velocity = integrate(motion.horizontal, motion.sampling_interval)
     if not np.abs(velocity).max() > 0:

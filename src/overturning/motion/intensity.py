@@ -91,8 +91,8 @@ def record_measures(motion: Motion, processing: Sequence[Mapping[str, Any]]) -> 
     -------
     dict
         ``jma_intensity`` (None without a vertical component) and ``jma_intensity_horizontal`` of north and east alone;
-        ``pga_unprocessed`` … and ``pga_processed`` … (largest of north and east, SI): the peaks before the first and
-        after the last step, None for a record left alone.
+        ``pga_unprocessed`` … and ``pga_processed`` … (largest of north and east, SI): the peaks before the first
+        and after the last step, None for a record left alone.
     """
     from overturning.motion.jma_intensity import DURATION, instrumental_intensity
 

@@ -16,7 +16,7 @@ DURATION = 0.3
 
 
 VERTICAL_ADDS: Final = 0.1
-"""What a vertical motion half as strong at every moment adds to the intensity of the horizontal ones: log₁₀ 1.25."""
+"""What a vertical motion half as strong at every moment adds to the horizontal intensity: log₁₀ 1.25."""
 
 SURVEY_RULE: Final = ((0.4, 0.9, 6.0, 6.5, "6 upper"), (0.9, 1.0, 6.5, 99.0, "7"))
 """Fall rates, from and to, that field surveys take for a degree of the JMA scale, with its instrumental intensity.
@@ -51,9 +51,9 @@ def instrumental_intensity(motion: Motion, *, horizontal: bool = False) -> float
 
     With `horizontal` it is that of north and east alone, which is never more.
 
-    a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in all; −inf for
-    no motion at all. An ArgumentError says so where there is no vertical component, or the motion is shorter than 0.3
-    s.
+    a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in all; −inf
+    for no motion at all. An ArgumentError says so where there is no vertical component, or the motion is shorter
+    than 0.3 s.
     """
     if motion.up is None and not horizontal:
         raise ArgumentError("motion: no vertical component; the JMA intensity needs three components")

@@ -46,8 +46,8 @@ def coefficients(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Filter from ground acceleration to relative displacement and velocity: two numerators, one denominator.
 
-    The state (d, v) of d̈ + 2hωḋ + ω²d = −a advances by one sample as A (d, v) + B₀ a_k + B₁ a_(k+1), with the matrix
-    exponential A of the linear system; its z-transform gives one denominator and two numerators, shape (3,).
+    The state (d, v) of d̈ + 2hωḋ + ω²d = −a advances by one sample as A (d, v) + B₀ a_k + B₁ a_(k+1), with
+    the matrix exponential A of the linear system; its z-transform gives one denominator and two numerators, shape (3,).
     """
     omega = 2.0 * math.pi / period_s
     free = omega * math.sqrt(1.0 - damping**2)
@@ -57,7 +57,8 @@ def coefficients(
     matrix = np.array([[c + damping * omega * s, s], [-(omega**2) * s, c - damping * omega * s]])
     inverse = np.array([[-2.0 * damping / omega, -1.0 / omega**2], [1.0, 0.0]])
     force = np.array([0.0, -1.0])
-    # ∫ A(1 − s) ds and ∫ A(1 − s) s ds over one sample, times the force: response to a constant and to a unit slope.
+    # ∫ A(1 − s) ds and ∫ A(1 − s) s ds over one sample, times the force: response to a constant and to a
+    # unit slope.
     constant = inverse @ (matrix - np.eye(2)) @ force
     slope = inverse @ (constant / sampling_interval - force)
     before = constant - slope

@@ -1,7 +1,8 @@
 """Motion through soil: horizontal layers over a half-space, linear or equivalent-linear, by pystrata (group `soil`).
 
 Shear waves travel vertically; each horizontal component goes through on its own, and the vertical one is not changed.
-The complex shear modulus is pystrata's, G (√(1 − 4ξ²) + 2iξ); with G (1 + 2iξ) amplitudes would differ by up to 2 %.
+The complex shear modulus is pystrata's, G (√(1 − 4ξ²) + 2iξ); with G (1 + 2iξ) amplitudes would differ by
+up to 2 %.
 """
 
 from collections.abc import Sequence

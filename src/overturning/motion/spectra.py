@@ -31,8 +31,8 @@ def spectra_by_azimuth(
     Returns
     -------
     dict of str to ndarray, shape (p, m)
-        ``displacement`` (m) and ``velocity`` (m/s) relative to the ground, ``acceleration`` = ω² × displacement (m/s²,
-        pseudo-acceleration).
+        ``displacement`` (m) and ``velocity`` (m/s) relative to the ground, ``acceleration`` = ω² × displacement
+        (m/s², pseudo-acceleration).
     """
     periods, cosines = checked_periods(period_s), cosines_of(azimuth_deg)
     both = _peaks(motion, periods, cosines, damping, ("displacement", "velocity"), points_per_period)
@@ -84,8 +84,8 @@ def rotd(
 def spectrum_intensity(motion: Motion, azimuth_deg: ArrayLike, *, damping: float = 0.20) -> FloatArray:
     """Housner's spectrum intensity as Japan uses it: mean velocity spectrum from 0.1 to 2.5 s; m/s, shape (m,).
 
-    SI = 1/2.4 ∫ S_v(T, h) dT, S_v the largest velocity relative to the ground (Housner 1952; h = 0.20 after Katayama et
-    al. 1988; 0.05 is the other variant in use), by the trapezoidal rule over 121 periods.
+    SI = 1/2.4 ∫ S_v(T, h) dT, S_v the largest velocity relative to the ground (Housner 1952; h = 0.20 after Katayama
+    et al. 1988; 0.05 is the other variant in use), by the trapezoidal rule over 121 periods.
     """
     # A mean over 121 strongly damped spectra: 24 points per period (0.9 % at worst, 0.3 % on average for one of them)
     # will do.

@@ -37,8 +37,8 @@ def _to_north_east(
 ) -> tuple[FloatArray, FloatArray]:
     """Turn two horizontal components to north and east.
 
-    Solves a₁ = n cos φ₁ + e sin φ₁, a₂ = n cos φ₂ + e sin φ₂, so that axes that are not quite at right angles are
-    allowed too.
+    Solves a₁ = n cos φ₁ + e sin φ₁, a₂ = n cos φ₂ + e sin φ₂, so that axes that are not quite at right
+    angles are allowed too.
     """
     c1, s1 = direction_cosines(first_azimuth_deg)
     c2, s2 = direction_cosines(second_azimuth_deg)

@@ -29,10 +29,10 @@ _NAMED = {word: direction for direction, words in _WORDS.items() for word in wor
 
 
 def parse_axis(text: str) -> Direction:
-    """Azimuth, 0 ≤ azimuth < 360 degrees clockwise from north, and vertical sense (+1 up, −1 down, else 0) of an axis.
+    """Azimuth (0 ≤ azimuth < 360°, clockwise from north) and vertical sense (+1 up, −1 down, else 0) of an axis.
 
-    Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``, ``360 Deg``, ``N``, ``Up``, ``Down``… None and
-    0: nothing is known (``H1``, ``RAD``, ``--L``, and a bare ``VERT``, whose sense nobody states).
+    Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``, ``360 Deg``, ``N``, ``Up``, ``Down``… None
+    and 0: nothing is known (``H1``, ``RAD``, ``--L``, and a bare ``VERT``, whose sense nobody states).
     """
     word = re.sub(r"\s*(DEG(REES?)?|°)\.?$", "", text.strip().upper()).strip()
     if word in _NAMED:

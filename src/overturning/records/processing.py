@@ -42,8 +42,8 @@ def process(record: Record, steps: Sequence[Step] | None, site: Site | None = No
 
     ``processing`` of the returned record has one more entry per step: the step's parameters and, under ``effect``, the
     largest PGA (m/s²), PGV (m/s) and PGD (m) of north and east before and after. A `RecordError` says so where a step
-    does not fit the record (corner above the Nyquist frequency, cut beyond its end…), or what comes out is not the size
-    of a ground motion.
+    does not fit the record (corner above the Nyquist frequency, cut beyond its end…), or what comes out is not the
+    size of a ground motion.
     """
     steps = default_steps(record) if steps is None else steps
     for step in steps:

@@ -57,7 +57,7 @@ def ishiyama_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: 
 
 
 def kaneko_hayashi_frequency(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
-    """Frequency F_b, Hz, that parts the branches of `kaneko_hayashi_acceleration`: 15.6/√H (1 + B/H)^−1.5, H in cm."""
+    """Frequency F_b, Hz, between the branches of `kaneko_hayashi_acceleration`: 15.6/√H (1 + B/H)^−1.5, H in cm."""
     tall, slenderness = _positive("height", height) / CM, _positive("b_over_h", b_over_h)
     return np.asarray(15.6 / np.sqrt(tall) * (1 + slenderness) ** -1.5)
 

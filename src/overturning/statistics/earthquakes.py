@@ -59,9 +59,9 @@ def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
     -------
     Dataset
         Over dimension ``event`` (in the order of first appearance) and those kept: ``cosine`` and ``sine``, the means
-        of cos 2Δ and sin 2Δ over falls, Δ their angle from the fault normal; ``resultant``, the length of that vector;
-        ``axis``, its axis (degrees in (−90, 90], 0 is the fault normal); ``falls``, whether any block falls; and
-        ``records``. The first three are missing where nothing falls or no fault normal is known, the axis where the
+        of cos 2Δ and sin 2Δ over falls, Δ their angle from the fault normal; ``resultant``, the length of that
+        vector; ``axis``, its axis (degrees in (−90, 90], 0 is the fault normal); ``falls``, whether any block falls;
+        and ``records``. The first three are missing where nothing falls or no fault normal is known, the axis where the
         resultant is below `LEAST_RESULTANT`, too.
     """
     sums = sums_by_record(cube, *keep)

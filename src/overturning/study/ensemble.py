@@ -209,8 +209,8 @@ class CellEnsemble:
 
         Of the nominal outcome, `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and what marks cells for
         which others answer count: these are not run, they mirror their member's tilt with everything else. `run` runs
-        the members' cases. The variables have shape (a, h, b, …), and the elements where `overturned` has them; missing
-        floats are NaN.
+        the members' cases. The variables have shape (a, h, b, …), and the elements where `overturned` has them;
+        missing floats are NaN.
         """
         overturned, marked, members = nominal["overturned"], nominal[self.model.copied], self.members
         chosen = cells_to_run(overturned, self.everywhere, len(grid.shape)) & (marked == 0)

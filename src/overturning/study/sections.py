@@ -317,8 +317,8 @@ class Orientations(Model):
         default=5.0,
         gt=0,
         le=360,
-        description="distance between them, degrees; up to the turn after which the body looks the same (a square 90°, "
-        "a rectangle 180°), which it must divide",
+        description="distance between them, degrees; up to the turn after which the body looks the same (a square "
+        "90°, a rectangle 180°), which it must divide",
     )
 
     def values(self, body: BodySettings) -> tuple[float, ...]:

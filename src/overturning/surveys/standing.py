@@ -75,9 +75,9 @@ class Hazard:
     def falls(self, median: ArrayLike, spread: float, low: float = 0.0, high: float = math.inf) -> FloatArray:
         """Annual rate of falls of lognormal fragilities by shaking from `low` to `high`, within the curve's levels.
 
-        ∫ P |dν| = P ν at the lower end − P ν at the upper end + ∫ ν dP, whose part over a power law a x^−k is exactly
-        a m^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(x/m)/β, between its ends (completing the square; Cornell, Jalayer,
-        Hamburger & Foutch 2002, Journal of Structural Engineering 128, 526, for a single power law).
+        ∫ P |dν| = P ν at the lower end − P ν at the upper end + ∫ ν dP, whose part over a power law a x^−k
+        is exactly a m^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(x/m)/β, between its ends (completing the square;
+        Cornell, Jalayer, Hamburger & Foutch 2002, Journal of Structural Engineering 128, 526, for a single power law).
 
         Parameters
         ----------
@@ -119,8 +119,8 @@ class Standing:
     rate : float
         Falls a year, λ; shaking above the curve's last level counts with the probability there.
     stands, low, high : float
-        Probability exp(−λT) that a stone stands after T years, and that at the ends of the median's interval; `low` is
-        also that with which every stone falls above the last level of the hazard.
+        Probability exp(−λT) that a stone stands after T years, and that at the ends of the median's interval; `low`
+        is also that with which every stone falls above the last level of the hazard.
     share : float
         Share of the class that stands where each stone keeps what sets it apart from the others of its class for all T
         years; NaN where the parts of the spread are not known. It is no smaller than `stands`.
@@ -172,8 +172,9 @@ def standing(curve: CurveRow, hazard: Hazard, years: float) -> Standing:
 def rate_bound(years: float) -> float:
     """Rate of falls a year below which it lies with the probability `BOUND` where stones of one place stood all along.
 
-    The posterior of λ after T years without a fall is T exp(−λT), from a flat prior; stones of one place share their
-    earthquakes and count as one (Gelman et al. 2013, Bayesian Data Analysis, section 2.6: gamma posterior of a rate).
+    The posterior of λ after T years without a fall is T exp(−λT), from a flat prior; stones of one place share
+    their earthquakes and count as one (Gelman et al. 2013, Bayesian Data Analysis, section 2.6: gamma posterior of a
+    rate).
     """
     return -math.log1p(-BOUND) / years
 

@@ -3,9 +3,9 @@
 From top to bottom the step of ONE block: `predict`, `solve`, `commit`, as under "`centred`" there, each with what it
 does at a corner above it. `overturning.dem.block.loops` goes over the blocks.
 
-Signs: a corner's penetration u and its upward velocity u̇_z give n = K u − h u̇_z upwards, its stretch t and velocity
-u̇_x along s give f = K_s t + h u̇_x against s. Left and right corner are summed as one pair, which makes the mirrored
-case exact.
+Signs: a corner's penetration u and its upward velocity u̇_z give n = K u − h u̇_z upwards, its stretch t and
+velocity u̇_x along s give f = K_s t + h u̇_x against s. Left and right corner are summed as one pair, which makes the
+mirrored case exact.
 """
 
 import math

@@ -53,13 +53,13 @@ def corner_forces(
     They follow from the path by the equations of motion: the sum is the change of momentum less the weight,
     F/m = Δv/Δt + ü_base + g. So an impact, which lasts a few milliseconds, shows as its impulse over the time to the
     next row, and since the contact's forces keep to the slider at every instant, so do their means. A corner that is up
-    carries nothing; where both are down the moment I Δω/Δt = Σ r × f shares the force, both corners' being inclined
-    alike.
+    carries nothing; where both are down the moment I Δω/Δt = Σ r × f shares the force, both corners' being
+    inclined alike.
 
-    The block's `poses` have the shape (rows, 6), z from the ground on; `ground` and `lift`, shape (rows − 1,), are the
-    mean accelerations of the base from each row to the next, `half` is (B/2, H/2). Results have the shape (rows, 2, 2):
-    over time, corner (left, right) and (x, z), m and m/s², NaN where the corner is up; the last row repeats the one
-    before it.
+    The block's `poses` have the shape (rows, 6), z from the ground on; `ground` and `lift`, shape (rows − 1,), are
+    the mean accelerations of the base from each row to the next, `half` is (B/2, H/2). Results have the shape
+    (rows, 2, 2): over time, corner (left, right) and (x, z), m and m/s², NaN where the corner is up; the last row
+    repeats the one before it.
     """
     x, z, angle, vx, vz, vw = poses.T
     cosine, sine = np.cos(angle), np.sin(angle)

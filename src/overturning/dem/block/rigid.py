@@ -1,9 +1,9 @@
 """Housner's rigid rocking block, solved exactly: what the block's kernel tends to where nothing slides.
 
-While the block turns about a corner, θ̈ = −p² [(1 + a_up/g) sin(±α − θ) + (a/g) cos(±α − θ)] (Housner 1963; Zhang and
-Makris 2001). Between two samples both accelerations are linear; θ is a Taylor series, whose coefficients follow from
-one another with those of sine and cosine (docs/method.md, "The exact rigid block"). Only ``+ - * /``, roots and
-comparisons in the loop, as in the kernels; a mirrored case is exactly the mirror image.
+While the block turns about a corner, θ̈ = −p² [(1 + a_up/g) sin(±α − θ) + (a/g) cos(±α − θ)] (Housner
+1963; Zhang and Makris 2001). Between two samples both accelerations are linear; θ is a Taylor series, whose
+coefficients follow from one another with those of sine and cosine (docs/method.md, "The exact rigid block"). Only ``+ -
+* /``, roots and comparisons in the loop, as in the kernels; a mirrored case is exactly the mirror image.
 """
 
 from typing import Any, Final, NamedTuple
@@ -59,7 +59,7 @@ class Rocking(NamedTuple):
     """What becomes of n rocking blocks."""
 
     overturned: NDArray[np.int8]
-    """+1 fallen towards the azimuth, −1 the other way, 0 standing, −128 undecided 20/p after the record; shape (n,);"""
+    """+1 fallen towards the azimuth, −1 the other way, 0 standing, −128 undecided 20/p after the record; (n,)."""
     peak_rotation: FloatArray
     """largest |θ|/α, π/2α of a block that fell, shape (n,)."""
 
@@ -204,10 +204,10 @@ def rocking(motion: Motion, cases: Cases, order: int = ORDER) -> Rocking:
 
     Notes
     -----
-    A block at rest begins to rock where |a| > (g + a_up) B/H. An impact leaves 1 − 1.5 sin²α of the angular velocity,
-    nothing from B/H = √2 on. The block has fallen at |θ| = 90°; after the record it is followed to its next turning
-    point, after which it leans less, at most for 20/p. It never leaves the ground: where a_up < −g the answer means
-    nothing.
+    A block at rest begins to rock where |a| > (g + a_up) B/H. An impact leaves 1 − 1.5 sin²α of the angular
+    velocity, nothing from B/H = √2 on. The block has fallen at |θ| = 90°; after the record it is followed to its
+    next turning point, after which it leans less, at most for 20/p. It never leaves the ground: where a_up < −g the
+    answer means nothing.
     """
     height, ratio, tilt = (np.asarray(values) for values in (cases.height, cases.b_over_h, cases.initial_tilt))
     row, ground = shaking(motion, cases)

@@ -32,7 +32,7 @@ MOST_FRICTION: Final = 100.0
 corner that touches down slides by in a step may outweigh its energy, the more so the more damped the contact is."""
 
 RIGID: Final = 100.0
-"""A block that stands on both corners takes whole samples as steps where 1/ω is so many times shorter than they are."""
+"""Whole samples are the steps of a block on both corners where 1/ω is so many times shorter than they are."""
 
 
 class Block(NamedTuple):

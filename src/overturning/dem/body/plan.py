@@ -157,7 +157,8 @@ def _steps_of(
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
     """Whole steps in a sample, ticks of the finest, and how many of these follow a change of contact, of each case.
 
-    By ω² (1/s²), twice the damping rate (1/s) and 1/p (s); `ArgumentError` if the time step is longer than the longest.
+    By ω² (1/s²), twice the damping rate (1/s) and 1/p (s); `ArgumentError` if the time step is longer than the
+    longest.
     """
     # Stable with any step: the limit is what it resolves, given as the one of an oscillator without damping.
     whole = PACE.longest * period

@@ -1,8 +1,8 @@
 """What the kernel in space knows of a body: named tuples, and the rows of the arrays that hold them.
 
 Units are per unit of mass, as in the plane (`overturning.dem.block.state`); an inertia is m². The frame moves with the
-base and is turned with the body's orientation: x points to its azimuth, y 90° anticlockwise of it, z up. The body's own
-axes coincide with these at rest. `overturning.dem.kernel.lanes` says how bodies lie side by side; the vertices of a
+base and is turned with the body's orientation: x points to its azimuth, y 90° anticlockwise of it, z up. The body's
+own axes coincide with these at rest. `overturning.dem.kernel.lanes` says how bodies lie side by side; the vertices of a
 body have an array of their own, a table `VERTEX` after another.
 """
 

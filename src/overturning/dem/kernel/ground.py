@@ -15,7 +15,7 @@ class Ground(NamedTuple):
     """Acceleration in each direction asked for, m/s²: towards +s, shape (azimuths, samples + 3), or along x and y of a
     body in space, shape (orientations, 2, samples + 3);"""
     up: FloatArray | None
-    """upward acceleration, m/s², shape (samples + 3,); None where there is none, which compiles a kernel without it."""
+    """upward acceleration, m/s², shape (samples + 3,); with None a kernel without it is compiled."""
 
 
 class Line(NamedTuple):

@@ -22,8 +22,8 @@ computed, at which it can rest for good, and at which it is undecided; the clock
 ELEMENT: Final = np.dtype([(name, "f8") for name in (
     "is_free", "fall_angle", "tips_back", "tips_on", "support", "barrier",
 )])  # fmt: skip
-"""Of an element whether it is free, angle at which it has fallen for good, angles from which it cannot come back to −x
-and +x (rad), what it stands on, and the energy that its overturning takes (J)."""
+"""Of an element whether it is free, angle at which it has fallen for good, angles from which it cannot come back to
+−x and +x (rad), what it stands on, and the energy that its overturning takes (J)."""
 
 LIMITS: Final = np.dtype([(name, "f8") for name in ("deepest", "rest_energy", "least_barrier", "least_scale")])
 """Of a scene its deepest penetration (m), kinetic energy at rest, least barrier, and least energy that an error is a

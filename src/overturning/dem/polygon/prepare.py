@@ -29,9 +29,7 @@ class Prepared:
     threshold: float  # horizontal acceleration over g below which nothing can start to rock; 0 where it is not known
     parts: NDArray[np.int64]  # shape (parts, 2): lowest element of those that can move as one, and the one listed last
     safe: FloatArray  # shape (parts,): horizontal acceleration over g below which they cannot
-    tips: (
-        FloatArray  # shape (elements, 2): rotation towards −x and +x that tips it off its support, rad; infinite: none
-    )
+    tips: FloatArray  # shape (elements, 2): rotation to −x and +x that tips it off its support, rad; infinite: none
     critical: FloatArray  # shape (elements,): α, the smaller of both, rad; without one the angle of its fall
     barrier: FloatArray  # shape (elements,): energy to overturn each free element, J
     support: NDArray[np.int64]  # shape (elements,): the first that carries it; itself where nothing does

@@ -231,7 +231,7 @@ def is_safe(e: Element, barrier: float) -> bool:
 
 @njit(**INNER)
 def may_rise(state: Any, j: int, rules: Any, spare: float) -> bool:
-    """Whether an energy could turn an element that has rocked farther than it has been: E/E_max = 1 − (1 − θ/α)²."""
+    """Whether an energy could turn a rocking element farther than it has been: E/E_max = 1 − (1 − θ/α)²."""
     for e in range(rules.size):
         item = rows.load_element(rows.of_element(state, e), j)
         reached = item.course.peak_angle / item.inertia.critical

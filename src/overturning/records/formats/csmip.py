@@ -77,8 +77,8 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     (latitude, longitude), station, start = header.place("coordinates"), header.text("station"), header.clock("start")
     origin, places = header.earthquake()
     if header.text("renadic"):
-        # Its files leave the station's number out, place stations that they do not know at 0° N, 0° E, and have a clock
-        # that says 1980-01-01 where it was never set.
+        # Its files leave the station's number out, place stations that they do not know at 0° N, 0° E, and have a
+        # clock that says 1980-01-01 where it was never set.
         station, start, origin, places = block.lines[5].strip(), header.clock("trigger"), None, {}
         start = None if start and (start.year, start.month, start.day) == (1980, 1, 1) else start
         latitude, longitude = (latitude, longitude) if latitude or longitude else (None, None)

@@ -129,9 +129,9 @@ def falls(results: Results) -> Section | None:
         about = (
             f"Falls of {results.words.blocks}. Alignment: cos 2Δ, Δ the angle between a fall and the fault normal of "
             "its record, is averaged over the falls of a record, over the records of an earthquake, and over "
-            f"earthquakes: 1 normal to the fault, −1 along it, 0 neither.{_weighed(results)} An earthquake has an axis "
-            f"where the resultant of its falls reaches {LEAST_RESULTANT:g}; these are counted as closer to the normal "
-            "or not. Intervals: 95 %, bootstrap over earthquakes."
+            f"earthquakes: 1 normal to the fault, −1 along it, 0 neither.{_weighed(results)} An earthquake has an "
+            f"axis where the resultant of its falls reaches {LEAST_RESULTANT:g}; these are counted as closer to the "
+            "normal or not. Intervals: 95 %, bootstrap over earthquakes."
         )
         blocks += [*_beside_the_answer(results), _summary(results.axes), Note(about)]
         note = Note(

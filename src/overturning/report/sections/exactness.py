@@ -151,8 +151,8 @@ def _beside_rigid(found: Rigid, agreed: bool) -> str:
     flag, side = same(found.flags, found.sides, found.cases)
     sure = same(found.flags_undivided, found.sides_undivided, found.undivided)
     return (
-        f" Blocks of µ ≥ {HOLDS:g} with B/H below µ do not slide ({found.cells} cases{drawn}). Housner's rigid block, "
-        f"solved exactly, gives them the same flag in {flag} and the same flag and side in {side} of the cases"
+        f" Blocks of µ ≥ {HOLDS:g} with B/H below µ do not slide ({found.cells} cases{drawn}). Housner's rigid "
+        f"block, solved exactly, gives them the same flag in {flag} and the same flag and side in {side} of the cases"
         f"{', where the neighbourhood is not divided in {} and {}'.format(*sure) if agreed else ''}."
     )
 

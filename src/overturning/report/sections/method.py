@@ -16,8 +16,8 @@ def method(results: Results) -> Section:
     """Everything that is needed to judge and to repeat the study."""
     records, versions = sources_of_records(results.cube), json.loads(results.cube.attrs["versions"])
     recheck = (
-        "Simulated cells. “overturning recheck cube.nc” computes a random sample of cells again and compares them bit "
-        "for bit."
+        "Simulated cells. “overturning recheck cube.nc” computes a random sample of cells again and compares them "
+        "bit for bit."
     )
     sources = [[str(row[key]) for key in ("id", "source", "licence", "sha256")] for row in records]
     packages = ", ".join(f"{name} {version}" for name, version in versions.items())

@@ -155,8 +155,8 @@ def _processing(results: Results) -> list[Block]:
     rows = [(name, *_account(account)) for name, account in named]
     note = Note(
         "Raw data is as the recorder gave it; what an agency did to processed data is told as far as its file tells "
-        "it. Peaks are the largest of north and east, before → after what was done here. Computed is the length of the "
-        "motion, from its first sample (UTC); of it each case leaves out the beginning that cannot move its block."
+        "it. Peaks are the largest of north and east, before → after what was done here. Computed is the length of "
+        "the motion, from its first sample (UTC); of it each case leaves out the beginning that cannot move its block."
     )
     return [Section("Processing of the records", (table(heads, rows, "lwnnntw", anchor="processing"), note))]
 

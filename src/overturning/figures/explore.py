@@ -203,7 +203,7 @@ def _packed(values: FloatArray, step: float, kind: str) -> str:
 
 def explorer_page(data: dict[str, Any]) -> str:
     """The page (HTML) from `explorer_data`, the same each time; it needs nothing but the records' files, if any."""
-    script = "".join(map(template, ("rocking.js", "explore_maps.js", "explore.js")))
+    script = "".join(map(template, ("page.js", "rocking.js", "explore_maps.js", "explore.js")))
     return page("explore.html.j2", template("explore.css"), script, data, title=data["title"])
 
 

@@ -16,7 +16,7 @@ def template(name: str, room: str = "figures") -> str:
 
 def player_script() -> str:
     """The player, once per page, with what draws bodies in space."""
-    return template("space.js") + template("player.js")
+    return "".join(map(template, ("page.js", "space.js", "player.js")))
 
 
 def embedded_json(data: Any) -> str:

@@ -1,37 +1,27 @@
-// A map of one block of a cube, what is known of the cell pointed at, and a sketch of how it moves. No library, no network.
+// A map of one block of a cube, what is known of the cell pointed at, and a sketch of how it moves.
 const root = document.getElementById("explorer"), cube = JSON.parse(root.querySelector("script").textContent);
-const A = cube.direction.length, B = cube.b_over_h.length, C = cube.colours, S = cube.steps, INK = "#222222", TURN = 2 * Math.PI;
+const A = cube.direction.length, B = cube.b_over_h.length, C = cube.colours, S = cube.steps;
+const INK = "#222222", TURN = 2 * Math.PI;
 const sizes = [A, cube.height.length, B, cube.aspect.length, cube.friction.length, cube.element.length];
-const at = { record: 0, height: 0, aspect: 0, friction: sizes[4] - 1, element: cube.shown, colour: cube.space ? "azimuth" : cube.ensemble ? "chance" : "flag", a: 0, b: 0, amplitude: 1, size: 1 };
+const at = {
+  record: 0, height: 0, aspect: 0, friction: sizes[4] - 1, element: cube.shown, a: 0, b: 0, amplitude: 1, size: 1,
+  colour: cube.space ? "azimuth" : cube.ensemble ? "chance" : "flag",
+};
 const held = { record: -1, data: null, motion: null };  // of the one record that is shown
 
-function bytes(text) {
-  const binary = atob(text), made = new Uint8Array(binary.length);
-  for (let i = 0; i < binary.length; i++) made[i] = binary.charCodeAt(i);
-  return made.buffer;
-}
-function words(text, signed) {
-  const view = new DataView(bytes(text)), made = new (signed ? Int16Array : Uint16Array)(view.byteLength / 2);
-  for (let i = 0; i < made.length; i++) made[i] = signed ? view.getInt16(2 * i, true) : view.getUint16(2 * i, true);
-  return made;
-}
-function element(name, attributes, parent, text) {
-  const made = document.createElement(name);
-  for (const key in attributes) made.setAttribute(key, attributes[key]);
-  if (text !== undefined) made.textContent = text;
-  if (parent) parent.appendChild(made);
-  return made;
-}
 // The cells of a record stand in the page, or in a file beside it that calls this.
 function hold(index, cells) {
   if (index !== at.record) return;
   held.record = index;
   held.data = {
-    flag: new Int8Array(bytes(cells.flag)), towards: new Uint8Array(bytes(cells.towards)), away: new Uint8Array(bytes(cells.away)),
+    flag: new Int8Array(bytes(cells.flag)),
+    towards: new Uint8Array(bytes(cells.towards)), away: new Uint8Array(bytes(cells.away)),
     rotation: words(cells.rotation), time: words(cells.time), azimuth: cells.azimuth ? words(cells.azimuth) : null,
   };
   const m = cells.motion;
-  held.motion = m && { interval: m.interval, parts: m.components.map(function (text) { return Float32Array.from(words(text, true), function (v) { return v * m.step; }); }) };
+  held.motion = m && {
+    interval: m.interval, parts: m.components.map(text => Float32Array.from(words(text, true), v => v * m.step)),
+  };
 }
 function load() {
   const index = at.record;
@@ -40,43 +30,52 @@ function load() {
   const file = encodeURIComponent(cube.folder) + "/" + index + ".js";
   said.textContent = "Reading " + file + " …";
   const script = element("script", { src: file }, document.head);
-  script.onload = function () { script.remove(); if (index === at.record) { settle(); draw(); } };
-  script.onerror = function () { script.remove(); if (index === at.record) said.textContent = file + " is missing: it belongs beside this page."; };
+  script.onload = () => { script.remove(); if (index === at.record) { settle(); draw(); } };
+  script.onerror = () => {
+    script.remove();
+    if (index === at.record) said.textContent = file + " is missing: it belongs beside this page.";
+  };
 }
 window.explorerRecord = hold;
 
 function cell(a, b) {
   let place = 0;
-  [a, at.height, b, at.aspect, at.friction, at.element].forEach(function (index, k) { place = place * sizes[k] + index; });
-  const number = function (name, step, missing) { return held.data[name][place] === missing ? null : held.data[name][place] * step; };
+  [a, at.height, b, at.aspect, at.friction, at.element].forEach((index, k) => { place = place * sizes[k] + index; });
+  const number = (name, step, missing) => held.data[name][place] === missing ? null : held.data[name][place] * step;
   const flag = held.data.flag[place], falls = flag === 1 || flag === -1;
   return {
     flag: flag, towards: number("towards", S.chance, 255), away: number("away", S.chance, 255),
     rotation: number("rotation", S.rotation, 65535), time: number("time", S.time, 65535),
-    to: !falls ? null : cube.space ? number("azimuth", S.azimuth, 65535) : (cube.direction[a] + (flag < 0 ? 180 : 0)) % 360,
+    to: !falls ? null : cube.space ? number("azimuth", S.azimuth, 65535)
+      : (cube.direction[a] + (flag < 0 ? 180 : 0)) % 360,
   };
 }
 function bearing(azimuth) {
   const phi = ((Math.round(100 * azimuth) / 100 % 360) + 360) % 360;
   if (phi % 90 === 0) return "NESW"[phi / 90];
   const north = phi < 90 || phi > 270, angle = north ? Math.min(phi, 360 - phi) : Math.abs(phi - 180);
-  return (north ? "N" : "S") + Math.round((cube.space ? 1 : 100) * angle) / (cube.space ? 1 : 100) + "°" + (phi < 180 ? "E" : "W");
+  const places = cube.space ? 1 : 100;
+  return (north ? "N" : "S") + Math.round(places * angle) / places + "°" + (phi < 180 ? "E" : "W");
 }
 function mix(stops, share) {
-  const place = Math.min(Math.max(share, 0), 1) * (stops.length - 1), low = Math.min(Math.floor(place), stops.length - 2), part = place - low;
-  const channel = function (colour, k) { return parseInt(colour.substr(1 + 2 * k, 2), 16); };
-  return "rgb(" + [0, 1, 2].map(function (k) { return Math.round(channel(stops[low], k) * (1 - part) + channel(stops[low + 1], k) * part); }).join(",") + ")";
+  const place = Math.min(Math.max(share, 0), 1) * (stops.length - 1);
+  const low = Math.min(Math.floor(place), stops.length - 2), part = place - low;
+  const channel = (colour, k) => parseInt(colour.substr(1 + 2 * k, 2), 16);
+  const mixed = k => Math.round(channel(stops[low], k) * (1 - part) + channel(stops[low + 1], k) * part);
+  return "rgb(" + [0, 1, 2].map(mixed).join(",") + ")";
 }
 function hue(azimuth) { return C.azimuths[Math.floor(azimuth / 360 * C.azimuths.length) % C.azimuths.length]; }
 const HEAT = [C.stands, "#f6c9a0", "#e58a4b", C.falls, C.darkest], BLUES = ["#f4f4f2", "#9ec4e2", "#2a6fa8", "#0b2f55"];
 // Rotations are in critical angles α, or in degrees of what has none of its own; colours then end at 30°.
 function inDegrees() { return cube.degrees[at.element]; }
 const MODES = {
-  azimuth: ["azimuth of the fall", function (c) { return c.flag === 2 ? C.missing : c.to === null ? C.stands : hue(c.to); }],
-  chance: ["probability", function (c) { return c.towards === null ? C.missing : c.away > 0.5 ? C.other : mix(HEAT, c.towards); }],
-  flag: ["outcome", function (c) { return { "1": C.falls, "-1": C.other, "0": C.stands }[c.flag] || C.missing; }],
-  rotation: [cube.space ? "largest tilt" : "largest rotation", function (c) { return c.rotation === null ? C.missing : mix(BLUES, c.rotation / (inDegrees() ? 30 : 1)); }],
-  time: ["time of the fall", function (c) { return c.flag === 2 ? C.missing : c.time === null ? C.stands : mix(HEAT, 1 - c.time / (cube.longest || 1)); }],
+  azimuth: ["azimuth of the fall", c => c.flag === 2 ? C.missing : c.to === null ? C.stands : hue(c.to)],
+  chance: ["probability", c => c.towards === null ? C.missing : c.away > 0.5 ? C.other : mix(HEAT, c.towards)],
+  flag: ["outcome", c => ({ "1": C.falls, "-1": C.other, "0": C.stands }[c.flag] || C.missing)],
+  rotation: [cube.space ? "largest tilt" : "largest rotation",
+    c => c.rotation === null ? C.missing : mix(BLUES, c.rotation / (inDegrees() ? 30 : 1))],
+  time: ["time of the fall",
+    c => c.flag === 2 ? C.missing : c.time === null ? C.stands : mix(HEAT, 1 - c.time / (cube.longest || 1))],
 };
 // Beyond the rings that are shown nothing falls under the record; only their rotations say something.
 function rings() { return at.colour === "rotation" ? B : cube.records[at.record].rings; }
@@ -85,42 +84,53 @@ function rings() { return at.colour === "rotation" ? B : cube.records[at.record]
 const choices = element("div", { class: "choices" }, root);
 function choice(name, label, options) {
   const box = element("label", { class: name }, choices, label), select = element("select", { "data-name": name }, box);
-  options.forEach(function (pair) { element("option", { value: pair[0] }, select, pair[1]); });
+  options.forEach(pair => { element("option", { value: pair[0] }, select, pair[1]); });
   select.value = at[name];
-  select.addEventListener("change", function () {
+  select.addEventListener("change", () => {
     at[name] = name === "colour" ? select.value : Number(select.value);
     if (name === "record") load();
     draw();
   });
   if (options.length === 1) box.hidden = true;
 }
-const numbered = function (values, text) { return values.map(function (value, index) { return [index, text(value)]; }); };
-choice("record", "record", numbered(cube.records, function (r) { return r.name; }));
-choice("height", "height", numbered(cube.height, function (h) { return h + " m"; }));
+const numbered = (values, text) => { return values.map((value, index) => [index, text(value)]); };
+choice("record", "record", numbered(cube.records, r => r.name));
+choice("height", "height", numbered(cube.height, h => h + " m"));
 choice("aspect", "depth over breadth", numbered(cube.aspect, String));
 choice("friction", "friction µ", numbered(cube.friction, String));
 choice("element", "element", numbered(cube.element, String));
-const offered = Object.keys(MODES).filter(function (m) { return m === "chance" ? cube.ensemble : cube.space ? m !== "flag" : m !== "azimuth"; });
-choice("colour", "colour", offered.map(function (m) { return [m, MODES[m][0]]; }));
+const offered = Object.keys(MODES).filter(
+  m => m === "chance" ? cube.ensemble : cube.space ? m !== "flag" : m !== "azimuth");
+choice("colour", "colour", offered.map(m => [m, MODES[m][0]]));
 
 // Map, sliders, and what is said.
 const both = element("div", { class: "both" }, root), left = element("div", {}, both), right = element("div", {}, both);
 const TURNS = cube.space ? "orientation" : "azimuth";
-const map = element("canvas", { tabindex: "0", role: "img", "aria-label": "map: " + TURNS + " and B/H; arrow keys move" }, left);
+const map = element("canvas", {
+  tabindex: "0", role: "img", "aria-label": "map: " + TURNS + " and B/H; arrow keys move",
+}, left);
 const legend = element("div", { class: "legend" }, left), sliders = element("div", { class: "sliders" }, left);
 element("p", { class: "note" }, left, (cube.space
-  ? "Across: the orientation, the azimuth that the body faces. Upwards: slenderness B/H. Colour and arrow: the azimuth to which it falls, north up."
-  : "Angle: the azimuth towards which the block falls, north up, clockwise. Radius: slenderness B/H, out to the first at which nothing falls under the record.") +
+  ? "Across: the orientation, the azimuth that the body faces. Upwards: slenderness B/H. Colour and arrow: "
+    + "the azimuth to which it falls, north up."
+  : "Angle: the azimuth towards which the block falls, north up, clockwise. Radius: slenderness B/H, "
+    + "out to the first at which nothing falls under the record.") +
   " Point at a cell, tap it, or move with the arrow keys: ← → " + TURNS + ", ↑ ↓ B/H.");
 function slider(parent, key, label, from, to, step, text) {
   const box = element("label", {}, parent, label);
-  const input = element("input", { type: "range", min: from, max: to, step: step, "data-name": key, "aria-label": label }, box);
+  const input = element("input", {
+    type: "range", min: from, max: to, step: step, "data-name": key, "aria-label": label,
+  }, box);
   const output = element("output", {}, box);
-  input.addEventListener("input", function () { at[key] = Number(input.value); draw(); });
-  return function (most) { if (most !== undefined) input.max = most; input.value = at[key]; output.textContent = text(at[key]); };
+  input.addEventListener("input", () => { at[key] = Number(input.value); draw(); });
+  return most => {
+    if (most !== undefined) input.max = most;
+    input.value = at[key];
+    output.textContent = text(at[key]);
+  };
 }
-const showTurn = slider(sliders, "a", TURNS, 0, A - 1, 1, function (a) { return cube.direction[a] + "°"; });
-const showRatio = slider(sliders, "b", "B/H", 0, B - 1, 1, function (b) { return String(Number(cube.b_over_h[b].toPrecision(3))); });
+const showTurn = slider(sliders, "a", TURNS, 0, A - 1, 1, a => cube.direction[a] + "°");
+const showRatio = slider(sliders, "b", "B/H", 0, B - 1, 1, b => String(Number(cube.b_over_h[b].toPrecision(3))));
 const said = element("p", { class: "said", "aria-live": "polite" }, right);
 element("h2", {}, right, "A sketch of this cell");
 const sketch = sketchOf(element("div", { class: "sketch" }, right));
@@ -129,17 +139,6 @@ const strip = element("canvas", { role: "img", "aria-label": "probability of fal
 element("h2", {}, right, "Neighbours");
 const near = element("table", {}, right);
 
-function surface(canvas, ratio) {
-  const density = window.devicePixelRatio || 1, width = canvas.clientWidth || 300, height = Math.round(width * ratio);
-  canvas.style.height = height + "px";
-  canvas.width = Math.round(width * density);
-  canvas.height = Math.round(height * density);
-  const context = canvas.getContext("2d");
-  context.setTransform(density, 0, 0, density, 0, 0);
-  context.clearRect(0, 0, width, height);
-  context.font = "12px system-ui, sans-serif";
-  return { context: context, width: width, height: height };
-}
 function line(context, x, y, x2, y2) {
   context.beginPath();
   context.moveTo(x, y);
@@ -149,7 +148,9 @@ function line(context, x, y, x2, y2) {
 function arrow(context, x, y, angle, length) {
   const s = Math.sin(angle) * length / 2, c = -Math.cos(angle) * length / 2;
   line(context, x - s, y - c, x + s, y + c);
-  for (const turn of [2.6, -2.6]) line(context, x + s, y + c, x + s + Math.sin(angle + turn) * length * 0.35, y + c - Math.cos(angle + turn) * length * 0.35);
+  for (const turn of [angle + 2.6, angle - 2.6]) {
+    line(context, x + s, y + c, x + s + Math.sin(turn) * length * 0.35, y + c - Math.cos(turn) * length * 0.35);
+  }
 }
 const kind = cube.space ? plane : compass;
 function drawMap() {
@@ -196,30 +197,35 @@ function drawStrip() {
 function percent(p) { return Math.round(100 * p) + " %"; }
 function verdict(c) { return c.to === null ? "stands" : "falls towards " + bearing(c.to); }
 function sentence(a, b) {
-  const c = cell(a, b), phi = cube.direction[a], stone = cube.space ? "the body" : "the " + (cube.element[at.element] || "block");
-  const where = (cube.space ? "Facing " : "Motion along ") + bearing(phi) + ", B/H = " + Number(cube.b_over_h[b].toPrecision(4)) + ": ";
+  const c = cell(a, b), phi = cube.direction[a];
+  const stone = cube.space ? "the body" : "the " + (cube.element[at.element] || "block");
+  const where = (cube.space ? "Facing " : "Motion along ") + bearing(phi) + ", B/H = "
+    + Number(cube.b_over_h[b].toPrecision(4)) + ": ";
   if (c.flag === 2) return where + "no outcome was found.";
   let text = where + stone + " " + verdict(c);
   if (c.time !== null) text += ", past the point of no return at " + c.time.toFixed(2) + " s";
-  if (c.rotation !== null && c.flag === 0) text += ", largest " + (cube.space ? "tilt " : "rotation ") + (inDegrees() ? c.rotation.toFixed(1) + "°" : c.rotation.toFixed(2) + " α");
+  if (c.rotation !== null && c.flag === 0) text += ", largest " + (cube.space ? "tilt " : "rotation ")
+    + (inDegrees() ? c.rotation.toFixed(1) + "°" : c.rotation.toFixed(2) + " α");
   text += ".";
   if (cube.ensemble && c.towards !== null) text += " In its neighbourhood it falls " + (cube.space
     ? "with a probability of " + percent(c.towards) + "."
-    : "towards " + bearing(phi) + " with a probability of " + percent(c.towards) + ", towards " + bearing(phi + 180) + " with " + percent(c.away) + ".");
+    : "towards " + bearing(phi) + " with a probability of " + percent(c.towards)
+      + ", towards " + bearing(phi + 180) + " with " + percent(c.away) + ".");
   return text;
 }
 function drawNear() {
   near.textContent = "";
   const closed = !cube.space, head = element("tr", {}, near), last = rings() - 1;
-  const columns = [-1, 0, 1].map(function (k) { return closed ? (at.a + k + A) % A : at.a + k; }).filter(function (a) { return a >= 0 && a < A; });
+  const columns = [-1, 0, 1].map(k => closed ? (at.a + k + A) % A : at.a + k).filter(a => a >= 0 && a < A);
   element("th", {}, head, "B/H");
-  columns.forEach(function (a) { element("th", {}, head, cube.direction[a] + "°"); });
+  columns.forEach(a => { element("th", {}, head, cube.direction[a] + "°"); });
   for (let b = Math.min(at.b + 1, last); b >= Math.max(at.b - 1, 0); b--) {
     const row = element("tr", {}, near);
     element("th", {}, row, String(Number(cube.b_over_h[b].toPrecision(4))));
-    columns.forEach(function (a) {
+    columns.forEach(a => {
       const c = cell(a, b);
-      element("td", a === at.a && b === at.b ? { class: "here" } : {}, row, c.flag === 2 ? "no outcome" : c.to === null ? "stands" : "→ " + bearing(c.to));
+      const outcome = c.flag === 2 ? "no outcome" : c.to === null ? "stands" : "→ " + bearing(c.to);
+      element("td", a === at.a && b === at.b ? { class: "here" } : {}, row, outcome);
     });
   }
 }
@@ -227,21 +233,24 @@ function drawLegend() {
   legend.textContent = "";
   const unit = inDegrees() ? ["10°", "30° and more"] : ["0.33 α", "α and more"];
   const entries = {
-    azimuth: ["N", "E", "S", "W"].map(function (name, k) { return [hue(90 * k), "towards " + name]; }).concat([[C.stands, "stands"]]),
+    azimuth: ["N", "E", "S", "W"].map((name, k) => [hue(90 * k), "towards " + name]).concat([[C.stands, "stands"]]),
     chance: cube.space ? [[C.stands, "stands"], [mix(HEAT, 0.5), "falls, 50 %"], [C.darkest, "100 %"]]
-      : [[C.stands, "stands"], [mix(HEAT, 0.5), "falls towards the azimuth, 50 %"], [C.darkest, "100 %"], [C.other, "falls to the other side"]],
+      : [[C.stands, "stands"], [mix(HEAT, 0.5), "falls towards the azimuth, 50 %"], [C.darkest, "100 %"],
+        [C.other, "falls to the other side"]],
     flag: [[C.falls, "falls towards the azimuth"], [C.other, "falls to the other side"], [C.stands, "stands"]],
     rotation: [[BLUES[0], "0"], [BLUES[1], unit[0]], [BLUES[3], unit[1]]],
     time: [[C.darkest, "early"], [mix(HEAT, 0.3), "late"], [C.stands, "stands"]],
   }[at.colour].concat([[C.missing, "no outcome"]]);
-  entries.forEach(function (pair) {
+  entries.forEach(pair => {
     const item = element("span", {}, legend);
     element("i", { style: "background:" + pair[0] }, item);
     item.appendChild(document.createTextNode(pair[1]));
   });
   const normal = cube.records[at.record].normal;
-  if (normal !== null) element("span", { style: "color:" + C.fault }, legend, cube.space ? "fault normal " + bearing(normal) : "▮ fault normal");
-  if (rings() < B) element("span", {}, legend, "from B/H = " + Number(cube.b_over_h[rings() - 1].toPrecision(3)) + " on nothing falls");
+  const fault = cube.space ? "fault normal " + bearing(normal) : "▮ fault normal";
+  if (normal !== null) element("span", { style: "color:" + C.fault }, legend, fault);
+  const last = Number(cube.b_over_h[rings() - 1].toPrecision(3));
+  if (rings() < B) element("span", {}, legend, "from B/H = " + last + " on nothing falls");
 }
 function draw() {
   if (!held.data) return;
@@ -259,8 +268,8 @@ function point(event) {
   const box = map.getBoundingClientRect();
   if (!held.data) return;
   const [turn, radius] = kind.place(event.clientX - box.left, event.clientY - box.top, box.width);
-  const a = cube.directionEdges.findIndex(function (edge, k) { return k < A && turn >= edge && turn < cube.directionEdges[k + 1]; });
-  const b = cube.radiusEdges.findIndex(function (edge, k) { return k < rings() && radius >= edge && radius < cube.radiusEdges[k + 1]; });
+  const a = cube.directionEdges.findIndex((edge, k) => k < A && turn >= edge && turn < cube.directionEdges[k + 1]);
+  const b = cube.radiusEdges.findIndex((edge, k) => k < rings() && radius >= edge && radius < cube.radiusEdges[k + 1]);
   if (a < 0 || b < 0 || (a === at.a && b === at.b)) return;
   at.a = a;
   at.b = b;
@@ -268,7 +277,7 @@ function point(event) {
 }
 map.addEventListener("pointermove", point);
 map.addEventListener("pointerdown", point);
-map.addEventListener("keydown", function (event) {
+map.addEventListener("keydown", event => {
   const step = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
   if (!step || !held.data) return;
   at.a = cube.space ? Math.min(Math.max(at.a + step[0], 0), A - 1) : (at.a + step[0] + A) % A;
@@ -280,7 +289,9 @@ window.addEventListener("resize", draw);
 // It begins with the broadest block that falls.
 let settled = false;
 function settle() {
-  if (!settled) for (let b = 0; b < B; b++) for (let a = A - 1; a >= 0; a--) if (cell(a, b).flag === 1) { at.a = a; at.b = b; }
+  if (!settled) for (let b = 0; b < B; b++) for (let a = A - 1; a >= 0; a--) {
+    if (cell(a, b).flag === 1) { at.a = a; at.b = b; }
+  }
   settled = true;
   root.dataset.ready = "true";
 }

@@ -1,21 +1,23 @@
 // The two maps of the explorer: planes round the compass, bodies in space by orientation; each by B/H.
 // A compass counts angles from the top, a canvas from the right: a quarter turn less.
 const compass = {
-  reach: function (width) { return (width / 2 - 30) / cube.radiusEdges[rings()]; },
+  reach: width => (width / 2 - 30) / cube.radiusEdges[rings()],
   path: function (context, width, a, b) {
-    const x = width / 2, scale = this.reach(width), from = cube.directionEdges[a] - TURN / 4, to = cube.directionEdges[a + 1] - TURN / 4;
+    const x = width / 2, scale = this.reach(width);
+    const from = cube.directionEdges[a] - TURN / 4, to = cube.directionEdges[a + 1] - TURN / 4;
     context.beginPath();
     context.arc(x, x, cube.radiusEdges[b + 1] * scale, from, to);
     context.arc(x, x, Math.max(0, cube.radiusEdges[b]) * scale, to, from, true);
     context.closePath();
   },
   place: function (x, y, width) {
-    const first = cube.directionEdges[0], angle = ((Math.atan2(x - width / 2, width / 2 - y) - first) % TURN + TURN) % TURN + first;
-    return [angle, Math.hypot(x - width / 2, y - width / 2) / this.reach(width)];
+    const first = cube.directionEdges[0], angle = Math.atan2(x - width / 2, width / 2 - y) - first;
+    return [(angle % TURN + TURN) % TURN + first, Math.hypot(x - width / 2, y - width / 2) / this.reach(width)];
   },
   ratio: 1,
   axes: function (context, width) {
-    const x = width / 2, rim = cube.radiusEdges[rings()], scale = this.reach(width), normal = cube.records[at.record].normal;
+    const x = width / 2, rim = cube.radiusEdges[rings()], scale = this.reach(width);
+    const normal = cube.records[at.record].normal;
     context.textBaseline = "middle";
     context.textAlign = "center";
     const sector = freeSector(normal), step = rim > 0.5 ? 0.2 : rim > 0.2 ? 0.1 : 0.05;
@@ -41,7 +43,7 @@ const compass = {
       context.lineWidth = 3;
       line(context, x + s * rim * scale, x - c * rim * scale, x + s * (rim * scale + 9), x - c * (rim * scale + 9));
     }
-    ["N", "NE", "E", "SE", "S", "SW", "W", "NW"].forEach(function (name, k) {
+    ["N", "NE", "E", "SE", "S", "SW", "W", "NW"].forEach((name, k) => {
       const far = rim * scale + 19;
       context.fillText(name, x + Math.sin(k * TURN / 8) * far, x - Math.cos(k * TURN / 8) * far);
     });
@@ -51,8 +53,8 @@ const LEFT = 40, LOW = 34, TOP = 8;
 const plane = {
   spans: function (width) {
     const from = cube.directionEdges[0], low = cube.radiusEdges[0], height = width * this.ratio;
-    return { x: function (v) { return LEFT + (v - from) / (cube.directionEdges[A] - from) * (width - LEFT - 8); },
-             y: function (v) { return height - LOW - (v - low) / (cube.radiusEdges[rings()] - low) * (height - LOW - TOP); } };
+    return { x: v => LEFT + (v - from) / (cube.directionEdges[A] - from) * (width - LEFT - 8),
+             y: v => height - LOW - (v - low) / (cube.radiusEdges[rings()] - low) * (height - LOW - TOP) };
   },
   path: function (context, width, a, b) {
     const { x, y } = this.spans(width), from = x(cube.directionEdges[a]), top = y(cube.radiusEdges[b + 1]);
@@ -61,12 +63,15 @@ const plane = {
   },
   place: function (px, py, width) {
     const { x, y } = this.spans(width), e = cube.directionEdges, r = cube.radiusEdges;
-    return [e[0] + (px - x(e[0])) / (x(e[A]) - x(e[0])) * (e[A] - e[0]), r[0] + (py - y(r[0])) / (y(r[1]) - y(r[0])) * (r[1] - r[0])];
+    return [e[0] + (px - x(e[0])) / (x(e[A]) - x(e[0])) * (e[A] - e[0]),
+      r[0] + (py - y(r[0])) / (y(r[1]) - y(r[0])) * (r[1] - r[0])];
   },
   ratio: 0.8,
   axes: function (context, width) {
-    const { x, y } = this.spans(width), height = width * this.ratio, wide = (width - LEFT) / A, tall = (height - LOW - TOP) / rings();
-    const every = Math.ceil(11 / wide), up = Math.ceil(11 / tall), length = Math.min(20, 0.75 * Math.min(wide * every, tall * up));
+    const { x, y } = this.spans(width), height = width * this.ratio;
+    const wide = (width - LEFT) / A, tall = (height - LOW - TOP) / rings();
+    const every = Math.ceil(11 / wide), up = Math.ceil(11 / tall);
+    const length = Math.min(20, 0.75 * Math.min(wide * every, tall * up));
     if (at.colour === "azimuth") for (let a = 0; a < A; a += every) for (let b = 0; b < rings(); b += up) {
       const to = cell(a, b).to;
       if (to === null) continue;
@@ -80,12 +85,16 @@ const plane = {
     context.textBaseline = "top";
     context.textAlign = "center";
     const span = cube.directionEdges[A] - cube.directionEdges[0], step = span <= 100 ? 15 : span <= 200 ? 30 : 60;
-    for (let tick = Math.ceil(cube.directionEdges[0] / step) * step; tick <= cube.directionEdges[A]; tick += step) context.fillText(tick + "°", x(tick), height - LOW + 4);
+    for (let tick = Math.ceil(cube.directionEdges[0] / step) * step; tick <= cube.directionEdges[A]; tick += step) {
+      context.fillText(tick + "°", x(tick), height - LOW + 4);
+    }
     context.fillText("orientation", LEFT + (width - LEFT) / 2, height - LOW + 19);
     context.textBaseline = "middle";
     context.textAlign = "right";
     const every2 = Math.ceil(16 / tall);
-    for (let b = 0; b < rings(); b += every2) context.fillText(String(Number(cube.b_over_h[b].toPrecision(3))), LEFT - 5, y(cube.b_over_h[b]));
+    for (let b = 0; b < rings(); b += every2) {
+      context.fillText(String(Number(cube.b_over_h[b].toPrecision(3))), LEFT - 5, y(cube.b_over_h[b]));
+    }
     context.textAlign = "left";
     context.fillText("B/H", 0, TOP + 4);
   },
@@ -96,7 +105,9 @@ function freeSector(normal) {
   for (let k = 0; k < 8; k++) {
     const middle = 22.5 + 45 * k;
     let count = normal !== null && Math.abs((middle - normal + 450) % 180 - 90) < 20 ? 1e6 : k === 2 ? -0.5 : 0;
-    for (let a = 0; a < A; a++) if (Math.abs((cube.direction[a] - middle + 540) % 360 - 180) <= 12) for (let b = 0; b < rings(); b++) count += Math.abs(cell(a, b).flag);
+    for (let a = 0; a < A; a++) if (Math.abs((cube.direction[a] - middle + 540) % 360 - 180) <= 12) {
+      for (let b = 0; b < rings(); b++) count += Math.abs(cell(a, b).flag);
+    }
     if (count < least) { least = count; best = middle; }
   }
   return best / 360 * TURN;

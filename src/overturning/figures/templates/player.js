@@ -1,32 +1,20 @@
-// Plays films of polygons, and of bodies in space, on canvases. No library, no network. Each film sits in an element with class "film", its data as
-// JSON in a script element within.
+// Plays films of polygons, and of bodies in space, on canvases. Each film sits in an element with class "film", its
+// data as JSON in a script element within.
 "use strict";
 (function () {
-  const INK = "#222222", STONE = "#c9c4ba", EDGE = "#222222", BASE = "#8a8a86", FORCE = "#c44a00", LINE = "#0072b2", SECOND = "#009e73";
+  const INK = "#222222", STONE = "#c9c4ba", EDGE = "#222222", BASE = "#8a8a86", FORCE = "#c44a00", LINE = "#0072b2";
+  const SECOND = "#009e73";
   const RATES = [1, 0.5, 0.2, 0.1];
 
-  function unpack(packed) {
-    const text = atob(packed.data), bytes = new Uint8Array(text.length);
-    for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
-    const view = new DataView(bytes.buffer), values = new Float64Array(bytes.length / 2);
-    for (let i = 0; i < values.length; i++) values[i] = view.getInt16(2 * i, true) * packed.scale;
-    return values;
-  }
-
-  function element(name, attributes, parent, text) {
-    const made = document.createElement(name);
-    for (const key in attributes) made.setAttribute(key, attributes[key]);
-    if (text !== undefined) made.textContent = text;
-    if (parent) parent.appendChild(made);
-    return made;
-  }
+  function unpack(packed) { return Float64Array.from(words(packed.data, true), value => value * packed.scale); }
 
   function seconds(value) { return value.toFixed(2) + " s"; }
 
   function Film(root) {
     const film = JSON.parse(root.querySelector("script").textContent);
     const end = film.start + (film.frames - 1) * film.interval;
-    const state = { time: film.start, playing: false, rate: 1, forces: false, last: null, view: { azimuth: 2.7, elevation: 0.42 } };
+    const view = { azimuth: 2.7, elevation: 0.42 };
+    const state = { time: film.start, playing: false, rate: 1, forces: false, last: null, view: view };
     const [left, right, bottom, top] = film.view;
     const panels = film.panels.map(prepare);
 
@@ -35,7 +23,7 @@
     root.setAttribute("aria-label", film.title + ": animation. Space plays and pauses, arrow keys step.");
     if (film.title) element("h3", { class: "film-title" }, root, film.title);
     const row = element("div", { class: "film-panels", style: "--panels: " + Math.min(panels.length, 3) }, root);
-    panels.forEach(function (panel) {
+    panels.forEach(panel => {
       const box = element("div", { class: "film-panel" }, row);
       element("div", { class: "film-heading" }, box, panel.title);
       panel.scene = element("canvas", { role: "img", "aria-label": panel.title + ": the block on its base" }, box);
@@ -49,10 +37,10 @@
     }, bar);
     const clock = element("output", { class: "film-clock" }, bar);
     const speed = element("select", { "aria-label": "speed" }, bar);
-    RATES.forEach(function (rate) {
+    RATES.forEach(rate => {
       element("option", { value: rate }, speed, rate === 1 ? "real time" : "1/" + Math.round(1 / rate) + " speed");
     });
-    const withForces = panels.some(function (panel) { return panel.force; });
+    const withForces = panels.some(panel => panel.force);
     let box = null;
     if (withForces) {
       const label = element("label", {}, bar);
@@ -63,10 +51,10 @@
 
     function prepare(panel) {
       const made = Object.assign({}, panel, { traces: panel.motions.map(unpack) });
-      made.bodies = panel.bodies.map(function (body) {
+      made.bodies = panel.bodies.map(body => {
         return Object.assign({}, body, { position: unpack(body.position), rotation: unpack(body.rotation) });
       });
-      made.solid = made.bodies.find(function (body) { return body.faces.length > 0; });
+      made.solid = made.bodies.find(body => body.faces.length > 0);
       if (made.solid) made.solid.reach = spaceView.reach(made.solid);
       if (panel.force) { made.force = unpack(panel.force); made.forcePoint = unpack(panel.forcePoint); }
       return made;
@@ -77,20 +65,6 @@
       const rows = values.length / width, low = Math.min(Math.floor(at), rows - 1), high = Math.min(low + 1, rows - 1);
       const part = Math.min(Math.max(at - low, 0), 1);
       return values[low * width + offset] * (1 - part) + values[high * width + offset] * part;
-    }
-
-    function surface(canvas, ratio) {
-      const density = window.devicePixelRatio || 1, width = canvas.clientWidth || 300, height = Math.round(width * ratio);
-      canvas.style.height = height + "px";
-      if (canvas.width !== Math.round(width * density) || canvas.height !== Math.round(height * density)) {
-        canvas.width = Math.round(width * density);
-        canvas.height = Math.round(height * density);
-      }
-      const context = canvas.getContext("2d");
-      context.setTransform(density, 0, 0, density, 0, 0);
-      context.clearRect(0, 0, width, height);
-      context.font = (width < 180 ? 9 : 12) + "px system-ui, sans-serif";
-      return { context: context, width: width, height: height };
     }
 
     function drawScene(panel, at) {
@@ -105,11 +79,11 @@
       const centre = (left + right) / 2;
       function x(s) { return width / 2 + (s - centre) * scale; }
       function y(z) { return height - (z - bottom) * scale; }
-      panel.bodies.forEach(function (body) {
+      panel.bodies.forEach(body => {
         const s0 = pick(body.position, 2, 0, at), z0 = pick(body.position, 2, 1, at);
         const angle = pick(body.rotation, 1, 0, at), cosine = Math.cos(angle), sine = Math.sin(angle);
         context.beginPath();
-        body.vertices.forEach(function (v) {
+        body.vertices.forEach(v => {
           context.lineTo(x(s0 + v[0] * cosine + v[1] * sine), y(z0 - v[0] * sine + v[1] * cosine));
         });
         context.closePath();
@@ -154,7 +128,7 @@
       const { context, width, height } = surface(panel.trace, 0.26);
       const edge = 4, foot = 16, head = 14, middle = head + (height - head - foot) / 2;
       let largest = 0;
-      panels.forEach(function (other) {
+      panels.forEach(other => {
         for (const values of other.traces) for (const v of values) largest = Math.max(largest, Math.abs(v));
       });
       const tall = (height - head - foot) / 2 / (largest || 1);
@@ -165,7 +139,7 @@
       context.moveTo(edge, middle);
       context.lineTo(width - edge, middle);
       context.stroke();
-      panel.traces.forEach(function (values, which) {
+      panel.traces.forEach((values, which) => {
         context.strokeStyle = which ? SECOND : LINE;
         context.beginPath();
         for (let i = 0; i < values.length; i++) {
@@ -196,7 +170,7 @@
 
     function draw() {
       const at = (state.time - film.start) / film.interval;
-      panels.forEach(function (panel) {
+      panels.forEach(panel => {
         drawScene(panel, at);
         drawTrace(panel);
         const known = panel.outcomeTime === null ? state.time >= end - 1e-9 : state.time >= panel.outcomeTime;
@@ -247,13 +221,13 @@
       root.dataset.rate = String(state.rate);
     }
 
-    play.addEventListener("click", function () { setPlaying(!state.playing); });
-    slider.addEventListener("input", function () { state.playing = false; seek(Number(slider.value)); });
-    speed.addEventListener("change", function () { setRate(speed.selectedIndex); });
-    if (box) box.addEventListener("change", function () { setForces(box.checked); });
+    play.addEventListener("click", () => { setPlaying(!state.playing); });
+    slider.addEventListener("input", () => { state.playing = false; seek(Number(slider.value)); });
+    speed.addEventListener("change", () => { setRate(speed.selectedIndex); });
+    if (box) box.addEventListener("change", () => { setForces(box.checked); });
     // On a page with one film the keys work at once; of several the one that has the focus listens.
     const alone = document.querySelectorAll(".film").length === 1;
-    (alone ? document : root).addEventListener("keydown", function (event) {
+    (alone ? document : root).addEventListener("keydown", event => {
       if (event.altKey || event.ctrlKey || event.metaKey) return;
       const inControl = event.target !== root && event.target !== document.body;
       const step = event.shiftKey ? 0.5 : film.interval;
@@ -271,9 +245,9 @@
       }
       event.preventDefault();
     });
-    panels.forEach(function (panel) { if (panel.solid) spaceView.listen(panel.scene, state.view, draw); });
+    panels.forEach(panel => { if (panel.solid) spaceView.listen(panel.scene, state.view, draw); });
     window.addEventListener("resize", draw);
-    window.addEventListener("beforeprint", function () { seek(end); });
+    window.addEventListener("beforeprint", () => { seek(end); });
     root.dataset.end = end.toFixed(4);
     setForces(false);
     setRate(0);

@@ -1,13 +1,14 @@
 // Draws a convex body in space on a canvas, in parallel projection; axes are east, north, up. Turned with the mouse.
 const spaceView = (function () {
   "use strict";
-  const STONE = [201, 196, 186], EDGE = "#222222", FLOOR = "#e9e9e6", LINE = "#c4c4c0", INK = "#222222", NORTH = "#0072b2";
-  const SHADOW = "#b9b9b4", TRAIL = "#c44a00", LIGHT = [0.35, -0.5, 0.79];
+  const STONE = [201, 196, 186], EDGE = "#222222", FLOOR = "#e9e9e6", LINE = "#c4c4c0", INK = "#222222";
+  const NORTH = "#0072b2", SHADOW = "#b9b9b4", TRAIL = "#c44a00", LIGHT = [0.35, -0.5, 0.79];
 
   // Rows: to the right, up and towards the viewer, who stands at an azimuth (clockwise from north) and an elevation.
   function camera(view) {
     const a = view.azimuth, e = view.elevation, c = Math.cos(e), s = Math.sin(e);
-    return [[-Math.cos(a), Math.sin(a), 0], [-s * Math.sin(a), -s * Math.cos(a), c], [c * Math.sin(a), c * Math.cos(a), s]];
+    return [[-Math.cos(a), Math.sin(a), 0], [-s * Math.sin(a), -s * Math.cos(a), c],
+      [c * Math.sin(a), c * Math.cos(a), s]];
   }
 
   function dot(a, b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -20,10 +21,10 @@ const spaceView = (function () {
   }
 
   function pose(body, at, pick) {
-    const q = [0, 1, 2, 3].map(function (k) { return pick(body.rotation, 4, k, at); });
+    const q = [0, 1, 2, 3].map(k => pick(body.rotation, 4, k, at));
     const size = Math.hypot(q[0], q[1], q[2], q[3]) || 1;
-    const place = [0, 1, 2].map(function (k) { return pick(body.position, 3, k, at); });
-    return { place: place, q: q.map(function (part) { return part / size; }) };
+    const place = [0, 1, 2].map(k => pick(body.position, 3, k, at));
+    return { place: place, q: q.map(part => part / size) };
   }
 
   function corner(at, v) {
@@ -34,7 +35,7 @@ const spaceView = (function () {
   // Half of the extent that holds the body in every frame, standing or lying.
   function reach(body) {
     let far = 0, size = 0;
-    body.vertices.forEach(function (v) { size = Math.max(size, Math.hypot(v[0], v[1], v[2])); });
+    body.vertices.forEach(v => { size = Math.max(size, Math.hypot(v[0], v[1], v[2])); });
     for (let i = 0; i < body.position.length; i += 3) {
       far = Math.max(far, Math.hypot(body.position[i] - body.position[0], body.position[i + 1] - body.position[1]));
     }
@@ -51,10 +52,15 @@ const spaceView = (function () {
     }
     function path(points) {
       context.beginPath();
-      points.forEach(function (p) { const [x, y] = screen(p); context.lineTo(x, y); });
+      points.forEach(p => { const [x, y] = screen(p); context.lineTo(x, y); });
     }
     function fill(points, colour) { path(points); context.closePath(); context.fillStyle = colour; context.fill(); }
-    function stroke(points, colour, wide) { path(points); context.strokeStyle = colour; context.lineWidth = wide; context.stroke(); }
+    function stroke(points, colour, wide) {
+      path(points);
+      context.strokeStyle = colour;
+      context.lineWidth = wide;
+      context.stroke();
+    }
     function level(x, y) { return [begin[0] + x, begin[1] + y, 0]; }
 
     const half = 1.05 * extent, cells = 6;
@@ -69,26 +75,26 @@ const spaceView = (function () {
     context.fillStyle = INK;
     context.textAlign = "center";
     context.textBaseline = "middle";
-    [["N", 0, 1.1], ["E", 1.1, 0], ["S", 0, -1.1], ["W", -1.1, 0]].forEach(function (mark) {
+    [["N", 0, 1.1], ["E", 1.1, 0], ["S", 0, -1.1], ["W", -1.1, 0]].forEach(mark => {
       const [x, y] = screen(level(mark[1] * half, mark[2] * half));
       context.fillText(mark[0], x, y);
     });
 
-    const now = pose(body, at, pick), corners = body.vertices.map(function (v) { return corner(now, v); });
-    body.faces.forEach(function (face) {
-      fill(face.map(function (k) { return [corners[k][0], corners[k][1], 0]; }), SHADOW);
+    const now = pose(body, at, pick), corners = body.vertices.map(v => corner(now, v));
+    body.faces.forEach(face => {
+      fill(face.map(k => [corners[k][0], corners[k][1], 0]), SHADOW);
     });
     // The way of the middle of the top.
-    const trail = [], top = [0, 0, Math.max.apply(null, body.vertices.map(function (v) { return v[2]; }))];
+    const trail = [], top = [0, 0, Math.max.apply(null, body.vertices.map(v => v[2]))];
     for (let i = 0; i <= at; i++) trail.push(corner(pose(body, i, pick), top));
-    body.faces.forEach(function (face) {
+    body.faces.forEach(face => {
       const [a, b, c] = [corners[face[0]], corners[face[1]], corners[face[2]]];
       const u = [b[0] - a[0], b[1] - a[1], b[2] - a[2]], v = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
       const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
       if (dot(rows[2], n) <= 0) return;
       const bright = 0.72 + 0.28 * dot(LIGHT, n) / Math.hypot(n[0], n[1], n[2]);
-      const points = face.map(function (k) { return corners[k]; });
-      fill(points, "rgb(" + STONE.map(function (part) { return Math.round(part * bright); }).join(",") + ")");
+      const points = face.map(k => corners[k]);
+      fill(points, "rgb(" + STONE.map(part => Math.round(part * bright)).join(",") + ")");
       stroke(points.concat([points[0]]), EDGE, 1.1);
     });
     if (trail.length > 1) stroke(trail, TRAIL, 1.4);
@@ -99,17 +105,17 @@ const spaceView = (function () {
     canvas.style.touchAction = "pan-y";
     canvas.style.cursor = "grab";
     let last = null;
-    canvas.addEventListener("pointerdown", function (event) {
+    canvas.addEventListener("pointerdown", event => {
       last = [event.clientX, event.clientY];
       canvas.setPointerCapture(event.pointerId);
     });
-    canvas.addEventListener("pointermove", function (event) {
+    canvas.addEventListener("pointermove", event => {
       if (last === null) return;
       turn(view, 0.01 * (event.clientX - last[0]), 0.01 * (event.clientY - last[1]));
       last = [event.clientX, event.clientY];
       redraw();
     });
-    ["pointerup", "pointercancel"].forEach(function (name) { canvas.addEventListener(name, function () { last = null; }); });
+    ["pointerup", "pointercancel"].forEach(name => { canvas.addEventListener(name, () => { last = null; }); });
   }
 
   function turn(view, across, down) {

@@ -53,6 +53,9 @@ def test_what_compiled_code_alone_calls_gets_no_machine_code_of_its_own(
     assert engine.is_symbol_defined(of_outer.fndesc.llvm_cpython_wrapper_name)
     assert not engine.is_symbol_defined(of_inner.fndesc.llvm_func_name)
     assert numba.njit(lambda x: inner(x) + 2.0)(20.0) == 42.0, "it is there for others to call"
+    for never_called in (inner, numba.njit(**INNER)(inner.py_func)):
+        with pytest.raises(TypeError, match="lambda> is for compiled code alone: call"):
+            never_called(21.0)
 
 
 def test_what_was_edited_after_it_was_imported_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

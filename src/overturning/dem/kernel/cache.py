@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from llvmlite.binding import Linkage
-from numba._dynfunc import make_function
 from numba.core.codegen import JITCodeLibrary
+from numba.core.dispatcher import _DispatcherBase
 from numba.core.runtime import rtsys
 
 
@@ -30,6 +30,29 @@ def prefer_full_width() -> None:
         features = llvm.get_host_cpu_features()
         if features.get("avx512f"):
             config.CPU_FEATURES = f"{features.flatten()},-prefer-256-bit"
+
+
+def refuse_calls_from_python() -> None:
+    """Let a function that compiled code alone may call raise a TypeError in Python; Numba would end the process.
+
+    Such a function (``no_cpython_wrapper``) has no entry for Python, and Numba calls the address 0 instead.
+    """
+    dispatcher: Any = _DispatcherBase
+    add, compile_for = dispatcher.add_overload, dispatcher._compile_for_args
+
+    def add_overload(self: Any, compiled: Any) -> None:
+        if self.targetoptions.get("no_cpython_wrapper"):
+            self.overloads[tuple(compiled.signature.args)] = compiled  # for compiled callers, and not for Python
+        else:
+            add(self, compiled)
+
+    def compile_for_args(self: Any, *args: Any, **named: Any) -> Any:
+        if self.targetoptions.get("no_cpython_wrapper"):
+            name = self.py_func.__qualname__
+            raise TypeError(f"{name} is for compiled code alone: call {name}.py_func, or compile a function around it")
+        return compile_for(self, *args, **named)
+
+    dispatcher.add_overload, dispatcher._compile_for_args = add_overload, compile_for_args
 
 
 _PACKAGE = Path(__file__).parents[2]
@@ -120,10 +143,7 @@ def _without_unused_code(context: Any) -> Iterator[None]:
     codegen, executable = context.codegen(), context.get_executable
 
     def executable_of(library: Any, description: Any, environment: Any) -> Any:
-        if library.has_entry:
-            return executable(library, description, environment)
-        name = description.qualname.split(".")[-1]
-        return make_function(description.lookup_module(), name, "", 0, environment, (library,))
+        return executable(library, description, environment) if library.has_entry else object()
 
     usual, codegen._library_class, context.get_executable = codegen._library_class, _Linked, executable_of
     try:

@@ -22,9 +22,10 @@ from typing import Any, Final, NamedTuple, get_type_hints
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.cache import prefer_full_width
+from overturning.dem.kernel.cache import prefer_full_width, refuse_calls_from_python
 
 prefer_full_width()  # before anything is compiled
+refuse_calls_from_python()
 
 OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "boundscheck": False}
 """Of every jitted function: no fast-math, no contraction, so that the bits are the same everywhere."""

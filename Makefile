@@ -1,11 +1,11 @@
-# make setup | run | test | lint | docs | peers | soil | parquet | bench | verify | scale | shaking-table | faults | fuzz | mutants | lock | clean
+# make setup | run | test | lint | docs | peers | soil | parquet | crate | bench | verify | scale | shaking-table | faults | fuzz | mutants | lock | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 CORES ?= 2
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: setup run test tests lint docs format peers soil parquet bench verify scale shaking-table faults fuzz mutants lock clean help
+.PHONY: setup run test tests lint docs format peers soil parquet crate bench verify scale shaking-table faults fuzz mutants lock clean help
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -50,6 +50,9 @@ soil: setup ## install what motion through soil needs (group `soil`)
 
 parquet: setup ## install what cubes as Parquet files need (group `parquet`)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "pyarrow>=15"
+
+crate: setup ## install what checks a research crate against its profile (group `crate`), for one test
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check "roc-validator>=0.7"
 
 bench: peers ## how fast the kernel is, against scalar code and other engines; and than another checkout: OTHER=folder
 	$(if $(OTHER),$(BIN)/python -m verification.paired $(OTHER))

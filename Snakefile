@@ -14,7 +14,8 @@ container: "docker://python:3.12"
 
 
 # By `priority` what is ready begins thus: what others wait for; figures of a record beside the sweep of the next; the report;
-# and last what it does not wait for, explore and fragility, beside it.
+# what it does not wait for, explore and fragility, beside it;
+# and last the crate, which describes them all.
 include: "workflow/rules/common.smk"
 include: "workflow/rules/read.smk"
 include: "workflow/rules/rotate.smk"
@@ -38,6 +39,7 @@ rule all:
         expand(rules.survey.output, number=SURVEYS),
         rules.report.input,
         rules.report.output,
+        rules.crate.output,
     localrule: True
 
 

@@ -46,10 +46,28 @@ def bytes_of(results: Path) -> dict[str, bytes]:
     }
 
 
-def test_report_and_cube_name_no_clock_no_host_no_path(finished: Checkout) -> None:
+def crate_of(study: Checkout) -> dict[str, dict[str, object]]:
+    """The entities of a study's research crate, by id."""
+    text = (study.results / "ro-crate-metadata.json").read_text(encoding="utf-8")
+    return {one["@id"]: one for one in json.loads(text)["@graph"]}
+
+
+def test_the_crate_names_all_that_was_made_with_its_hash(finished: Checkout) -> None:
+    """Itself apart; parts, logs and run times are no results."""
+    crate = crate_of(finished)
+    made = {name: sha256(content).hexdigest() for name, content in bytes_of(finished.results).items()}
+    assert {name: one["sha256"] for name, one in crate.items() if one["@type"] == "File"} == {
+        name: digest for name, digest in made.items() if name != "ro-crate-metadata.json"
+    }
+    assert {"#record-rinaldi", "#record-petrolia", "study.yaml", "cube.nc", "motion/rinaldi.nc"} <= crate.keys()
+
+
+def test_report_cube_and_crate_name_no_clock_no_host_no_path(finished: Checkout) -> None:
     report = (finished.results / "report.html").read_text(encoding="utf-8")
     with open_cube(finished.results / "cube.nc") as cube:
         text = report + repr(dict(cube.attrs))
+    # Its day is that of the version, which may be today.
+    text += json.dumps([one | {"datePublished": ""} for one in crate_of(finished).values()])
     for word in (str(finished.folder), os.uname().nodename + " ", time.strftime("%Y-%m-%d"), time.strftime("%H:%M")):
         assert word not in text, word
 
@@ -66,7 +84,8 @@ def test_time_and_memory_of_each_job_are_kept(finished: Checkout) -> None:
 
 
 FIGURES = {"record_figures_1", "figures", "illustrative"}
-AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore", "report", "all"}
+LAST = {"report", "crate", "all"}
+AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore"} | LAST
 
 
 @pytest.mark.parametrize(
@@ -79,13 +98,13 @@ AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore", "report", "all"}
             {"site": {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 760}}},
             {"read", "rotate", "sweep"} | AFTER_SWEEP,
         ),
-        ({"title": "Other", "question": "Where?"}, {"report", "all"}),
-        ({"primary": {"statistic": "fall_rate"}, "population": {"stones": 16}}, {"fragility", "report", "all"}),
+        ({"title": "Other", "question": "Where?"}, LAST),
+        ({"primary": {"statistic": "fall_rate"}, "population": {"stones": 16}}, {"fragility", *LAST}),
         ({"processing": [{"step": "remove_mean"}]}, {"read", "rotate", "sweep"} | AFTER_SWEEP),
         ({"verification": "none"}, AFTER_SWEEP - {"convergence"}),
-        ({"surveys": [{"stones": "config/stones.csv", "record": "rinaldi"}]}, {"survey", "backwards", "report", "all"}),
-        ({"figures": {"dpi": 100}}, {"record_figures_1", "figures", "report", "all"}),
-        ({"figures": {"formats": ["pdf"]}}, {"record_figures_1", "figures", "report", "all"}),
+        ({"surveys": [{"stones": "config/stones.csv", "record": "rinaldi"}]}, {"survey", "backwards", *LAST}),
+        ({"figures": {"dpi": 100}}, {"record_figures_1", "figures", *LAST}),
+        ({"figures": {"formats": ["pdf"]}}, {"record_figures_1", "figures", *LAST}),
     ],
     ids=lambda value: next(iter(value), "nothing") if isinstance(value, dict) else None,
 )
@@ -107,11 +126,11 @@ def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("module", "again"),
     [
         ("", set()),
-        ("figures/study.py", {"figures", "report", "all"}),
-        ("figures/history.py", {"record_figures_1", "report", "all"}),
-        ("figures/film_of_trajectory.py", {"illustrative", "report", "all"}),
+        ("figures/study.py", {"figures", *LAST}),
+        ("figures/history.py", {"record_figures_1", *LAST}),
+        ("figures/film_of_trajectory.py", {"illustrative", *LAST}),
         ("dem/kernel/queue.py", {"sweep"} | AFTER_SWEEP),
-        ("report/html.py", {"report", "all"}),
+        ("report/html.py", LAST),
     ],
 )
 def test_change_of_a_source_runs_what_depends_on_it(
@@ -132,11 +151,11 @@ def test_change_of_a_source_runs_what_depends_on_it(
 @pytest.mark.parametrize(
     ("name", "again"),
     [
-        ("figures/rose.svg", {"figures", "report", "all"}),
-        ("figures/history/rinaldi.svg", {"record_figures_1", "report", "all"}),
-        ("report.pdf", {"report", "all"}),
-        ("intensity.nc", {"rotate", "record_figures_1", "figures", "report", "all"}),
-        ("convergence.json", {"convergence", "report", "all"}),
+        ("figures/rose.svg", {"figures", *LAST}),
+        ("figures/history/rinaldi.svg", {"record_figures_1", *LAST}),
+        ("report.pdf", LAST),
+        ("intensity.nc", {"rotate", "record_figures_1", "figures", *LAST}),
+        ("convergence.json", {"convergence", *LAST}),
     ],
 )
 def test_a_result_that_was_deleted_is_made_again(
@@ -172,7 +191,7 @@ def test_a_changed_title_and_a_figure_that_has_gone_make_its_kind_and_report_and
     kept = gone.rename(tmp_path / gone.name)
     plan = checkout.plan(look=False, title="Another title")
     kept.rename(gone)
-    assert plan.rules == {"illustrative", "report", "all"}
+    assert plan.rules == {"illustrative", *LAST}
     assert f"{gone.relative_to(checkout.folder)}" in plan.warnings, "it is said"
     checkout.carry_out([command for command in plan.commands if command.startswith("overturning report")])
     after = bytes_of(checkout.results)

@@ -86,9 +86,13 @@ STUDY, ENTRIES, FILES = load()
 SETTINGS = STUDY.model_dump(mode="json")
 RECORDS = list(ENTRIES)
 # The cube does not depend on them, nor says anything about them; the report takes them from the study.
-BESIDE = ("title", "question", "asks", "primary", "population", "surveys", "figures")
+BESIDE = (
+    *("title", "question", "asks", "primary"),
+    *("population", "surveys", "figures", "crate"),
+)
 OF_CUBE = [key for key in SETTINGS if key not in BESIDE]
 VARIANTS = ["nominal", *STUDY.variants]
+ON_SOIL = [name for name, variant in STUDY.variants.items() if variant.site]
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"
 BENCHMARKS = f"{RESULTS}/benchmarks"  # time and memory of each job, beside its log
@@ -98,6 +102,7 @@ EXPLORER = f"{RESULTS}/explore.html"
 # Of a large cube the page is given each record's cells by a file of its own.
 CELLS_APART = [] if on_one_page(STUDY) else [directory(f"{RESULTS}/explore-records")]
 PAPER = f"{RESULTS}/report.pdf"
+CRATE = f"{RESULTS}/ro-crate-metadata.json"
 MEMBERS = f"{RESULTS}/members.csv"
 CUBES = [
     f"{RESULTS}/cube.nc",
@@ -136,6 +141,7 @@ EXPECTED_S = {
     "figures": round(2 + 0.15 * len(RECORDS), 1),
     "illustrative": 5.0,
     "report": round(3 + 0.2 * len(RECORDS), 1),
+    "crate": 1.5,
 }
 logger.info(
     f"Expected seconds of a job: {EXPECTED_S}", extra={"expected_s": EXPECTED_S}
@@ -156,13 +162,16 @@ def settings(*keys, use=RECORDS):
     """
     records = SETTINGS["records"] | {"use": list(use)}
     part = {key: SETTINGS[key] for key in keys if key != "records"}
-    text = json.dumps({"name": STUDY.name, "records": records, **part})
+    return handed(json.dumps({"name": STUDY.name, "records": records, **part}), "yaml")
+
+
+def handed(text, kind):
+    """A text for a command; where that is too long for one, the name of a file of a kind that holds it."""
     if len(text) < LONGEST_SETTINGS:
         return text
     # Named by its content, so that a change of it is one of the command; each process of Snakemake finds it or makes it.
-    path = Path(
-        ".snakemake", "settings", f"{hashlib.sha256(text.encode()).hexdigest()}.yaml"
-    )
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    path = Path(".snakemake", "settings", f"{digest}.{kind}")
     if not path.is_file():
         with atomic_write(path) as unfinished:
             unfinished.write_text(text, encoding="utf-8")
@@ -181,8 +190,7 @@ def variant_of(wildcards):
 
 def motions_of(variant):
     """Folder of the motions of a variant: of its own ones where it has soil, else of the study's."""
-    soil = variant in STUDY.variants and STUDY.variants[variant].site
-    return f"{RESULTS}/motion/{variant}" if soil else f"{RESULTS}/motion"
+    return f"{RESULTS}/motion/{variant}" if variant in ON_SOIL else f"{RESULTS}/motion"
 
 
 def parts_of_cube(wildcards):

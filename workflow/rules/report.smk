@@ -53,3 +53,35 @@ rule report:
         sources=sources("workflow:report"),
     shell:
         "overturning report --study {params.study:q} --results {params.folder} --output {output.page} --pdf {output.pdf} 2> {log}"
+
+
+# All results as a research crate, which names no part, log or run time: how a study was computed shows in none.
+rule crate:
+    input:
+        rules.report.input,
+        rules.report.output,
+        rules.explore.output,
+        FRAGILITY and rules.fragility.output,
+        expand(rules.survey.output, number=SURVEYS),
+        [MEMBERS] if STUDY.ensemble.members else [],
+        [
+            f"{motions_of(variant)}/{record}.nc"
+            for variant in ["nominal", *ON_SOIL]
+            for record in RECORDS
+        ],
+    output:
+        f"{RESULTS}/study.yaml",
+        crate=CRATE,
+    log:
+        f"{LOGS}/crate.log",
+    benchmark:
+        f"{BENCHMARKS}/crate.tsv"
+    resources:
+        mem_mb=500,
+    params:
+        study=settings(*SETTINGS),
+        folder=lambda wildcards, output: Path(output.crate).parent,
+        made=lambda wildcards, input: handed("\n".join(sorted(set(input))), "txt"),
+        sources=sources("workflow:crate"),
+    shell:
+        "overturning crate --study {params.study:q} --results {params.folder} --made {params.made:q} 2> {log}"

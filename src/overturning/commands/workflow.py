@@ -239,8 +239,21 @@ def report(
     write_report(results, output, pdf, study_from(study) if study else None)
 
 
+def crate(
+    results: Annotated[Path, typer.Option(help="folder of the study's results")],
+    made: Annotated[str, typer.Option(help="files and folders to describe, one a line, or a file of these")],
+    study: Study,
+) -> None:
+    """Describe a study's results as a research crate (RO-Crate): ro-crate-metadata.json and study.yaml beside them."""
+    from overturning.study.crate import write_crate
+    from overturning.study.load import study_from
+
+    names = made if "\n" in made else Path(made).read_text(encoding="utf-8")
+    write_crate(study_from(study), results, [Path(name) for name in names.splitlines()])
+
+
 STEPS = (
     *(read, surface, rotate, members, sweep, gather, check_convergence, fragility),
-    *(record_figures, figures, illustrative, report),
+    *(record_figures, figures, illustrative, report, crate),
 )
 """All of them, in the order of a run."""

@@ -204,7 +204,7 @@ class Results:
         return self.drawings / f"{name}.svg"
 
 
-OF_THE_REPORT = ("title", "question", "asks", "primary", "figures", "population")
+OF_THE_REPORT = ("title", "question", "asks", "primary", "figures", "population", "crate")
 """Keys of a study that the cube does not depend on."""
 
 CLASSES = 3

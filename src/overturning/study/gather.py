@@ -12,12 +12,13 @@ import numpy as np
 
 from overturning.dem.simulate import critical_angle
 from overturning.errors import ResultError
-from overturning.files import atomic_write, without_folders
+from overturning.files import atomic_write
 from overturning.model.grid import Grid
 from overturning.model.variables import INT8_MISSING, Variable
 from overturning.records.catalogue import METADATA
 from overturning.records.earthquakes import earthquakes_of
 from overturning.records.record import Record, provenance
+from overturning.study.load import portable
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
 from overturning.study.parts import opened_part, record_of
 from overturning.study.scenes import NOMINAL, applies_vertical, grid_of, model_for
@@ -141,16 +142,6 @@ def _add_places(add: Callable[..., None], records: Sequence[Record]) -> None:
             values = [None if None in pair else pair[index] for pair in pairs]
             said = {"standard_name": name, "long_name": f"{name} of the {where}", "units": unit}
             add(f"{where}_{name}", "f8", values, np.nan, **said)
-
-
-def portable(study: Study) -> dict[str, Any]:
-    """The filled-in study without folders of the machine it ran on: absolute paths keep their last part only."""
-    data = study.model_dump(mode="json")
-    for key in ("table", "folder"):
-        data["records"][key] = without_folders(data["records"][key])
-    for survey in data["surveys"]:
-        survey["stones"] = without_folders(survey["stones"])
-    return data
 
 
 def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[str, str]:

@@ -9,7 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from overturning.errors import ConfigError
-from overturning.files import read_mapping, shipped
+from overturning.files import read_mapping, shipped, without_folders
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.pulses import parse_pulse
 from overturning.study.schema import Study
@@ -142,3 +142,13 @@ def study_from(text: str) -> Study:
         raise ConfigError(
             f"--study: not valid JSON ({error.msg} at character {error.pos}); give a file or its content"
         ) from None
+
+
+def portable(study: Study) -> dict[str, Any]:
+    """The filled-in study without folders of the machine it ran on: absolute paths keep their last part only."""
+    data = study.model_dump(mode="json")
+    for key in ("table", "folder"):
+        data["records"][key] = without_folders(data["records"][key])
+    for survey in data["surveys"]:
+        survey["stones"] = without_folders(survey["stones"])
+    return data

@@ -26,6 +26,7 @@ from overturning.study.sections import (
     Asks,
     BodySettings,
     ContactSettings,
+    Crate,
     Ensemble,
     Figures,
     Orientations,
@@ -133,6 +134,7 @@ class Study(Model):
     )
 
     figures: Figures = Field(default=Figures(), description="size, resolution and kinds of the figures' files")
+    crate: Crate = Field(default=Crate(), description="authors and terms, for the research crate of the results")
 
     @model_validator(mode="before")
     @classmethod

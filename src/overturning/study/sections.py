@@ -1,5 +1,6 @@
 """The sections of a study file: records, body, contact, simulation, ensemble, population, what is compared."""
 
+import datetime
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 import numpy as np
@@ -200,6 +201,19 @@ class Figures(Model):
     @classmethod
     def _in_order(cls, formats: tuple[str, ...]) -> tuple[str, ...]:
         return tuple(kind for kind in FORMATS if kind == "svg" or kind in formats)
+
+
+class Crate(Model):
+    """What the research crate of the results says that only those know who publish them."""
+
+    licence: str = Field(
+        default="",
+        description="terms of what was computed, or where they stand: https://spdx.org/licenses/CC-BY-4.0",
+    )
+    date: datetime.date | None = Field(
+        default=None, description="day of publication; not given: that of the version of overturning, no clock's"
+    )
+    authors: tuple[Annotated[str, Field(min_length=1)], ...] = Field(default=(), description="names of the authors")
 
 
 class Published(Model):

@@ -1,0 +1,232 @@
+"""A study's folder of results as a research crate (RO-Crate 1.1): what is in it, from what, by what, on what terms.
+
+No clock is asked and nothing is drawn by chance: the same results are described in the same bytes.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from overturning.errors import ResultError
+from overturning.files import project_folders, read_mapping, write_text
+from overturning.study.load import portable
+from overturning.study.schema import Study
+
+if TYPE_CHECKING:
+    from rocrate.rocrate import ROCrate
+
+METADATA: Final = "ro-crate-metadata.json"
+CONFIGURATION: Final = "study.yaml"
+
+_TERMS: Final = {"sha256": "http://schema.org/sha256"}
+"""Words that the context of version 1.1 lacks."""
+
+_FOLDERS: Final = {
+    "motion": ("Motions", "Ground motion of each record: accelerations north, east and up, as computed with."),
+    "figures": ("Figures", "Figures of the report, and those beside it."),
+    "survey": ("Surveys", "Stones that somebody found, beside what the study predicts for them."),
+    "fragility": ("Fragility", "Fragility curves of the study's population, as a table and for OpenQuake."),
+    "explore-records": ("Cells of the explorer", "What explore.html reads of each record."),
+}
+
+_FILES: Final = {
+    CONFIGURATION: ("Configuration", "The whole study with every key filled in: `overturning study check` reads it."),
+    "cube.nc": ("Cube", "Outcome of every case of the study (CF-1.11)."),
+    "cube.*.nc": ("Cube of the variant {part}", "Outcome of every case under this setting (CF-1.11)."),
+    "intensity.nc": ("Intensity", "Intensity measures of each record along every azimuth (CF-1.11)."),
+    "members.csv": ("Members", "What each member of the ensemble adds to a case."),
+    "convergence.json": ("Convergence", "A part of the study computed again with finer steps and stiffer springs."),
+    "report.html": ("Report", "What the study found, as one self-contained page."),
+    "report.pdf": ("Report on paper", "What the study found."),
+    "explore.html": ("Explorer", "What is known of each cell of the cube, to look around in."),
+    "motion/*.nc": ("Motion {stem}", "Acceleration of the ground, after processing and before."),
+    "figures/polar/*": ("Falls under {stem}", "Where blocks fall, by azimuth and slenderness."),
+    "figures/blocks/*": ("Falls under {stem}, every block", "Where blocks of every height and friction fall."),
+    "figures/intensity/*": ("Intensity of {stem}", "Peak acceleration and velocity by azimuth."),
+    "figures/history/*": ("Time histories of {stem}", "Motion before and after processing, spectra, Husid plot."),
+    "figures/maps/*": ("Map {stem}", "Stations and epicentre of an earthquake."),
+    "figures/illustrative/*": ("Case {stem}", "Of a case to watch, chosen by rule."),
+    "figures/survey/*": ("Survey {stem}", "Stones found beside those predicted."),
+    "figures/rose.*": ("Rose", "Azimuths of the falls of all records."),
+    "figures/axes.*": ("Axes", "Fall axes by earthquake, relative to the fault."),
+    "figures/plane.*": ("Plane", "Falls over peak acceleration and velocity."),
+    "figures/follow.*": ("What falls follow", "Falls relative to peaks, pulse, fault normal and epicentre."),
+    "figures/earthquakes.*": ("Roses by earthquake", "Azimuths of the falls of each earthquake."),
+}
+"""Name and description by the pattern of a path; of other files the name is the path."""
+
+_MEDIA: Final = {
+    ".csv": "text/csv",
+    ".html": "text/html",
+    ".js": "text/javascript",
+    ".json": "application/json",
+    ".nc": "application/x-netcdf",
+    ".pdf": "application/pdf",
+    ".png": "image/png",
+    ".svg": "image/svg+xml",
+    ".txt": "text/plain",
+    ".xml": "application/xml",
+    ".yaml": "application/yaml",
+}
+
+
+def write_crate(study: Study, results: Path, made: Sequence[Path]) -> None:
+    """Write ``ro-crate-metadata.json`` and the configuration, ``study.yaml``, into a study's folder of results.
+
+    Parameters
+    ----------
+    study : Study
+        The study, as it was run.
+    results : Path
+        The folder.
+    made : sequence of Path
+        Files and folders of results to describe, the cube among them, all in that folder.
+
+    Raises
+    ------
+    ResultError
+        If one of them is missing, or the cube cannot be read.
+    """
+    import yaml
+    from rocrate.rocrate import ROCrate
+
+    text = yaml.safe_dump(portable(study), allow_unicode=True, sort_keys=False, width=120)
+    write_text(results / CONFIGURATION, text)
+    cube = _about_cube(results / "cube.nc")
+    program = _about_program()
+    crate = ROCrate(version="1.1")
+    crate.metadata.extra_terms = _TERMS
+    root = crate.root_dataset
+    root["name"] = study.title or study.name
+    root["description"] = f"{study.question} Results of the study {study.name} by overturning: {program['abstract']}"
+    root["datePublished"] = str(study.crate.date or program["date-released"])
+    root["license"] = _terms(crate, study.crate.licence or _UNSAID)
+    if study.crate.authors:
+        named = enumerate(study.crate.authors, 1)
+        root["author"] = _several(_entity(crate, f"#author-{number}", "Person", name=name) for number, name in named)
+    records = _add_records(crate, cube["records"])
+    files = _add_files(crate, results, made, records)
+    versions = {name: _software(crate, name, version) for name, version in cube["versions"].items()}
+    overturning = versions.pop("overturning")
+    overturning["license"] = _terms(crate, f"https://spdx.org/licenses/{program['license']}")
+    overturning["softwareRequirements"] = _several(versions.values())
+    configuration = files.pop(CONFIGURATION)
+    root["mentions"] = _entity(
+        crate,
+        "#run",
+        "CreateAction",
+        name=f"Run of the study {study.name}",
+        instrument=overturning,
+        object=_several([configuration, *records.values()]),
+        result=_several(files.values()),
+    )
+    written = json.dumps(crate.metadata.generate(), indent=1, ensure_ascii=False, sort_keys=True)
+    write_text(results / METADATA, written + "\n")
+
+
+_UNSAID: Final = "Not stated by those who made it (key crate.licence of a study). Records are on terms of their own."
+
+
+def _about_cube(path: Path) -> dict[str, Any]:
+    """Records of a cube with source, hash, licence and names, and the versions of the packages that made it."""
+    import netCDF4
+
+    try:
+        with netCDF4.Dataset(path) as cube:
+            rows, versions = json.loads(cube.record_sources), json.loads(cube.versions)
+            named = zip(rows, cube["station"][:], cube["event"][:], strict=True)
+            return {"records": [row | {"where": (where, when)} for row, where, when in named], "versions": versions}
+    except (OSError, AttributeError, IndexError, ValueError) as problem:
+        raise ResultError(f"{path}: cannot be read ({problem}); run the study again") from None
+
+
+def _about_program() -> dict[str, Any]:
+    """What is said of this version of the program where it is cited."""
+    files = (root / "CITATION.cff" for root in project_folders())
+    return read_mapping(next(file for file in files if file.is_file()), "citation", "citation-file-format.github.io")
+
+
+def _several(values: Iterable[Any]) -> Any:
+    """What a property is of several values; of one alone that one, as the profile wants it."""
+    listed = list(values)
+    return listed[0] if len(listed) == 1 else listed
+
+
+def _entity(crate: "ROCrate", key: str, kind: str, **properties: Any) -> Any:
+    """An entity that is no file of the crate; properties that are empty are left out."""
+    from rocrate.model.contextentity import ContextEntity
+
+    stated = {name: value for name, value in properties.items() if value not in ("", [])}
+    return crate.add(ContextEntity(crate, key, properties={"@type": kind, **stated}))
+
+
+def _terms(crate: "ROCrate", licence: str) -> Any:
+    """The entity of a licence, which is named by its address where it is one, else by what it says."""
+    key = licence if licence.startswith("http") else f"#licence-{hashlib.sha256(licence.encode()).hexdigest()[:8]}"
+    name = key.rpartition("/")[2] if key is licence else licence
+    return crate.get(key) or _entity(crate, key, "CreativeWork", name=name, description=f"Terms of use: {licence}")
+
+
+def _add_records(crate: "ROCrate", rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The records that went in, by id. Many may not be passed on, so that none is in the crate: each has its hash."""
+    return {
+        row["id"]: _entity(
+            crate,
+            f"#record-{row['id']}",
+            "CreativeWork",
+            name=f"Record {row['id']}",
+            description=", ".join(filter(None, row["where"])) or "Ground motion",
+            identifier=row["source"],
+            sha256=row["sha256"],
+            license=_terms(crate, row["licence"]) if row["licence"] else "",
+        )
+        for row in rows
+    }
+
+
+def _software(crate: "ROCrate", name: str, version: str) -> Any:
+    return _entity(
+        crate,
+        f"#{name}",
+        "SoftwareApplication",
+        name=name,
+        version=version,
+        softwareVersion=version,
+    )
+
+
+def _add_files(crate: "ROCrate", results: Path, made: Sequence[Path], records: dict[str, Any]) -> dict[str, Any]:
+    """The files of the crate by their paths in it, each below the folder that it lies in."""
+    paths = [below for path in made for below in (path.rglob("*") if path.is_dir() else [path])]
+    names = {path.relative_to(results).as_posix(): path for path in paths if path.name[0] != "." and not path.is_dir()}
+    names[CONFIGURATION] = results / CONFIGURATION
+    files = {name: _add_file(crate, name, names[name], records) for name in sorted(names)}
+    for folder in dict.fromkeys(name.partition("/")[0] for name in files if "/" in name):
+        name, description = _FOLDERS.get(folder, (folder, "Further results."))
+        about = {"name": name, "description": description}
+        within = _several(file for path, file in files.items() if path.startswith(f"{folder}/"))
+        crate.add_dataset(dest_path=f"{folder}/", properties=about | {"hasPart": within})
+    return files
+
+
+def _add_file(crate: "ROCrate", path: str, file: Path, records: dict[str, Any]) -> Any:
+    """One file, with its size and hash; a motion with the record that it was made from, and on the terms of that."""
+    part, stem = file.name.removeprefix("cube.").removesuffix(".nc"), file.stem
+    name, description = next((said for pattern, said in _FILES.items() if fnmatch(path, pattern)), (path, ""))
+    about: dict[str, Any] = {"name": name.format(part=part, stem=stem), "encodingFormat": _MEDIA.get(file.suffix, "")}
+    try:
+        with file.open("rb") as opened:
+            about |= {"sha256": hashlib.file_digest(opened, "sha256").hexdigest()}
+        about |= {"contentSize": str(file.stat().st_size)}
+    except FileNotFoundError:
+        raise ResultError(f"{file}: no such file; run the study again, which makes it") from None
+    if description:
+        about["description"] = description
+    if path.startswith("motion/") and stem in records:
+        about["isBasedOn"] = records[stem]
+        if "license" in records[stem]:
+            about["license"] = records[stem]["license"]
+    return crate.add_file(dest_path=path, properties={key: value for key, value in about.items() if value})

@@ -1,0 +1,117 @@
+"""The research crate of a folder of results: what it names is there, as its hash says, and the profile holds."""
+
+import importlib.util
+import json
+from hashlib import sha256
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from overturning.errors import ResultError
+from overturning.study.crate import METADATA, write_crate
+from overturning.study.load import load_study
+from overturning.study.schema import Study
+from tests.expect import lacking
+from tests.study.small_study import cube_of, pulse, study
+
+PUBLISHED = {"licence": "https://spdx.org/licenses/CC-BY-4.0", "date": "2026-01-31", "authors": ["A. Mason"]}
+
+
+def crate_of(settings: Study, folder: Path) -> dict[str, dict[str, Any]]:
+    """A crate of a cube, its motions and a figure; its entities by id."""
+    cube = cube_of(settings, [pulse("a"), pulse("b")], folder)
+    figures = folder / "figures" / "polar"
+    figures.mkdir(parents=True)
+    (figures / "a.svg").write_text("<svg/>", encoding="utf-8")
+    write_crate(settings, folder, [cube, folder / "motion", figures / "a.svg"])
+    return {one["@id"]: one for one in json.loads((folder / METADATA).read_text(encoding="utf-8"))["@graph"]}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("crate")
+
+
+@pytest.fixture(scope="module")
+def crate(folder: Path) -> dict[str, dict[str, Any]]:
+    return crate_of(study(records={"use": ["a", "b"]}, crate=PUBLISHED), folder)
+
+
+def test_files_are_there_with_their_hashes_and_named(crate: dict[str, dict[str, Any]], folder: Path) -> None:
+    found = {name: one for name, one in crate.items() if one["@type"] == "File"}
+    assert found.keys() == {"cube.nc", "motion/a.nc", "motion/b.nc", "figures/polar/a.svg", "study.yaml"}
+    for name, one in found.items():
+        content = (folder / name).read_bytes()
+        assert (one["sha256"], one["contentSize"]) == (sha256(content).hexdigest(), str(len(content))), name
+        assert {"name", "description", "encodingFormat"} <= one.keys(), name
+    assert {part["@id"] for part in crate["./"]["hasPart"]} == found.keys() | {"motion/", "figures/"}
+
+
+def test_inputs_have_source_hash_and_terms_and_motions_say_of_which_they_are(crate: dict[str, dict[str, Any]]) -> None:
+    record = crate["#record-b"]
+    assert (record["identifier"], record["sha256"], record["description"]) == ("made", "0" * 64, "S, E")
+    assert crate[record["license"]["@id"]]["name"] == "none"
+    assert crate["motion/b.nc"]["isBasedOn"] == {"@id": "#record-b"}
+    run = crate["#run"]
+    assert {one["@id"] for one in run["object"]} == {"study.yaml", "#record-a", "#record-b"}
+    assert {"@id": "cube.nc"} in run["result"]
+    program = crate[run["instrument"]["@id"]]
+    assert program["name"] == "overturning"
+    assert {"@id": "#numba"} in program["softwareRequirements"]
+    assert crate["#numba"]["version"]
+
+
+def test_terms_day_and_authors_are_the_study_s(crate: dict[str, dict[str, Any]]) -> None:
+    root = crate["./"]
+    assert root["license"] == {"@id": PUBLISHED["licence"]}
+    assert root["datePublished"] == PUBLISHED["date"]
+    assert [crate[root["author"]["@id"]]["name"]] == PUBLISHED["authors"]
+
+
+def test_the_configuration_is_the_study(crate: dict[str, dict[str, Any]], folder: Path) -> None:
+    assert load_study(folder / "study.yaml") == study(records={"use": ["a", "b"]}, crate=PUBLISHED)
+
+
+def test_without_clock_or_chance_nor_path(crate: dict[str, dict[str, Any]], folder: Path, tmp_path: Path) -> None:
+    plain = study(records={"use": ["a", "b"]})
+    assert crate_of(plain, tmp_path)["./"]["datePublished"] == "2026-11-21", "of the version, in CITATION.cff"
+    crate_of(study(records={"use": ["a", "b"]}, crate=PUBLISHED), tmp_path / "again")
+    text = (folder / METADATA).read_bytes()
+    assert (tmp_path / "again" / METADATA).read_bytes() == text
+    assert str(folder).encode() not in text
+
+
+def test_a_file_that_has_gone_is_named(tmp_path: Path) -> None:
+    cube = cube_of(study(records={"use": ["a"]}), [pulse("a")], tmp_path)
+    with pytest.raises(ResultError, match=r"report\.html: no such file; run the study again"):
+        write_crate(study(records={"use": ["a"]}), tmp_path, [cube, tmp_path / "report.html"])
+
+
+def test_the_profile_holds(
+    crate: dict[str, dict[str, Any]], folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Of RO-Crate 1.1, by roc-validator; the words of the crate are looked up in what `rocrate` brings, not online."""
+    if importlib.util.find_spec("rocrate_validator") is None:
+        lacking("roc-validator is not installed (`make crate`)")
+    from rocrate_validator import models, services
+    from rocrate_validator.utils.http import HttpRequester
+
+    words = json.loads((files("rocrate") / "data" / "ro-crate.jsonld").read_text(encoding="utf-8"))
+
+    class Answer:
+        status_code, headers, text = 200, {"Content-Type": "application/ld+json"}, json.dumps(words)
+
+        def json(self) -> Any:
+            return words
+
+    monkeypatch.setattr(HttpRequester, "get", lambda *_, **__: Answer(), raising=False)
+    settings = {"rocrate_uri": str(folder), "profile_identifier": "ro-crate-1.1", "no_cache": True}
+    found = services.validate(models.ValidationSettings(**settings, requirement_severity="RECOMMENDED"))
+    # Who publishes the crate, and for whom its authors work, is not known.
+    said = [issue.message or "" for issue in found.get_issues()]
+    assert [one for one in said if "publisher" not in one and "affiliation" not in one] == []
+    (tmp_path / METADATA).write_text((folder / METADATA).read_text(encoding="utf-8"), encoding="utf-8")
+    settings["rocrate_uri"] = str(tmp_path)
+    assert not services.validate(models.ValidationSettings(**settings, requirement_severity="REQUIRED")).passed()

@@ -53,11 +53,11 @@ class RecordError(OverturningError, ValueError):
     """A record file cannot be read or contradicts itself. The message names file, line and remedy."""
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """The end of a message about a name that is none of those known: the nearest, or some of them."""
+def did_you_mean(name: str, known: Iterable[str], remedy: str = "") -> str:
+    """The end of a message about a name that is none of those known: the nearest, else the remedy, or what is known."""
     names = list(known)
     near = difflib.get_close_matches(name, names, n=1)
-    return f"did you mean {near[0]}?" if near else f"known are {', '.join(names[:40])}"
+    return f"did you mean {near[0]}?" if near else remedy or f"known are {', '.join(names[:40])}"
 
 
 def keywords(*further: type | str) -> Callable[[Face], Face]:

@@ -101,7 +101,7 @@ IN_PLANES = [
     ({"population": {"height": {"low": 0.6, "high": 90}}}, "90 m; a stone is 0.01 to 50 m high"),
     ({"records": {"use": "rinaldi"}}, 'records.use: "rinaldi" – a list is needed: [rinaldi]'),
     ({"name": "A b"}, 'name: "A b" – only small letters, digits and hyphens are allowed'),
-    ({"corner": 1}, "corner: unknown key; known here: "),
+    ({"corner": 1}, "corner: unknown key; known are "),
     ({"contact": {"stiffness": 0}}, "stiffness 0 N/m; it must be above 0, or auto"),
     ({"ensemble": {"members": 7}}, "ensemble.members: 7 – an even number is needed"),
     ({"amplitude": [0.5, 2]}, "amplitude: [0.5, 2] – 1 is missing"),
@@ -216,7 +216,7 @@ def test_what_goes_together_is_taken() -> None:
 
 @pytest.mark.parametrize("key", ["[]", "../../etc/passwd", "", "<b>"])
 def test_a_key_that_looks_like_none_is_named_all_the_same(key: str) -> None:
-    with pytest.raises(ConfigError, match="unknown key; known here: ") as problem:
+    with pytest.raises(ConfigError, match="unknown key; known are ") as problem:
         check_study({"name": "a", "records": {"use": ["b"]}, key: 1}, "mine.yaml")
     assert str(problem.value).startswith(f'mine.yaml: "{key}": unknown key')
 

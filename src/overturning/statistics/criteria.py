@@ -173,7 +173,7 @@ class Score:
 
     @property
     def total(self) -> float:
-        """All that was foretold."""
+        """All that was predicted."""
         return self.hits + self.misses + self.false_alarms + self.rejections
 
 
@@ -190,7 +190,7 @@ PULSE_VALID: Final = 5.0
 
 @dataclass(frozen=True)
 class RuleScore:
-    """How well a rule foretells falls.
+    """How well a rule predicts falls.
 
     Attributes
     ----------
@@ -215,7 +215,7 @@ class RuleScore:
 
 @dataclass(frozen=True)
 class CriteriaScores:
-    """Scores of rules that foretell falls.
+    """Scores of rules that predict falls.
 
     Attributes
     ----------
@@ -272,7 +272,7 @@ def criteria_scores(
         return RuleScore(name, rule, overall, pooled, float(of_blocks), within, float(of_valid))
 
     said = [pga >= one.acceleration(height, slender, ratio) for one in CRITERIA]
-    rules = [scored(one.name, one.rule, foretold) for one, foretold in zip(CRITERIA, said, strict=True)]
+    rules = [scored(one.name, one.rule, predicted) for one, predicted in zip(CRITERIA, said, strict=True)]
     shapes = np.unique(kinds[:, 1])
     bounds = ((shapes[1:] + shapes[:-1]) / 2).round(9).tolist()
     blind = [scored(BLIND, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
@@ -280,7 +280,7 @@ def criteria_scores(
         *sorted(rules, key=lambda one: np.nan_to_num(-one.within, nan=1.0)),
         *sorted(blind, key=lambda one: np.nan_to_num(-one.overall.skill, nan=1.0))[:1],
     ]
-    counts = np.stack([count(foretold, weight).sum(axis=0) for foretold in said], axis=1).tolist()
+    counts = np.stack([count(predicted, weight).sum(axis=0) for predicted in said], axis=1).tolist()
     blocks = {name: tuple(Score(*one) for one in each) for name, each in zip(of_block, counts, strict=True)}
     shares = {name: (one.hits + one.misses) / one.total for name, (one, *_) in blocks.items()}
     return CriteriaScores(tuple(ranked), float((weight * ~valid).sum() / weight.sum()), blocks, shares)

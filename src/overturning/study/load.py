@@ -1,6 +1,5 @@
 """From a YAML file to a checked study, and from a wrong key to one line that says what to write instead."""
 
-import difflib
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,7 +7,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from overturning.errors import ConfigError
+from overturning.errors import ConfigError, did_you_mean
 from overturning.files import read_mapping, shipped, without_folders
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.pulses import parse_pulse
@@ -54,7 +53,7 @@ def _lines(error: ValidationError, where: str) -> list[str]:
             key = _short(item["loc"][-1])
         given, message = item["input"], what_is_wrong(item)
         if item["type"] == "extra_forbidden":
-            message += _nearest(steps)
+            message += f"; {did_you_mean(str(steps[-1]), sorted(_model_at(steps[:-1]).model_fields))}"
         elif item["type"] == "tuple_type" and isinstance(given, str | int | float):
             message = f"a list is needed: [{given}]"
         elif item["type"] == "model_type":
@@ -97,12 +96,6 @@ def _model_at(steps: list[int | str]) -> type[BaseModel]:
     return model
 
 
-def _nearest(steps: list[int | str]) -> str:
-    fields = sorted(_model_at(steps[:-1]).model_fields)
-    close = difflib.get_close_matches(str(steps[-1]), fields, n=1, cutoff=0.6)
-    return f"; did you mean {close[0]}?" if close else f"; known here: {', '.join(fields)}"
-
-
 def _keys_below(steps: list[int | str], given: object) -> str:
     """How to write what has keys of its own where one value was given."""
     fields = list(_model_at(steps).model_fields)
@@ -126,8 +119,7 @@ def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, Recor
         table[name] = RecordEntry(id=name, format="synthetic", source=line)
     for name in study.records.use:
         if name not in table:
-            close = difflib.get_close_matches(name, table, n=1, cutoff=0.5)
-            hint = f"did you mean {close[0]}?" if close else "add a row for it"
+            hint = did_you_mean(name, table, "add a row for it")
             raise ConfigError(f"{where}: records.use: {name!r} is not in {study.records.table}; {hint}")
     return {name: table[name] for name in study.records.use}
 

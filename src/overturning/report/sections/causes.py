@@ -1,4 +1,4 @@
-"""What makes a block fall, how well the field's criteria foretell it, and findings beside published ones."""
+"""What makes a block fall, how well the field's criteria predict it, and findings beside published ones."""
 
 import math
 from typing import Final
@@ -91,14 +91,14 @@ def criteria(results: Results) -> Section | None:
         return None
     about = Note(
         "Each plane of every record with its own PGA and PGV, all frictions together, the cells' own outcomes. Hits: "
-        "falls that were foretold, of all falls. False alarms: stands for which a fall was foretold, of all stands. "
+        "falls that were predicted, of all falls. False alarms: stands for which a fall was predicted, of all stands. "
         "Skill: hits less false alarms, 1 perfect, 0 a guess; of all blocks at once slender against stout counts too, "
         "within blocks (mean over those of which some fall and some stand) the motion alone. 95 % intervals: "
         "bootstrap over earthquakes. The criteria were made for the ground's peak values, not for those of a plane."
     )
     by_block = Disclosure("By size and slenderness", (_by_block(found),))
     blocks = (Paragraph(_sentence(found)), _summary(found), about, by_block)
-    return Section("How well the field's criteria foretell these falls", blocks, anchor="criteria")
+    return Section("How well the field's criteria predict these falls", blocks, anchor="criteria")
 
 
 def _sentence(found: CriteriaScores) -> str:
@@ -107,7 +107,7 @@ def _sentence(found: CriteriaScores) -> str:
     if math.isnan(best.within):
         return "Of each block all fall or all stand, so no criterion can show skill."
     said = (
-        f"Among blocks of one size and shape the rule “{best.name}” foretells best: mean skill "
+        f"Among blocks of one size and shape the rule “{best.name}” predicts best: mean skill "
         f"{estimate(best.within, *best.within_interval)}."
     )
     if best.name in UNREAD:

@@ -24,7 +24,7 @@ from overturning.statistics.bootstrap import Mean
 from overturning.statistics.earthquakes import AxisSummary, Followed
 from overturning.statistics.elements import Contrast
 from overturning.statistics.logistic import LogisticFit
-from overturning.study.sections import Primary
+from overturning.study.evaluation import Primary
 from tests.report.reading import numbers
 
 NAN = math.nan

@@ -14,7 +14,8 @@ from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.records.steps import Layer, Rock, Site
 from overturning.report.results import Results
 from overturning.report.sections.population import ground, population
-from overturning.study.sections import Population, Variant
+from overturning.study.evaluation import Population
+from overturning.study.sections import Variant
 from overturning.surveys.population import jma_intensities, population_rates
 from overturning.units import STANDARD_GRAVITY
 from tests.report.reading import tables, text_of

@@ -8,7 +8,7 @@ from overturning.report.blocks import Code, Film, Report, Row, Section, Table, e
 from overturning.report.build import build_report
 from overturning.report.results import Results
 from overturning.study.convergence import Convergence
-from overturning.study.sections import Population
+from overturning.study.evaluation import Population
 from overturning.surveys.population import population_rates
 from tests.report.reading import NUMBER, texts
 from tests.report.test_exactness import FOUND

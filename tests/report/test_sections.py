@@ -18,7 +18,7 @@ from overturning.report.sections.answer import answer
 from overturning.report.sections.causes import cause, published
 from overturning.report.sections.records import maps, record_directions, records
 from overturning.statistics.logistic import LogisticFit
-from overturning.study.sections import Published
+from overturning.study.evaluation import Published
 from tests.report.reading import BAD, column, numbers, tables, text_of
 
 Make = Callable[..., Results]

@@ -12,7 +12,7 @@ from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
-from overturning.study.sections import Population, Spread
+from overturning.study.evaluation import Population, Spread
 from overturning.surveys.population import (
     Stones,
     draw_stones,

@@ -16,9 +16,9 @@ from overturning.report.sections.scene import spread_sentence
 from overturning.statistics.elements import compare_stones, falls_by_element
 from overturning.statistics.illustrative import illustrative_cases
 from overturning.study.cube import open_cube
+from overturning.study.evaluation import Population
 from overturning.study.intensity import write_intensity
 from overturning.study.scenes import NOMINAL, variant_names
-from overturning.study.sections import Population
 from overturning.surveys.population import population_rates
 from verification.scale.made import made_records, made_study, write_made_cube
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.figures.svg import compact
 from overturning.files import atomic_write, write_text
-from overturning.study.sections import FORMATS, Figures
+from overturning.study.evaluation import FORMATS, Figures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -17,20 +17,20 @@ Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
 Positive = Annotated[float, Field(gt=0)]
 
 
-class Model(BaseModel):
+class Keys(BaseModel):
     """What a file of keys and values holds."""
 
     # A misspelt key must be an error, and what a job computes must not depend on who changed the model on the way.
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class Material(Model):
+class Material(Keys):
     """What an element is made of."""
 
     density: Positive = Field(default=GRANITE_DENSITY, description="density, kg/m³")
 
 
-class ContactLaw(Model):
+class ContactLaw(Keys):
     """Springs, dashpots and slider between two materials, at each vertex."""
 
     between: tuple[Name, Name] = Field(description="the two materials, in any order")
@@ -67,7 +67,7 @@ class ContactLaw(Model):
         return Contact(**{name: value for name, value in given.items() if value is not None})
 
 
-class Element(Model):
+class Element(Keys):
     """A rigid polygon."""
 
     name: Name = Field(description="name, unique in the scene")

@@ -12,7 +12,7 @@ from pydantic import Field, ValidationError, model_validator
 from overturning.errors import ArgumentError, ConfigError
 from overturning.files import read_mapping, shipped
 from overturning.model.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
-from overturning.model.element import ContactLaw, Element, Material, Model, Name, Positive
+from overturning.model.element import ContactLaw, Element, Keys, Material, Name, Positive
 from overturning.model.geometry import WIDE, check_geometry
 from overturning.tables import what_is_wrong
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
@@ -21,7 +21,7 @@ MOST_ELEMENTS: Final = 64
 """More would make the columns of the kernel longer than the processor's caches."""
 
 
-class Scene(Model):
+class Scene(Keys):
     """A scene: elements, materials, contact laws, gravity."""
 
     name: Name = Field(description="name")

@@ -17,26 +17,19 @@ from pydantic import (
 
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.model.cases import HIGHEST, LOWEST, checked_height
-from overturning.model.element import Model, Name
+from overturning.model.element import Keys, Name
 from overturning.model.geometry import native_size
 from overturning.model.scene import Scene, gravestone
 from overturning.records.steps import Site, Step
+from overturning.study.evaluation import CONTRASTS, Asks, Crate, Figures, Population, Primary, Published, Survey
 from overturning.study.sections import (
-    CONTRASTS,
-    Asks,
     BodySettings,
     ContactSettings,
-    Crate,
     Ensemble,
-    Figures,
     Orientations,
-    Population,
-    Primary,
-    Published,
     Records,
     SceneChoice,
     Simulation,
-    Survey,
     Variant,
     Verification,
     scene_of_choice,
@@ -59,7 +52,7 @@ Friction = Annotated[float, Field(ge=0, le=100)]
 Factor = Annotated[float, Field(gt=0, le=100)]
 
 
-class Study(Model):
+class Study(Keys):
     """A study: which records, which blocks, how computed."""
 
     name: Name = Field(description="name of the study and of its folder under results/: small letters, digits, hyphens")

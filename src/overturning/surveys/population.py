@@ -15,7 +15,7 @@ from overturning.statistics.by_record import one_record
 from overturning.statistics.circular import resultant, sector
 from overturning.statistics.fragility import Fragility, fragility
 from overturning.study.ensemble import wilson
-from overturning.study.sections import Population, Spread
+from overturning.study.evaluation import Population, Spread
 from overturning.surveys.stones import OCTANTS
 from overturning.units import CM, STANDARD_GRAVITY
 

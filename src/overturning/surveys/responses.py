@@ -20,7 +20,7 @@ from overturning.dem.run import run
 from overturning.errors import ArgumentError
 from overturning.files import atomic_write
 from overturning.model.cases import Cases
-from overturning.study.sections import Population
+from overturning.study.evaluation import Population
 from overturning.study.sources import source_hash
 from overturning.surveys.library import Candidate
 from overturning.surveys.stones import Stone

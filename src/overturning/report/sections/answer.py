@@ -20,8 +20,8 @@ from overturning.report.text import capitalised, counted, number, percent
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.falls import overturns
 from overturning.study.cube import earthquakes_said
+from overturning.study.evaluation import CONTRASTS, Asks
 from overturning.study.scenes import NOMINAL, scene_of
-from overturning.study.sections import CONTRASTS, Asks
 
 MOST_RECORDS_IN_WORDS = 5
 """Records whose directions still stand in sentences; of more the table tells."""

@@ -10,7 +10,7 @@ from overturning.report.results import Results
 from overturning.report.text import capitalised, counted, estimate, interval, number, percent, two_digits
 from overturning.statistics.criteria import BLIND, CRITERIA, PULSE_VALID, UNREAD, CriteriaScores, Score, criteria_scores
 from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
-from overturning.study.sections import Published
+from overturning.study.evaluation import Published
 from overturning.units import CM, GAL
 
 DOUBLED = {1: "PGA, and PGV with it,", 2: "PGV alone", 4: "the size of a block alone"}

@@ -20,8 +20,8 @@ from overturning.statistics.bootstrap import bootstrap
 from overturning.statistics.circular import wrap_axis
 from overturning.statistics.fragility import Fragility
 from overturning.study.cube import processing_of
+from overturning.study.evaluation import Population
 from overturning.study.scenes import NOMINAL, setting_of
-from overturning.study.sections import Population
 from overturning.surveys.population import fragility_curves, intensities, jma_intensities
 from overturning.units import STANDARD_GRAVITY
 

@@ -258,3 +258,19 @@ def test_the_response_shows_every_element_and_ends_with_the_curve() -> None:
         plt.close(figure)
     assert names == ["lower-base", "upper-base", "shaft"]
     assert last <= float(path["time"][-1]) + 1e-9
+
+
+def test_a_pdf_that_is_made_smaller_keeps_the_lines_at_its_far_edges(tmp_path: Path) -> None:
+    """Matplotlib leaves out lines beyond the page, whose size is not that of what is drawn on it."""
+    import matplotlib as mpl
+
+    def strokes(width: float | None) -> int:
+        figure = Figure(figsize=(4, 4))
+        figure.add_axes((0.0, 0.0, 1.0, 1.0)).axis("off")
+        for x, y in ((0.1, 0.1), (0.9, 0.9), (0.9, 0.1), (0.1, 0.9)):
+            figure.add_artist(plt.Line2D([x, x + 0.05], [y, y], transform=figure.transFigure))
+        with mpl.rc_context({"pdf.compression": 0}):
+            save(figure, tmp_path / "lines.pdf", width=width)
+        return (tmp_path / "lines.pdf").read_bytes().count(b" l\n\nS\n")
+
+    assert strokes(2.0) == strokes(None) == 4

@@ -25,6 +25,7 @@ from overturning.statistics.earthquakes import AxisSummary, Followed
 from overturning.statistics.elements import Contrast
 from overturning.statistics.logistic import LogisticFit
 from overturning.study.evaluation import Primary
+from overturning.study.schema import Study
 from tests.report.reading import numbers
 
 NAN = math.nan
@@ -89,7 +90,15 @@ def shares(primary: Primary, own: list[float], variant: list[float]) -> str:
         )
         for name, values in (("nominal", own), ("other", variant))
     }
-    study = SimpleNamespace(primary=primary)
+    study = Study.model_validate(
+        {
+            "name": "shares",
+            "records": {"use": ["one"]},
+            "population": {},
+            "primary": primary.model_dump(),
+            "variants": {"other": {"vertical": False}},
+        }
+    )
     made = SimpleNamespace(study=study, cube=cubes["nominal"], cubes=cubes, populations=rates)
     made.reference_cube = cubes.__getitem__
     return primary_sentence(made)  # type: ignore[arg-type]
@@ -104,11 +113,15 @@ def test_a_share_is_compared_with_that_of_a_variant_earthquake_by_earthquake(sta
     assert float(found[0]) == pytest.approx(100 * apart.mean(), abs=0.05)
     assert [float(one) for one in found[2:4]] == pytest.approx([100 * end for end in scipys], abs=0.4)
     assert found[4] == "8"
-    assert "more fall than" in shares(Primary(statistic=statistic, against="other"), own, variant)
-    assert "fewer fall than" in shares(Primary(statistic=statistic, against="other"), variant, own)
+    assert "more fall with vertical motion" in shares(Primary(statistic=statistic, against="other"), own, variant)
+    assert "fewer fall with vertical motion" in shares(Primary(statistic=statistic, against="other"), variant, own)
     assert "no difference" in shares(Primary(statistic=statistic, against="other"), own, own[::-1])
     alone = shares(Primary(statistic=statistic), own[:1], variant[:1])
-    assert numbers(alone) == ["90", "1"]
+    assert numbers(alone) == ["90.0", "1"]
+    assert "90.0\u00a0%" in alone
+    less = shares(Primary(statistic=statistic, against="other"), own[:1], variant[:1])
+    assert "with vertical motion, less that without vertical motion" in less
+    assert "is 10.0\u00a0percentage points (1 earthquake" in less
     wide = [0.95, 0.5, 0.1, 0.9, 0.2, 0.3, 0.7, 0.4]
     assert all("." not in one for one in numbers(shares(Primary(statistic=statistic), wide, variant)))
     assert "too few" in alone

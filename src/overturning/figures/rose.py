@@ -26,10 +26,8 @@ def draw_rose(axes: Any, rose: Rose, top: float | None = None) -> None:
             axes.plot([angle, angle], np.sqrt([low, high]), color=INK, linewidth=0.9, zorder=4)
     top = top or rim(rose)
     levels = [level for level in (0.01, 0.05, 0.1, 0.2, 0.4, 0.8) if 0.25 * top < np.sqrt(level) <= top]
-    radius_ticks(axes, top, {float(np.sqrt(level)): f"{level:.0%}" for level in levels}, zorder=6)
+    radius_ticks(axes, top, {float(np.sqrt(level)): f"{100 * level:.0f}\u00a0%" for level in levels}, zorder=6)
     axes.set_rlabel_position(_free(rose))
-    for label in axes.get_yticklabels():
-        label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
 
 
 def rim(*roses: Rose) -> float:

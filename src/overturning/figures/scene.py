@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.figures.rose import draw_rose
+from overturning.figures.rose import draw_rose, rim
 from overturning.figures.style import INK, SERIES, grid
 from overturning.model.geometry import place
 from overturning.model.scene import Scene
@@ -53,12 +53,13 @@ def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
 
 
 def element_roses_figure(cubes: Mapping[str, "xr.Dataset"]) -> "Figure":
-    """Roses of fall azimuths (`rose_of`), one for each name, from cubes of a single element each."""
+    """Roses of fall azimuths (`rose_of`) on one scale, one for each name, from cubes of a single element each."""
     columns = min(len(cubes), 3)
     rows = -(-len(cubes) // columns)
     figure, panels = grid(rows, columns, 3.0 * columns, 3.3 * rows, len(cubes), polar=True)
-    for axes, (name, cube) in zip(panels.ravel(), cubes.items(), strict=False):
-        rose = rose_of(cube)
-        draw_rose(axes, rose)
+    roses = {name: rose_of(cube) for name, cube in cubes.items()}
+    top = rim(*roses.values())
+    for axes, (name, rose) in zip(panels.ravel(), roses.items(), strict=False):
+        draw_rose(axes, rose, top)
         axes.set_title(f"{name}\n{rose.title}", pad=4, parse_math=False)
     return figure

@@ -111,6 +111,7 @@ def _save_scaled_pdf(figure: "Figure", path: Path, scale: float, dpi: float) -> 
     class Scaled(PdfFile):
         def newPage(self, width: float, height: float) -> None:  # noqa: N802
             super().newPage(scale * width, scale * height)
+            self.width, self.height = width, height  # beyond which lines are left out
             self.output(scale, 0, 0, scale, 0, 0, Op.concat_matrix)
 
     class Pages(PdfPages):
@@ -288,6 +289,8 @@ def radius_ticks(axes: Any, top: float, ticks: dict[float, str] | None = None, *
         axes.set_yticks(list(ticks), list(ticks.values()))
     axes.set_rlabel_position(112.5)
     axes.tick_params(axis="y", labelsize=8, **look)
+    for label in axes.get_yticklabels():  # legible on whatever lies below
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
 
 
 def slenderness_ticks(axes: Any, top: float, otherwise: float) -> None:
@@ -302,9 +305,10 @@ def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "f
     if not np.isfinite(fault_normal_deg):
         return
     radius, angles = axes.get_ylim()[1], np.radians([fault_normal_deg, fault_normal_deg + 180.0])
+    axes.tick_params(axis="x", pad=max(2.0, axes.xaxis.get_tick_params().get("pad", 0.0)))
     for angle in angles:  # at the rim: nothing of what is drawn is covered, nor the names of the directions
         axes.plot(
-            [angle, angle], [0.94 * radius, 1.07 * radius],
+            [angle, angle], [0.93 * radius, 1.03 * radius],
             color=FAULT, linewidth=2.6, label=label if angle == angles[0] else None, zorder=5, clip_on=False,
         )  # fmt: skip
     axes.set_ylim(0.0, radius)

@@ -149,10 +149,10 @@ def _fits(logs: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[FloatArr
         score, information = w * (y * falls - (1 - y) * stands), w * falls * stands
         gradient = np.stack([score.sum(axis=1), score @ scaled], axis=1)
         a, b, c = information.sum(axis=1), information @ scaled, information @ scaled**2
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):  # of stones that a motion separates there is no step
             step = np.stack([c * gradient[:, 0] - b * gradient[:, 1], a * gradient[:, 1] - b * gradient[:, 0]], axis=1)
             step /= (a * c - b * b)[:, None]
-        step *= np.minimum(1.0, LARGEST_STEP / np.maximum(np.abs(step).max(axis=1), LARGEST_STEP))[:, None]
+            step *= np.minimum(1.0, LARGEST_STEP / np.maximum(np.abs(step).max(axis=1), LARGEST_STEP))[:, None]
         trying[better] = step
         moving[better] = np.abs(gradient).max(axis=1) > 1e-9 * w.sum(axis=1)
     found = np.where(moving[:, None], np.nan, found + trying)

@@ -11,7 +11,7 @@ from overturning.report.blocks import Answer, Figure, Note, Paragraph, Section
 from overturning.report.results import Results
 from overturning.report.sections.alignment import alignment_sentences, axes_shown
 from overturning.report.sections.causes import finding_sentence
-from overturning.report.sections.contrast import contrast_sentences, contrast_shown
+from overturning.report.sections.contrast import contrast_sentences, contrast_shown, setting_said
 from overturning.report.sections.exactness import dependence
 from overturning.report.sections.records import record_directions
 from overturning.report.sections.space import follow_answer, follow_shown, plane_answer
@@ -133,21 +133,23 @@ def primary_sentence(results: Results) -> str:
 
     own, what = of_record(NOMINAL), _SHARES[primary.statistic]
     less = of_record(against) if against else np.zeros(own.size)
-    found = mean_over_earthquakes(own - less, results.cube["event"].to_numpy().astype(str), draws=10_000)
+    found = mean_over_earthquakes(own - less, results.cube["event"].to_numpy().astype(str))
     if against:
-        what += f", less that of the variant {against}"
-    # A share of one decimal where its interval is no wider than some per cent.
-    digits = int(found.high - found.low < 0.1)
-    shown = f"{number(100 * found.value, digits)}\u00a0%"
+        this, that = setting_said(results, NOMINAL, against), setting_said(results, against, NOMINAL)
+        what += f" {this}, less that {that}"
+    # A share of one decimal where its interval is no wider than some per cent, or there is none.
+    digits = int(math.isnan(found.low) or found.high - found.low < 0.1)
+    unit = "percentage points" if against else "%"
+    shown = f"{number(100 * found.value, digits)}\u00a0{unit}"
     if math.isnan(found.low):
         sure = f"{counted(found.n, 'earthquake')}, too few for an interval"
     else:
         ends = " to ".join(number(100 * end, digits) for end in (found.low, found.high))
-        sure = f"95 % interval {ends} %; {counted(found.n, 'earthquake')}"
+        sure = f"95 % interval {ends}{'' if against else ' %'}; {counted(found.n, 'earthquake')}"
     text = f"Primary statistic, fixed beforehand: {what}, a mean over earthquakes, is {shown} ({sure})"
     if not against or math.isnan(found.low):
         return f"{text}."
-    ways = {"more fall than in the variant": found.low > 0, "fewer fall than in the variant": found.high < 0}
+    ways = {f"more fall {this}": found.low > 0, f"fewer fall {this}": found.high < 0}
     return f"{text}: {next((way for way, shown in ways.items() if shown), 'no difference is shown')}."
 
 

@@ -32,9 +32,10 @@ def cause(results: Results) -> Section | None:
     if not results.model.one_component:
         return None
     fit = overturning_fit(results.cube, results.intensity)
+    fitted = not fit.note.startswith("no fit")
     caption = (
         "Each point is one plane of one record. Lines: the field's criteria, by which a block falls to the right of "
-        "them, and the fit to this study."
+        f"them{', and the fit to this study' if fitted else ''}."
     )
     blocks: list[Block] = [
         Figure(results.figures / "plane.svg", "falls in the plane of PGA and PGV/PGA", caption, width=0.92)
@@ -43,7 +44,7 @@ def cause(results: Results) -> Section | None:
         blocks.append(Paragraph(sentence))
     if fit.note:
         blocks.append(Paragraph(f"{capitalised(fit.note)}."))
-    if not fit.note.startswith("no fit"):
+    if fitted:
         note = (
             f"Logistic fit of the probability of overturning to {fit.rows:,} planes and blocks of "
             f"{counted(fit.clusters, 'earthquake')}; intervals clustered by earthquake. PGV/PGA in s, H in m. It says "

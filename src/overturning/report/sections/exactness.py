@@ -87,7 +87,7 @@ def dependence(results: Results) -> Paragraph | None:
             ways.append((f"{percent(sides / fallen, 1)} ({_wilson(sides, fallen, 1)})", f"with {name}"))
     if not flags:
         return None
-    text = f"{found.chosen} cases were run again."
+    text = f"{found.chosen:,} cases were run again."
     if ways:
         where = "to the other side" if results.model.one_component else f"{ASIDE:g}° or more elsewhere"
         (first, with_it), *more = ways
@@ -112,8 +112,9 @@ def _text(found: Convergence) -> str:
         return f"No case was run again: {short} (verification.cost). {unknown}"
     why = f" ({short}; verification.cost sets this bound, and so few leave the intervals wide)"
     return (
-        f"{chosen} of the {found.cells} cases, drawn at random, were run again{why if chosen < wanted else ''}; "
-        f"{found.at_rest} of them lie below the thresholds of rocking and sliding and cannot change."
+        f"{chosen:,} of the {found.cells:,} cases, drawn at random, were run again{why if chosen < wanted else ''}; "
+        f"{f'{found.at_rest:,}' if found.at_rest else 'none'} of them {'lies' if found.at_rest < 2 else 'lie'} below "
+        "the thresholds of rocking and sliding and cannot change."
     )
 
 
@@ -147,11 +148,11 @@ def _beside_rigid(found: Rigid, agreed: bool) -> str:
         return tuple(percent(1 - wrong / max(cases, 1), 2) for wrong in (changed, changed + sides))
 
     compared = found.cases + found.unanswered
-    drawn = f", {compared} of them drawn at random" if compared < found.cells else ""
+    drawn = f", {compared:,} of them drawn at random" if compared < found.cells else ""
     flag, side = same(found.flags, found.sides, found.cases)
     sure = same(found.flags_undivided, found.sides_undivided, found.undivided)
     return (
-        f" Blocks of µ ≥ {HOLDS:g} with B/H below µ do not slide ({found.cells} cases{drawn}). Housner's rigid "
+        f" Blocks of µ ≥ {HOLDS:g} with B/H below µ do not slide ({found.cells:,} cases{drawn}). Housner's rigid "
         f"block, solved exactly, gives them the same flag in {flag} and the same flag and side in {side} of the cases"
         f"{', where the neighbourhood is not divided in {} and {}'.format(*sure) if agreed else ''}."
     )
@@ -179,7 +180,7 @@ def _rows(name: str, part: Repetition, own: int, side: str, agreed: bool) -> lis
             share = (percent(changed / compared, 2), _wilson(changed, compared)) if compared else "––"
             rows.append(("", whose + what, changed, compared, *share, "", "", ""))
     unanswered, steps = max(outcome.unanswered for outcome in part.outcomes), part.block_steps
-    work = (f"{steps:.3g}", percent(steps / own) if own else "") if steps else ("", "")
+    work = (f"{steps:.3g}", percent(steps / own, 1) if own else "") if steps else ("", "")
     return [(name, *rows[0][1:-3], unanswered, *work), *rows[1:]]
 
 

@@ -48,7 +48,8 @@ def population(results: Results) -> Section | None:
     levels, events = intensities(found, results.intensity), found["event"].to_numpy().astype(str)
     draw = partial(fall_rate_figure, found["amplitude"].to_numpy(), rates, levels, whole, jma)
     shown = "Each thin line or point is a record; PGA and PGV are medians over azimuths (RotD50)."
-    scale = " Dashed: JMA 5 upper, 6 lower, 6 upper, 7; shaded: the rates from which surveys infer the last two."
+    shown += " Red: the lognormal curve." if any(math.isfinite(one.median) for one in whole) else ""
+    scale = " Dashed: where JMA 5 upper, 6 lower, 6 upper and 7 begin; shaded: what surveys infer the last two from."
     caption = shown + (scale if np.isfinite(jma).any() else "")
     blocks: list[Block] = [
         *(Paragraph(text) for text in (_as_recorded(found), *_over_intensity(rates, jma, horizontal, events))),

@@ -36,7 +36,9 @@ def maps(results: Results) -> Section:
             "the order of the study. The maps of the others stand with the records, below on the page."
         )
         blocks.append(Note(few))
-    blocks += [_map(results, name) for name in chosen]
+    shown = [_map(results, name) for name in chosen]
+    pairs = [tuple(shown[i : i + 2]) for i in range(0, len(shown), 2)]
+    blocks += [Row(pair, shares=(1.0, 1.0)) if len(pair) == 2 else pair[0] for pair in pairs]
     chance = "Colour: the probability of that fall over the neighbourhood of each case. "
     blocks.append(Note(results.words.map.format(chance=chance if "members" in results.cube else "")))
     blocks.append(Link("Look around in all cases: point at a cell, see what is known of it", EXPLORER))

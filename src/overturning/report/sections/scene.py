@@ -30,7 +30,7 @@ def scene(results: Results) -> Section | None:
     rows = []
     for name, cube in results.cubes.items():
         one, several = scenes[name], "element" in cube.dims
-        title = f"{one.reference_name} of the {one.name} scene" if several else one.name
+        title = f"{one.reference_name} of the {one.name} scene"
         stones[title] = results.reference_cube(name)
         for row in results.elements if name == NOMINAL and several else falls_by_element(cube):
             element = row.name if several else one.free[0]
@@ -54,7 +54,7 @@ def scene(results: Results) -> Section | None:
     blocks: list[Block] = [
         Figure(drawing, "the scenes, drawn to scale", to_scale, width=0.85),
         *map(Paragraph, sentences),
-        table(heads, rows, "ttnn%n2"),
+        table(heads, rows, "ttdd%d2"),
         note,
         Figure(roses, "roses of fall azimuths of each stone", towards, width=0.85),
     ]
@@ -77,7 +77,7 @@ def spread_sentence(name: str, cube: xr.Dataset, settings: Ensemble) -> str | No
         return None
     return (
         f"With amplitude, shape, friction, damping and azimuth spread as the study states, the {name} falls with a "
-        f"probability of {percent(total / known if known else np.nan)}, the mean over all cases; of the {again} cases "
-        f"near a change of outcome some of the first {min(BATCH, settings.members)} runs fall and others stand in "
-        f"{percent(differ / again)}."
+        f"probability of {percent(total / known if known else np.nan)}, the mean over all cases; of the {again:,} "
+        f"cases near a change of outcome some of the first {min(BATCH, settings.members)} runs fall and others stand "
+        f"in {percent(differ / again)}."
     )

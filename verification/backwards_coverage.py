@@ -20,8 +20,9 @@ from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.shapes import Circle, Rectangle
 from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior
-from overturning.surveys.inversion import NO_FIT, POWER, Backwards, Inversion, Posterior
+from overturning.surveys.inversion import NO_FIT, POWER, Inversion
 from overturning.surveys.library import Candidate, candidates
+from overturning.surveys.posterior import Posterior
 from overturning.surveys.responses import LEVELS, Responses, StoneKind
 from overturning.surveys.stones import Stone, read_survey
 from verification.stale import measuring
@@ -192,7 +193,7 @@ def ruin(threads: int) -> str:
     """What the invented ruin says of the motion, as a list; draws its figure."""
     stones = read_survey(RUIN)
     inversion = Inversion(Responses(candidates(), [StoneKind.of(stone) for stone in stones], threads=threads))
-    result = Backwards.of(RUIN.name, stones, inversion)
+    result = inversion.answer(RUIN.name, stones)
     draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
     fit = f"p of the check whether the motions fit the survey: {result.fit:.2g}."
     return "\n".join(wrapped(text, "- ") for text in (*backwards_sentences(result), *cautions(result), fit))

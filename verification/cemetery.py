@@ -14,7 +14,8 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.dem.run import run_cases
-from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, save, style
+from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, style
+from overturning.figures.write import save
 from overturning.model.cases import Cases
 from overturning.records.store import read_motion
 from overturning.report.blocks import Paragraph, Report, Table, each_block

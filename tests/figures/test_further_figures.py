@@ -21,7 +21,8 @@ from overturning.figures.maps import plane_map_figure
 from overturning.figures.response import response_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.site_map import local_km, site_map_figure
-from overturning.figures.style import PAGE_WIDTH, save, style
+from overturning.figures.style import PAGE_WIDTH, style
+from overturning.figures.write import save
 from overturning.model.scene import load_scene
 from overturning.motion.motion import Motion
 from overturning.statistics.bootstrap import Mean

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from overturning.figures.history import BINS, envelope, history_figure, shift_of
-from overturning.figures.style import save, style
+from overturning.figures.style import style
+from overturning.figures.write import save
 from overturning.records.processing import process
 from overturning.records.record import Record
 from overturning.records.steps import Cut, Highpass, RemoveMean

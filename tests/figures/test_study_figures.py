@@ -9,7 +9,8 @@ import xarray as xr
 
 from overturning.figures.maps import COLOURS, azimuth_edges, cell_edges, free_sector, plane_map_figure, rows_and_columns
 from overturning.figures.rose import rose_figure
-from overturning.figures.style import PAGE_WIDTH, compass_name, save, style
+from overturning.figures.style import PAGE_WIDTH, compass_name, style
+from overturning.figures.write import save
 from overturning.model.planes import azimuth_weight
 from overturning.statistics.circular import sector_shares
 

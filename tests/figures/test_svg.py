@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from overturning.figures.style import DPI, save, style
+from overturning.figures.style import DPI, style
 from overturning.figures.svg import compact
+from overturning.figures.write import save
 
 
 def drawn(path: Path, small: bool) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from overturning.figures.illustrative import draw_illustrative_cases
 from overturning.figures.record import draw_records
 from overturning.figures.study import draw_whole
-from overturning.figures.style import write_figure
+from overturning.figures.write import write_figure
 from overturning.records.record import Record
 from overturning.records.store import read_motion
 from overturning.study.intensity import write_intensity

@@ -15,14 +15,8 @@ from scipy.stats import norm
 
 from overturning.errors import ArgumentError
 from overturning.report.text import censored
-from overturning.statistics.fragility import (
-    fragility,
-    lognormal_fit,
-    measure_file,
-    record_share,
-    write_fragility_csv,
-    write_openquake,
-)
+from overturning.statistics.fragility import fragility, lognormal_fit, record_share
+from overturning.statistics.fragility_files import measure_file, write_fragility_csv, write_openquake
 
 NRML = "{http://openquake.org/xmlns/nrml/0.5}"
 

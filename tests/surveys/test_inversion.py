@@ -12,8 +12,9 @@ from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior
 from overturning.surveys import responses as computed
-from overturning.surveys.inversion import TURNS, Backwards, Inversion, found, read_backwards, write_backwards
+from overturning.surveys.inversion import Inversion, found
 from overturning.surveys.library import Candidate, candidates, shipped_records
+from overturning.surveys.posterior import TURNS, read_backwards, write_backwards
 from overturning.surveys.responses import FRICTIONS, HEIGHTS, LEVELS, SHAPES, STOOD, WAYS, Responses, StoneKind
 from overturning.surveys.stones import Stone
 
@@ -101,13 +102,13 @@ def test_a_direction_that_is_an_octant_is_the_sum_of_its_ways(inversion: Inversi
 
 
 def test_a_survey_of_which_everything_fell_gets_no_upper_bound(inversion: Inversion) -> None:
-    asked = Backwards.of("ruin.csv", [column(size, 0, 6) for size in SIZES], inversion)
+    asked = inversion.answer("ruin.csv", [column(size, 0, 6) for size in SIZES])
     low, high = asked.posterior.interval(asked.posterior.pgv)
     assert low > 0.6
     assert high == math.inf
     assert "PGV at least" in backwards_sentences(asked)[0]
     assert "more than any motion here" in cautions(asked)[0]
-    stood = Backwards.of("ruin.csv", [column(size, count=6) for size in SIZES], inversion)
+    stood = inversion.answer("ruin.csv", [column(size, count=6) for size in SIZES])
     assert stood.posterior.interval(stood.posterior.pgv)[0] == 0.0
     assert "PGV at most" in backwards_sentences(stood)[0]
     assert "less than any motion here" in cautions(stood)[0]
@@ -115,10 +116,10 @@ def test_a_survey_of_which_everything_fell_gets_no_upper_bound(inversion: Invers
 
 def test_a_survey_that_no_motion_explains_is_said_not_to_fit(inversion: Inversion) -> None:
     """The broad low columns fell and the slender tall ones stood: by the rule none does that."""
-    odd = Backwards.of("odd.csv", [column(SIZES[2], 0, 12), column(SIZES[0], count=12)], inversion)
+    odd = inversion.answer("odd.csv", [column(SIZES[2], 0, 12), column(SIZES[0], count=12)])
     assert odd.fit < 0.01
     assert any(text.startswith("No motion here fits this survey") for text in cautions(odd))
-    even = Backwards.of("even.csv", [column(SIZES[0], 0, 12), column(SIZES[2], count=12)], inversion)
+    even = inversion.answer("even.csv", [column(SIZES[0], 0, 12), column(SIZES[2], count=12)])
     assert even.fit > 0.1
     assert not any("fits" in text for text in cautions(even))
 
@@ -222,7 +223,7 @@ def test_the_library_has_each_motion_once() -> None:
 
 
 def test_the_file_gives_the_posterior_back(tmp_path: Path, inversion: Inversion) -> None:
-    asked = Backwards.of("ruin.csv", [column(SIZES[0], 0), column(SIZES[1])], Inversion(inversion.responses, fixed=0.1))
+    asked = Inversion(inversion.responses, fixed=0.1).answer("ruin.csv", [column(SIZES[0], 0), column(SIZES[1])])
     write_backwards(asked, tmp_path / "motion.nc")
     back = read_backwards(tmp_path / "motion.nc")
     assert (back.fell, back.stood, back.fixed, back.fit) == (1, 1, 0.1, asked.fit)

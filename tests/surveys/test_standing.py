@@ -9,7 +9,8 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from overturning.cli import main
-from overturning.statistics.fragility import fragility, write_fragility_csv
+from overturning.statistics.fragility import fragility
+from overturning.statistics.fragility_files import write_fragility_csv
 from overturning.surveys.standing import CurveRow, Hazard, rate_bound, read_curves, standing
 
 

@@ -117,7 +117,7 @@ def measure_lazily(
         program = f"""
 from functools import partial
 from pathlib import Path
-from overturning.figures.style import write_figure
+from overturning.figures.write import write_figure
 from overturning.study.load import study_from
 folder = Path({str(folder)!r})
 cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "intensity.nc", "motion", "figures"))

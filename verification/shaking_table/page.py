@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, INK, SERIES, caption, grid, labels, save, style
+from overturning.figures.style import DASHED, INK, SERIES, caption, grid, labels, style
+from overturning.figures.write import save
 from verification.shaking_table.data import SPECIMENS, Tests
 from verification.shaking_table.models import (
     B_OVER_H,

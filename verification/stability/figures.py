@@ -6,7 +6,8 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from overturning.figures.style import save, style
+from overturning.figures.style import style
+from overturning.figures.write import save
 from verification.stability.cases import SCENES
 from verification.stability.checks import Ending
 

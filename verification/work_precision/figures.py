@@ -7,7 +7,8 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from overturning.figures.style import DASHES, INK, SERIES, save, style
+from overturning.figures.style import DASHES, INK, SERIES, style
+from overturning.figures.write import save
 from overturning.model.contact import STATIC_PENETRATION
 from verification.work_precision.boundaries import RESOLUTION
 from verification.work_precision.page import over_steps

@@ -10,7 +10,7 @@ from snakemake.logging import logger
 
 from overturning.errors import OverturningError
 from overturning.files import atomic_write
-from overturning.statistics.fragility import measure_file
+from overturning.statistics.fragility_files import measure_file
 from overturning.surveys.stones import read_survey
 from overturning.study.preflight import (
     check_files,

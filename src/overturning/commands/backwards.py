@@ -33,8 +33,9 @@ def backwards(
     from overturning.records.store import read_motion
     from overturning.report.plain import plain_lines
     from overturning.report.sections.surveys import backwards_section, draw_posterior
-    from overturning.surveys.inversion import Backwards, Inversion, write_backwards
+    from overturning.surveys.inversion import Inversion
     from overturning.surveys.library import candidates
+    from overturning.surveys.posterior import write_backwards
     from overturning.surveys.responses import Responses, StoneKind
     from overturning.surveys.stones import read_survey
 
@@ -52,7 +53,7 @@ def backwards(
             print(f"{done} of {total} motions computed, about {left:.0f} s to go", file=sys.stderr, flush=True)
 
     responses = Responses(library, [StoneKind.of(stone) for stone in rows], threads=threads, progress=progress)
-    result = Backwards.of(stones.name, rows, Inversion(responses, background, fixed))
+    result = Inversion(responses, background, fixed).answer(stones.name, rows)
     print(*plain_lines(backwards_section(result)), sep="\n")
     if output is not None:
         write_backwards(result, output)

@@ -31,7 +31,8 @@ def figure(
     import warnings
 
     from overturning.errors import ArgumentError, did_you_mean
-    from overturning.figures.style import save, style
+    from overturning.figures.style import style
+    from overturning.figures.write import save
     from overturning.files import check_output
     from overturning.study.small import open_cube
     from overturning.study.values import parse_quantity

@@ -51,7 +51,8 @@ def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs:
         print(f"film: {outputs.animate}")
     if outputs.response is not None:
         from overturning.figures.response import axis_figure, response_figure
-        from overturning.figures.style import save, style
+        from overturning.figures.style import style
+        from overturning.figures.write import save
 
         with style():
             figure = axis_figure(found.paths[0], motion, title) if space.body else response_figure(found.paths, title)

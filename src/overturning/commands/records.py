@@ -74,7 +74,8 @@ def plot(
     """
     from overturning.errors import ArgumentError
     from overturning.figures.history import history_figure
-    from overturning.figures.style import save, style
+    from overturning.figures.style import style
+    from overturning.figures.write import save
     from overturning.records.check import check_paths, describe
     from overturning.records.processing import default_steps, process
     from overturning.records.read import read_path

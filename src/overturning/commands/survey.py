@@ -37,7 +37,8 @@ def survey(
     if output is not None:
         write_survey(result, output)
     if figure is not None:
-        from overturning.figures.style import save, style
+        from overturning.figures.style import style
+        from overturning.figures.write import save
         from overturning.surveys.rose import survey_figure
 
         with style():

@@ -153,7 +153,7 @@ def fragility(
     import xarray as xr
 
     from overturning.errors import ConfigError
-    from overturning.statistics.fragility import for_openquake, measure_file, write_fragility_csv, write_openquake
+    from overturning.statistics.fragility_files import for_openquake, measure_file, write_fragility_csv, write_openquake
     from overturning.study.cube import open_cube
     from overturning.study.load import study_from
     from overturning.surveys.population import fragility_curves, population_rates
@@ -196,7 +196,7 @@ def record_figures(
     from tempfile import TemporaryDirectory
 
     from overturning.figures.record import draw_records
-    from overturning.figures.style import write_figure
+    from overturning.figures.write import write_figure
     from overturning.study.gather import gather as gather_parts
     from overturning.study.parts import parts_of
 
@@ -213,7 +213,7 @@ def figures(study: Study, cube: Cube, intensity: Intensity, output: Figures) -> 
     from functools import partial
 
     from overturning.figures.study import draw_whole
-    from overturning.figures.style import write_figure
+    from overturning.figures.write import write_figure
     from overturning.study.load import study_from
 
     draw_whole(cube, intensity, output, partial(write_figure, study_from(study).figures))

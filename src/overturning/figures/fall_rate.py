@@ -12,7 +12,8 @@ from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels, logarithmic
 from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.statistics.bootstrap import Mean
-from overturning.statistics.fragility import Fragility, for_openquake
+from overturning.statistics.fragility import Fragility
+from overturning.statistics.fragility_files import for_openquake
 
 INTENSITY_SCALE: Final = (5.0, 5.5, 6.0, 6.5)
 """Bounds of the JMA scale's degrees 5+, 6−, 6+ and 7 (JMA: instrumental intensity)."""

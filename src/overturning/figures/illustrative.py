@@ -9,7 +9,8 @@ from overturning.figures.boundary import boundary_figure
 from overturning.figures.film_of_trajectory import film_of, heading_of, outcome
 from overturning.figures.ground import hodograph_figure, spectra_figure
 from overturning.figures.response import axis_figure, response_figure
-from overturning.figures.style import emptied, save, style
+from overturning.figures.style import style
+from overturning.figures.write import emptied, save
 from overturning.files import write_text
 from overturning.model.falls import model_of
 from overturning.motion.motion import Motion

@@ -8,7 +8,8 @@ import xarray as xr
 from overturning.figures.ground import intensity_figure
 from overturning.figures.history import history_figure
 from overturning.figures.maps import map_figure
-from overturning.figures.style import Write, save, style
+from overturning.figures.style import style
+from overturning.figures.write import Write, save
 from overturning.model.scene import gravestone
 from overturning.records.store import read_motion, read_unprocessed
 from overturning.study.cube import open_cube, study_of

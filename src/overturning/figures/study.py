@@ -9,7 +9,8 @@ from overturning.figures.alignment import axes_figure, follow_figure
 from overturning.figures.intensity_plane import intensity_plane_figure
 from overturning.figures.rose import earthquake_roses_figure, rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
-from overturning.figures.style import Write, emptied, save, style
+from overturning.figures.style import style
+from overturning.figures.write import Write, emptied, save
 from overturning.model.falls import model_of
 from overturning.statistics.earthquakes import axes_by_group, followed, summarise_axes
 from overturning.statistics.logistic import overturning_fit

@@ -1,10 +1,8 @@
-"""One look for all figures, and files that are the same bytes each time."""
+"""One look for all figures."""
 
 import gc
-import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,9 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.figures.svg import compact
-from overturning.files import atomic_write, write_text
-from overturning.study.evaluation import FORMATS, Figures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,13 +33,13 @@ PAGE_WIDTH: Final = 6.69
 """Width of what a page of the report holds, inches: a wider figure would be made smaller, and its letters with it."""
 
 # No date and no name of the program that drew it: they would change bytes that nobody sees.
-_METADATA: Final[dict[str, dict[str, Any]]] = {
+METADATA: Final[dict[str, dict[str, Any]]] = {
     "svg": {"Date": None, "Creator": None},
     "png": {"Software": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
 
-_SETTINGS: Final[Any] = {
+SETTINGS: Final[Any] = {
     "font.family": ["DejaVu Sans", "sans-serif"],  # comes with Matplotlib; a page without it takes the next
     "font.size": 9,
     "axes.titlesize": 10,
@@ -69,101 +64,11 @@ def style() -> Iterator[None]:
     try:
         with mpl.rc_context():
             mpl.rcdefaults()  # a user's own settings must not change the bytes
-            mpl.rcParams.update(_SETTINGS)
+            mpl.rcParams.update(SETTINGS)
             yield
     finally:
         if collects:
             gc.enable()
-
-
-def save(
-    figure: "Figure", *paths: Path, dpi: float = DPI, width: float | None = None, font: float | None = None
-) -> None:
-    """Write a figure to .svg, .png and .pdf files, in the order of the paths: the same bytes each time.
-
-    It can be made so wide, inches, in its proportions: as a whole, or with letters of a size, pt, to which the panels
-    make way.
-    """
-    own = _SETTINGS["font.size"]
-    scale = font / own if font else (width or figure.get_figwidth()) / figure.get_figwidth()
-    if (wide := (width or figure.get_figwidth()) / scale) != figure.get_figwidth():
-        figure.set_size_inches(wide, wide * figure.get_figheight() / figure.get_figwidth())
-    _lay_out_once(figure)
-    for path in paths:
-        kind = path.suffix.removeprefix(".")
-        with atomic_write(path) as part:
-            if kind == "pdf" and scale != 1.0:
-                _save_scaled_pdf(figure, part, scale, dpi)
-                continue
-            figure.savefig(part, format=kind, metadata=_METADATA[kind], dpi=dpi * scale)
-            if kind == "svg":
-                text = compact(part.read_text(encoding="utf-8"))
-                if scale != 1.0:  # of the page; what is drawn on it keeps its numbers
-                    size = r'(?<==")([\d.]+)(?=pt")'
-                    text = re.sub(size, lambda one: f"{scale * float(one[0]):.2f}", text, count=2)
-                part.write_text(text, encoding="utf-8")
-
-
-def _save_scaled_pdf(figure: "Figure", path: Path, scale: float, dpi: float) -> None:
-    """Write a figure on a page of another size than its own: Matplotlib's is always 72 points to an inch."""
-    from matplotlib.backends.backend_pdf import Op, PdfFile, PdfPages
-
-    class Scaled(PdfFile):
-        def newPage(self, width: float, height: float) -> None:  # noqa: N802
-            super().newPage(scale * width, scale * height)
-            self.width, self.height = width, height  # beyond which lines are left out
-            self.output(scale, 0, 0, scale, 0, 0, Op.concat_matrix)
-
-    class Pages(PdfPages):
-        def _ensure_file(self) -> PdfFile:
-            self._file = self._file or Scaled(self._filename, metadata=self._metadata)
-            return self._file
-
-    with Pages(path, metadata=_METADATA["pdf"]) as pages:
-        figure.savefig(pages, format="pdf", dpi=dpi * scale)
-
-
-Write = Callable[["Figure", Path], None]
-
-
-def write_figure(settings: Figures, figure: "Figure", stem: Path) -> None:
-    """Write a figure in the size, resolution and formats of a study, to a path without its ending; no others stay."""
-    figure.set_size_inches(*(settings.size * figure.get_size_inches()))
-    for kind in set(FORMATS) - set(settings.formats):
-        stem.with_name(f"{stem.name}.{kind}").unlink(missing_ok=True)
-    save(figure, *(stem.with_name(f"{stem.name}.{kind}") for kind in settings.formats), dpi=settings.dpi)
-
-
-@contextmanager
-def emptied(folder: Path) -> Iterator[None]:
-    """Fill a folder from empty, of which only the drawing knows how many files there will be; note their names.
-
-    They stand in a file beside the folder, ``maps.txt`` of ``maps/``, for `overturning.study.resume.repair`. Files of
-    an earlier study would be taken for some of this one.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    for old in folder.iterdir():
-        old.unlink()
-    yield
-    names = sorted(path.relative_to(folder.parent).as_posix() for path in folder.iterdir())
-    write_text(folder.with_suffix(".txt"), "".join(f"{name}\n" for name in names))
-
-
-def _lay_out_once(figure: "Figure") -> None:
-    """Spare the drawing that Matplotlib makes, and throws away, only for the layout that comes with it."""
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
-    draw, waiting = figure.draw, [True]
-
-    def draw_or_lay_out(renderer: Any) -> None:
-        engine = figure.get_layout_engine()
-        if not isinstance(engine, ConstrainedLayoutEngine):  # no longer where the picture itself is drawn
-            draw(renderer)
-        elif waiting:  # once for all files of a figure
-            waiting.clear()
-            engine.execute(figure)
-
-    figure.draw = draw_or_lay_out  # type: ignore[method-assign]
 
 
 def extremes(values: FloatArray, group: int) -> tuple[NDArray[np.intp], FloatArray]:
@@ -199,7 +104,7 @@ def empty(width: float, height: float, layout: Any = "constrained") -> "Figure":
     def picture() -> bytes:
         data = BytesIO()
         with style():
-            figure.savefig(data, format="png", metadata=_METADATA["png"])
+            figure.savefig(data, format="png", metadata=METADATA["png"])
         return data.getvalue()
 
     figure = Figure(figsize=(width, height), layout=layout)

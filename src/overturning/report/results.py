@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from overturning.figures.style import save, style
+from overturning.figures.style import style
+from overturning.figures.write import save
 from overturning.files import without_folders
 from overturning.model.falls import model_of
 from overturning.model.model import Model
@@ -27,8 +28,8 @@ from overturning.study.cube import open_cube, study_of
 from overturning.study.scenes import NOMINAL, scene_of
 from overturning.study.schema import Study
 from overturning.surveys.comparison import SurveyResult, read_survey_result
-from overturning.surveys.inversion import Backwards, read_backwards
 from overturning.surveys.population import population_rates
+from overturning.surveys.posterior import Backwards, read_backwards
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,12 +6,14 @@ from typing import Final
 
 import numpy as np
 
-from overturning.figures.style import save, short, style
+from overturning.figures.style import short, style
+from overturning.figures.write import save
 from overturning.report.blocks import Answer, Block, Caution, Figure, Note, Paragraph, Row, Section, Table, table
 from overturning.report.results import Results
 from overturning.report.text import counted, degrees, number, percent
 from overturning.surveys.comparison import SurveyComparison, SurveyResult
-from overturning.surveys.inversion import LEVEL, NO_FIT, POWER, Backwards
+from overturning.surveys.inversion import NO_FIT, POWER
+from overturning.surveys.posterior import LEVEL, Backwards
 from overturning.surveys.prediction import SIDES
 from overturning.surveys.stones import OCTANTS
 from overturning.units import CM

@@ -36,6 +36,7 @@ from overturning.study.scenes import grid_of
 from overturning.study.schema import Study
 from overturning.study.sections import Ensemble, Verification
 from tests.dem.near_field import strong_part
+from tests.report.test_exactness import COUNTS, FOUND
 from tests.study.small_study import cube_of, study
 
 
@@ -368,25 +369,6 @@ def test_a_case_is_divided_where_some_members_fall_and_others_stand(tmp_path: Pa
     sample = read_sample(tmp_path / "cube.nc", Verification(at_least=5))
     divided = dict(zip(sample.index[:, 0].tolist(), sample.divided[:, 0].tolist(), strict=True))
     assert divided == {0: False, 1: True, 2: False, 3: False, 4: False}
-
-
-COUNTS = {
-    "element": "",
-    "cases": 200,
-    "flags": 2,
-    "undivided": 200,
-    "flags_undivided": 2,
-    "sides_undivided": 0,
-    "fallen": 50,
-    "sides": 0,
-    "unanswered": 0,
-}
-FOUND = {
-    "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
-    "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]},
-    "stiffer": {"block_steps": 0, "outcomes": [], "refused": "too stiff"},
-    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0}, "rigid": None,
-}  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,7 @@ def event_names(events: Sequence[str] | NDArray[np.str_]) -> list[str]:
 
 
 def resampled(
-    statistic: Callable[[NDArray[Any]], FloatArray], per_event: NDArray[Any], draws: int, seed: int
+    statistic: Callable[[NDArray[Any]], FloatArray], per_event: NDArray[Any], draws: int, seed: int = 1
 ) -> FloatArray:
     """Values of a statistic in bootstrap samples of earthquakes, where it has one; shape (n,).
 
@@ -108,18 +108,11 @@ def mean_of_sample(drawn: NDArray[Any]) -> FloatArray:
     return np.asarray(drawn.mean(axis=1))
 
 
-def mean_over_earthquakes(
-    values: FloatArray,
-    events: Sequence[str] | NDArray[np.str_],
-    *,
-    level: float = 0.95,
-    draws: int = 4000,
-    seed: int = 1,
-) -> Mean:
+def mean_over_earthquakes(values: FloatArray, events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000) -> Mean:
     """Mean over earthquakes of the means of their records, as of `event_means`, with its `bootstrap` interval."""
     known = np.isfinite(values)
     means = event_means(values[known], np.asarray(events)[known])
     if means.size == 0:
         return Mean(0, *(math.nan,) * 3)
-    ends = bootstrap(mean_of_sample, means, level=level, draws=draws, seed=seed)
+    ends = bootstrap(mean_of_sample, means, draws=draws)
     return Mean(int(means.size), float(means.mean()), *ends)

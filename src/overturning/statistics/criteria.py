@@ -236,12 +236,10 @@ class CriteriaScores:
     falls: dict[tuple[float, float], float]
 
 
-def criteria_scores(
-    cube: xr.Dataset, intensity: xr.Dataset, *, draws: int = 4000, seed: int = 1
-) -> CriteriaScores | None:
+def criteria_scores(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | None:
     """Score the field's criteria on a cube, as of `overturning_rows`; None where no outcome is known.
 
-    The cells' own outcomes count, not the ensemble's probabilities; draws and seed are those of the bootstrap.
+    The cells' own outcomes count, not the ensemble's probabilities.
     """
     predictors, falls, event, weight = overturning_rows(cube, intensity, ensemble=False)
     if not falls.size:
@@ -262,8 +260,8 @@ def criteria_scores(
 
     def scored(name: str, rule: str, said: NDArray[np.bool_]) -> RuleScore:
         counts = count(said, weight)
-        pooled = bootstrap(lambda drawn: _skill(drawn.sum(axis=(1, 2))), counts, draws=draws, seed=seed)
-        within = bootstrap(_within, counts, draws=draws, seed=seed)
+        pooled = bootstrap(lambda drawn: _skill(drawn.sum(axis=(1, 2))), counts)
+        within = bootstrap(_within, counts)
         overall, of_blocks, of_valid = (
             Score(*counts.sum(axis=(0, 1))),
             _within(counts),

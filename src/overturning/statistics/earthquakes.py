@@ -121,8 +121,8 @@ class AxisSummary:
     closer_to_normal: int
 
 
-def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000, seed: int = 1) -> AxisSummary:
-    """Mean axis over earthquakes of `axes_by_earthquake`, and alignment; level, draws and seed as of `bootstrap`."""
+def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000) -> AxisSummary:
+    """Mean axis over earthquakes of `axes_by_earthquake`, and alignment; level and draws as of `bootstrap`."""
     vectors = np.column_stack([axes["cosine"].values, axes["sine"].values])
     vectors = vectors[np.isfinite(vectors[:, 0])]
     cosine, sine = vectors.mean(axis=0) if len(vectors) else (math.nan, math.nan)
@@ -134,8 +134,8 @@ def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000
         away = np.abs(wrap_axis(np.degrees(np.arctan2(drawn_sine, drawn_cosine)) / 2 - mean))
         return np.where(np.hypot(drawn_cosine, drawn_sine) < NO_DIRECTION, 90.0, away)
 
-    distances = resampled(distance, vectors, draws, seed)
-    ends = bootstrap(mean_of_sample, vectors[:, 0], level=level, draws=draws, seed=seed)
+    distances = resampled(distance, vectors, draws)
+    ends = bootstrap(mean_of_sample, vectors[:, 0], level=level, draws=draws)
     half_width = float(np.quantile(distances, level)) if distances.size else math.nan
     known = axes["axis"].values[np.isfinite(axes["axis"].values)]
     closer = int((np.abs(known) < 45).sum())
@@ -143,7 +143,7 @@ def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000
     return AxisSummary(int(axes.sizes["event"]), alignment, mean, half_width, int(known.size), closer)
 
 
-def compare_alignment(first: xr.Dataset, second: xr.Dataset, *, draws: int = 10_000, seed: int = 1) -> Mean:
+def compare_alignment(first: xr.Dataset, second: xr.Dataset) -> Mean:
     """Alignment with the fault normal of a set of records minus that of another, such as of pulse records and control.
 
     Sets are from `axes_by_earthquake`. An earthquake may have records in both; it is drawn once for both, so that its
@@ -161,7 +161,7 @@ def compare_alignment(first: xr.Dataset, second: xr.Dataset, *, draws: int = 10_
 
     difference = float(of_sample(values.T[None])[0])
     few = n < FEWEST_EARTHQUAKES
-    return Mean(n, difference, *(Interval() if few else bootstrap(of_sample, values.T, draws=draws, seed=seed)))
+    return Mean(n, difference, *(Interval() if few else bootstrap(of_sample, values.T, draws=10_000)))
 
 
 LEAST_DISTANCE_KM: Final = 1.0

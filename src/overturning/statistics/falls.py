@@ -94,40 +94,33 @@ def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
     return near | ~near.any([name for name in near.dims if name != "record"])
 
 
-def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.DataArray:
-    """Share of planes, or of a body's orientations, that overturn, of those whose outcome is known.
-
-    It is missing where none is; ``ensemble`` as of `Model.falls`.
-    """
+def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = ()) -> xr.DataArray:
+    """Share of planes, or of a body's orientations, that overturn, of those whose outcome is known, if any is."""
     model = model_of(cube)
-    falls, dims = model.falls(cube, ensemble=ensemble), (model.direction, *over)
+    falls, dims = model.falls(cube), (model.direction, *over)
     weight = falls["weight"].where(falls["falls"].notnull(), 0.0).sum(dims)
     share = (falls["falls"] * falls["weight"]).sum(dims) / weight.where(weight > 0)
     return share.assign_attrs(long_name=f"share of {model.direction}s in which the block falls", units="1")
 
 
-def fall_vectors(
-    cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True, informative: bool = False
-) -> xr.Dataset:
+def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool = False) -> xr.Dataset:
     """Sums from which means are made: the variables of `Model.falls`, each the sum of its values times their weights.
 
-    They may be added up further before an angle is taken; ``ensemble`` as of `Model.falls`. With ``informative`` they
-    are of the `informative_blocks` alone; ``all_falls`` are those of all blocks.
+    They may be added up further before an angle is taken. With ``informative`` they are of the
+    `informative_blocks` alone; ``all_falls`` are those of all blocks.
     """
     model = model_of(cube)
-    falls, dims = model.falls(cube, ensemble=ensemble), (model.direction, *over)
+    falls, dims = model.falls(cube), (model.direction, *over)
     weighted = falls.drop_vars("weight") * falls["weight"]
     sums = (weighted.where(informative_blocks(cube)) if informative else weighted).sum(dims)
     return sums.assign(all_falls=weighted["falls"].sum(dims))
 
 
-def fall_means(
-    cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True, informative: bool = False
-) -> xr.Dataset:
+def fall_means(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool = False) -> xr.Dataset:
     """Mean direction towards which blocks fall, and mean axis along which they do, whichever way.
 
-    Axes are averaged with their angles doubled (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4 and section 9.1); ``ensemble``
-    and ``informative`` as of `fall_vectors`.
+    Axes are averaged with their angles doubled (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4 and section 9.1);
+    ``informative`` as of `fall_vectors`.
 
     Returns
     -------
@@ -136,7 +129,7 @@ def fall_means(
         missing where nothing fell or all planes overturn alike), ``direction_resultant`` and ``axis_resultant`` (mean
         resultant lengths, 0 to 1, the latter of doubled angles; missing where nothing fell).
     """
-    sums = fall_vectors(cube, over=over, ensemble=ensemble, informative=informative)
+    sums = fall_vectors(cube, over=over, informative=informative)
     means = dict[str, xr.DataArray]()
     total = sums["falls"].where(sums["falls"] > 0)
     for kind, full, of in (("direction", 360.0, "fall directions"), ("axis", 180.0, "doubled fall axes")):

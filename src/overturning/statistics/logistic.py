@@ -19,6 +19,9 @@ from overturning.units import STANDARD_GRAVITY
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
 """Predictors of `overturning_fit`: PGA over West's limit, PGV/PGA in s, slenderness, height in m."""
 
+LEVEL = 0.95
+"""Probability of the intervals."""
+
 MOST_ITERATIONS = 50
 SEPARATED = 30.0
 """Linear predictor beyond which a fitted probability is 0 or 1 to 13 digits: the data are separated."""
@@ -39,8 +42,6 @@ class LogisticFit:
         Rows that entered and independent clusters (earthquakes) they came from.
     minimum, maximum : ndarray, shape (k − 1,)
         Range of each predictor: the fit says nothing outside.
-    level : float
-        Of the intervals.
     note : str
         Empty, or why there is no estimate.
     """
@@ -54,7 +55,6 @@ class LogisticFit:
     clusters: int
     minimum: FloatArray
     maximum: FloatArray
-    level: float
     note: str = ""
 
     def probability(self, predictors: ArrayLike) -> FloatArray:
@@ -70,7 +70,6 @@ def logistic_fit(
     *,
     weight: ArrayLike | None = None,
     names: Sequence[str] = (),
-    level: float = 0.95,
 ) -> LogisticFit:
     """Maximum-likelihood logistic regression with cluster-robust covariance.
 
@@ -83,9 +82,9 @@ def logistic_fit(
     ----------
     predictors, names : array_like, shape (n, k), sequence of str
         Without intercept; what they are called.
-    outcome, weight, cluster, level : array_like, shape (n,), float
-        0 and 1, or a share between; weight of each row, 1 where not given; which rows belong together; of the
-        intervals. An `ArgumentError` where shapes do not fit or an outcome lies outside 0 to 1.
+    outcome, weight, cluster : array_like, shape (n,)
+        0 and 1, or a share between; weight of each row, 1 where not given; which rows belong together.
+        An `ArgumentError` where shapes do not fit or an outcome lies outside 0 to 1.
 
     Returns
     -------
@@ -124,7 +123,7 @@ def logistic_fit(
         else:
             note = f"no interval: fewer than {FEWEST_EARTHQUAKES} earthquakes"
     error = np.where(np.isfinite(coefficient), np.sqrt(variance), np.nan)
-    half = float(stdtrit(groups - 1, (1 + level) / 2)) * error
+    half = float(stdtrit(groups - 1, (1 + LEVEL) / 2)) * error
     nowhere = np.full(len(label) - 1, np.nan)
     return LogisticFit(
         names=label,
@@ -136,7 +135,6 @@ def logistic_fit(
         clusters=groups,
         minimum=x.min(axis=0) if y.size else nowhere,
         maximum=x.max(axis=0) if y.size else nowhere,
-        level=level,
         note=note,
     )
 
@@ -221,12 +219,10 @@ def overturning_rows(
     return predictors, outcome, events, shares
 
 
-def overturning_fit(
-    cube: xr.Dataset, intensity: xr.Dataset, *, level: float = 0.95, ensemble: bool = True
-) -> LogisticFit:
-    """Fit the probability of falling on `PREDICTORS`; parameters as in `overturning_rows` and `logistic_fit`."""
-    predictors, outcome, event, weight = overturning_rows(cube, intensity, ensemble=ensemble)
-    return logistic_fit(predictors, outcome, event, weight=weight, names=PREDICTORS, level=level)
+def overturning_fit(cube: xr.Dataset, intensity: xr.Dataset) -> LogisticFit:
+    """Fit the probability of falling on `PREDICTORS`, of the rows of `overturning_rows`."""
+    predictors, outcome, event, weight = overturning_rows(cube, intensity)
+    return logistic_fit(predictors, outcome, event, weight=weight, names=PREDICTORS)
 
 
 def describe(fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:

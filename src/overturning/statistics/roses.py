@@ -54,9 +54,7 @@ def _nominal_falls(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
     return azimuth, counts
 
 
-def rose_of(
-    cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95, draws: int = 2000, seed: int = 1
-) -> Rose:
+def rose_of(cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95, draws: int = 2000) -> Rose:
     """Rose of the nominal falls of the `informative_blocks` of a cube, read one record at a time.
 
     Each record's shares, of which each plane counts once, are averaged over the records of an earthquake, and these
@@ -78,7 +76,7 @@ def rose_of(
     if means.size == 0:
         return Rose(0, np.zeros(SECTORS), nowhere, nowhere, 0)
     # The same samples for each sector, since the seed is the same.
-    ends = [bootstrap(mean_of_sample, column, level=level, draws=draws, seed=seed) for column in means.T]
+    ends = [bootstrap(mean_of_sample, column, level=level, draws=draws) for column in means.T]
     low, high = np.array(ends).T
     return Rose(total, means.mean(axis=0), low, high, len(means))
 

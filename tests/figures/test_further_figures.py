@@ -99,6 +99,9 @@ def test_the_interval_of_a_mean_axis_goes_on_beyond_the_fault() -> None:
     spans = [tuple(line.get_xdata()) for line in panel.lines if len(set(line.get_xdata())) == 2]
     assert (30.0, 90.0) in spans
     assert (-90.0, -70.0) in spans
+    untold = AxisSummary(1, Mean(1, nan, nan, nan), 70.0, nan, 1, 0)
+    (panel, *_) = axes_figure({"all": found}, {"all": untold}).axes
+    assert (-90, 90) not in [tuple(line.get_xdata()) for line in panel.lines]
 
 
 def site() -> Figure:

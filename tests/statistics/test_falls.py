@@ -9,6 +9,7 @@ from overturning.model.falls import model_of
 from overturning.model.planes import Planes, fall_probability, plane_index, plane_weight
 from overturning.statistics.elements import falls_by_element
 from overturning.statistics.falls import (
+    changes_to_the_next,
     fall_means,
     fall_shares,
     falls_towards,
@@ -43,6 +44,14 @@ def test_each_fall_stands_once_at_the_azimuth_it_goes_to(azimuth, flags, expecte
 def test_missing_outcomes_stay_missing() -> None:
     assert np.isnan(falls_towards(line([0, 180], [np.nan, np.nan]))).all()
     np.testing.assert_array_equal(overturns(line([0, 90], [np.nan, -1])), [np.nan, 1])
+
+
+def test_an_outcome_changes_where_the_next_one_is_known_and_another() -> None:
+    flags = line([0, 90, 180, 270], [1, 1, np.nan, 0])
+    assert changes_to_the_next(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
+    assert changes_to_the_next(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
+    ratios = xr.concat([flags, flags * 0, flags * 0 - 1], xr.DataArray([0.2, 0.3, 0.4], dims="b_over_h"))
+    assert changes_to_the_next(ratios, "b_over_h") == (5, 6)
 
 
 def test_blocks_near_the_boundary_fall_in_some_planes_and_in_at_most_half() -> None:

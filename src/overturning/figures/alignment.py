@@ -35,7 +35,8 @@ def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]
         )  # fmt: skip
         mean, width = summary.axis_deg, summary.half_width_deg
         if np.isfinite(mean):
-            for turn in (-180, 0, 180):  # what passes the fault on one side comes in on the other
+            # What passes the fault on one side comes in on the other.
+            for turn in (-180, 0, 180) if np.isfinite(width) else ():
                 ends = [max(-90, mean - width + turn), min(90, mean + width + turn)]
                 if ends[0] < ends[1]:
                     axes.plot(ends, [row, row], color=colour, linewidth=2.2, solid_capstyle="butt", clip_on=False)

@@ -79,6 +79,19 @@ def overturns(cube: xr.Dataset) -> xr.DataArray:
     )
 
 
+def changes_to_the_next(cube: xr.Dataset, dim: str) -> tuple[int, int]:
+    """In how many cases the outcome (stands, or falls to which side) is another one step on, of how many known pairs.
+
+    A grid of azimuths that goes round the compass goes on from its last to its first.
+    """
+    flags, at = cube["overturned"].compute(), cube[dim].to_numpy().astype(np.float64)
+    gap = float(np.diff(at).max(initial=0.0))
+    round_about = dim == "azimuth" and at[0] + 360.0 - at[-1] <= gap * (1 + 1e-9)
+    beyond = flags.roll({dim: -1}, roll_coords=False) if round_about else flags.shift({dim: -1})
+    known = flags.notnull() & beyond.notnull()
+    return int(((flags != beyond) & known).sum()), int(known.sum())
+
+
 def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
     """Blocks whose falls tell a direction, True or False over dimensions of ``overturned`` without the direction.
 

@@ -107,8 +107,8 @@ def axes_shown(results: Results) -> Figure:
     """The fall axes of the earthquakes, drawn."""
     caption = (
         f"Fall axis of each earthquake relative to its fault normal, over {results.words.blocks}; the point grows "
-        "with how strongly the axes agree. Below, the mean over earthquakes with its bootstrap interval. Which "
-        "side of the fault normal counts as positive is arbitrary, so only axes are compared."
+        "with how strongly the axes agree. Below, the mean over earthquakes, with its bootstrap interval where "
+        "there are enough. Which side of the fault normal counts as positive is arbitrary, so only axes are compared."
     )
     alt = "fall axis of each earthquake relative to its fault normal"
     return Figure(results.figures / "axes.svg", alt, caption, width=0.82)
@@ -146,7 +146,8 @@ def _beside_the_answer(results: Results) -> list[Block]:
     """What is said of fault normals where the answer does not say it already."""
     said: list[str] = [axes_sentence(results), agreement_within(results)]
     if results.study.asks == "direction":
-        return [*map(Paragraph, said)]
+        shown = results.study.primary.statistic == "alignment"
+        return [*map(Paragraph, said), *([] if shown else [axes_shown(results)])]
     if results.study.asks != "reference":
         said = [*alignment_sentences(results, primary=False), *said]
     return [*map(Paragraph, said), axes_shown(results)]

@@ -18,7 +18,7 @@ from overturning.report.sections.space import follow_answer, follow_shown, plane
 from overturning.report.sections.surveys import survey_sentences
 from overturning.report.text import capitalised, counted, number, percent
 from overturning.statistics.bootstrap import mean_over_earthquakes
-from overturning.statistics.falls import overturns
+from overturning.statistics.falls import changes_to_the_next, overturns
 from overturning.study.cube import earthquakes_said
 from overturning.study.evaluation import CONTRASTS, Asks
 from overturning.study.scenes import NOMINAL, scene_of
@@ -52,7 +52,24 @@ def _direction(results: Results) -> Told:
     first = () if own else (primary_sentence(results),)
     if untold := _untold(results):
         return (*first, *_directions_in_words(results), untold), None
-    return (*first, *alignment_sentences(results, primary=own)), axes_shown(results)
+    told = alignment_sentences(results, primary=own)
+    return ((*first, *told), axes_shown(results)) if own else ((*first, *_changes(results), *told), None)
+
+
+def _changes(results: Results) -> list[str]:
+    """How often the outcome is another one along each dimension that says of a block how it stands."""
+    parts = list[str]()
+    for dim, name, unit in ((results.model.direction, results.model.direction, "°"), ("b_over_h", "B/H", "")):
+        steps = np.unique(np.diff(results.cube[dim].to_numpy().astype(np.float64)).round(9))
+        changed, pairs = changes_to_the_next(results.cube, dim)
+        if pairs:
+            on = f" ({steps[0]:g}{unit} on)" if steps.size == 1 else ""
+            of = " of the cases" if not parts else ""
+            parts.append(f"in {percent(changed / pairs, 1)}{of} from one {name} to the next{on}")
+    if not parts:
+        return []
+    what = "whether a block falls, and to which side," if results.model.one_component else "whether a block falls"
+    return [capitalised(f"{what} changes {' and '.join(parts)}.")]
 
 
 def _reference(results: Results) -> Told:

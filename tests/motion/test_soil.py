@@ -83,7 +83,7 @@ def test_as_the_site_of_a_study() -> None:
     from overturning.records.processing import process
     from overturning.records.pulses import parse_pulse, pulse_record
     from overturning.records.record import summary
-    from overturning.records.steps import Layer, Rock, Site
+    from overturning.records.site import Layer, Rock, Site
 
     record = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
     soft = Layer(thickness_m=20, velocity_m_s=200, curve="Vucetic & Dobry (91), PI=15")

@@ -13,17 +13,7 @@ from overturning.records.check import Finding, describe
 from overturning.records.component import Component
 from overturning.records.processing import Step, default_steps, process
 from overturning.records.record import Record, drift, provenance, summary
-from overturning.records.steps import (
-    Baseline,
-    Cut,
-    Detrend,
-    Highpass,
-    Lowpass,
-    RemoveMean,
-    Resample,
-    Scale,
-    Taper,
-)
+from overturning.records.steps import Baseline, Cut, Detrend, Highpass, Lowpass, RemoveMean, Resample, Scale, Taper
 from tests.expect import refused
 
 DT = 0.01

@@ -11,7 +11,7 @@ import xarray as xr
 from scipy.stats import norm
 
 from overturning.motion.jma_intensity import SURVEY_RULE
-from overturning.records.steps import Layer, Rock, Site
+from overturning.records.site import Layer, Rock, Site
 from overturning.report.results import Results
 from overturning.report.sections.population import ground, population
 from overturning.study.evaluation import Population

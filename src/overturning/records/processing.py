@@ -13,7 +13,8 @@ from overturning.motion.noise import noise_ratio
 from overturning.motion.plausible import implausible
 from overturning.records.assembly import iso
 from overturning.records.record import Record, peaks_of
-from overturning.records.steps import Highpass, RemoveMean, Site, Step, Taper
+from overturning.records.site import Site
+from overturning.records.steps import Highpass, RemoveMean, Step, Taper
 
 DEFAULT_HZ: Final = 0.1
 """Corner where no noise tells it, Hz; what is below it an accelerograph of the film age does not resolve."""

@@ -1,9 +1,8 @@
 """Processing steps: what a config may ask for, each with its parameters and bounds, and what it does to a component."""
 
 import math
-from dataclasses import replace
 from fractions import Fraction
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -22,11 +21,9 @@ def _refused(record: Record, key: str, why: str) -> RecordError:
     return RecordError(f"record {record.record_id}: {key}; {why}")
 
 
-class _Part(BaseModel):
+class _Step(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-
-class _Step(_Part):
     def apply(self, samples: FloatArray, record: Record) -> FloatArray:
         """A component of the record after the step, m/s²; a RecordError where the step does not fit the record."""
         raise NotImplementedError
@@ -243,60 +240,6 @@ class Scale(_Step):
 
     def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: ARG002, D102
         return samples * self.factor
-
-
-class Rock(_Part):
-    """The half-space below the soil."""
-
-    velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
-    density_kg_m3: float = Field(default=2200, gt=0, le=1e4, description="Density, kg/m³.")
-    damping: float = Field(default=0.01, ge=0, lt=0.5, description="Damping ratio.")
-
-
-class Layer(_Part):
-    """A layer of soil."""
-
-    thickness_m: float = Field(gt=0, le=1e4, description="Thickness, m.")
-    velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
-    density_kg_m3: float = Field(default=1800, gt=0, le=1e4, description="Density, kg/m³.")
-    damping: float = Field(default=0.05, ge=0, lt=0.5, description="Damping ratio; a curve has its own.")
-    curve: str | None = Field(
-        default=None, description="Published modulus-reduction curve, by pystrata's name; none: the layer is linear."
-    )
-
-
-class Site(_Part):
-    """The ground of a study: takes the horizontal motion from rock through soil layers to the surface, after all steps.
-
-    Needs pystrata (group `soil`). Linear, or equivalent-linear where a layer has a curve. The vertical motion is left
-    as it is (`overturning.motion.soil`).
-    """
-
-    step: ClassVar[str] = "site"  # among the steps that were applied to a record
-    layers: tuple[Layer, ...] = Field(min_length=1, description="Layers from the surface down.")
-    rock: Rock = Field(description="The half-space below them.")
-    motion: Literal["outcrop", "within"] = Field(
-        default="outcrop", description="Whether the record is of outcropping rock or of the rock below the layers."
-    )
-
-    def apply(self, record: Record) -> tuple[Record, str]:
-        """The record at the surface, and where a layer has a curve what became of the iteration."""
-        from overturning.motion.soil import TAIL, Soil, through_soil
-
-        tail = (0, round(TAIL / record.sampling_interval))
-        layers = [
-            Soil(one.thickness_m, one.velocity_m_s, one.density_kg_m3, one.damping, one.curve) for one in self.layers
-        ]
-        layers.append(Soil(0, self.rock.velocity_m_s, self.rock.density_kg_m3, self.rock.damping))
-        surface: dict[str, Any] = {}
-        notes = []
-        for axis, samples in (("north", record.north), ("east", record.east)):
-            passed = through_soil(samples, record.sampling_interval, layers, outcrop=self.motion == "outcrop")
-            state = "converged" if passed.converged else f"not converged (last change {100 * passed.change:.1f} %)"
-            notes.append(f"{axis} {state}, strain {100 * passed.largest_strain:.2g} %")
-            surface[axis] = passed.samples
-        up = None if record.up is None else np.pad(record.up, tail)
-        return replace(record, up=up, **surface), "; ".join(notes) if any(one.curve for one in self.layers) else ""
 
 
 Step = Annotated[

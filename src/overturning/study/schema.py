@@ -20,7 +20,8 @@ from overturning.model.cases import HIGHEST, LOWEST, checked_height
 from overturning.model.element import Keys, Name
 from overturning.model.geometry import native_size
 from overturning.model.scene import Scene, gravestone
-from overturning.records.steps import Site, Step
+from overturning.records.site import Site
+from overturning.records.steps import Step
 from overturning.study.evaluation import CONTRASTS, Asks, Crate, Figures, Population, Primary, Published, Survey
 from overturning.study.sections import (
     BodySettings,

@@ -9,7 +9,7 @@ from overturning.errors import ArgumentError, OverturningError
 from overturning.model.contact import DAMPING_RATIO
 from overturning.model.element import Keys
 from overturning.model.scene import Scene, load_scene
-from overturning.records.steps import Site
+from overturning.records.site import Site
 from overturning.study.values import Damping, Degree, Metre, Radian, Second, Stiffness, Values
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.figures.fall_rate import fall_rate_figure
 from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_ADDS, as_published
-from overturning.records.steps import Site
+from overturning.records.site import Site
 from overturning.report.blocks import Answer, Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
 from overturning.report.results import Results
 from overturning.report.text import censored, counted, degrees, number, percent

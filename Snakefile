@@ -13,9 +13,8 @@ min_version("9.27")
 container: "docker://python:3.12"
 
 
-# By `priority` what is ready begins thus: what others wait for; figures of a record beside the sweep of the next; the report;
-# what it does not wait for, explore and fragility, beside it;
-# and last the crate, which describes them all.
+# By `priority` what is ready begins thus: what others wait for; figures of a record beside the sweep of the next; the
+# report; what it does not wait for, explore and fragility, beside it; and last the crate, which describes them all.
 include: "workflow/rules/common.smk"
 include: "workflow/rules/read.smk"
 include: "workflow/rules/rotate.smk"

@@ -49,8 +49,8 @@ def load():
     given = workflow.config_settings.configfiles
     where = ", ".join(Path(file).name for file in given) or str(DEFAULT_STUDY)
     try:
-        # Snakemake has merged the files of --configfile and the keys of --config already; a workflow that uses this one as a
-        # module hands over a whole study.
+        # Snakemake has merged the files of --configfile and the keys of --config already; a workflow that uses this one
+        # as a module hands over a whole study.
         whole = given or {"name", "records"} <= config.keys()
         study = (
             check_study(config, where) if whole else load_study(DEFAULT_STUDY, config)
@@ -116,7 +116,8 @@ FRAGILITY = [f"{RESULTS}/fragility/fragility.csv"] if STUDY.population else []
 
 SURVEYS = list(range(1, len(STUDY.surveys) + 1))
 
-# Figures of so many records are one job: its imports take as long as drawing one. Each is a rule, as no wildcard is in it.
+# Figures of so many records are one job: its imports take as long as drawing one. Each is a rule, as no wildcard is in
+# it.
 BATCH = max(4, -(-len(RECORDS) // 16))
 BATCHES = {
     f"record_figures_{at // BATCH + 1}": RECORDS[at : at + BATCH]
@@ -169,7 +170,8 @@ def handed(text, kind):
     """A text for a command; where that is too long for one, the name of a file of a kind that holds it."""
     if len(text) < LONGEST_SETTINGS:
         return text
-    # Named by its content, so that a change of it is one of the command; each process of Snakemake finds it or makes it.
+    # Named by its content, so that a change of it is one of the command; each process of Snakemake finds it or makes
+    # it.
     digest = hashlib.sha256(text.encode()).hexdigest()
     path = Path(".snakemake", "settings", f"{digest}.{kind}")
     if not path.is_file():

@@ -1,5 +1,5 @@
-# Figures: of some records as soon as their parts are there, beside the sweep; of all records together, and of the illustrative
-# cases, from the cube and the intensities.
+# Figures: of some records as soon as their parts are there, beside the sweep; of all records together, and of the
+# illustrative cases, from the cube and the intensities.
 
 CAUSES = ["plane"] if STUDY.body is None else ["follow", "earthquakes"]
 SOURCES = sources("workflow:record_figures")

@@ -52,7 +52,8 @@ rule report:
         study=settings(*SETTINGS),
         sources=sources("workflow:report"),
     shell:
-        "overturning report --study {params.study:q} --results {params.folder} --output {output.page} --pdf {output.pdf} 2> {log}"
+        "overturning report --study {params.study:q} --results {params.folder} --output {output.page}"
+        " --pdf {output.pdf} 2> {log}"
 
 
 # All results as a research crate, which names no part, log or run time: how a study was computed shows in none.

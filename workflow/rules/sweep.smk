@@ -1,5 +1,5 @@
-# Motion to the outcome of every case, one job per record, contact setting and chunk: into how many chunks the cases of a
-# record are cut is said by the profile (set-scatter) and shows in no result. The log has per cents.
+# Motion to the outcome of every case, one job per record, contact setting and chunk: into how many chunks the cases of
+# a record are cut is said by the profile (set-scatter) and shows in no result. The log has per cents.
 
 
 rule members:

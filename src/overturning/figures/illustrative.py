@@ -17,7 +17,7 @@ from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.illustrative import IllustrativeCase, illustrative_cases
-from overturning.study.cube import open_cube, study_of
+from overturning.study.cube import open_records, study_of
 from overturning.study.scenes import model_for, motion_of, numerics_of
 from overturning.study.schema import Study
 
@@ -33,7 +33,7 @@ def draw_illustrative_cases(cube_path: Path, motions: Path, folder: Path) -> Non
     figures: for case K from 1 ``K-response.svg``, ``K-boundary.svg``, ``K-spectra.svg`` and ``K-hodograph.svg``, of a
     body in space ``K-axis.svg``.
     """
-    with emptied(folder), open_cube(cube_path, chunks={"record": 1}) as cube, style():
+    with emptied(folder), open_records(cube_path) as cube, style():
         rows = [_draw(cube, case, motions, folder, number) for number, case in enumerate(illustrative_cases(cube), 1)]
         write_text(folder / "cases.json", json.dumps(rows, ensure_ascii=False, separators=(",", ":")))
 

@@ -14,7 +14,7 @@ from overturning.figures.write import Write, emptied, save
 from overturning.model.falls import model_of
 from overturning.statistics.earthquakes import axes_by_group, followed, summarise_axes
 from overturning.statistics.logistic import overturning_fit
-from overturning.study.cube import open_cube
+from overturning.study.cube import open_records
 
 
 def draw_whole(cube_path: Path, intensity_path: Path, folder: Path, write: Write) -> None:
@@ -25,7 +25,7 @@ def draw_whole(cube_path: Path, intensity_path: Path, folder: Path, write: Write
     no record has coordinates.
     """
     # A dask chunk is a record: no more than one is in memory.
-    with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
+    with open_records(cube_path) as cube, xr.open_dataset(intensity_path) as intensity, style():
         groups = axes_by_group(cube)
         summaries = {name: summarise_axes(axes) for name, axes in groups.items()}
         write(axes_figure(groups, summaries), folder / "axes")

@@ -24,7 +24,7 @@ from overturning.statistics.elements import ElementFalls, falls_by_element
 from overturning.statistics.falls import fall_means, overturns
 from overturning.statistics.space import plane_counts
 from overturning.study.convergence import Convergence
-from overturning.study.cube import open_cube, study_of
+from overturning.study.cube import open_records, study_of
 from overturning.study.scenes import NOMINAL, scene_of
 from overturning.study.schema import Study
 from overturning.surveys.comparison import SurveyResult, read_survey_result
@@ -228,7 +228,7 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
 
     def cube_of(name: str) -> xr.Dataset:
         path = folder / ("cube.nc" if name == NOMINAL else f"cube.{name}.nc")
-        cube = open_cube(path, chunks={"record": 1}, element=None, amplitude=None)
+        cube = open_records(path, element=None, amplitude=None)
         stack.callback(cube.close)
         return cube
 

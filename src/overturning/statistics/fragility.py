@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize_scalar
-from scipy.special import log_ndtr, logsumexp, ndtr
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
@@ -81,7 +80,8 @@ class Fragility:
 
     def probability(self, intensity: ArrayLike) -> FloatArray:
         """Probability of falling."""
-        return np.asarray(ndtr(np.log(np.asarray(intensity, dtype=np.float64) / self.median) / self.spread))
+        over = np.asarray(intensity, dtype=np.float64) / self.median
+        return np.asarray(scipy.special.ndtr(np.log(over) / self.spread))
 
 
 def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | None = None) -> tuple[float, float]:
@@ -130,7 +130,7 @@ def _fits(logs: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[FloatArr
             break
         tried = found + trying
         z = tried[:, :1] + tried[:, 1:] * scaled
-        below, above = log_ndtr(z), log_ndtr(-z)
+        below, above = scipy.special.log_ndtr(z), scipy.special.log_ndtr(-z)
         reached = (weight * (y * below + (1 - y) * above)).sum(axis=1)
         worse = moving & (reached < likelihood - 1e-12 * np.abs(reached))
         trying[worse] /= 2
@@ -189,11 +189,12 @@ def record_share(
         total = 0.0
         for level, fell in records:
             at = (level + math.sqrt(part) * NODES) / math.sqrt(1 - part)
-            likely = stones * (fell * log_ndtr(at) + (1 - fell) * log_ndtr(-at))
-            total += float(logsumexp(likely.sum(axis=0) + density))
+            likely = stones * (fell * scipy.special.log_ndtr(at) + (1 - fell) * scipy.special.log_ndtr(-at))
+            total += float(scipy.special.logsumexp(likely.sum(axis=0) + density))
         return -total
 
-    return float(minimize_scalar(unlikely, bounds=(0.0, 0.99), method="bounded", options={"xatol": 1e-3}).x)
+    found = scipy.optimize.minimize_scalar(unlikely, bounds=(0.0, 0.99), method="bounded", options={"xatol": 1e-3})
+    return float(found.x)
 
 
 def fragility(

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import stdtrit
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
@@ -123,7 +123,7 @@ def logistic_fit(
         else:
             note = f"no interval: fewer than {FEWEST_EARTHQUAKES} earthquakes"
     error = np.where(np.isfinite(coefficient), np.sqrt(variance), np.nan)
-    half = float(stdtrit(groups - 1, (1 + LEVEL) / 2)) * error
+    half = float(scipy.special.stdtrit(groups - 1, (1 + LEVEL) / 2)) * error
     nowhere = np.full(len(label) - 1, np.nan)
     return LogisticFit(
         names=label,

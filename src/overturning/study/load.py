@@ -3,16 +3,17 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
 from overturning.errors import ConfigError, did_you_mean
 from overturning.files import read_mapping, shipped, without_folders
-from overturning.records.catalogue import RecordEntry, read_catalogue
-from overturning.records.pulses import parse_pulse
 from overturning.study.schema import Study
 from overturning.tables import what_is_wrong
+
+if TYPE_CHECKING:
+    from overturning.records.catalogue import RecordEntry
 
 
 def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
@@ -104,11 +105,15 @@ def _keys_below(steps: list[int | str], given: object) -> str:
     return f"it has keys of its own; write {steps[-1]}: {{{first}: {value}}}; known: {', '.join(fields)}"
 
 
-def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, RecordEntry]:
+def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, "RecordEntry"]:
     """Rows of the record table, whose path counts from `root`, that a study uses, in its order.
 
     A `ConfigError` names a record that is not in the table, and the study's file as `where`.
     """
+    # Imported here: a step of the workflow that reads no record does not wait for them.
+    from overturning.records.catalogue import RecordEntry, read_catalogue
+    from overturning.records.pulses import parse_pulse
+
     table = read_catalogue(shipped(root / study.records.table))
     for name, line in study.records.pulses.items():
         if name in table:

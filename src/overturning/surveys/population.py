@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import scipy
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of
@@ -76,7 +76,7 @@ class Stones:
 def draw_stones(population: Population) -> Stones:
     """Draw the stones of a population that are not fixed, as scrambled Sobol points (Owen 1998, ACM TOMACS 8)."""
     generator = np.random.Generator(np.random.PCG64(population.seed))
-    unit = qmc.Sobol(7, scramble=True, rng=generator).random(population.stones).T
+    unit = scipy.stats.qmc.Sobol(7, scramble=True, rng=generator).random(population.stones).T
 
     def between(spread: Spread, u: FloatArray) -> FloatArray:
         return spread.low + (spread.high - spread.low) * u

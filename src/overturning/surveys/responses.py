@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 import platformdirs
+import scipy
 from numpy.typing import NDArray
-from scipy.stats import qmc, vonmises
 
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import Numerics
@@ -103,7 +103,8 @@ class StoneKind:
 
     def weights(self, population: Population) -> FloatArray:
         """Weight of each computed height and B/H, shape (heights, shapes); sums to 1."""
-        unit = qmc.Sobol(2, scramble=True, rng=np.random.Generator(np.random.PCG64(population.seed))).random(DRAWS).T
+        generator = np.random.Generator(np.random.PCG64(population.seed))
+        unit = scipy.stats.qmc.Sobol(2, scramble=True, rng=generator).random(DRAWS).T
         height, width = (
             one.low + (one.high - one.low) * u
             for one, u in zip((population.height, population.width), unit, strict=True)
@@ -247,6 +248,6 @@ def blind() -> FloatArray:
 def scatter() -> FloatArray:
     """Probability that a fall each way (rows) is found as each other one, shape (ways, ways)."""
     angle = np.radians(WAY_DEG * np.arange(WAYS))
-    density = vonmises.pdf(angle, CONCENTRATION)
+    density = scipy.stats.vonmises.pdf(angle, CONCENTRATION)
     row = (1 - ANY_WAY) * density / density.sum() + ANY_WAY / WAYS
     return np.asarray(row[(np.arange(WAYS) - np.arange(WAYS)[:, None]) % WAYS])

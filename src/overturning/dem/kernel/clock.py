@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.time_step import LONGEST_ROCKING
 
 
 class Pace(NamedTuple):
@@ -43,7 +44,7 @@ class Pace(NamedTuple):
 # Where measured: the rigid limit and the default step, docs/measurements.md; scenes, `python -m verification.scenes
 # steps`; in space, `python -m verification.space`. A body in space takes shorter steps, since its deepest point runs
 # round a rim.
-BLOCK: Final = Pace(0.006, 0.08, 2.0**24, 4.0, 2.0, 8.0, 8.0, 2.0)
+BLOCK: Final = Pace(LONGEST_ROCKING, 0.08, 2.0**24, 4.0, 2.0, 8.0, 8.0, 2.0)
 SCENE: Final = Pace(0.0125, 0.08, 2.0**20, 4.0, 2.0, 8.0, float("inf"), 2.0)
 BODY: Final = Pace(0.004, 0.125, 2.0**9, 2.0, 3.0, 6.0, 0.0, 4.0)
 """`dwell` of a body in space is a time, in 1/ω; of the others it is a number of steps."""

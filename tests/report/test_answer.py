@@ -14,7 +14,7 @@ from scipy.stats import bootstrap
 from overturning.model.planes import Planes
 from overturning.report.blocks import table
 from overturning.report.sections.alignment import alignment_sentences, axes_sentence
-from overturning.report.sections.answer import ANSWERS, primary_sentence
+from overturning.report.sections.answer import ANSWERS, beside_the_normal, primary_sentence
 from overturning.report.sections.causes import doubling_sentence
 from overturning.report.sections.contrast import contrast_told
 from overturning.report.sections.space import follow_sentences
@@ -125,6 +125,18 @@ def test_a_share_is_compared_with_that_of_a_variant_earthquake_by_earthquake(sta
     wide = [0.95, 0.5, 0.1, 0.9, 0.2, 0.3, 0.7, 0.4]
     assert all("." not in one for one in numbers(shares(Primary(statistic=statistic), wide, variant)))
     assert "too few" in alone
+
+
+def test_planes_near_the_fault_normal_are_told_from_those_near_the_fault() -> None:
+    """The normal is 60°: 30, 60, 90 and their opposites lie nearer to it than 45°, of which four of six fall."""
+    azimuth = np.arange(0, 360, 30)
+    falls = [float(one in (30, 60, 210, 240, 330)) for one in azimuth]
+    cube = xr.Dataset(
+        {"overturned": (("record", "azimuth"), [falls])}, {"azimuth": azimuth, "fault_normal": ("record", [60.0])}
+    )
+    (said,) = beside_the_normal(cube)
+    assert numbers(said) == ["67", "45", "17"]
+    assert beside_the_normal(cube.assign_coords(fault_normal=("record", [NAN]))) == ()
 
 
 @pytest.mark.parametrize(

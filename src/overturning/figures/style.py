@@ -210,7 +210,7 @@ def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "f
     if not np.isfinite(fault_normal_deg):
         return
     radius, angles = axes.get_ylim()[1], np.radians([fault_normal_deg, fault_normal_deg + 180.0])
-    axes.tick_params(axis="x", pad=max(2.0, axes.xaxis.get_tick_params().get("pad", 0.0)))
+    axes.tick_params(axis="x", pad=max(4.0, axes.xaxis.get_tick_params().get("pad", 0.0)))
     for angle in angles:  # at the rim: nothing of what is drawn is covered, nor the names of the directions
         axes.plot(
             [angle, angle], [0.93 * radius, 1.03 * radius],

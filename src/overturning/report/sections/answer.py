@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Final
 
 import numpy as np
+import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.report.blocks import Answer, Figure, Note, Paragraph, Section
@@ -90,8 +91,21 @@ def _contrast(results: Results) -> Told:
 
 def _survey(results: Results) -> Told:
     """Published outcomes and surveys beside the study."""
-    first = (primary_sentence(results),) if results.study.published else ()
+    first = (primary_sentence(results), *beside_the_normal(results.cube)) if results.study.published else ()
     return (*first, *(sentence for one in results.surveys for sentence in survey_sentences(one.comparison)[:2])), None
+
+
+def beside_the_normal(cube: xr.Dataset) -> tuple[str, ...]:
+    """In how many cases planes near the fault normal overturn, and those near the fault; nothing without a fault."""
+    if "azimuth" not in cube.dims or not bool(cube["fault_normal"].notnull().any()):
+        return ()
+    falls = overturns(cube).compute()
+    near = abs((cube["azimuth"] - cube["fault_normal"] + 90.0) % 180.0 - 90.0) < 45.0
+    within, beyond = (float(falls.where(near == side).mean()) for side in (True, False))
+    return (
+        f"Over all its azimuths and sizes the block overturns in {percent(within)} of the cases within 45° of the "
+        f"fault normal, and in {percent(beyond)} of the cases nearer to the fault.",
+    )
 
 
 ANSWERS: Final[dict[Asks, Callable[[Results], Told]]] = {

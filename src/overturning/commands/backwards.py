@@ -18,7 +18,9 @@ def backwards(
     fixed: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones fixed to their base")] = 0.0,
     background: Annotated[float, typer.Option(min=0.001, max=0.99, help="share of stones that do anything")] = 0.05,
     figure: Annotated[Path | None, typer.Option(help="figure to draw: .svg or .png")] = None,
-    output: Annotated[Path | None, typer.Option(help="the posterior as a file (NetCDF), for a report")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="the posterior as a file (NetCDF), for a report")
+    ] = None,
     threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 2,
 ) -> None:
     """Say how strong the motion was that made stones fall, along which axis, and which motions could have been it.

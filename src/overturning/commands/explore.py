@@ -8,7 +8,9 @@ import typer
 
 def explore(
     cube: Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")],
-    output: Annotated[Path | None, typer.Option(help="page to make (default: explore.html beside the cube)")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="page to make (default: explore.html beside the cube)")
+    ] = None,
     motions: Annotated[
         Path | None, typer.Option(help="folder of the motions (default: motion beside the cube)")
     ] = None,

@@ -62,7 +62,11 @@ def plot(
     given: Declared,
     output: Annotated[
         Path,
-        typer.Option(help="folder for the pages, each named as its file; or the page, .svg or .png, of one record"),
+        typer.Option(
+            "--output",
+            "-o",
+            help="folder for the pages, each named as its file; or the page, .svg or .png, of one record",
+        ),
     ] = Path(),
     corner: Annotated[
         str, typer.Option(help="corner of the default high-pass filter, Hz; auto: by the noise before the onset")

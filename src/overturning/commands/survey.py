@@ -14,7 +14,9 @@ def survey(
     ] = None,
     background: Annotated[float, typer.Option(help="share of stones taken to fall any way")] = 0.05,
     figure: Annotated[Path | None, typer.Option(help="figure to draw: .svg or .png")] = None,
-    output: Annotated[Path | None, typer.Option(help="the comparison as a file (JSON), for a report")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="the comparison as a file (JSON), for a report")
+    ] = None,
 ) -> None:
     """Compare the directions in which stones fell with those that the cube predicts."""
     from overturning.files import check_kind

@@ -51,10 +51,10 @@ function cell(a, b) {
   };
 }
 function bearing(azimuth) {
-  const phi = ((Math.round(100 * azimuth) / 100 % 360) + 360) % 360;
+  const places = cube.space ? 1 : 100;
+  const phi = ((Math.round(places * azimuth) / places % 360) + 360) % 360;
   if (phi % 90 === 0) return "NESW"[phi / 90];
   const north = phi < 90 || phi > 270, angle = north ? Math.min(phi, 360 - phi) : Math.abs(phi - 180);
-  const places = cube.space ? 1 : 100;
   return (north ? "N" : "S") + Math.round(places * angle) / places + "°" + (phi < 180 ? "E" : "W");
 }
 function mix(stops, share) {

@@ -81,3 +81,10 @@ def highest_eigenvalue(matrix: FloatArray) -> float:
         if worst == 0.0:
             break
     return float(np.max(np.diag(a))) if n else 0.0
+
+
+def lowest_eigenvalue(matrix: FloatArray) -> float:
+    """Smallest eigenvalue of a symmetric positive definite matrix: 1 over the largest of its inverse, 0 of none."""
+    columns = [solve(matrix, unit) for unit in np.eye(len(matrix))]
+    inverse = np.array([column for column in columns if column is not None])
+    return 1.0 / highest_eigenvalue(0.5 * (inverse + inverse.T)) if len(inverse) == len(matrix) > 0 else 0.0

@@ -32,7 +32,7 @@ class Numerics:
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
     leave_out : bool
         Leave out what a rigid block does not feel: mirrored azimuths, cases below the thresholds of rocking and
-        sliding, the time before and after anything can move.
+        sliding, the time before and after anything can move, and that for which a body that stands cannot be moved.
     refinement : int
         Each step is divided into so many; for verification.
     budget : int

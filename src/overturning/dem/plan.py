@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar, Final, Protocol
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import until_balanced
-from overturning.dem.kernel.ground import Ground
+from overturning.dem.kernel.ground import Ground, loudest_ahead
 from overturning.dem.kernel.queue import Job, run_queue
 from overturning.dem.numerics import Numerics
 from overturning.errors import ArgumentError
@@ -43,7 +44,7 @@ class Path(Protocol):
 ANSWERS: Final = {
     "status": "status", "peak_penetration": "depth", "energy_error": "energy", "block_steps": "steps",
     "overturned": "side", "overturning_time": "time", "peak_rotation": "angle", "peak_slip": "slip",
-    "residual_slip": "residual",
+    "residual_slip": "residual", "samples_left_out": "left_out",
 }  # fmt: skip
 """Columns of the kernels' results in planes, by the variables that they are."""
 
@@ -60,6 +61,9 @@ class Plan(ABC):
     """Columns of the kernel's results, with `status`, `energy` and `steps`."""
     path_row: ClassVar[Any]
     """Columns of a path's rows, with `time`, where they are structured."""
+    time_column: ClassVar[Any] = "time"
+    ground_columns: ClassVar[Any] = ("ground",)
+    """where such a row has time and motion of the base;"""
     path_numbers: ClassVar[int] = 1
     """Numbers of a path's dataset at each time, where the kernel bounds the rows."""
     step_cost: ClassVar[int] = 1
@@ -86,6 +90,14 @@ class Plan(ABC):
     def upward(self) -> FloatArray | None:
         """Vertical acceleration of the base, m/s², with three zeros after the record; None where it moves level."""
         return None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
+
+    @cached_property
+    def loudest(self) -> tuple[FloatArray, FloatArray]:
+        """Largest horizontal and vertical accelerations ahead, as of `Ground`."""
+        across = self.ground if self.ground.ndim > 2 else self.ground[:, None]
+        up = np.zeros(self.ground.shape[-1]) if self.upward is None else np.abs(self.upward)
+        interval = self.motion.sampling_interval
+        return loudest_ahead(np.sqrt((across**2).sum(axis=1)), interval), loudest_ahead(up, interval)
 
     def uncomputed(self) -> Results:
         """Results of all cases as long as none is computed: at rest, or without an answer."""
@@ -126,7 +138,25 @@ class Plan(ABC):
             before = int(self.first[0])
             answers, path = self.compute(only, np.zeros(1, np.int64), path)
             results.store(only, answers)
-        return results, self.path(np.concatenate([self.resting(before), path]))
+        rest = self.resting(self.motion.samples)
+        return results, self.path(self.followed(np.concatenate([rest[:before], path]), rest))
+
+    def followed(self, rows: NDArray[Any], rest: NDArray[Any]) -> NDArray[Any]:
+        """Rows of a path with those of the samples that were left out: the body stays, and the ground goes on.
+
+        `rest` has a row for each sample of the record, with the ground's motion.
+        """
+        interval, time = self.motion.sampling_interval, rows[self.time_column]
+        missing = np.maximum(np.rint(np.diff(time, prepend=time[:1]) / interval).astype(np.int64) - 1, 0)
+        after = np.repeat(np.arange(len(rows)), missing + 1)
+        # How many samples before the row that follows it each new one is.
+        ahead = np.repeat(np.cumsum(missing + 1), missing + 1) - 1 - np.arange(after.size)
+        filled, new = rows[after], ahead > 0
+        filled[self.time_column] = time[after] - ahead * interval
+        for column in self.ground_columns:
+            ground = np.interp(filled[self.time_column], rest[self.time_column], rest[column])
+            filled[column] = np.where(new, ground, filled[column])
+        return filled
 
     def queued(
         self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int, ticks: float, lanes: int
@@ -145,7 +175,7 @@ class Plan(ABC):
             most_rows=MOST_PATH // self.path_numbers,
             lanes=lanes,
         )
-        ground, row = Ground(self.ground, self.upward), self.row[chosen]
+        ground, row = Ground(self.ground, self.upward, *self.loudest), self.row[chosen]
         return {"job": job, "cases": cases, "row": row, "results": tables["results"], "ground": ground}
 
     def tables(self, count: int) -> dict[str, NDArray[np.void]]:

@@ -15,6 +15,15 @@ SAFE_SHARE: Final = 0.1
 LEAD: Final = 2.0
 """And from this long before, s."""
 
+BORNE: Final = 0.5
+"""A body at rest is followed from this share of its lower threshold on (docs/method.md: up to it nothing creeps),"""
+
+BORNE_BY_STACKS: Final = 0.3
+"""a scene from this one, since a joint that has slipped lifts earlier,"""
+
+UNEVEN: Final = 0.9
+"""and at the latest from this share of what lets its lighter corner slip: something moves when it is left alone."""
+
 
 def quiet_windows(
     motion: Motion, row: NDArray[np.int64], amplitude: FloatArray, ground: FloatArray, threshold: FloatArray
@@ -54,3 +63,41 @@ def quiet_windows(
         # One more, since the motion goes on linearly from the last loud sample to the next.
         calm[group] = np.minimum(samples - np.searchsorted(falling, SAFE_SHARE * level, side="right") + 1, samples)
     return first, calm, stays_at_rest
+
+
+def borne(lifts: FloatArray, slips: FloatArray, unloads: FloatArray, overshoot: FloatArray, share: float) -> FloatArray:
+    """Horizontal acceleration, as a share of the weight, up to which a body at rest is not followed (docs/method.md).
+
+    The rigid body starts to rock at `lifts` and to slide at `slips`; on springs its first corner is unloaded at
+    `unloads`. The contact's forces are up to `overshoot` times those at rest. Above a `share` of the lower threshold it
+    is followed in any case.
+    """
+    with np.errstate(divide="ignore"):
+        creeps = 1.0 / (1.0 / np.maximum(unloads, 0.0) + 1.0 / np.maximum(slips, 0.0))
+    return np.asarray(np.minimum(share * np.minimum(lifts, slips), UNEVEN * creeps / overshoot))
+
+
+def overshoot(square: FloatArray, delay: FloatArray | float, interval: float) -> FloatArray:
+    """How often the largest load at rest a contact's slowest mode can bear at most, whatever the shaking below a bound.
+
+    Of two bounds the lower: the integral of |h|, h the force after an impulse of the base, for any motion; and for one
+    that is linear between samples what its bends set ringing, 4/x each, x = ω Δt, which dies out by exp(−ξ x) a sample.
+
+    Parameters
+    ----------
+    square : ndarray
+        ω² of the slowest mode, 1/s².
+    delay : ndarray or float
+        Dashpots over springs, s, so that ξ = ω · delay / 2.
+    interval : float
+        Time between samples, s.
+    """
+    frequency = np.sqrt(square)
+    damping, phase = np.clip(0.5 * frequency * delay, 1e-6, 0.999), frequency * interval
+    fast = np.sqrt(1.0 - damping**2)
+    first = (np.pi - 2.0 * np.arcsin(damping)) / fast
+    any_motion = 1.0 + 2.0 * np.exp(-damping * first) / -np.expm1(-np.pi * damping / fast)
+    with np.errstate(divide="ignore"):  # of a body on one corner, which nothing holds
+        bent = 1.0 + 4.0 / (phase * -np.expm1(-damping * phase))
+    # Rounded, since libm and SIMD versions differ in the last digit between processors.
+    return np.asarray(np.round(np.minimum(any_motion, bent), 6))

@@ -63,7 +63,8 @@ def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) 
     results = run(model, motion, few.cases(np.unravel_index(computed, few.shape), turn_deg), numerics)
     arrays = {name: values[place.reshape(few.shape)] for name, values in vars(results).items()}
     model.turned(arrays, few, sources)
-    arrays["block_steps"][answering != own] = 0
+    for name in ("block_steps", "samples_left_out"):
+        arrays[name][answering != own] = 0
     copies, last = grid.shape[-1] // few.shape[-1], len(grid.shape) - 1
     return {name: np.repeat(values, copies, axis=last) for name, values in arrays.items()}
 
@@ -78,9 +79,10 @@ def simulate_arrays(
     Returns
     -------
     dict of ndarray, shape of the grid or (…, elements)
-        The model's variables by name, missing floats as NaN, and ``block_steps``, the work of each cell, 0 where it
-        was left out. The last dimension, the free elements in the scene's order, is there where the scene has more than
-        one and the variable is each element's.
+        The model's variables by name, missing floats as NaN, ``block_steps``, the work of each cell, and
+        ``samples_left_out``, for which one at rest was not followed; both 0 where the cell itself was
+        left out. The last dimension, the free elements in the scene's order, is there where the scene has more than one
+        and the variable is each element's.
     """
     model = as_model(model)
     numerics = {item.name: values.pop(item.name) for item in fields(Numerics) if item.name in values}

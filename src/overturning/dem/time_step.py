@@ -86,6 +86,22 @@ def highest_eigenvalue(
     return np.maximum(np.maximum(upright, 2.0 * normal), 4.0 * np.maximum(normal, tangential))
 
 
+def lowest_eigenvalue(
+    normal: FloatArray, tangential: FloatArray, half_width: FloatArray, half_height: FloatArray
+) -> FloatArray:
+    """Lowest eigenvalue of the upright block on both corners, ω² in 1/s²: heave, or sway with rocking.
+
+    Parameters as of `highest_eigenvalue`.
+    """
+    per_inertia = 3.0 / (half_width**2 + half_height**2)
+    sway = 2.0 * tangential
+    rock = 2.0 * per_inertia * (tangential * half_height**2 + normal * half_width**2)
+    coupling = 4.0 * per_inertia * (tangential * half_height) ** 2
+    upright = 0.5 * (sway + rock) + np.sqrt(0.25 * (sway - rock) ** 2 + coupling)
+    # The product of both is the determinant, in which rocking on the tangential springs cancels.
+    return np.minimum(4.0 * per_inertia * tangential * normal * half_width**2 / upright, 2.0 * normal)
+
+
 def rocking_time(width: FloatArray, height: FloatArray) -> FloatArray:
     """1/p of a rocking block, s: p = √(3g/4R), R half the diagonal (Housner 1963)."""
     return np.asarray(np.sqrt(np.sqrt(width**2 + height**2) / (1.5 * STANDARD_GRAVITY)))

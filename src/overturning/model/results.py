@@ -14,7 +14,8 @@ class Results:
     """What came of each case: arrays named and typed like the variables of its model.
 
     Each has the shape (n,), or (n, elements) where it is each element's and the scene has more than one free element.
-    Beside the variables `block_steps`: steps computed, times free elements. Missing are −128 and NaN.
+    Beside the variables `block_steps`: steps computed, times free elements, and `samples_left_out`, for which a case at
+    rest was not followed. Missing are −128 and NaN.
     """
 
     def __init__(self, **arrays: NDArray[Any]) -> None:
@@ -33,7 +34,8 @@ class Results:
             if item.of_falls:
                 arrays[item.name][:] = item.missing
         arrays["status"][:] = Status.AT_REST
-        return cls(**arrays, block_steps=np.zeros(count, np.int64))
+        counts = (np.zeros(count, np.int64) for _ in range(2))
+        return cls(**arrays, **dict(zip(("block_steps", "samples_left_out"), counts, strict=True)))
 
     def store(self, chosen: NDArray[np.int64], answers: Mapping[str, Any]) -> None:
         """Put in what a kernel found for chosen cases, by name; times and flags without an answer are missing."""

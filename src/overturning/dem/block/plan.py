@@ -15,11 +15,12 @@ from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
 from overturning.dem.numerics import Numerics
 from overturning.dem.path import PlanePath
 from overturning.dem.plan import ANSWERS, Plan, rounded, shaking
-from overturning.dem.quiet import quiet_windows
+from overturning.dem.quiet import BORNE, borne, overshoot, quiet_windows
 from overturning.dem.time_step import (
     Scheme,
     contact_time,
     highest_eigenvalue,
+    lowest_eigenvalue,
     rocking_time,
     scheme_of,
     shortening,
@@ -126,12 +127,17 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         np.full(cases.size, np.inf),
         np.zeros(cases.size, np.bool_),
     )
+    bears = np.zeros(cases.size)
     if numerics.leave_out:
         first, quiet, stays_at_rest = quiet_windows(
             motion, row, amplitude, ground[:, :samples], np.minimum(ratio, friction)
         )
         first[tilt != 0], stays_at_rest[tilt != 0] = 0, False
         calm = quiet.astype(np.float64)
+        if scheme == Scheme.CENTRED:
+            slowest = lowest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
+            delay = dashpot / np.maximum(normal, tangential)
+            bears = borne(ratio, friction, ratio, overshoot(slowest, delay, interval), BORNE)
     table = np.zeros(cases.size, CASE)
     columns = {
         "width": width,
@@ -148,6 +154,7 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         "first": first,
         "calm": calm,
         "after": samples + np.ceil(AFTERMATH * period / interval),
+        "bears": bears,
         "gentle": GENTLE * finest * width * rounded(np.arctan, ratio) / period,
         "finest": np.ldexp(1.0, BLOCK.halvings - np.clip(halvings, 0, BLOCK.halvings)),
         "standing": TICKS * standing,

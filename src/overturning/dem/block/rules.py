@@ -13,23 +13,24 @@ from numpy.typing import NDArray
 
 from overturning.dem.block.ending import energy, finish_block, has_ended, note
 from overturning.dem.block.loops import loops_of
-from overturning.dem.block.state import COLUMNS, ROWS, Block, Corner, Peaks, Shaking, State, Taken, arm_of
+from overturning.dem.block.state import COLUMNS, ROWS, TICKS, Block, Corner, Peaks, Shaking, State, Taken, arm_of
 from overturning.dem.kernel.clock import Attempt, Clock
-from overturning.dem.kernel.ending import Course, begin_sample, surely_goes_on
-from overturning.dem.kernel.ground import Ground, piece
-from overturning.dem.kernel.lanes import INNER, aligned
+from overturning.dem.kernel.ending import Course, Rest, begin_sample, is_still, surely_goes_on
+from overturning.dem.kernel.ground import Ground, is_looked_at, piece, samples_at_rest
+from overturning.dem.kernel.lanes import INLINE, INNER, aligned
 from overturning.dem.kernel.mechanics import renormalised
 from overturning.dem.kernel.queue import Job, implement, with_room
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 CASE: Final = np.dtype([(name, "f8") for name in (
     "width", "height", "stiffness", "tangential", "dashpot", "friction", "alpha", "amplitude",
-    "tilt", "tilt_cos", "tilt_sin", "first", "calm", "after", "gentle", *Clock._fields,
+    "tilt", "tilt_cos", "tilt_sin", "first", "calm", "after", "gentle", "bears",
+    *Clock._fields,
 )])  # fmt: skip
 """What a case is computed with, in the units of `Block`, `Course` and `Clock`."""
 
 RESULT: Final = np.dtype([(name, "f8") for name in (
-    "status", "side", "time", "angle", "slip", "residual", "depth", "energy", "steps",
+    "status", "side", "time", "angle", "slip", "residual", "depth", "energy", "steps", "left_out",
 )])  # fmt: skip
 """What is found of a case; `angle` is the largest rotation over α, `energy` the error of the energy account."""
 
@@ -66,11 +67,13 @@ load_state, store_state, _ = ROWS.access(State)
 load_peaks, store_peaks, _ = ROWS.access(Peaks)
 load_course, store_course, _ = ROWS.access(Course)
 store_attempt, store_taken, store_clock = (ROWS.access(of).store for of in (Attempt, Taken, Clock))
+load_taken = ROWS.access(Taken).load
 store_push, store_lift = ROWS.access(Shaking, "push").store, ROWS.access(Shaking, "lift").store
 NUMBERS: Final = ROWS.count
 COS, SIN, TICK, LAST_UPRIGHT = (
     ROWS.row(State, "cos"), ROWS.row(State, "sin"), ROWS.row(State, "tick"), ROWS.row(Peaks, "last_upright")
 )  # fmt: skip
+LENGTH, BEARS, FOUND = ROWS.row(Attempt, "length"), ROWS.row(Rest, "bears"), ROWS.row(Rest, "found")
 SAMPLE, UPRIGHT_UNTIL = ROWS.row(Course, "sample"), ROWS.row(Course, "upright_until")
 
 
@@ -120,7 +123,10 @@ def put(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
     store_taken(state, j, Taken(0.0, 0.0))
     store_peaks(state, j, Peaks(abs(case.tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), energy(block, at_rest, 0.0)
-    course = Course(case.amplitude, case.first, case.calm, case.after, case.first * interval, first, barrier)
+    state[BEARS + j], course = (
+        case.bears,
+        Course(case.amplitude, case.first, case.calm, case.after, case.first * interval, first, barrier),
+    )
     store_course(state, j, course)
 
 
@@ -175,16 +181,51 @@ def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
 @njit(**INNER)
 def mark_due(state: Any, active: int, due: Any, ticks: float, end: float, deepest: float) -> int:
     """Mark and count the lanes that have fallen, are past the samples in which something can start, or have failed."""
-    count = 0.0
+    count = 0
     for j in range(active):
         block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width
         most = deepest * (b if b < block.half_height else block.half_height)
         sound = (s.cos > 0.0) & (load_peaks(state, j).depth <= most)
         total = (s.vx + s.vz + s.vw) + (s.x + s.z + s.cos)
-        due[j] = 0.0 if surely_goes_on(load_course(state, j), s.tick, ticks, end, total, sound) else 1.0
+        goes_on = surely_goes_on(load_course(state, j), s.tick, ticks, end, total, sound)
+        due[j] = 0.0 if goes_on else 1.0
+        count += 0 if goes_on else 1
+    return count
+
+
+def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> None:
+    """Leave out samples of lanes at rest."""
+    leave_out_samples(work.state, cases, active, rules.row, rules.ground, rules.job.ticks, left_out)
+
+
+@njit(**INNER)
+def leave_out_samples(state: Any, cases: Any, active: int, row: Any, ground: Any, ticks: float, left_out: Any) -> None:
+    """Let blocks that rest at the begin of a sample go on as they are while the shaking cannot move them."""
+    count = 0
     for j in range(active):
-        count += due[j]
-    return int(count)
+        course, s, length, bears = load_course(state, j), load_state(state, j), state[LENGTH + j], state[BEARS + j]
+        taken, block, now = load_taken(state, j), load_block(state, j), course.sample + s.tick * (1.0 / ticks)
+        still = is_still(
+            motion_of(s.vx, s.vz, s.vw, block), motion_of(s.ax, s.az, s.aw, block), length * block.step, bears
+        )
+        held = (s.left.normal > 0.0) & (s.right.normal > 0.0) & (taken.left == 0.0) & (taken.right == 0.0)
+        found = (length >= TICKS) & is_looked_at(now) & held & still
+        state[FOUND + j] = 1.0 if found else 0.0
+        count += 1 if found else 0
+    for j in range(active if count > 0 else 0):
+        if state[FOUND + j] > 0.0:
+            course = load_course(state, j)
+            now = course.sample + state[TICK + j] * (1.0 / ticks)
+            samples = samples_at_rest(ground, row[cases[j]], now, course.amplitude, state[BEARS + j])
+            state[SAMPLE + j] += samples
+            left_out[j] += samples
+
+
+@njit(**INLINE)
+def motion_of(x: float, z: float, w: float, block: Block) -> float:
+    """Largest of velocities or accelerations, of the rotation half the height up."""
+    turn, most = abs(w) * block.half_height, abs(x) if abs(x) > abs(z) else abs(z)
+    return most if most > turn else turn
 
 
 def ended(rules: Any, work: Any, lane: int, case: int) -> int:  # noqa: ARG001
@@ -197,4 +238,4 @@ def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
     finish_block(work.state, lane, status, rules.scheme.lag, rules.results[case])
 
 
-implement(BlockRules, workspace, start, load, advance, count_due, ended, finish)
+implement(BlockRules, workspace, start, load, advance, count_due, leave_out, ended, finish)

@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.clock import BLOCK, Attempt, Clock
-from overturning.dem.kernel.ending import Course
+from overturning.dem.kernel.ending import Course, Rest
 from overturning.dem.kernel.ground import Line
 from overturning.dem.kernel.lanes import INLINE, Rows
 
@@ -258,7 +258,9 @@ class Kept(NamedTuple):
     account: Account
 
 
-ROWS: Final = Rows(COLUMNS, Block, Clock, State, Attempt, Taken, Peaks, Account, Shaking, Course, Predicted, Change)
+ROWS: Final = Rows(
+    COLUMNS, Block, Clock, State, Attempt, Taken, Peaks, Account, Shaking, Course, Predicted, Change, Rest
+)
 
 
 @njit(**INLINE)

@@ -18,8 +18,9 @@ from overturning.dem.body.state import (
     lean_of,
     spin_of,
 )
-from overturning.dem.body.vectors import Vector, cross, dot, frame_of, plus
-from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, Course
+from overturning.dem.body.vectors import Vector, apply, cross, dot, frame_of, full, plus
+from overturning.dem.kernel.clock import Attempt
+from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, Course, is_still
 from overturning.dem.kernel.ground import within_sample
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
@@ -30,6 +31,10 @@ load_account, load_course, load_stance = (ROWS.access(of).load for of in (Accoun
 load_shaking = ROWS.access(Shaking).load
 load_memory = VERTEX.access(Point, "old").load
 OF_A_VERTEX: Final = VERTEX.size
+LENGTH: Final = ROWS.row(Attempt, "length")
+
+UPRIGHT: Final = 1e-4
+"""A body rests on its base where sin² of its tilt is below this share of that of the critical angle."""
 
 
 @njit(**INLINE)
@@ -120,6 +125,27 @@ def has_ended(state: Any, vertices: Any, count: int, base: int, j: int, ticks: f
     if sample < course.after:
         return GOES_ON
     return Status.SIMULATED if stands else Status.UNDECIDED
+
+
+@njit(**INNER)
+def rests(state: Any, vertices: Any, count: int, base: int, j: int, bears: float) -> bool:
+    """Whether a body rests upright on all vertices of its base, none of which slides."""
+    body, s, held = load_body(state, j), load_state(state, j), 0
+    w, turning = s.spin, apply(full(body.inverse), s.moment)
+    speed = norm(s.velocity) + body.foot * norm(w)
+    step = body.step * state[LENGTH + j]
+    if not is_still(speed, norm(s.acceleration) + body.foot * norm(turning), step, bears):
+        return False
+    for i in range(count):
+        one = load_memory(vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], j)
+        held += 1 if one.normal > 0.0 and one.slid == 0.0 else 0
+    return bool(held >= base and lean_of(frame_of(s.turn)) < UPRIGHT * body.critical)
+
+
+@njit(**INLINE)
+def norm(v: Vector) -> float:
+    """Length of a vector."""
+    return float(np.sqrt(dot(v, v)))
 
 
 @njit(**INNER)

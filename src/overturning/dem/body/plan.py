@@ -11,12 +11,12 @@ from overturning.dem.body.path import BodyPath
 from overturning.dem.body.results import answers_of
 from overturning.dem.body.rules import BODY, CASE, RESULT, ROW, START, BodyRules, Rim, Vertices
 from overturning.dem.body.state import COLUMNS, TICKS
-from overturning.dem.body.statics import highest_mode, rest
+from overturning.dem.body.statics import highest_mode, lowest_mode, rest, unloading
 from overturning.dem.kernel.clock import BODY as PACE
 from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
 from overturning.dem.numerics import BODY_STEP, Numerics
 from overturning.dem.plan import Plan
-from overturning.dem.quiet import quiet_windows
+from overturning.dem.quiet import BORNE, borne, overshoot, quiet_windows
 from overturning.dem.time_step import Scheme, contact_time, scheme_of, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
@@ -35,6 +35,7 @@ class BodyPlan(Plan):
     halved: ClassVar[bool] = True
     result: ClassVar[Any] = RESULT
     path_row: ClassVar[Any] = ROW
+    ground_columns: ClassVar[Any] = ("ground_x", "ground_y", "ground_z")
     path_numbers: ClassVar[int] = 19
     step_cost: ClassVar[int] = BODY_STEP
 
@@ -110,6 +111,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         np.full(cases.size, np.inf),
         np.zeros(cases.size, np.bool_),
     )
+    bears = np.zeros(cases.size)
     if numerics.leave_out and start is None:
         # Uplift over the nearest edge needs the least; between samples the length of the vector is convex, and so
         # largest at one.
@@ -119,6 +121,10 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
             motion, np.zeros(cases.size, np.int64), amplitude, strongest, threshold
         )
         calm = quiet.astype(np.float64)
+        slowest, unloads = (np.array([function(body) for body in made]) for function in (lowest_mode, unloading))
+        stiffer = np.maximum(laws[which, 0], laws[which, 1])
+        rings = overshoot((np.minimum(laws[:, 0], laws[:, 1]) * slowest)[which], dashpot / stiffer, interval)
+        bears = borne((reach / foot)[which], friction * unloads[which, 1], unloads[which, 0], rings, BORNE)
     table = np.zeros(cases.size, CASE)
     columns = {
         "body": which,
@@ -127,6 +133,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         "dashpot": dashpot,
         "friction": friction,
         "amplitude": amplitude,
+        "bears": bears,
         "first": first,
         "calm": calm,
         "after": samples + np.ceil(AFTERMATH * period[which] / interval),

@@ -47,6 +47,7 @@ def answers_of(
             "energy_error": out["energy"],
             "angular_momentum_error": out["spin"],
             "block_steps": out["steps"],
+            "samples_left_out": out["left_out"],
         }
 
 

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.centred_loops import loops
-from overturning.dem.body.ending import energy, finish_body, has_ended, note, spin_about_origin, total_of
+from overturning.dem.body.ending import energy, finish_body, has_ended, note, rests, spin_about_origin, total_of
 from overturning.dem.body.state import (
     COLUMNS,
     ROWS,
+    TICKS,
     VERTEX,
     Body,
     Memory,
@@ -41,8 +42,8 @@ from overturning.dem.body.vectors import (
     transposed,
 )
 from overturning.dem.kernel.clock import Attempt, Clock
-from overturning.dem.kernel.ending import Course, begin_sample, surely_goes_on
-from overturning.dem.kernel.ground import Ground, piece
+from overturning.dem.kernel.ending import Course, Rest, begin_sample, surely_goes_on
+from overturning.dem.kernel.ground import Ground, is_looked_at, piece, samples_at_rest
 from overturning.dem.kernel.lanes import INNER, aligned
 from overturning.dem.kernel.queue import Job, by_type, implement, with_room
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -53,7 +54,8 @@ START: Final = np.dtype([(name, "f8") for name in (
 """How a body begins: place (m), rotation from rest, velocity (m/s) and angular velocity (rad/s) in its own frame."""
 
 CASE: Final = np.dtype([("body", "i8"), *((name, "f8") for name in (
-    "stiffness", "tangential", "dashpot", "friction", "amplitude", "first", "calm", "after", *Clock._fields,
+    "stiffness", "tangential", "dashpot", "friction", "amplitude", "bears", "first", "calm", "after",
+    *Clock._fields,
 )), ("start", START)])  # fmt: skip
 """What a case is computed with, in the units of `Body`, `Course` and `Clock`; `body` is the row of `BODY`."""
 
@@ -64,8 +66,8 @@ BODY: Final = np.dtype([(name, "f8") for name in (
 """Constants of a body, as of `Body` and `Stance`."""
 
 RESULT: Final = np.dtype([(name, "f8") for name in (
-    "status", "fallen", "time", "lean", "slip", "slip_x", "slip_y", "depth", "energy", "spin", "steps", "qw", "qx",
-    "qy", "qz",
+    "status", "fallen", "time", "lean", "slip", "slip_x", "slip_y", "depth", "energy", "spin", "steps", "left_out",
+    "qw", "qx", "qy", "qz",
 )])  # fmt: skip
 """What is found of a case, with the rotation at its end."""
 
@@ -129,6 +131,7 @@ store_vertex, store_memory = VERTEX.access(Vertex).store, VERTEX.access(Point, "
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
 TICK, LAST_UPRIGHT = ROWS.row(State, "tick"), ROWS.row(Peaks, "last_upright")
+LENGTH, BEARS = ROWS.row(Attempt, "length"), ROWS.row(Rest, "bears")
 SAMPLE, UPRIGHT_UNTIL = ROWS.row(Course, "sample"), ROWS.row(Course, "upright_until")
 
 
@@ -187,6 +190,7 @@ def put(state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, inte
         case.amplitude, case.first, case.calm, case.after, case.first * interval,
         energy(body, begin, vertices, points.shape[0], j), barrier,
     ))  # fmt: skip
+    state[BEARS + j] = case.bears
     store_stance(state, j, Stance(spin_about_origin(begin), of.reach, of.fallen, of.deepest))
 
 
@@ -260,6 +264,20 @@ def mark_due(state: Any, active: int, due: Any, ticks: float, end: float) -> int
     return int(count)
 
 
+def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> None:
+    """Leave out samples of lanes at rest."""
+    job, state, ground, row, base = rules.job, work.state, rules.ground, rules.row, rules.base
+    count = rules.points.shape[1]
+    for j in range(active):
+        course, over, bears = load_course(state, j), state[TICK + j] * (1.0 / job.ticks), state[BEARS + j]
+        now = course.sample + over
+        if state[LENGTH + j] >= TICKS and is_looked_at(now):
+            samples = samples_at_rest(ground, row[cases[j]], now, course.amplitude, bears)
+            if samples > 0 and rests(state, work.vertices, count, base, j, bears):
+                state[SAMPLE + j] += samples
+                left_out[j] += samples
+
+
 def ended(rules: Any, work: Any, lane: int, case: int) -> int:  # noqa: ARG001
     """`Status` of a lane, or that it goes on."""
     end, count = float(rules.job.samples), rules.points.shape[1]
@@ -271,4 +289,4 @@ def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
     finish_body(work.state, work.vertices, rules.points.shape[1], lane, status, rules.results[case])
 
 
-implement(BodyRules, workspace, start, load, advance, count_due, ended, finish)
+implement(BodyRules, workspace, start, load, advance, count_due, leave_out, ended, finish)

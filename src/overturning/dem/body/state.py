@@ -12,7 +12,7 @@ from numba import njit
 
 from overturning.dem.body.vectors import Matrix, Quaternion, Symmetric, Vector, apply, frame_of, full, transposed
 from overturning.dem.kernel.clock import BODY, Attempt, Clock
-from overturning.dem.kernel.ending import Course
+from overturning.dem.kernel.ending import Course, Rest
 from overturning.dem.kernel.ground import Line
 from overturning.dem.kernel.lanes import INLINE, Rows
 
@@ -260,7 +260,7 @@ class Largest(NamedTuple):
 
 ROWS: Final = Rows(
     COLUMNS, Body, Clock, State, Matrix, Lying, Peaks, Account, Shaking, Course, Stance, Attempt, Rejected, Predicted,
-    Equations, Change, Sum, Largest,
+    Equations, Change, Sum, Largest, Rest,
 )  # fmt: skip
 VERTEX: Final = Rows(COLUMNS, Vertex, Point, PredictedPoint)
 

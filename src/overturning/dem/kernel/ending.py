@@ -5,12 +5,16 @@ from typing import Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
+from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 GOES_ON: Final = -1
 """Instead of a `Status`: the case has not ended."""
 
 REST_ENERGY: Final = 1e-9
 """Kinetic energy of a body at rest on its base: less than this share of m g times half the width of the base."""
+
+STILL: Final = 0.05
+"""What changes a velocity in a body at rest is below this share of the acceleration that it bears."""
 
 STILL_TO_SLIDE: Final = 1e-6
 """Distance that a single body may have left to slide when its case ends, m."""
@@ -35,6 +39,15 @@ class Course(NamedTuple):
     """energy that overturning takes, per mass, m²/s²."""
 
 
+class Rest(NamedTuple):
+    """Whether a case is at rest."""
+
+    bears: float
+    """Horizontal acceleration that leaves it so, as a share of its weight, 0 where it is followed all the same;"""
+    found: float
+    """1 where it was found at rest at the begin of a sample."""
+
+
 @njit(**INLINE)
 def begin_sample(
     course: Course, tick: float, last_upright: float, ticks: float, interval: float
@@ -54,3 +67,13 @@ def surely_goes_on(course: Course, tick: float, ticks: float, end: float, total:
     sample, until = course.sample + tick * (1.0 / ticks), course.calm if course.calm < end else end
     # Not finite minus not finite is never 0.
     return (total - total == 0.0) & sound & (sample < until)
+
+
+@njit(**INLINE)
+def is_still(speed: float, change: float, step: float, bears: float) -> bool:
+    """Whether a body on its contacts neither moves nor rings, by its speed, acceleration and last step (m/s, m/s², s).
+
+    What rings slower than the step shows in its acceleration, what rings faster in its speed over half of the step.
+    """
+    least = STILL * bears * GRAVITY
+    return bool((2.0 * speed < least * step) & (change < least))

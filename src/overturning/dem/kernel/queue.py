@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import Ground
-from overturning.dem.kernel.lanes import INLINE, OPTIONS, aligned
+from overturning.dem.kernel.lanes import INLINE, OPTIONS, aligned, borrowed
 from overturning.model.status import Status
 
 
@@ -50,7 +50,8 @@ class Rules(Protocol):
     row: NDArray[np.int64]
     """row of the ground motion that shakes each case;"""
     results: NDArray[np.void]
-    """table to fill, with columns `status` and `steps`; steps that it has of earlier runs count for the budget;"""
+    """table to fill, with columns `status`, `steps` and `left_out`, the samples for which a case at rest was not
+    followed; steps that it has of earlier runs count for the budget;"""
     ground: Ground
     """motion of the base."""
 
@@ -90,6 +91,15 @@ def advance(rules: Rules, work: Work, columns: int, path: Any, noted: int) -> tu
 
 def count_due(rules: Rules, work: Work, active: int, due: Any) -> int:
     """Mark the lanes that may have ended, by 1 and else 0, and count them; a quick test, for all lanes at once."""
+    raise NotImplementedError
+
+
+def leave_out(rules: Rules, work: Work, cases: Any, active: int, left_out: Any) -> None:
+    """Let lanes that are at rest go on as they are by the samples in which the shaking cannot move them; counts these.
+
+    At rest all contacts are pressed, nothing slides, the last step was a long one, and what moves or rings is small
+    against the acceleration that the case bears (`overturning.dem.kernel.ground.samples_at_rest`).
+    """
     raise NotImplementedError
 
 
@@ -167,9 +177,11 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
     noted : int
         How many of its rows were filled; −1 where there was no room, in which case the results are not complete.
     """
+    rules = borrowed(rules)  # the caller holds on to them
     job, work = rules.job, workspace(rules)
     lanes, steps, results = job.lanes, job.at_once * job.weight, rules.results
     case, done, due = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64), aligned(lanes)
+    left_out = np.zeros(lanes, np.int64)
     # Not literals: the counters would have a type of their own, and all they are handed to be compiled twice.
     none = int(np.int64(0))
     active, head, noted, filled = none, none, none, none
@@ -178,13 +190,14 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
             # Lanes that no case takes hold the first one: nothing undefined is computed beside the others.
             lane = active if head < order.size else filled
             case[lane] = order[head if head < order.size else 0]
-            done[lane] = int(results[case[lane]].steps)
+            done[lane], left_out[lane] = int(results[case[lane]].steps), none
             start(rules, work, lane, case[lane])
             filled = max(filled, lane + 1)
             if head < order.size:
                 active, head = active + 1, head + 1
         if active == 0 or noted < 0:
             return path, noted
+        leave_out(rules, work, case, active, left_out)
         columns = (active + 7) // 8 * 8
         load(rules, work, case, columns)
         path, noted = advance(rules, work, columns, path, noted)
@@ -206,9 +219,11 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
                 continue
             finish(rules, work, lane, case[lane], status)
             results[case[lane]].status, results[case[lane]].steps = status, done[lane]
+            results[case[lane]].left_out = left_out[lane]
             # The last lane moves into the free place.
             active -= 1
             case[lane], done[lane], due[lane] = case[active], done[active], due[active]
+            left_out[lane] = left_out[active]
             copy_lane(work.state, lanes, active, lane)
 
 

@@ -14,9 +14,10 @@ from overturning.dem.polygon.prepare import Prepared, smallest
 from overturning.model.geometry import WIDE, Placed, common_stretch, partners
 
 CASE: Final = np.dtype([(name, "f8") for name in (
-    "amplitude", "friction", "damping", "first", "calm", "after", *Clock._fields,
+    "amplitude", "bears", "friction", "damping", "first", "calm", "after", *Clock._fields,
 )])  # fmt: skip
-"""What a case is computed with: factor on the motion, swept friction, factor on the dashpots, samples from which it is
+"""What a case is computed with: factor on the motion, horizontal acceleration over g that
+leaves it at rest, swept friction, factor on the dashpots, samples from which it is
 computed, at which it can rest for good, and at which it is undecided; the clock."""
 
 ELEMENT: Final = np.dtype([(name, "f8") for name in (
@@ -29,7 +30,7 @@ LIMITS: Final = np.dtype([(name, "f8") for name in ("deepest", "rest_energy", "l
 """Of a scene its deepest penetration (m), kinetic energy at rest, least barrier, and least energy that an error is a
 share of (J)."""
 
-RESULT: Final = np.dtype([(name, "f8") for name in ("status", "depth", "energy", "steps")])
+RESULT: Final = np.dtype([(name, "f8") for name in ("status", "depth", "energy", "steps", "left_out")])
 """Result of a case; `steps` are those of its free elements together."""
 
 ELEMENT_RESULT: Final = np.dtype([(name, "f8") for name in ("side", "time", "angle", "slip", "residual")])

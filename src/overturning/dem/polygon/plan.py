@@ -18,7 +18,7 @@ from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, path_column
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.polygon.rows import COLUMNS
 from overturning.dem.polygon.rules import SCHEMES, SceneRules
-from overturning.dem.quiet import SAFE_SHARE, quiet_windows
+from overturning.dem.quiet import BORNE_BY_STACKS, SAFE_SHARE, borne, overshoot, quiet_windows
 from overturning.dem.time_step import HEAVY_DAMPING, Scheme, samples_divided, scheme_of, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
@@ -39,6 +39,8 @@ class PolygonPlan(Plan):
 
     halved: ClassVar[bool] = True
     step_cost: ClassVar[int] = ELEMENT_STEP
+    time_column: ClassVar[Any] = (..., TIME)
+    ground_columns: ClassVar[Any] = ((..., GROUND),)
 
     model: Planes
     scheme: Scheme
@@ -134,6 +136,8 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
             onset[variant == number] = item.onset(np.asarray(cases.friction)[variant == number])
         first, calm, stays_at_rest = quiet(onset)
         first[onset <= 0], stays_at_rest[onset <= 0] = 0, False
+        if scheme == Scheme.CENTRED:
+            table["bears"] = _borne(variants, variant, cases, onset, motion.sampling_interval)
         table["first"], table["calm"] = first, np.where(onset <= 0, np.inf, calm)
         alike = all(np.array_equal(item.parts, variants[0].parts) for item in variants)
         for part in range(len(variants[0].parts)):
@@ -145,6 +149,18 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
         stays_at_rest=stays_at_rest, too_soft=np.array([item.sinks for item in variants])[variant], variants=variants,
         variant=variant, table=table, stands_from=stands_from, arrays=t.arrays_of(variants),
     )  # fmt: skip
+
+
+def _borne(
+    variants: list[Prepared], variant: NDArray[np.int64], cases: Cases, onset: FloatArray, interval: float
+) -> FloatArray:
+    """Horizontal acceleration over g up to which each case is not followed while it is at rest, as of `borne`."""
+    lifts, slowest = (np.array([getattr(item, name) for item in variants]) for name in ("threshold", "slowest"))
+    laws = [item.laws for item in variants]
+    delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential)) for one in laws])[variant]
+    rings = overshoot(slowest[variant], delay * np.asarray(cases.damping_factor), interval)
+    # The least of all frictions and thresholds stands for either.
+    return borne(lifts[variant], onset, lifts[variant], rings, BORNE_BY_STACKS)
 
 
 def steps_of(

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.limits import sinks_too_far
-from overturning.dem.polygon.statics import Laws, Loaded, contact_laws, highest_modes, rest
+from overturning.dem.polygon.statics import Laws, Loaded, contact_laws, highest_modes, rest, slowest_mode
 from overturning.model.geometry import ElementPair, End, Placed, ground_of, pairs_of, place
 from overturning.model.scene import Scene
 
@@ -26,6 +26,7 @@ class Prepared:
     at_rest: bool  # whether the scene rests by itself
     square: float  # largest eigenvalue of the springs, 1/s²
     rate: float  # and of the dashpots, 1/s
+    slowest: float  # smallest eigenvalue of the springs at rest, 1/s²
     threshold: float  # horizontal acceleration over g below which nothing can start to rock; 0 where it is not known
     parts: NDArray[np.int64]  # shape (parts, 2): lowest element of those that can move as one, and the one listed last
     safe: FloatArray  # shape (parts,): horizontal acceleration over g below which they cannot
@@ -121,6 +122,7 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
     tips, critical, barrier, support, base = _single(scene, placed, stands, _upright(placed, pairs, loaded))
     return Prepared(
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None, *highest_modes(placed, pairs, laws),
+        slowest_mode(placed, pairs, laws),
         threshold, parts, safe, tips, critical, barrier, support, base,
         [set(stands.get(k, {})) for k in range(len(placed))],
     )  # fmt: skip

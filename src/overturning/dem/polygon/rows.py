@@ -11,7 +11,6 @@ from collections.abc import Iterable
 from typing import Any, Final, NamedTuple
 
 from numba import njit
-from numba.extending import intrinsic
 
 from overturning.dem.kernel.lanes import INNER, Rows, arithmetic
 from overturning.dem.polygon.faces import Stretch
@@ -85,24 +84,6 @@ SECOND: Final = PAIR.row(Pair, "history.two.spring") - PAIR.row(Pair, "history.o
 def flat(values: Iterable[Any]) -> list[float]:
     """The numbers of nested tuples, in the order of their rows."""
     return [number for value in values for number in (flat(value) if isinstance(value, tuple) else [float(value)])]
-
-
-def _borrowed(_: Any, array: Any) -> Any:
-    """The same array without an owner: its slices count no references, which took a fifth of the time.
-
-    Whoever borrows has to hold on to the array itself.
-    """
-
-    def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        view = context.make_array(signature.args[0])(context, builder, value=values[0])
-        view.meminfo = view.meminfo.type(None)
-        view.parent = view.parent.type(None)
-        return view._getvalue()
-
-    return array(array), make
-
-
-borrowed: Final[Any] = intrinsic(_borrowed)
 
 
 @njit(inline="always", **INNER)

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import Attempt, Clock
-from overturning.dem.kernel.ground import Ground, Line, piece
-from overturning.dem.kernel.lanes import INLINE, INNER, aligned
+from overturning.dem.kernel.ground import Ground, Line, is_looked_at, piece, samples_at_rest
+from overturning.dem.kernel.lanes import INLINE, INNER, aligned, borrowed
 from overturning.dem.kernel.mechanics import renormalised
 from overturning.dem.kernel.queue import Job, by_type, implement
 from overturning.dem.polygon import cundall, rows, step
@@ -29,7 +29,7 @@ from overturning.dem.polygon.memory import load_at_rest
 from overturning.dem.polygon.path import POSE_COLUMNS, note, note_forces
 from overturning.dem.polygon.search import search
 from overturning.dem.polygon.state import Case, Law, Pose, Shaking, Verdict
-from overturning.dem.polygon.verdict import note_carried, note_standing, verdict, write_results
+from overturning.dem.polygon.verdict import note_carried, note_standing, rests, verdict, write_results
 from overturning.dem.time_step import Scheme
 
 SCHEMES: Final[dict[Scheme, Any]] = {Scheme.CUNDALL: cundall.Cundall(), Scheme.CENTRED: step.Centred()}
@@ -89,15 +89,15 @@ def workspace(rules: Any) -> Any:
     for i in range(elements):
         moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
     used = np.zeros((elements + 1, max(elements, pairs)), np.bool_)
-    return Work(rows.borrowed(owner), owner, aligned(elements * elements * SIZE), used, moves)
+    return Work(borrowed(owner), owner, aligned(elements * elements * SIZE), used, moves)
 
 
 @njit(**INLINE)
 def lent(scene: Any) -> Any:
     """The arrays of a scene, all borrowed, for the steps."""
-    layout, parts, sizes = rows.borrowed(scene.layout), rows.borrowed(scene.parts), rows.borrowed(scene.sizes)
-    shapes, elements, limits = rows.borrowed(scene.shapes), rows.borrowed(scene.elements), rows.borrowed(scene.limits)
-    return Arrays(rows.borrowed(scene.initial), layout, parts, sizes, shapes, elements, limits, scene.gravity)
+    layout, parts, sizes = borrowed(scene.layout), borrowed(scene.parts), borrowed(scene.sizes)
+    shapes, elements, limits = borrowed(scene.shapes), borrowed(scene.elements), borrowed(scene.limits)
+    return Arrays(borrowed(scene.initial), layout, parts, sizes, shapes, elements, limits, scene.gravity)
 
 
 def start(rules: Any, work: Any, lane: int, case: int) -> None:
@@ -122,8 +122,8 @@ def begin(state: Any, j: int, case: Any, variant: float, interval: float, ticks:
     clock = Clock(case.finest, case.standing, case.dwell, case.settled)
     rows.store_case(state, j, Case(
         Shaking(none, none, 0.0), step, ticks / interval, lag * step, clock, first, rows.no_marks(),
-        Verdict(0.0, 0.0, Attempt(0.0, 0.0, 0.0)), case.amplitude, case.first, case.calm, case.after, 0.0, variant,
-        looked,
+        Verdict(0.0, 0.0, Attempt(0.0, 0.0, 0.0)), case.amplitude, case.bears, case.first, case.calm, case.after, 0.0,
+        variant, looked,
     ))  # fmt: skip
 
 
@@ -174,7 +174,7 @@ def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple
     scene, up, state, elements = lent(rules.scene), rules.ground.up, work.state, work.moves.size
     lag, interval, ticks, at_once = rules.scheme.lag, rules.job.interval, rules.job.ticks, rules.job.at_once
     # Borrowed, since each step would count their references.
-    matrix, used, moves = rows.borrowed(work.matrix), rows.borrowed(work.used), rows.borrowed(work.moves)
+    matrix, used, moves = borrowed(work.matrix), borrowed(work.used), borrowed(work.moves)
     with_forces = path.shape[0] > 0 and path.shape[1] > 2 + POSE_COLUMNS * elements
     early = np.zeros((1, path.shape[1]))
     for _ in range(at_once):
@@ -229,6 +229,19 @@ def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
     return count
 
 
+def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> None:
+    """Leave out samples of lanes at rest."""
+    state, ground, row, scene, ticks = work.state, rules.ground, rules.row, rules.scene, rules.scheme.ticks
+    for j in range(active):
+        case = rows.load_case(state, j)
+        now = case.sample + case.shaking.tick * (1.0 / rules.job.ticks)
+        if case.attempt.length >= ticks and is_looked_at(now):
+            samples = samples_at_rest(ground, row[cases[j]], now, case.amplitude, case.bears)
+            if samples > 0 and rests(state, j, scene):
+                state[rows.SAMPLE + j] += samples
+                left_out[j] += samples
+
+
 def ended(rules: Any, work: Any, lane: int, case: int) -> int:
     """`Status` of a lane, or that it goes on."""
     return verdict(work.state, lane, rules.scene, rules.stands_from[case], float(rules.job.samples))
@@ -239,4 +252,4 @@ def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:  #
     write_results(work.state, lane, rules.scene, rules.results[case], rules.each[case])
 
 
-implement(SceneRules, workspace, start, load, advance, count_due, ended, finish)
+implement(SceneRules, workspace, start, load, advance, count_due, leave_out, ended, finish)

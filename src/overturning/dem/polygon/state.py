@@ -52,7 +52,8 @@ class Case(NamedTuple):
     found: Marks
     verdict: Verdict
     amplitude: float
-    """factor on the record,"""
+    """factor on the record, horizontal acceleration over g that leaves it at rest,"""
+    bears: float
     sample: float
     """sample of the record,"""
     calm: float

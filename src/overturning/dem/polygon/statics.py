@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.dem.linear import highest_eigenvalue, solve
+from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve
 from overturning.model.contact import DAMPING_RATIO
 from overturning.model.geometry import ElementPair, End, Placed, Touch, resting
 from overturning.model.scene import Scene
@@ -151,9 +151,7 @@ def highest_modes(placed: list[Placed], pairs: list[ElementPair], laws: Laws) ->
     summed over both elements; for a rectangle on a fixed one the latter is 4 K/m.
     """
     touches = resting(placed, pairs)
-    free = [item for item in placed if not item.fixed]
-    root = np.sqrt(np.concatenate([(1.0 / item.mass, 1.0 / item.mass, 1.0 / item.inertia) for item in free]))
-    values = []
+    root, values = _over_masses(placed), []
     for normal, tangential in ((laws.normal, laws.tangential), (laws.dashpot, laws.dashpot)):
         matrix = _stiffness(placed, pairs, touches, normal, tangential)
         highest = highest_eigenvalue(root[:, None] * matrix * root)
@@ -165,3 +163,16 @@ def highest_modes(placed: list[Placed], pairs: list[ElementPair], laws: Laws) ->
             highest = max(highest, max(normal[index], tangential[index]) * compliance)
         values.append(float(highest))
     return values[0], values[1]
+
+
+def slowest_mode(placed: list[Placed], pairs: list[ElementPair], laws: Laws) -> float:
+    """Smallest eigenvalue of the scene at rest on its springs, 1/s²; 0 where something can move without force."""
+    root = _over_masses(placed)
+    matrix = _stiffness(placed, pairs, resting(placed, pairs), laws.normal, laws.tangential)
+    return lowest_eigenvalue(root[:, None] * matrix * root)
+
+
+def _over_masses(placed: list[Placed]) -> FloatArray:
+    """1 over the roots of masses and moments of inertia, by displacements."""
+    free = [item for item in placed if not item.fixed]
+    return np.sqrt(np.concatenate([(1.0 / item.mass, 1.0 / item.mass, 1.0 / item.inertia) for item in free]))

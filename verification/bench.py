@@ -203,6 +203,7 @@ def left_out(azimuths: int = 18) -> list[Figure]:
         Figure("cases, mirrored half left out", below.size),
         Figure("of them above a threshold, so computed", int(moves.sum())),
         Figure("block steps, of those with nothing left out", percent(far.block_steps, full.block_steps.sum()), "%"),
+        Figure("samples at rest, so not followed, a case that moves", float(short.samples_left_out[moves].mean())),
         Figure("flags changed by leaving out", far.counts.flags),
         Figure("sides changed by leaving out", far.counts.flags + far.counts.sides),
         Figure("moving cases with μ < B/H", int((moves & below).sum())),

@@ -14,6 +14,7 @@ from overturning.model.falls import as_model
 from overturning.model.grid import AXES, Grid
 from overturning.model.model import Model
 from overturning.model.planes import Planes
+from overturning.model.results import COUNTS
 from overturning.model.scene import Scene
 from overturning.model.shapes import Shape
 from overturning.motion.motion import Motion, as_motion
@@ -63,7 +64,7 @@ def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) 
     results = run(model, motion, few.cases(np.unravel_index(computed, few.shape), turn_deg), numerics)
     arrays = {name: values[place.reshape(few.shape)] for name, values in vars(results).items()}
     model.turned(arrays, few, sources)
-    for name in ("block_steps", "samples_left_out"):
+    for name in COUNTS:
         arrays[name][answering != own] = 0
     copies, last = grid.shape[-1] // few.shape[-1], len(grid.shape) - 1
     return {name: np.repeat(values, copies, axis=last) for name, values in arrays.items()}

@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING, Variable
 
+COUNTS = ("block_steps", "samples_left_out")
+"""What is counted of each case beside its model's variables."""
+
 
 class Results:
     """What came of each case: arrays named and typed like the variables of its model.
@@ -34,8 +37,7 @@ class Results:
             if item.of_falls:
                 arrays[item.name][:] = item.missing
         arrays["status"][:] = Status.AT_REST
-        counts = (np.zeros(count, np.int64) for _ in range(2))
-        return cls(**arrays, **dict(zip(("block_steps", "samples_left_out"), counts, strict=True)))
+        return cls(**arrays, **{name: np.zeros(count, np.int64) for name in COUNTS})
 
     def store(self, chosen: NDArray[np.int64], answers: Mapping[str, Any]) -> None:
         """Put in what a kernel found for chosen cases, by name; times and flags without an answer are missing."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from overturning.errors import ArgumentError, ResultError
 from overturning.model.grid import Grid
+from overturning.model.results import COUNTS
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.study.cube import motions_beside, open_cube, study_of
@@ -92,4 +93,4 @@ def _again(
         run = member_runner(study, variant, motion, numerics_of(study))
         arrays |= ensemble_of(study, variant, everywhere=True).run(motion, few, arrays, run)[0]
     cell = (-1, *(0,) * (len(place) - 1))
-    return {name: values[cell] for name, values in arrays.items() if name != "block_steps"}
+    return {name: values[cell] for name, values in arrays.items() if name not in COUNTS}

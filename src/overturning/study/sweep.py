@@ -12,7 +12,7 @@ from overturning.dem.numerics import Numerics, Progress
 from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.grid import Grid
-from overturning.model.results import Results
+from overturning.model.results import COUNTS, Results
 from overturning.model.variables import Variable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -53,8 +53,8 @@ def simulate_variant(
     if sizes.own_ratio is None:
         return simulate_further(model, motion, sized, numerics)
     arrays = simulate_further(model, motion, sized.changed(b_over_h=np.array([sizes.own_ratio])), numerics)
-    steps = arrays.pop("block_steps")
-    return {name: np.repeat(values, grid.shape[2], axis=2) for name, values in arrays.items()} | {"block_steps": steps}
+    counts = {name: arrays.pop(name) for name in COUNTS}
+    return {name: np.repeat(values, grid.shape[2], axis=2) for name, values in arrays.items()} | counts
 
 
 def member_runner(study: Study, variant: str, motion: Motion, numerics: Numerics) -> Runner:

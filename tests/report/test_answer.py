@@ -166,7 +166,7 @@ def test_doubling() -> None:
     def said(coefficient: Any, low: Any, high: Any, earthquakes: int = 9) -> str:
         values = [np.array(one) for one in (coefficient, np.zeros(5), low, high)]
         names = ("intercept", "PGA", "ratio", "shape", "size")
-        return doubling_sentence(LogisticFit(names, *values, 100, earthquakes, np.zeros(4), np.ones(4), 0.95))
+        return doubling_sentence(LogisticFit(names, *values, 100, earthquakes, np.zeros(4), np.ones(4)))
 
     unknown = [NAN] * 5
     coefficient, low, high = [0, 3, 1, -2, -1], [-1, 2, -3, -3, -2], [1, 4, 4, -1, 0]

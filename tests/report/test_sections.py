@@ -47,6 +47,12 @@ def test_records_and_where_they_come_from(report: Report, opened: Results) -> No
     assert opened.cube.attrs["content_sha256"] in text_of(section(report, "Versions"))
 
 
+def test_vertical_peaks_stand_beside_the_horizontal_ones_where_there_are_any(opened: Results) -> None:
+    assert "vertical PGA, Gal" not in tables(records(opened))[0].heads
+    up = opened.intensity.assign(pga_vertical=("record", [18.4, np.nan]))
+    assert column(tables(records(replace(opened, intensity=up)))[0], "vertical PGA, Gal") == ["1840", "–"]
+
+
 def test_the_processing_is_told(opened: Results) -> None:
     effect = {"pga": [5.0, 4.0], "pgv": [2.0, 0.5], "pgd": [100.0, 0.1]}
     account = {
@@ -244,7 +250,7 @@ def test_published_values(one_record: Make) -> None:
 def test_the_fit(opened: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     numbers = [np.array([0.5, 3.0, 1.0, -2.0, -1.0]) + shift for shift in (0.0, -1.0, 1.0)]
     names = ("intercept", "PGA", "ratio", "shape", "size")
-    fit = LogisticFit(names, numbers[0], np.zeros(5), *numbers[1:], 1234, 9, np.full(4, -0.5), np.ones(4), 0.95)
+    fit = LogisticFit(names, numbers[0], np.zeros(5), *numbers[1:], 1234, 9, np.full(4, -0.5), np.ones(4))
     monkeypatch.setattr("overturning.report.sections.causes.overturning_fit", lambda *_: fit)
     shown = cause(opened)
     (table,) = tables(shown)

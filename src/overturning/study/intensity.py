@@ -71,6 +71,8 @@ def _of_records(records: Sequence[Record], periods: FloatArray) -> dict[str, Any
     for name, long_name in (("pga", "acceleration"), ("pgv", "velocity")):
         towards = [peak_azimuths(motion)[name] for motion in motions]
         add(f"{name}_azimuth", "record", towards, "degree", f"azimuth to which the peak horizontal {long_name} points")
+    vertical = [np.nan if motion.up is None else np.max(np.abs(motion.up)) for motion in motions]
+    add("pga_vertical", "record", vertical, "m s-2", "peak vertical acceleration; missing without a vertical component")
     axes, of_pulse = zip(*map(pulse_axis, motions), strict=True)
     add("pulse_axis", "record", axes, "degree", "axis of the strongest velocity pulse")
     add("pulse_period", "record", of_pulse, "s", "period of the strongest velocity pulse")

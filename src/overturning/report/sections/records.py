@@ -133,7 +133,8 @@ def _peaks(results: Results) -> Table:
     shares = falls.mean([name for name in falls.dims if name != "record"]).compute().to_numpy()
     pulses, normals = (results.cube[name].to_numpy().astype(float) for name in ("pulse", "fault_normal"))
     azimuth, accounts = results.intensity["azimuth"].to_numpy(), processing_of(results.cube)
-    rows = []
+    vertical, rows = results.intensity["pga_vertical"].to_numpy(), []
+    more = ("vertical PGA, Gal",) if np.isfinite(vertical).any() else ()
     for index, name in enumerate(results.names):
         cells: list[Any] = []
         for measure, unit, digits in _PEAKS:
@@ -142,9 +143,11 @@ def _peaks(results: Results) -> Table:
         cells[-2] = f"({cells[-2]})" if accounts.get(name.id, {}).get("drift") else cells[-2]
         pulse = {1.0: "yes", 0.0: "no"}.get(float(pulses[index]), "–")
         named = (name.id, name.station, name.event, pulse, float(normals[index]))
-        rows.append((*named, *cells[:-1], float(shares[index])))
+        cells[-1:] = ["–" if math.isnan(vertical[index]) else f"{vertical[index] / GAL:.0f}"] if more else []
+        rows.append((*named, *cells, float(shares[index])))
     heads = ("record", "station", "earthquake", "pulse", "fault normal", "PGA, Gal", "along", "PGV, cm/s", "along")
-    return table((*heads, "PGD, cm", "overturned"), rows, "lttt°n°n°n%", anchor="peaks", sortable=True)
+    formats = f"lttt°n°n°n{'n' * len(more)}%"
+    return table((*heads, "PGD, cm", *more, "overturned"), rows, formats, anchor="peaks", sortable=True)
 
 
 def _processing(results: Results) -> list[Block]:

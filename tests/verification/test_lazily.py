@@ -1,4 +1,4 @@
-"""Statistics of a cube hold a part of it at a time: a record more enlarges them by a share of it."""
+"""Statistics of a large cube hold a part of it at a time: a record more enlarges them by a share of it."""
 
 import tracemalloc
 from collections.abc import Callable, Iterator
@@ -15,6 +15,7 @@ from overturning.report.sections import causes, exactness, space
 from overturning.report.sections.scene import spread_sentence
 from overturning.statistics.elements import compare_stones, falls_by_element
 from overturning.statistics.illustrative import illustrative_cases
+from overturning.study import cube as cube_module
 from overturning.study.cube import open_cube
 from overturning.study.evaluation import Population
 from overturning.study.intensity import write_intensity
@@ -104,7 +105,10 @@ def peak(statistic: Statistic, folder: Path) -> int:
 
 
 @pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, names in STATISTICS.items() for name in names])
-def test_a_record_more_takes_little_memory(kind: str, name: str, folders: dict[str, list[Path]]) -> None:
+def test_a_record_more_takes_little_memory(
+    kind: str, name: str, folders: dict[str, list[Path]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cube_module, "IN_MEMORY", 0)  # these are as small as tests must be
     statistic, few_many = STATISTICS[kind][name], folders[kind]
     with open_results(few_many[0]) as results, style():
         statistic(results)  # what is imported and kept on the first call

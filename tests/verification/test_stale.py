@@ -47,7 +47,10 @@ def test_what_makes_a_table_stale_and_what_does_not(edit: Edit) -> None:
     assert found == block, "a constant of the block's kernel"
     assert "scenes:speed" not in found
     assert "space:study" not in found
-    assert edit("src/overturning/dem/body/statics.py", r"largest = 0\.0$", "largest = 1.0") == body
+    assert (
+        edit("src/overturning/dem/body/statics.py", r"matrix = np\.zeros\(\(6, 6\)\)", "matrix = np.ones((6, 6))")
+        == body
+    )
     assert edit("src/overturning/units.py", r"(STANDARD_GRAVITY\b.*= ).*", r"\g<1>9.8") >= block | body
     module = "src/overturning/dem/block/state.py"
     for pattern, new, what in (

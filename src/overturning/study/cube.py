@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 _ATTRIBUTES: Final = {"study", "variant", "content_sha256", "record_sources", "record_processing", "versions"}
-_IN_MEMORY: Final = 20_000_000
+IN_MEMORY: Final = 20_000_000
 """Values, of eight bytes at most, of a cube that is small."""
 
 _COORDINATES: Final = ("record_id", "station", "event", "fault_normal")
@@ -80,7 +80,7 @@ def open_cube(
 def open_records(path: Path, element: str | None = "reference", amplitude: float | None = 1.0) -> "xr.Dataset":
     """Open a cube to go through its records: read once into memory where it is small, else one record at a time."""
     cube = open_cube(path, None, element, amplitude)
-    if sum(values.size for values in cube.data_vars.values()) <= _IN_MEMORY:
+    if sum(values.size for values in cube.data_vars.values()) <= IN_MEMORY:
         return cube.load()
     cube.close()
     return open_cube(path, {"record": 1}, element, amplitude)

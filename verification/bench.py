@@ -197,6 +197,8 @@ def left_out(azimuths: int = 18) -> list[Figure]:
     groups = study_groups(azimuths)
     short = answers(groups, threads=2).results
     full = answers(groups, threads=2, leave_out=False).results
+    nudged = [group._replace(motion=group.motion.times(1 + 1e-9)) for group in groups]
+    other = difference(answers(nudged, threads=2, leave_out=False).results, full).counts
     below = np.tile(np.asarray(groups[0].cases.friction) < np.asarray(groups[0].cases.b_over_h), len(groups))
     moves, far = short.block_steps > 0, difference(short, full)
     return [
@@ -206,6 +208,8 @@ def left_out(azimuths: int = 18) -> list[Figure]:
         Figure("samples at rest, so not followed, a case that moves", float(short.samples_left_out[moves].mean())),
         Figure("flags changed by leaving out", far.counts.flags),
         Figure("sides changed by leaving out", far.counts.flags + far.counts.sides),
+        Figure("flags changed by motions stronger by 1e-9", other.flags),
+        Figure("sides changed by motions stronger by 1e-9", other.flags + other.sides),
         Figure("moving cases with μ < B/H", int((moves & below).sum())),
         Figure("of them fallen", int((short.overturned[below] != 0).sum())),
         Figure("their largest rotation over α", float(short.peak_rotation[below].max())),

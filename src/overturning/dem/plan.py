@@ -62,8 +62,9 @@ class Plan(ABC):
     path_row: ClassVar[Any]
     """Columns of a path's rows, with `time`, where they are structured."""
     time_column: ClassVar[Any] = "time"
+    """Index of the time in a row of a path."""
     ground_columns: ClassVar[Any] = ("ground",)
-    """where such a row has time and motion of the base;"""
+    """Indices of the motion of the base in a row of a path."""
     path_numbers: ClassVar[int] = 1
     """Numbers of a path's dataset at each time, where the kernel bounds the rows."""
     step_cost: ClassVar[int] = 1

@@ -81,7 +81,8 @@ def overshoot(square: FloatArray, delay: FloatArray | float, interval: float) ->
     """How often the largest load at rest a contact's slowest mode can bear at most, whatever the shaking below a bound.
 
     Of two bounds the lower: the integral of |h|, h the force after an impulse of the base, for any motion; and for one
-    that is linear between samples what its bends set ringing, 4/x each, x = ω Δt, which dies out by exp(−ξ x) a sample.
+    that is linear between samples what its bends set ringing, 4/x each, x = ω Δt, which dies out by exp(−ξ x) in a
+    sample.
 
     Parameters
     ----------

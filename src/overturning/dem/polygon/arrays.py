@@ -16,9 +16,9 @@ from overturning.model.geometry import WIDE, Placed, common_stretch, partners
 CASE: Final = np.dtype([(name, "f8") for name in (
     "amplitude", "bears", "friction", "damping", "first", "calm", "after", *Clock._fields,
 )])  # fmt: skip
-"""What a case is computed with: factor on the motion, horizontal acceleration over g that
-leaves it at rest, swept friction, factor on the dashpots, samples from which it is
-computed, at which it can rest for good, and at which it is undecided; the clock."""
+"""What a case is computed with: factor on the motion, horizontal acceleration over g that leaves it at rest, swept
+friction, factor on the dashpots, samples from which it is computed, at which it can rest for good, and at which it is
+undecided; the clock."""
 
 ELEMENT: Final = np.dtype([(name, "f8") for name in (
     "is_free", "fall_angle", "tips_back", "tips_on", "support", "barrier",

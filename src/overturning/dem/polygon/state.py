@@ -52,8 +52,9 @@ class Case(NamedTuple):
     found: Marks
     verdict: Verdict
     amplitude: float
-    """factor on the record, horizontal acceleration over g that leaves it at rest,"""
+    """factor on the record,"""
     bears: float
+    """horizontal acceleration over g that leaves it at rest,"""
     sample: float
     """sample of the record,"""
     calm: float

@@ -22,8 +22,8 @@ that the rest of the record cannot lift is taken to stand for good."""
 
 UPRIGHT: Final = 0.01
 IN_PLACE: Final = 0.2
-"""At rest an element is turned by no more than this share of α, and has slid by no more than this share of the arm that
-its tipping has, so that its joints bear nearly what they did."""
+"""At rest an element is turned by no more than this share of α, and has slid by no more than this share of the arm
+that its tipping has, so that its joints bear nearly what they did."""
 
 BOTH: Final = 2
 """Ends of a joint."""

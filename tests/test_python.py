@@ -24,6 +24,7 @@ from overturning.cli import app, main
 from overturning.commands import declared
 from overturning.dem.numerics import Numerics
 from overturning.errors import ArgumentError, ConfigError, MissingDataError
+from overturning.figures.explore import explorer_data
 from overturning.figures.ground import fourier_spectrum, response_spectrum
 from overturning.motion.intensity import intensity_by_azimuth
 from overturning.motion.motion import Motion
@@ -31,6 +32,7 @@ from overturning.records.catalogue import RecordEntry
 from overturning.records.source import Declarations
 from overturning.study.cube import open_cube as open_by_number
 from overturning.study.intensity import write_intensity
+from overturning.study.load import check_study
 from overturning.study.schema import Study
 from overturning.study.sections import BodySettings, ContactSettings, Simulation
 from tests.expect import lacking, refused
@@ -144,7 +146,20 @@ def drawn(*words: str) -> int:
     return int(stop.value.code or 0)
 
 
-def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_user(cube_file: Path) -> None:
+def shown_first(cube: xr.Dataset, folder: Path, friction: float) -> str:
+    """Title of the polar map where the study beside the cube names a friction for the figures; the explorer agrees."""
+    said = json.loads(cube.attrs["study"]) | {"figures": {"friction": friction}}
+    (folder / "study.yaml").write_text(json.dumps(said))
+    beside = cube.copy()
+    beside.encoding["source"] = str(folder / "cube.nc")
+    both = explorer_data(beside), explorer_data(cube, study=check_study(said, "said"))
+    assert [cube["friction"][data["shown"]["friction"]].item() for data in both] == [friction, friction]
+    return str(overturning.plot.polar(beside, "b").axes[0].get_title())
+
+
+def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_user(
+    cube_file: Path, tmp_path: Path
+) -> None:
     mpl.use("svg")
     before = dict(mpl.rcParams)
     kept, cube = plt.get_fignums(), overturning.open_cube(cube_file)
@@ -164,6 +179,7 @@ def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_use
     assert [axes.get_title() for axes in maps["polar"]] == ["µ = 1, H = 0.6 m"]  # what the study shows first
     assert len(maps["blocks"]) == 2
     assert overturning.plot.polar(several.sel(friction=[0.5]), "b").axes[0].get_title() == "µ = 0.5, H = 0.6 m"
+    assert [shown_first(several, tmp_path, mu) for mu in (0.5, 1.0)] == ["µ = 0.5, H = 0.6 m", "µ = 1, H = 0.6 m"]
     with pytest.raises(ArgumentError, match="2 records; name one as record"):
         overturning.plot.polar(cube)
     assert len(overturning.plot.polar(cube.sel(record="a")).axes) == len(overturning.plot.polar(cube, "a").axes)

@@ -46,13 +46,11 @@ def _of_a_cube(draw: Draws) -> Draws:
 def polar(cube: "xr.Dataset", record: str | None = None, title: str | None = None) -> "Figure":
     """Where the block that a study shows first falls under a record: azimuth and B/H; in space by orientation.
 
-    Of a part of a cube without that block, and of what `overturning.simulate` returns, it shows all.
+    Of a part of the heights or frictions of a cube, and of what `overturning.simulate` returns, it shows all.
     """
-    from overturning.study.cube import study_of
+    from overturning.study.cube import shown_block
 
-    shown = study_of(cube).shown_block if "study" in cube.attrs else {}
-    there = {name: value for name, value in shown.items() if name in cube.dims and value[0] in cube[name]}
-    return _map(cube.sel(there), record, title)
+    return _map(cube.sel(shown_block(cube)), record, title)
 
 
 @_of_a_cube

@@ -15,9 +15,10 @@ rule explore:
     resources:
         mem_mb=1000,
     params:
+        study=settings(*OF_CUBE, "figures"),
         sources=sources("explore"),
     shell:
-        "overturning explore {input.cube} --output {output.page} > {log} 2>&1"
+        "overturning explore {input.cube} --output {output.page} --study {params.study:q} > {log} 2>&1"
 
 
 rule report:

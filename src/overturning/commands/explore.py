@@ -15,12 +15,17 @@ def explore(
         Path | None, typer.Option(help="folder of the motions (default: motion beside the cube)")
     ] = None,
     record: Annotated[list[str] | None, typer.Option(help="id of a record to show; may be given several times")] = None,
+    study: Annotated[
+        str | None,
+        typer.Option(help="study file or JSON whose block is shown first (default: study.yaml beside the cube)"),
+    ] = None,
 ) -> None:
     """Write a page with the maps of a cube, which says of each cell what is known and draws a sketch of its block."""
     from overturning.errors import ArgumentError
     from overturning.figures.explore import write_explorer
     from overturning.files import check_output
     from overturning.study.cube import motions_beside, open_cube, study_of
+    from overturning.study.load import study_from
 
     path = output or cube.with_name("explore.html")
     check_output(path, "--output", ".html")
@@ -30,5 +35,6 @@ def explore(
         if unknown:
             raise ArgumentError(f"--record {unknown[0]}: not in {cube}; it has {', '.join(names)}")
         folder = motions or motions_beside(cube, study_of(data), data.attrs["variant"])
-        write_explorer(data.isel(record=[names.index(name) for name in record or names]), path, folder)
+        chosen = data.isel(record=[names.index(name) for name in record or names])
+        write_explorer(chosen, path, folder, study_from(study) if study else None)
     print(path)

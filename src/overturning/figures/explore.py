@@ -18,9 +18,10 @@ from overturning.model.falls import model_of
 from overturning.model.planes import Planes, fall_probability
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
-from overturning.study.cube import study_of
+from overturning.study.cube import shown_block, study_of
 from overturning.study.preflight import MOST_CELLS
 from overturning.study.scenes import Sizes, model_for, motion_of, scene_of
+from overturning.study.schema import Study
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,7 +44,10 @@ _UNKNOWN = "No sketch is drawn: the motion of this record is not beside the cube
 
 
 def explorer_data(
-    cube: "xr.Dataset", motions: Path | None = None, apart: Callable[[int, dict[str, Any]], None] | None = None
+    cube: "xr.Dataset",
+    motions: Path | None = None,
+    apart: Callable[[int, dict[str, Any]], None] | None = None,
+    study: Study | None = None,
 ) -> dict[str, Any]:
     """What the page needs of a cube with all elements or one, as plain data for JSON.
 
@@ -55,6 +59,8 @@ def explorer_data(
         Folder of the motions, each as ``ID.nc``: with them the page can move a single block in a plane.
     apart : callable, optional
         Is given the number and the cells of each record, which then are not in the data.
+    study : Study, optional
+        Whose `figures` name the block that is shown first; not given: as `shown_block` has it.
 
     Returns
     -------
@@ -94,7 +100,7 @@ def explorer_data(
         "direction": _plain(sized[model.direction]),
         **{name: _plain(one[name].to_numpy()) for name in ("height", "b_over_h", "aspect", "friction")},
         "element": [str(name) for name in one["element"].to_numpy()],
-        "shown": _shown(one),
+        "shown": _shown(one, study),
         "degrees": _in_degrees(cube, one.sizes["element"]),
         "directionEdges": _plain(edges),
         "radiusEdges": _plain(cell_edges(sized["b_over_h"])),
@@ -111,10 +117,12 @@ def explorer_data(
     }  # fmt: skip
 
 
-def _shown(one: "xr.Dataset") -> int:
-    """The element that is shown first: the one that the report shows."""
+def _shown(one: "xr.Dataset", study: Study | None) -> dict[str, int]:
+    """The places of height, friction and element that are shown first: those that the report shows."""
     names = one["element"].to_numpy().tolist()
-    return names.index(scene_of(study_of(one), one.attrs["variant"]).shown_name) if len(names) > 1 else 0
+    element = scene_of(study_of(one), one.attrs["variant"]).shown_name if len(names) > 1 else names[0]
+    block = {name: one[name].to_numpy().tolist().index(value) for name, (value,) in shown_block(one, study).items()}
+    return {"height": 0, "friction": one.sizes["friction"] - 1, **block, "element": names.index(element)}
 
 
 def _in_degrees(cube: "xr.Dataset", elements: int) -> list[bool]:
@@ -207,20 +215,20 @@ def explorer_page(data: dict[str, Any]) -> str:
     return page("explore.html.j2", template("explore.css"), script, data, title=data["title"])
 
 
-def write_explorer(cube: "xr.Dataset", path: Path, motions: Path | None = None) -> None:
+def write_explorer(cube: "xr.Dataset", path: Path, motions: Path | None = None, study: Study | None = None) -> None:
     """Write the page of a cube to a .html file.
 
     Of more than `MOST_CELLS` cells those of each record go to a file of their own, ``NAME-records/0.js`` and so on
-    beside ``NAME.html``, which the page loads when the record is chosen. The folder of motions is as of
-    `explorer_data`.
+    beside ``NAME.html``, which the page loads when the record is chosen. The folder of motions and the study are as
+    of `explorer_data`.
     """
     if cube["overturned"].size <= MOST_CELLS:
-        write_text(path, explorer_page(explorer_data(cube, motions)))
+        write_text(path, explorer_page(explorer_data(cube, motions, study=study)))
         return
     folder = path.with_name(f"{path.stem}-records")
 
     def apart(index: int, cells: dict[str, Any]) -> None:
         write_text(folder / f"{index}.js", f"explorerRecord({index},{embedded_json(cells)});\n")
 
-    data = explorer_data(cube, motions, apart)
+    data = explorer_data(cube, motions, apart, study)
     write_text(path, explorer_page({**data, "folder": folder.name}))

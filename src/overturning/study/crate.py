@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from overturning.errors import ResultError
 from overturning.files import project_folders, read_mapping, write_text
+from overturning.study.cube import CONFIGURATION
 from overturning.study.load import portable
 from overturning.study.schema import Study
 
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from rocrate.rocrate import ROCrate
 
 METADATA: Final = "ro-crate-metadata.json"
-CONFIGURATION: Final = "study.yaml"
 
 _TERMS: Final = {"sha256": "http://schema.org/sha256"}
 """Words that the context of version 1.1 lacks."""

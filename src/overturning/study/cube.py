@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import checksum_matches
 from overturning.model.falls import model_of
-from overturning.study.load import check_study
+from overturning.study.load import check_study, load_study
 from overturning.study.scenes import scene_of, setting_of
 from overturning.study.schema import Study
 
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 
 _ATTRIBUTES: Final = {"study", "variant", "content_sha256", "record_sources", "record_processing", "versions"}
+CONFIGURATION: Final = "study.yaml"
+"""The whole study, beside the cube of a run that came to its end."""
+
 IN_MEMORY: Final = 20_000_000
 """Values, of eight bytes at most, of a cube that is small."""
 
@@ -148,6 +151,24 @@ def _stated(cube: "xr.Dataset", name: str, kind: type) -> Any:
 def study_of(cube: "xr.Dataset") -> Study:
     """The filled-in study that made a cube; a ResultError where the cube names none, a ConfigError where it is none."""
     return check_study(_stated(cube, "study", dict), "study in the cube")
+
+
+def shown_block(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
+    """Height and friction of the block that is shown first, each as a selection of one along its dimension.
+
+    No cube depends on it: `figures` of the study names it, or of the configuration beside the cube where no study is
+    given, or else it has the first height and the last friction. Nothing is chosen along a dimension of which a cube
+    has a part, and of a cube that is of no study.
+    """
+    if study is None and "study" not in cube.attrs:
+        return {}
+    own = study or study_of(cube)
+    beside = Path(cube.encoding.get("source", "")).with_name(CONFIGURATION)
+    if study is None and beside.is_file():
+        said = load_study(beside)
+        own = said if (said.name, said.height, said.friction) == (own.name, own.height, own.friction) else own
+    whole = {"height": own.height, "friction": own.friction}
+    return {name: one for name, one in own.shown_block.items() if cube.sizes.get(name) == len(whole[name])}
 
 
 def motions_beside(path: Path, study: Study, variant: str) -> Path:

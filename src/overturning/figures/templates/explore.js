@@ -4,7 +4,7 @@ const A = cube.direction.length, B = cube.b_over_h.length, C = cube.colours, S =
 const INK = "#222222", TURN = 2 * Math.PI;
 const sizes = [A, cube.height.length, B, cube.aspect.length, cube.friction.length, cube.element.length];
 const at = {
-  record: 0, height: 0, aspect: 0, friction: sizes[4] - 1, element: cube.shown, a: 0, b: 0, amplitude: 1, size: 1,
+  record: 0, aspect: 0, ...cube.shown, a: 0, b: 0, amplitude: 1, size: 1,
   colour: cube.space ? "azimuth" : cube.ensemble ? "chance" : "flag",
 };
 const held = { record: -1, data: null, motion: null };  // of the one record that is shown

@@ -275,8 +275,11 @@ def test_illustrative_cases_are_the_extremes_of_their_rules() -> None:
     flags[2, 1, 0, 2, 0, 1], plane[2, 1, 0, 2, 0, 1], falls[2, 1, 0, 2, 0, 1] = 1.0, 0.0, 15.0
     flags[0, 4, 1, 0, 0, 0], falls[0, 4, 1, 0, 0, 0], turned[0, 4, 1, 0, 0, 0] = 0.0, np.nan, -30.0
     values = {"overturned": flags, "fall_azimuth": falls, "plane_overturned": plane, "residual_twist": turned}
-    found = illustrative_cases(cube.assign({name: (DIMENSIONS, value) for name, value in values.items()}))
-    alone, corner, twisted = found
+    whole = cube.assign({name: (DIMENSIONS, value) for name, value in values.items()})
+    which_side, alone, corner, twisted = illustrative_cases(whole)
+    two = whole["fall_azimuth"][which_side.record].sel(which_side.block).sel(orientation=list(which_side.direction_deg))
+    assert abs(abs(float(two[0] - two[1])) - 180.0) < 90.0
+    assert which_side.block["b_over_h"] == 0.4
     block = {"height": 0.6, "b_over_h": 0.4, "aspect": 1.0, "friction": 1.0}
     assert (alone.record, alone.direction_deg, alone.block) == (2, (15.0,), block)
     assert corner.block["b_over_h"] == 0.4

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.statistics.illustrative import illustrative_cases
+from overturning.statistics.illustrative import WHICH_SIDE, illustrative_cases
 
 
 @pytest.fixture
@@ -23,6 +23,30 @@ def shown(make_cube) -> Callable[[list[float]], dict[str, float]]:
         return {case.title: case.block["b_over_h"] for case in illustrative_cases(cube)}
 
     return of
+
+
+def which_side(cube: xr.Dataset) -> tuple[dict[str, float], tuple[float, ...]] | None:
+    found = {case.title: (case.block, case.direction_deg) for case in illustrative_cases(cube)}
+    return found.get(WHICH_SIDE)
+
+
+def test_both_sides_are_shown_where_both_occur_and_nothing_where_they_do_not(make_cube) -> None:
+    """At 40° the broad block falls to the other side, at 40 and 60° the slender one, which does so in every run."""
+
+    def fell(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
+        return np.where((azimuth == 40) | ((azimuth == 60) & (broad == 0.2)), -1.0, 1.0)
+
+    grid = {"azimuth": list(range(0, 180, 20)), "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [1.0]}
+    cube = make_cube(fell, **grid)
+    assert which_side(cube) == ({"height": 0.6, "b_over_h": 0.4, "friction": 1.0}, (40.0, 60.0))
+    chance = abs(cube["overturned"]).where(cube["b_over_h"] < 0.3, 0.6)
+    likely = cube.assign(
+        probability_towards=chance.where(cube["overturned"] > 0, 0.0),
+        probability_away=chance.where(cube["overturned"] < 0, 0.0),
+    )
+    assert which_side(likely) == ({"height": 0.6, "b_over_h": 0.2, "friction": 1.0}, (60.0, 80.0))
+    assert which_side(make_cube(lambda azimuth, *_: np.ones_like(azimuth), **grid)) is None
+    assert which_side(cube.where(cube["azimuth"] % 40 == 0, 0.0)) is None  # none beside another
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Films and figures of a study's illustrative cases."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,7 @@ def draw_illustrative_cases(cube_path: Path, motions: Path, folder: Path) -> Non
 
     The other folder receives ``cases.json`` (titles, rules, outcomes, films, and the figures of each), and these
     figures: for case K from 1 ``K-response.svg``, ``K-boundary.svg``, ``K-spectra.svg`` and ``K-hodograph.svg``, of a
-    body in space ``K-axis.svg``.
+    body in space ``K-axis.svg``, ``K-axis-2.svg``.
     """
     with emptied(folder), open_records(cube_path) as cube, style():
         rows = [_draw(cube, case, motions, folder, number) for number, case in enumerate(illustrative_cases(cube), 1)]
@@ -46,19 +47,19 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
     study, one = study_of(cube), cube.isel(record=case.record).load()
     record = str(one["record_id"].item())
     motion = motion_of(study, read_motion(motions / f"{record}.nc"))
-    paths = trajectories(study, motion, case.block, list(zip(case.direction_deg, case.amplitude, strict=True)))
+    paths = trajectories(study, motion, case.block, case.direction_deg)
     place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
     title = f"{place}: {described(study, case.block)}"
-    headings = [
-        heading_of(path) + (f", motion × {factor:g}" if len(set(case.amplitude)) > 1 else "")
-        for path, factor in zip(paths, case.amplitude, strict=True)
-    ]
+    headings = [heading_of(path) for path in paths]
     film = film_of(paths, motion, title, headings=headings, note="The frame moves with the base.")
     if model_of(one).one_component:
         drawn = _in_planes(one, paths, motion, (title, place), headings)
     else:
         about = "tilt of the axis towards north and east, and hodographs of the ground"
-        drawn = [("axis", axis_figure(paths[0], motion, title), about, {})]
+        several = enumerate(paths, 1)
+        drawn = [
+            ("axis" if n == 1 else f"axis-{n}", axis_figure(path, motion, title), about, {}) for n, path in several
+        ]
     figures = {}
     for name, figure, alt, options in drawn:
         save(figure, folder / f"{number}-{name}.svg")
@@ -105,13 +106,10 @@ def _in_planes(
 
 
 def trajectories(
-    study: Study, motion: Motion, block: dict[str, float], panels: list[tuple[float, float]]
+    study: Study, motion: Motion, block: dict[str, float], directions_deg: Sequence[float]
 ) -> list["xr.Dataset"]:
-    """Trajectories of a block of a study, one for each pair of a direction, degrees, and a factor on the motion."""
+    """Trajectories of a block of a study, one for each direction, degrees."""
     model = model_for(study)
     given = {name: value for name, value in block.items() if name != "b_over_h" or model.sized}
     options: dict[str, Any] = {**given, **vars(numerics_of(study))}
-    return [
-        trajectory(motion, model, **options, **{f"{model.direction}_deg": angle}, amplitude=factor)
-        for angle, factor in panels
-    ]
+    return [trajectory(motion, model, **options, **{f"{model.direction}_deg": angle}) for angle in directions_deg]

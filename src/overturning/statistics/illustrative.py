@@ -7,12 +7,11 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.falls import model_of
-from overturning.model.planes import FALLS, fall_probability
 from overturning.statistics.by_record import one_record
 from overturning.statistics.circular import wrap_axis
 
-AMPLITUDES: Final = (0.98, 1.0, 1.02)
-"""Factors of the motion that show how little turns a fall to the other side."""
+WHICH_SIDE: Final = "Falls, but to which side?"
+"""Title of the case that shows falls to both sides."""
 
 MOVES: Final = 0.1
 """A block that stands moves to be seen where its largest rotation, in parts of α, is above this."""
@@ -33,9 +32,7 @@ class IllustrativeCase(NamedTuple):
     block: dict[str, float]
     """by the dimensions of a model's block;"""
     direction_deg: tuple[float, ...]
-    """azimuth or orientation of each panel;"""
-    amplitude: tuple[float, ...]
-    """factor on the motion of each panel."""
+    """azimuth or orientation of each panel."""
 
 
 class Candidate(NamedTuple):
@@ -45,8 +42,7 @@ class Candidate(NamedTuple):
     block: Sequence[int]
     """places along the dimensions of the block;"""
     directions: tuple[int, ...]
-    """places along the direction of each panel;"""
-    amplitude: tuple[float, ...] = (1.0,)
+    """places along the direction of each panel."""
 
 
 class Rule(NamedTuple):
@@ -98,19 +94,22 @@ def _normal_against_parallel(one: xr.Dataset) -> Candidate | None:
     # One that moves in both planes, then broadest, then roughest, then lowest.
     place = max(map(tuple, splits), key=lambda p: (moves[p], p[1], p[2], -p[0]))
     broad = round(float(one["b_over_h"].values[place[1]]), 9)
-    return Candidate((float(moves[place]), broad), place, (along, across), (1.0, 1.0))
+    return Candidate((float(moves[place]), broad), place, (along, across))
 
 
 def _which_side(one: xr.Dataset) -> Candidate | None:
-    p = fall_probability(one)
-    towards, away = p["towards"].to_numpy(), p["away"].to_numpy()
-    split = np.minimum(towards, away)
-    split = np.where((towards + away > 0.99) & np.isfinite(split), split, 0.0)
-    if split.max(initial=0.0) <= 0.1:
+    model = model_of(one)
+    nominal = model.falls(one, ensemble=False)
+    x, y = (nominal[f"direction_{name}"].transpose(*model.dims).to_numpy() for name in ("cosine", "sine"))
+    sure = model.falls(one)["falls"].transpose(*model.dims).to_numpy() > 0.99
+    turns = x[:-1] * x[1:] + y[:-1] * y[1:] < 0  # by more than 90°; where a block stands both parts are 0
+    if not turns.any():
         return None
-    # Of those that divide most evenly the broadest block: its fall is the one least expected to be a toss-up.
-    at, *place = max(map(tuple, np.argwhere(split >= split.max() - 1e-9)), key=lambda q: (q[2], q[3], -q[1], -q[0]))
-    return Candidate((float(split.max()),), place, (at,) * 3, AMPLITUDES)
+    broad = model.dims.index("b_over_h")
+    score, place = max(
+        ((bool(sure[at] and sure[at[0] + 1, *at[1:]]), int(at[broad])), at) for at in map(tuple, np.argwhere(turns))
+    )
+    return Candidate(score, place[1:], (place[0], place[0] + 1))
 
 
 RULES: Final = (
@@ -123,11 +122,11 @@ RULES: Final = (
         ("peak_rotation",),
     ),
     Rule(
-        "Falls, but to which side?",
-        "of the blocks that fall in every run of the ensemble the one whose falls divide most evenly between the two "
-        "sides, of several the broadest; shown with 0.98, 1 and 1.02 times the motion",
+        WHICH_SIDE,
+        "the broadest block that falls at two neighbouring azimuths of the motion, or orientations of the body, but to "
+        "azimuths more than 90° apart; first of those that do so in every run of the ensemble",
         _which_side,
-        FALLS,
+        ("overturned",),
     ),
     Rule(
         "Stands, but only just",
@@ -161,7 +160,7 @@ def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     """The illustrative cases of a study, at most one of each of `RULES`, of equals the first; read record by record."""
     model, cells = model_of(cube), model_of(cube).representative(cube)
     rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
-    names = ["overturned", *{name for rule in rules for name in rule.needs}]
+    names = ["overturned", *model.reads, *{name for rule in rules for name in rule.needs}]
     best: dict[str, tuple[Candidate, int]] = {}
     for record in range(cube.sizes["record"]):
         one = one_record(cube, record, names).isel({model.direction: cells}).transpose(*model.dims, ...)
@@ -175,5 +174,5 @@ def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
             found, record = best[rule.title]
             block = {name: float(cube[name].values[at]) for name, at in zip(model.case_dims, found.block, strict=True)}
             directions = tuple(float(cube[model.direction].values[cells[at]]) for at in found.directions)
-            cases.append(IllustrativeCase(rule.title, rule.text, record, block, directions, found.amplitude))
+            cases.append(IllustrativeCase(rule.title, rule.text, record, block, directions))
     return cases

@@ -15,6 +15,7 @@ from overturning.statistics.boundary import boundary, easiest_azimuth
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
 from overturning.statistics.falls import overturns
+from overturning.statistics.illustrative import WHICH_SIDE
 from overturning.study.cube import processing_of
 from overturning.units import CM, GAL
 
@@ -63,6 +64,8 @@ def illustrative(results: Results) -> Section | None:
         film = Film(case["film"], case["block"])
         shown = (film, Bullets(tuple(case["outcomes"])), rule, Disclosure("Motion and response", behind))
         cases.append(Section(case["title"], shown))
+    if WHICH_SIDE not in {case["title"] for case in results.illustrative}:
+        cases.append(Note(f"No block falls to opposite sides at two neighbouring {results.model.direction}s."))
     keys = f"Keys: space plays and pauses, ← and → step, Home and End, s changes the speed, {case['keys']}."
     return Section("Cases to watch", (*cases, Note(keys, medium="page")), anchor="illustrative")
 

@@ -52,6 +52,8 @@ def test_an_interrupt_is_a_sentence(monkeypatch: pytest.MonkeyPatch, capsys: pyt
     [
         ["explore", "cube.nc", "--output", "/proc/x.html"],
         ["one", "--record", "rinaldi", "--azimuth", "60", "--animate", "/proc/x.html"],
+        ["backwards", "stones.csv", "--figure", "/proc/x.svg"],  # before it reads any
+        ["survey", "stones.csv", "--cube", "cube.nc", "--output", "/proc/x.json"],
         ["init", "/proc/x"],
         ["study", "new", "--name", "x", "--records", "rinaldi", "--folder", "/proc/x"],
         ["members", "--study", '{"name": "x", "records": {"use": ["rinaldi"]}}', "--output", "/proc/x.csv"],

@@ -180,6 +180,8 @@ def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_use
     assert len(maps["blocks"]) == 2
     assert overturning.plot.polar(several.sel(friction=[0.5]), "b").axes[0].get_title() == "µ = 0.5, H = 0.6 m"
     assert [shown_first(several, tmp_path, mu) for mu in (0.5, 1.0)] == ["µ = 0.5, H = 0.6 m", "µ = 1, H = 0.6 m"]
+    with pytest.raises(ArgumentError, match="recrd: no keyword of polar; did you mean record"):
+        overturning.plot.polar(cube, recrd="b")
     with pytest.raises(ArgumentError, match="2 records; name one as record"):
         overturning.plot.polar(cube)
     assert len(overturning.plot.polar(cube.sel(record="a")).axes) == len(overturning.plot.polar(cube, "a").axes)

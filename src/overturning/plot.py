@@ -10,7 +10,7 @@ from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
-from overturning.errors import ArgumentError, MissingDataError
+from overturning.errors import ArgumentError, MissingDataError, keywords
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,6 +27,7 @@ KINDS: Final[dict[str, Callable[..., Any]]] = {}
 def _styled(draw: Draws) -> Draws:
     """A function that draws with the project's settings."""
 
+    @keywords()
     @wraps(draw)
     def styled(*given: Any, **more: Any) -> Any:
         from overturning.figures.style import style

@@ -118,7 +118,7 @@ def test_what_was_left_out_of_a_file_is_said_wherever_it_is_read(tmp_path, capsy
         assert word in capsys.readouterr().out, command
 
 
-def test_add_takes_the_other_files_of_the_record(tmp_path, capsys):
+def test_check_and_add_take_the_other_files_of_the_record(tmp_path, capsys):
     there = tmp_path / "there"
     there.mkdir()
     files = {f"x_{axis}.AT2": peer_text(samples / 1000, 0.01, axis) for axis, samples in (("000", A), ("090", B))}
@@ -126,6 +126,10 @@ def test_add_takes_the_other_files_of_the_record(tmp_path, capsys):
     for name, text in files.items():
         (there / name).write_text(text)
     (there / "y_000.AT2").write_text(peer_text(A / 1000, 0.01, "000"))
+    assert run("records", "check", there / "x_090.AT2") == 0
+    checked = capsys.readouterr().out
+    assert all(name in checked for name in files)
+    assert "1 read, 0 refused" in checked
     table, folder = tmp_path / "records.tsv", tmp_path / "data"
     assert run("records", "add", there / "x_090.AT2", "--id", "x", "--table", table, "--folder", folder) == 0
     assert sorted(path.name for path in folder.iterdir()) == sorted(files)

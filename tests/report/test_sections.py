@@ -151,6 +151,16 @@ def test_only_of_a_scene_that_is_its_own_mirror_image_the_halves_of_a_map_mirror
     assert ("mirror each other" in text) == (period == 180)
 
 
+def test_maps_in_which_nothing_falls_do_not_stand_first(one_record: Make) -> None:
+    """Of six records with an earthquake each the first stands in the map; where all do, the first four are shown."""
+    results = one_record(6)
+    cube = results.cube.assign_coords(event=("record", list("abcdef")))
+    for stands, first in ((0, [1, 2, 3, 4]), (slice(None), [0, 1, 2, 3])):
+        cube["overturned"][{"record": stands}] = 0.0
+        some = replace(results, cube=cube)
+        assert some.first_records == [some.names[number] for number in first]
+
+
 def test_maps_where_coordinates_are_known(one_record: Make) -> None:
     results = one_record(3)
     place = {"station_latitude": [35.275, 35.725, 10.0], "station_longitude": [133.46, 133.35, 20.0]}

@@ -31,7 +31,7 @@ def backwards(
     import sys
     import time
 
-    from overturning.files import check_kind
+    from overturning.files import check_output
     from overturning.records.store import read_motion
     from overturning.report.plain import plain_lines
     from overturning.report.sections.surveys import backwards_section, draw_posterior
@@ -42,7 +42,9 @@ def backwards(
     from overturning.surveys.stones import read_survey
 
     if figure is not None:
-        check_kind(figure, "--figure", ".svg", ".png")
+        check_output(figure, "--figure", ".svg", ".png")
+    if output is not None:
+        check_output(output, "--output")
     rows = read_survey(stones)
     library = candidates((read_motion(path) for path in motion or ()), alone=alone)
     began = said = time.monotonic()

@@ -20,7 +20,9 @@ app = typer.Typer(no_args_is_help=True, help="Check record files, or fetch them.
 @app.command()
 @grouped
 def check(
-    paths: Annotated[list[Path], typer.Argument(help="files or folders")],
+    paths: Annotated[
+        list[Path], typer.Argument(help="files, or folders; of one file the others of its record are found")
+    ],
     given: Declared,
 ) -> None:
     """Read files of any known format and print what was found, or why they are refused.

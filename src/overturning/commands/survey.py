@@ -19,7 +19,7 @@ def survey(
     ] = None,
 ) -> None:
     """Compare the directions in which stones fell with those that the cube predicts."""
-    from overturning.files import check_kind
+    from overturning.files import check_output
     from overturning.report.plain import plain_lines
     from overturning.report.sections.surveys import survey_section
     from overturning.study.cube import open_cube, record_number
@@ -27,7 +27,9 @@ def survey(
     from overturning.surveys.stones import read_survey
 
     if figure is not None:
-        check_kind(figure, "--figure", ".svg", ".png", ".pdf")
+        check_output(figure, "--figure", ".svg", ".png", ".pdf")
+    if output is not None:
+        check_output(output, "--output")
     rows = read_survey(stones)
     with open_cube(cube, chunks={"record": 1}) as data:
         site = data.isel(record=[record_number(data, record)]).load()

@@ -1,6 +1,6 @@
 """Say of files what they are: records that can be read, with what was found and compared, or the reason why not."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from overturning.motion.integration import peaks
 from overturning.records.assembly import assemble
 from overturning.records.component import Component, largest
 from overturning.records.processing import process
-from overturning.records.read import group_components, read_files
+from overturning.records.read import group_components, read_files, with_sisters
 from overturning.records.record import Record, drift, state_of, summary
 from overturning.records.source import Declarations, SourceFile, read_source
 
@@ -31,13 +31,13 @@ NO_RECORDS = frozenset(
 """Extensions of files that are no records: in folders, and among several files, they are passed over."""
 
 
-def check_paths(paths: Iterable[Path], declared: Declarations | None = None) -> list[Finding]:
+def check_paths(paths: Sequence[Path], declared: Declarations | None = None) -> list[Finding]:
     """Read files and folders, sort their components into records, and check each, with what is declared of them.
 
-    Of folders the folders inside are read too. Files that cannot be read come first, then records in the order of their
-    files. Where no sensor is declared, both of a station that has two are looked at.
+    Of folders the folders inside are read too, of one file of a record the others beside it. Files that cannot be read
+    come first, then records in the order of their files. Where no sensor is declared, both of a station that has two are looked at.
     """
-    sources, findings = _sources(list(paths))
+    sources, findings = _sources(paths)
     declared = (declared or Declarations()).with_metadata_of(sources)
     components: list[Component] = []
     for source in sources:
@@ -47,6 +47,8 @@ def check_paths(paths: Iterable[Path], declared: Declarations | None = None) -> 
             components += [c for c in read_files([source], declared) if declared.sensor in (None, c.sensor)]
         except OverturningError as problem:
             findings.append(Finding((source.name,), reason=str(problem)))
+    if len(paths) == len(components) == 1 and paths[0].is_file():
+        components = with_sisters(paths[0], declared)[0]
     for group in group_components(components):
         files = tuple(dict.fromkeys(c.file for c in group))
         try:

@@ -187,11 +187,17 @@ class Results:
 
     @cached_property
     def first_records(self) -> list[RecordName]:
-        """Records whose maps stand first: all, or of the first group the first of each of a few earthquakes."""
+        """Records whose maps stand first: all, or of the first group the first of each of a few earthquakes.
+
+        Records in whose map nothing falls are passed over, where there are others.
+        """
         if len(self.names) <= MOST_MAPS:
             return list(self.names)
         members = next(iter(record_groups(self.cube).values()))
-        one_each = {name.event: name for name, own in reversed(list(zip(self.names, members, strict=True))) if own}
+        block = self.cube["overturned"].sel(self.study.shown_block)
+        falls = members & (abs(block) == 1).any([name for name in block.dims if name != "record"]).to_numpy()
+        chosen = zip(self.names, falls if falls.any() else members, strict=True)
+        one_each = {name.event: name for name, own in reversed(list(chosen)) if own}
         return sorted(one_each.values(), key=self.names.index)[:MOST_MAPS]
 
     def reference_cube(self, variant: str) -> xr.Dataset:

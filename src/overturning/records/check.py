@@ -35,7 +35,8 @@ def check_paths(paths: Sequence[Path], declared: Declarations | None = None) -> 
     """Read files and folders, sort their components into records, and check each, with what is declared of them.
 
     Of folders the folders inside are read too, of one file of a record the others beside it. Files that cannot be read
-    come first, then records in the order of their files. Where no sensor is declared, both of a station that has two are looked at.
+    come first, then records in the order of their files. Where no sensor is declared, both of a station that has two
+    are looked at.
     """
     sources, findings = _sources(paths)
     declared = (declared or Declarations()).with_metadata_of(sources)

@@ -90,6 +90,12 @@ def test_the_readme_leads_to_every_page_and_the_pages_to_every_table():
     ] == []
 
 
+def test_the_first_screen_of_the_readme_has_both_commands_and_what_was_found():
+    first = PAGES[0].read_text(encoding="utf-8").partition("![")[0]
+    places = [first.index(text) for text in ("Give it", "    make run ", "    make test ", "<!-- found:end -->")]
+    assert places == sorted(places)
+
+
 @each_page
 def test_marks_of_made_tables_come_in_pairs(page):
     text = page.read_text(encoding="utf-8")

@@ -22,14 +22,15 @@ def method(results: Results) -> Section:
     sources = [[str(row[key]) for key in ("id", "source", "licence", "sha256")] for row in records]
     packages = ", ".join(f"{name} {version}" for name, version in versions.items())
     digest = (Paragraph("SHA-256 of the cube's numerical content:"), Code(results.cube.attrs["content_sha256"]))
+    beside = Note("The whole study, every key of it, is in study.yaml beside this report.", medium="paper")
     blocks = (
         Paragraph(results.words.model),
         Section("What this does not say", (Bullets(_limits(results)),)),
         Section("Energy, penetration, outcomes", (_quality(results), Note(recheck))),
         Section("How to cite", (Bullets(_citations(records, versions)),)),
         Section("Sources", (table(("record", "source", "licence", "SHA-256"), sources, "tttc", sortable=True),)),
-        Section("Study", (Code(study_text(results.study.model_dump(mode="json"))),)),
-        Section("Versions", (Paragraph(f"{packages}."), *digest)),
+        Section("Study", (Code(study_text(results.study.model_dump(mode="json"))),), medium="page"),
+        Section("Versions", (Paragraph(f"{packages}."), *digest, beside)),
     )
     return Section("How this was made", blocks, anchor="method")
 

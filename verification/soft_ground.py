@@ -7,7 +7,6 @@ from typing import Final
 
 import pandas as pd
 
-from overturning.motion.soil import Soil, fundamental_period
 from overturning.report.blocks import Answer, Paragraph, Table
 from overturning.report.results import Results, open_results
 from overturning.report.sections.population import ground
@@ -35,7 +34,7 @@ def periods(results: Results) -> str:
     for name in results.study.variants:
         site = setting_of(results.study, name).site
         if site is not None:
-            found.append(fundamental_period([Soil(one.thickness_m, one.velocity_m_s, 1, 0) for one in site.layers]))
+            found.append(4 * sum(one.thickness_m / one.velocity_m_s for one in site.layers))
     return ", ".join(f"{one:.2f} s" for one in found)
 
 

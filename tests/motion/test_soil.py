@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import ArgumentError
-from overturning.motion.soil import QUIET, TAIL, Soil, fundamental_period, through_soil
+from overturning.motion.soil import QUIET, TAIL, Soil, through_soil
 
 if importlib.util.find_spec("pystrata") is None and "OVERTURNING_NO_SKIP" not in os.environ:
     pytest.skip("pystrata is not installed (`make soil`)", allow_module_level=True)
@@ -48,11 +48,10 @@ def test_what_follows_the_record_does_not_come_before_it(noise: np.ndarray) -> N
     late[-50:] = np.hanning(50)
     found = through_soil(late, INTERVAL, [LAYER, ROCK]).samples
     assert np.abs(found[:900]).max() < 0.01 * np.abs(found).max()
-    assert 5 * fundamental_period([LAYER, ROCK]) < QUIET
+    assert 5 * 4 * LAYER.thickness / LAYER.velocity < QUIET  # five fundamental periods
 
 
 def test_resonance_stands_at_the_fundamental_period() -> None:
-    assert fundamental_period([LAYER, ROCK]) == pytest.approx(0.4)
     time = np.arange(0, 30, INTERVAL)
     peaks = [
         np.abs(through_soil(np.sin(2 * np.pi * time / period), INTERVAL, [LAYER, ROCK]).samples[1500:3000]).max()

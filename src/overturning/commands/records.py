@@ -84,7 +84,6 @@ def plot(
     from overturning.figures.write import save
     from overturning.records.check import check_paths, describe
     from overturning.records.processing import default_steps, process
-    from overturning.records.read import read_path
     from overturning.records.record import summary
 
     declared = given.declarations()
@@ -92,13 +91,9 @@ def plot(
         frequency: float | Literal["auto"] = "auto" if corner == "auto" else float(corner)
     except ValueError:
         raise ArgumentError(f"--corner: {corner!r}; a frequency in Hz, or auto") from None
-    refused = []
-    if len(paths) == 1 and paths[0].is_file():
-        records = {paths[0].name: read_path(paths, declared)}
-    else:
-        findings = check_paths(paths, declared)
-        records = {finding.files[0]: finding.record for finding in findings if finding.record is not None}
-        refused = [finding for finding in findings if finding.record is None]
+    findings = check_paths(paths, declared)
+    records = {finding.files[0]: finding.record for finding in findings if finding.record is not None}
+    refused = [finding for finding in findings if finding.record is None]
     page = output.suffix in (".svg", ".png")
     if page and len(records) > 1:
         raise ArgumentError(f"--output: {output.name} is one page, but there are {len(records)} records; name a folder")

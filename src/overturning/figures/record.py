@@ -12,7 +12,7 @@ from overturning.figures.style import style
 from overturning.figures.write import Write, save
 from overturning.model.scene import gravestone
 from overturning.records.store import read_motion, read_unprocessed
-from overturning.study.cube import open_cube, study_of
+from overturning.study.cube import open_cube, shown_block, study_of
 from overturning.study.scenes import scene_of
 
 
@@ -41,7 +41,7 @@ def draw_records(
             motion = motions / f"{name}.nc"
             used = read_motion(motion)
             with style():
-                write(map_figure(one.sel(study.shown_block), f"{title}{stone}"), folder / "polar" / name)
+                write(map_figure(one.sel(shown_block(one)), f"{title}{stone}"), folder / "polar" / name)
                 if study.several_blocks:
                     write(map_figure(one, f"{title}{stone}"), folder / "blocks" / name)
                 write(intensity_figure(around, float(one["fault_normal"]), title), folder / "intensity" / name)

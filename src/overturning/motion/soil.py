@@ -58,11 +58,6 @@ def pystrata() -> Any:
     return package
 
 
-def fundamental_period(layers: Sequence[Soil]) -> float:
-    """Period, s, of the layers on a rigid base: 4 H over the mean velocity by travel time."""
-    return 4 * sum(one.thickness / one.velocity for one in layers if one.thickness)
-
-
 def through_soil(
     samples: ArrayLike, sampling_interval: float, layers: Sequence[Soil], *, outcrop: bool = True
 ) -> Passed:

@@ -24,7 +24,7 @@ from overturning.statistics.elements import ElementFalls, falls_by_element
 from overturning.statistics.falls import fall_means, overturns
 from overturning.statistics.space import plane_counts
 from overturning.study.convergence import Convergence
-from overturning.study.cube import open_records, study_of
+from overturning.study.cube import open_records, shown_block, study_of
 from overturning.study.scenes import NOMINAL, scene_of
 from overturning.study.schema import Study
 from overturning.surveys.comparison import SurveyResult, read_survey_result
@@ -194,7 +194,7 @@ class Results:
         if len(self.names) <= MOST_MAPS:
             return list(self.names)
         members = next(iter(record_groups(self.cube).values()))
-        block = self.cube["overturned"].sel(self.study.shown_block)
+        block = self.cube["overturned"].sel(shown_block(self.cube, self.study))
         falls = members & (abs(block) == 1).any([name for name in block.dims if name != "record"]).to_numpy()
         chosen = zip(self.names, falls if falls.any() else members, strict=True)
         one_each = {name.event: name for name, own in reversed(list(chosen)) if own}

@@ -162,13 +162,13 @@ def shown_block(cube: "xr.Dataset", study: Study | None = None) -> dict[str, lis
     """
     if study is None and "study" not in cube.attrs:
         return {}
-    own = study or study_of(cube)
-    beside = Path(cube.encoding.get("source", "")).with_name(CONFIGURATION)
-    if study is None and beside.is_file():
-        said = load_study(beside)
-        own = said if (said.name, said.height, said.friction) == (own.name, own.height, own.friction) else own
-    whole = {"height": own.height, "friction": own.friction}
-    return {name: one for name, one in own.shown_block.items() if cube.sizes.get(name) == len(whole[name])}
+    own, said = study or study_of(cube), Path(cube.encoding.get("source", "")).with_name(CONFIGURATION)
+    if study is None and said.is_file() and (beside := load_study(said)).name == own.name:
+        own = beside
+    chosen = own.figures.height or own.height[0], own.figures.friction
+    block = {"height": chosen[0], "friction": own.friction[-1] if chosen[1] is None else chosen[1]}
+    whole = (name for name in block if cube.sizes.get(name) == len(getattr(own, name)) and block[name] in cube[name])
+    return {name: [block[name]] for name in whole}
 
 
 def motions_beside(path: Path, study: Study, variant: str) -> Path:

@@ -275,15 +275,6 @@ class Study(Keys):
             yield "ensemble.initial_tilt: a scene starts at rest; leave it at 0"
 
     @property
-    def shown_block(self) -> dict[str, list[float]]:
-        """Height and friction of the block of the large maps, each as a selection of one along its dimension."""
-        height, friction = self.figures.height, self.figures.friction
-        return {
-            "height": [self.height[0] if height is None else height],
-            "friction": [self.friction[-1] if friction is None else friction],
-        }
-
-    @property
     def several_blocks(self) -> bool:
         """Whether there are others than the one of the large maps."""
         return len(self.height) * len(self.friction) * len(self.aspects) > 1

@@ -62,26 +62,16 @@ def window(paths: Sequence["xr.Dataset"]) -> tuple[float, float]:
     return max(0.0, peak - 3.0), min(float(time[-1]), peak + 3.0)
 
 
-def film_of(
-    paths: Sequence["xr.Dataset"],
-    motion: Motion,
-    title: str,
-    *,
-    headings: Sequence[str] | None = None,
-    note: str = "",
-) -> Film:
+def film_of(paths: Sequence["xr.Dataset"], motion: Motion, title: str, *, note: str = "") -> Film:
     """A film of trajectories in step, from shortly before the first movement to shortly after the last.
 
-    All are under the motion, times the amplitude of each; a heading is by default as of `heading_of`. What can be done
-    with the film is added to the `note`, the line below it. An ArgumentError where there is no trajectory.
+    All are under the motion, times the amplitude of each. What can be done with the film is added to the `note`, the
+    line below it. An ArgumentError where there is no trajectory.
     """
     if not paths:
         raise ArgumentError("paths: none; a film needs at least one trajectory")
     time = frame_times(*window(paths))
-    names = headings or [heading_of(path) for path in paths]
-    panels = tuple(
-        _showing(path).panel(path, motion, time, (name, outcome(path))) for path, name in zip(paths, names, strict=True)
-    )
+    panels = tuple(_showing(path).panel(path, motion, time, (heading_of(path), outcome(path))) for path in paths)
     return Film(title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {_showing(paths[0]).note}".strip())
 
 

@@ -50,10 +50,9 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
     paths = trajectories(study, motion, case.block, case.direction_deg)
     place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
     title = f"{place}: {described(study, case.block)}"
-    headings = [heading_of(path) for path in paths]
-    film = film_of(paths, motion, title, headings=headings, note="The frame moves with the base.")
+    film = film_of(paths, motion, title, note="The frame moves with the base.")
     if model_of(one).one_component:
-        drawn = _in_planes(one, paths, motion, (title, place), headings)
+        drawn = _in_planes(one, paths, motion, (title, place))
     else:
         about = "tilt of the axis towards north and east, and hodographs of the ground"
         several = enumerate(paths, 1)
@@ -69,7 +68,7 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
         "rule": case.rule,
         "block": title,
         "record": record,
-        "outcomes": [f"{heading}: {outcome(path)}" for heading, path in zip(headings, paths, strict=True)],
+        "outcomes": [f"{heading_of(path)}: {outcome(path)}" for path in paths],
         "film": film.data(),
         "keys": film.panels[0].keys,
         "figures": figures,
@@ -82,9 +81,7 @@ def described(study: Study, block: dict[str, float]) -> str:
     return f"B/H = {block['b_over_h']:.3g}{oblong}, H = {block['height']:.3g} m, µ = {block['friction']:g}"
 
 
-def _in_planes(
-    one: "xr.Dataset", paths: list["xr.Dataset"], motion: Motion, texts: tuple[str, str], headings: list[str]
-) -> list[Drawn]:
+def _in_planes(one: "xr.Dataset", paths: list["xr.Dataset"], motion: Motion, texts: tuple[str, str]) -> list[Drawn]:
     """Figures behind a film in planes: response, boundary, spectra and hodograph; the texts are title and place."""
     (title, place), normal = texts, float(one["fault_normal"])
     azimuths = list(dict.fromkeys(float(path.attrs["azimuth_deg"]) for path in paths))
@@ -95,7 +92,7 @@ def _in_planes(
     return [
         (
             "response",
-            response_figure(paths, title, headings),
+            response_figure(paths, title),
             "rotation, slip and uplift against time",
             {"most_height": 14},
         ),

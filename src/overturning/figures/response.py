@@ -34,8 +34,8 @@ def response_series(one: xr.Dataset) -> list[Any]:
     ]
 
 
-def response_figure(paths: Sequence[xr.Dataset], title: str, headings: Sequence[str] = ()) -> Figure:
-    """Figure with a column per trajectory, all with the same scales; its heading is the azimuth where not given.
+def response_figure(paths: Sequence[xr.Dataset], title: str) -> Figure:
+    """Figure with a column per trajectory, all with the same scales; its heading is the azimuth.
 
     Every free element has a curve of its own, named where there are several, and a dashed line at its angle of no
     return.
@@ -62,7 +62,7 @@ def response_figure(paths: Sequence[xr.Dataset], title: str, headings: Sequence[
             axes.axhline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
             axes.locator_params(axis="y", nbins=5)
             style.labels(axes, "time, s" if row == len(ROWS) - 1 else "", ROWS[row] if column == 0 else "")
-        heading = headings[column] if headings else style.compass_name(path.attrs["azimuth_deg"])
+        heading = style.compass_name(path.attrs["azimuth_deg"])
         upper.set_title(
             fill(f"{heading}: {_does(path)}", int(18 * width / len(paths) / 1.25)), fontsize=9, parse_math=False
         )

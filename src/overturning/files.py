@@ -13,19 +13,15 @@ from typing import Any
 from overturning.errors import ArgumentError, ConfigError
 
 
-def check_kind(path: Path, argument: str, *kinds: str) -> None:
-    """Refuse a file whose ending is not one of some kinds, such as ``.svg``; an `ArgumentError` names them."""
-    if path.suffix.lower() not in kinds:
-        raise ArgumentError(f"{argument} {path}: unknown kind of file; end it in {' or '.join(kinds)}")
-
-
-def check_output(path: Path, argument: str, *kinds: str) -> None:
+def check_output(path: Path | None, argument: str, *kinds: str) -> None:
     """Refuse a file that could not be written, before anything is computed for it; an `ArgumentError` says why.
 
-    `kinds` are the endings that it may have where not any.
+    `kinds` are the endings, such as ``.svg``, that it may have where not any. Of no file nothing is refused.
     """
-    if kinds:
-        check_kind(path, argument, *kinds)
+    if path is None:
+        return
+    if kinds and path.suffix.lower() not in kinds:
+        raise ArgumentError(f"{argument} {path}: unknown kind of file; end it in {' or '.join(kinds)}")
     if not path.parent.is_dir():
         raise ArgumentError(f"{argument} {path}: there is no folder {path.parent}; make it first, or name another")
     why = "is a folder" if path.is_dir() else ""

@@ -19,12 +19,12 @@ from overturning.figures.explore import write_explorer
 from overturning.files import seal
 from overturning.records.record import Record
 from overturning.report import blocks
-from overturning.report.html import render_html
 from overturning.study.cube import open_cube, processing_of, sources_of_records, study_of
 from overturning.study.gather import gather
 from overturning.study.load import check_study
 from overturning.study.sweep import sweep_record
 from tests.fuzz.spoiling import EVIL_WORDS, fuzz, met, scripts_of, spoilt, wrong_tree
+from tests.report.reading import render_html
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from overturning.report.blocks import Film, Report, Section, Table, each_block
+from overturning.report.html import pieces_of
 from overturning.report.write import write_report
+
+
+def render_html(report: Report) -> str:
+    """The whole page."""
+    return "".join(pieces_of(report))
+
 
 NO_TEXT = {"kinds", "anchor", "medium", "file"}
 

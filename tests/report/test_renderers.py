@@ -32,11 +32,10 @@ from overturning.report.blocks import (
     each_block,
     table,
 )
-from overturning.report.html import render_html
 from overturning.report.pdf import paper_data, render_pdf
 from overturning.report.plain import plain_lines
 from overturning.report.write import write_report
-from tests.report.reading import Balance, texts
+from tests.report.reading import Balance, render_html, texts
 
 HARM = "</script><script>window.hurt = 1</script> \"' & #panic() $x^2$ [*a* _b_ = @c `d` \\e {{ f }}"
 SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="10pt" height="10pt" viewBox="0 0 10 10"><rect id="a"/></svg>'

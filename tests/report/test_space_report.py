@@ -7,9 +7,9 @@ import pytest
 from overturning.commands.explore import explore
 from overturning.report.blocks import Figure, Section, Table, each_block
 from overturning.report.build import build_report
-from overturning.report.html import render_html
 from overturning.report.pdf import render_pdf
 from overturning.report.results import open_results
+from tests.report.reading import render_html
 from tests.report.tiny_studies import make_results, pulse_record
 
 

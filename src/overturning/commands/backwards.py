@@ -41,10 +41,8 @@ def backwards(
     from overturning.surveys.responses import Responses, StoneKind
     from overturning.surveys.stones import read_survey
 
-    if figure is not None:
-        check_output(figure, "--figure", ".svg", ".png")
-    if output is not None:
-        check_output(output, "--output")
+    check_output(figure, "--figure", ".svg", ".png")
+    check_output(output, "--output")
     rows = read_survey(stones)
     library = candidates((read_motion(path) for path in motion or ()), alone=alone)
     began = said = time.monotonic()

@@ -137,15 +137,14 @@ def _check_outputs(wanted: Outputs, space: InSpace) -> None:
     from overturning.errors import ArgumentError
     from overturning.files import check_output
 
+    check_output(wanted.animate, "--animate", ".html", ".gif", ".mp4")
+    check_output(wanted.response, "--response", ".svg", ".png", ".pdf")
     if wanted.animate is not None:
         from overturning.figures.film_movie import check_movie
 
-        check_output(wanted.animate, "--animate", ".html", ".gif", ".mp4")
         check_movie(wanted.animate, in_space=space.body)
-    if wanted.response is not None:
-        check_output(wanted.response, "--response", ".svg", ".png", ".pdf")
-        if space.body and len(space.orientation or ()) > 1:
-            raise ArgumentError(f"{wanted.response.name}: one orientation at a time; give --orientation once")
+    if wanted.response is not None and space.body and len(space.orientation or ()) > 1:
+        raise ArgumentError(f"{wanted.response.name}: one orientation at a time; give --orientation once")
 
 
 def _scene(plane: InPlane, damping_ratio: float | None) -> "Scene":

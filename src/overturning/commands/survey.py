@@ -26,10 +26,8 @@ def survey(
     from overturning.surveys.comparison import compare_survey, survey_result, write_survey
     from overturning.surveys.stones import read_survey
 
-    if figure is not None:
-        check_output(figure, "--figure", ".svg", ".png", ".pdf")
-    if output is not None:
-        check_output(output, "--output")
+    check_output(figure, "--figure", ".svg", ".png", ".pdf")
+    check_output(output, "--output")
     rows = read_survey(stones)
     with open_cube(cube, chunks={"record": 1}) as data:
         site = data.isel(record=[record_number(data, record)]).load()

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
@@ -112,7 +113,7 @@ def explorer_data(
         "sketch": sketch,
         "colours": {
             "falls": FALLS, "other": OTHER_SIDE, "stands": STANDS, "missing": MISSING, "fault": FAULT,
-            "darkest": DARKEST, "azimuths": _hues(),
+            "darkest": DARKEST, "azimuths": [to_hex(COLOURS((place + 0.5) / _HUES)) for place in range(_HUES)],
         },
     }  # fmt: skip
 
@@ -186,12 +187,6 @@ def _packed_motion(motion: Motion) -> dict[str, Any]:
     step = max(float(np.abs(part).max()) for part in parts) / 32767 or 1.0
     kept = [_base64(np.rint(part / step).astype("<i2")) for part in parts]
     return {"interval": interval, "step": step, "components": kept}
-
-
-def _hues() -> list[str]:
-    from matplotlib.colors import to_hex
-
-    return [to_hex(COLOURS((place + 0.5) / _HUES)) for place in range(_HUES)]
 
 
 def _plain(values: NDArray[Any]) -> list[float]:

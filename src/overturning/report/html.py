@@ -13,13 +13,8 @@ from overturning.figures.page import embedded_json, player_script, template
 from overturning.report import blocks
 
 
-def render_html(report: blocks.Report) -> str:
-    """The page, which needs nothing from outside."""
-    return "".join(pieces_of(report))
-
-
 def pieces_of(report: blocks.Report) -> Iterator[str]:
-    """The page piece by piece: with the figures of many records it need not be in memory at once."""
+    """The page, which needs nothing from outside, in pieces: with many figures it need not be in memory at once."""
     title = escape(report.title)
     style, script = (template(name, "report") for name in ("report.css", "sort.js"))
     question = f'<p class="question">{escape(report.question)}</p>\n' if report.question else ""

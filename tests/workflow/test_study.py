@@ -105,6 +105,7 @@ AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore"} | LAST
         ({"surveys": [{"stones": "config/stones.csv", "record": "rinaldi"}]}, {"survey", "backwards", *LAST}),
         ({"figures": {"dpi": 100}}, {"record_figures_1", "figures", *LAST}),
         ({"figures": {"formats": ["pdf"]}}, {"record_figures_1", "figures", *LAST}),
+        ({"figures": {"friction": 1.0}}, {"record_figures_1", "figures", "explore", *LAST}),
     ],
     ids=lambda value: next(iter(value), "nothing") if isinstance(value, dict) else None,
 )

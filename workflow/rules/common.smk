@@ -156,13 +156,16 @@ wildcard_constraints:
     variant="|".join(map(re.escape, VARIANTS)),
 
 
-def settings(*keys, use=RECORDS):
+def settings(*keys, use=RECORDS, **parts):
     """The part of the study that one step depends on, as a study: what is not in it cannot change that step's result.
 
-    Where that is too long for a command, of thousands of records, it is the name of a file that holds it.
+    Of a key among the parts the keys inside are named. Where that is too long for a command, of thousands of records, it
+    is the name of a file that holds it.
     """
     records = SETTINGS["records"] | {"use": list(use)}
     part = {key: SETTINGS[key] for key in keys if key != "records"}
+    for key, inside in parts.items():
+        part[key] = {name: SETTINGS[key][name] for name in inside}
     return handed(json.dumps({"name": STUDY.name, "records": records, **part}), "yaml")
 
 

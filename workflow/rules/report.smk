@@ -15,7 +15,7 @@ rule explore:
     resources:
         mem_mb=1000,
     params:
-        study=settings(*OF_CUBE, "figures"),
+        study=settings(*OF_CUBE, figures=("height", "friction")),
         sources=sources("explore"),
     shell:
         "overturning explore {input.cube} --output {output.page} --study {params.study:q} > {log} 2>&1"

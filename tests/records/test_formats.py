@@ -103,6 +103,7 @@ def test_a_file_longer_than_its_header_promises_is_read_to_the_promise(tmp_path,
     (note,) = record.extra["notes"]
     assert f"{first} goes on after the 200 samples that its header promises: " in note
     assert note.endswith("left out")
+    assert " 1 lines " not in note
 
 
 @pytest.mark.parametrize("form", [form for form, written in FORMS.items() if written.peak])

@@ -100,7 +100,7 @@ class Lines:
             end += 1
         if last and any(line.strip() for line in self.lines[end:]):
             raise self.error(end, f"{self.lines[end][:40]!r} after the last of {samples} samples; get the file again")
-        return end, self.surplus(samples, f"{end - at} lines of numbers") if end > at else ()
+        return end, self.surplus(samples, f"{end - at} line{'s' * (end - at > 1)} of numbers") if end > at else ()
 
     def check_spacing(self, first: int, time: FloatArray, interval: float, per_line: float, remedy: str) -> None:
         """Refuse times, s, which begin in the line ``first``, that are more than a millisecond off even ones."""

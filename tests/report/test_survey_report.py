@@ -28,6 +28,8 @@ def surveyed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = {"latitude": 35.275, "longitude": 133.46, "extra": {"event_latitude": 35.275, "event_longitude": 133.35}}
     record = pulse_record("site", 60, 6.0, fault_strike_deg=330.0, **place)
     results = make_results(folder, [record], surveys=surveys, azimuth={"step": 15}, ensemble={"members": 0})
+    for folder in ("survey", "figures/survey"):  # as the workflow does; the commands make none
+        (results / folder).mkdir(parents=True, exist_ok=True)
     for number, survey in enumerate(surveys, 1):
         more = (
             "--figure",

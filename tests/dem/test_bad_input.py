@@ -147,7 +147,8 @@ def test_a_slab_that_rattles_under_a_stone_a_million_times_heavier_is_given_up()
     stone = {"name": "stone", "width": 0.3, "height": 0.8, "stands_on": "slab"}
     ground = {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}
     densities = {"stone": {"density": 2650.0}, "light": {"density": 2650.0 * 4.8e-6}}
-    scene = check_scene({"name": "slab", "materials": densities, "elements": [ground, slab, stone]})
+    soft = {"between": ["stone", "light"], "static_penetration": 2e-5}
+    scene = check_scene({"name": "slab", "materials": densities, "contacts": [soft], "elements": [ground, slab, stone]})
     wave = 8.0 * np.sin(12.0 * np.arange(600) * 0.01)
     motion = Motion(wave, 0 * wave, sampling_interval=0.01)
     found = run(scene, motion, Cases(0.0, 0.1, 5.0, 1.0), Numerics(budget=ELEMENT_STEP * 200_000))

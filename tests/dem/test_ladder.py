@@ -13,7 +13,7 @@ from overturning.dem.run import plan_of, run_cases
 from overturning.dem.time_step import contact_time, highest_eigenvalue
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
-from overturning.model.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
+from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.planes import Planes
 from overturning.model.scene import gravestone
 from overturning.model.status import Status
@@ -227,8 +227,7 @@ def test_no_contact_gets_a_silent_answer(penetration: float, damping_ratio: floa
 
 def test_where_the_default_contact_is_decided() -> None:
     stone, scene = gravestone(), shipped("three-tier")
-    assert stone.law(*stone.elements).contact == Contact(static_penetration=STATIC_PENETRATION)
-    assert stone.law(*stone.elements).contact == Contact()
-    assert scene.law(*scene.elements[:2]).static_penetration == SCENE_STATIC_PENETRATION
+    assert stone.law(*stone.elements).contact == scene.law(*scene.elements[:2]).contact == Contact()
+    assert Contact().static_penetration == STATIC_PENETRATION
     given = gravestone(Contact(static_penetration=3e-6))
     assert given.law(*given.elements).static_penetration == 3e-6

@@ -12,7 +12,7 @@ from overturning.dem.quiet import overshoot
 from overturning.dem.run import run, run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
-from overturning.model.contact import SCENE_STATIC_PENETRATION, Contact
+from overturning.model.contact import Contact
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -64,7 +64,7 @@ def test_no_more_flags_change_than_where_the_shaking_changes_in_its_ninth_digit(
     assert changed[0] <= changed[1:].max(), changed
 
 
-SOFT = Contact(static_penetration=SCENE_STATIC_PENETRATION)
+SOFT = Contact(static_penetration=2e-5)
 """Cundall's steps shrink with the stiffness."""
 GRID = {
     "azimuth_deg": np.arange(0.0, 180.0, 15.0), "height": [0.6, 1.2], "b_over_h": np.arange(0.1, 0.61, 0.1),
@@ -136,11 +136,10 @@ def test_a_body_at_rest_that_is_not_followed_falls_as_one_that_is(
     monkeypatch.setattr(plan, "borne", lambda lifts, *_: 0.0 * lifts)
     full = run(model, motion, cases)
     assert (full.samples_left_out == 0).all()
-    # A zigzag from sample to sample lets no body in space come to rest, a stack seldom, with vertical motion never.
-    followed = wave == "zigzag" and (name == "space" or (name == "scene" and vertical))
-    least = 40 if (name, wave) == ("scene", "zigzag") else 100
-    assert short.samples_left_out.max() == 0 if followed else short.samples_left_out.mean() > least
-    assert (short.block_steps <= full.block_steps).all()
+    # A zigzag from sample to sample lets no body in space come to rest.
+    followed = (name, wave) == ("space", "zigzag")
+    assert short.samples_left_out.max() == 0 if followed else short.samples_left_out.mean() > 100
+    assert short.block_steps.sum() <= full.block_steps.sum()
     np.testing.assert_array_equal(short.overturned, full.overturned)
     peak = "peak_tilt" if name == "space" else "peak_rotation"
     stands = full.overturned == 0

@@ -11,7 +11,7 @@ from overturning.dem.polygon.plan import plan_polygons
 from overturning.dem.run import plan_of, run, run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
-from overturning.model.contact import SCENE_STATIC_PENETRATION, Contact
+from overturning.model.contact import Contact
 from overturning.model.planes import Planes
 from overturning.model.scene import gravestone
 from overturning.model.status import Status
@@ -19,7 +19,7 @@ from overturning.motion.motion import Motion
 from tests.dem.near_field import strong_part
 from tests.dem.polygon_scenes import shipped
 
-SOFT = Contact(static_penetration=SCENE_STATIC_PENETRATION)
+SOFT = Contact(static_penetration=2e-5)
 """The contact of both kernels."""
 
 

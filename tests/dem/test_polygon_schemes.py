@@ -16,10 +16,8 @@ from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import block, scene, shaken, shipped
 
 
-def _damped(made: Scene, ratio: float) -> Scene:
-    return Scene.model_validate(
-        made.model_dump() | {"contacts": [{"between": ("stone", "stone"), "damping_ratio": ratio}]}
-    )
+def _with_law(made: Scene, **law: float) -> Scene:
+    return Scene.model_validate(made.model_dump() | {"contacts": [{"between": ("stone", "stone")} | law]})
 
 
 def _strong() -> Motion:
@@ -34,7 +32,7 @@ def _cases(made: Scene) -> Cases:
 
 def test_both_schemes_converge_to_one_motion() -> None:
     """A stack that rocks without falling: the centred scheme's error falls with its step, the rest is Cundall's."""
-    made = shipped("three-tier")
+    made = _with_law(shipped("three-tier"), static_penetration=2e-5)  # Cundall's steps shrink with the stiffness
     height, _ = native_size(made)
     time = np.arange(0, 2, 0.01)
     motion = shaken(np.round(4.0 * np.sin(9 * time) * (time < 0.7), 9))
@@ -55,7 +53,7 @@ def test_both_schemes_converge_to_one_motion() -> None:
 @pytest.mark.parametrize("ratio", [0.05, 1.0, 3.0, 8.0])
 def test_fallen_and_standing_stones_come_to_rest_at_the_default_step(ratio: float) -> None:
     """Whatever the damping: none trembles on until it is undecided, and work and energy balance."""
-    made = _damped(shipped("three-tier"), ratio)
+    made = _with_law(shipped("three-tier"), damping_ratio=ratio)
     found = run(made, _strong(), _cases(made), Numerics(leave_out=False))
     assert (found.overturned[:, 2] != 0).any()
     assert (found.status == Status.SIMULATED).all()

@@ -41,8 +41,8 @@ def with_row(prepared: Prepared, found: Results, turned_deg: list[float], flags:
         ([3.0, 40.0, 20.0], [0, 0, 1], True),  # without what carried it
         ([3.0, 40.0, 20.0], [1, 0, 1], False),  # on the ground
         ([3.0, 90.0, 90.0], [0, 0, 1], False),
-        ([3.0, 89.9999, 90.0], [0, 0, 1], False),  # lies flat
-        ([3.0, 89.9999, 90.0], [0, 1, 1], True),
+        ([3.0, 89.9999995, 90.0], [0, 0, 1], False),  # lies flat
+        ([3.0, 89.9999995, 90.0], [0, 1, 1], True),
         ([3.0, 40.0, 90.0], [1, 0, 1], False),
     ],
 )

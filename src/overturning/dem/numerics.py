@@ -10,7 +10,7 @@ from overturning.errors import ArgumentError
 Progress = Callable[[int, int], None]
 """Called now and then with the block steps done and those expected."""
 
-BUDGET: Final = 500_000_000
+BUDGET: Final = 2_000_000_000
 """Block steps of one case."""
 
 BODY_STEP: Final = 5

@@ -13,16 +13,13 @@ from overturning.model.solid import Solid
 from overturning.units import STANDARD_GRAVITY
 
 STATIC_PENETRATION: Final = 1e-7
-"""δ/B of ``stiffness="auto"``: with it and `DAMPING_RATIO` the block behaves as the rigid one (docs/method.md)."""
+"""δ/B of ``stiffness="auto"``: with it and `DAMPING_RATIO` a block behaves as a rigid one (docs/method.md)."""
+
+BODY_STATIC_PENETRATION: Final = 2e-6
+"""The same of a body in space, of whose falls a stiffer contact makes none surer (docs/design-notes.md)."""
 
 DAMPING_RATIO: Final = 3.0
 """ξ where no damping is given: what lands stays, as Housner has it (docs/method.md)."""
-
-SCENE_STATIC_PENETRATION: Final = 2e-5
-"""The same in a scene of more than one block, whose steps shrink with the stiffness."""
-
-BODY_STATIC_PENETRATION: Final = 2e-6
-"""The same of a body in space; docs/design-notes.md has what a stiffer contact changes."""
 
 WIDEST: Final = 1.0
 """B beyond which a body in space sinks in no deeper, m: what gives before it slides is a length."""

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.contact import DAMPING_RATIO, SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
+from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION, Contact
 from overturning.model.pieces import outline
 from overturning.model.polygon import Polygon, polygon, rectangle
 from overturning.units import GRANITE_DENSITY
@@ -41,10 +41,9 @@ class ContactLaw(Keys):
         default="auto",
         description="normal spring K_n per vertex and metre of depth, N/m; auto: from the weight carried",
     )
-    static_penetration: Positive | None = Field(
-        default=None,
-        description="stiffness auto: static penetration as a share of the width of the contact; not given: "
-        f"{STATIC_PENETRATION:.0e} for a single block on the ground, {SCENE_STATIC_PENETRATION:.0e} in any other scene",
+    static_penetration: Positive = Field(
+        default=STATIC_PENETRATION,
+        description="stiffness auto: static penetration as a share of the width of the contact",
     )
     stiffness_ratio: float = Field(default=1.0, ge=0, description="K_s/K_n")
     damping_ratio: float | None = Field(

@@ -11,7 +11,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from overturning.errors import ArgumentError, ConfigError
 from overturning.files import read_mapping, shipped
-from overturning.model.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
+from overturning.model.contact import Contact
 from overturning.model.element import ContactLaw, Element, Keys, Material, Name, Positive
 from overturning.model.geometry import WIDE, check_geometry
 from overturning.tables import what_is_wrong
@@ -118,13 +118,9 @@ class Scene(Keys):
         return self.law_between(one.material, other.material)
 
     def law_between(self, one: Name, other: Name) -> ContactLaw:
-        """The contact law of two materials, its static penetration that of the scene where the file gives none."""
+        """The contact law of two materials, the default one where the file gives none."""
         laws = (law for law in self.contacts if set(law.between) == {one, other})
-        law = next(laws, ContactLaw(between=(one, other)))
-        if law.static_penetration is not None:
-            return law
-        penetration = STATIC_PENETRATION if self.single_block else SCENE_STATIC_PENETRATION
-        return law.model_copy(update={"static_penetration": penetration})
+        return next(laws, ContactLaw(between=(one, other)))
 
 
 @lru_cache(maxsize=64)

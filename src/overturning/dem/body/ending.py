@@ -20,7 +20,7 @@ from overturning.dem.body.state import (
 )
 from overturning.dem.body.vectors import Vector, apply, cross, dot, frame_of, full, plus
 from overturning.dem.kernel.clock import Attempt
-from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, Course, is_still
+from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, UPRIGHT, Course, is_still
 from overturning.dem.kernel.ground import within_sample
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
@@ -32,9 +32,6 @@ load_shaking = ROWS.access(Shaking).load
 load_memory = VERTEX.access(Point, "old").load
 OF_A_VERTEX: Final = VERTEX.size
 LENGTH: Final = ROWS.row(Attempt, "length")
-
-UPRIGHT: Final = 1e-4
-"""A body rests on its base where sin² of its tilt is below this share of that of the critical angle."""
 
 
 @njit(**INLINE)
@@ -139,7 +136,7 @@ def rests(state: Any, vertices: Any, count: int, base: int, j: int, bears: float
     for i in range(count):
         one = load_memory(vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], j)
         held += 1 if one.normal > 0.0 and one.slid == 0.0 else 0
-    return bool(held >= base and lean_of(frame_of(s.turn)) < UPRIGHT * body.critical)
+    return bool(held >= base and lean_of(frame_of(s.turn)) < UPRIGHT * UPRIGHT * body.critical)
 
 
 @njit(**INLINE)

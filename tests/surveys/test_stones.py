@@ -97,3 +97,10 @@ def test_a_cell_without_end_is_refused_by_its_line(tmp_path: Path) -> None:
     path.write_text(f"octant\nN\n{'N' * 200_000}\n", encoding="utf-8")
     with pytest.raises(RecordError, match=r"stones\.csv line 3: field larger than field limit"):
         read_survey(path)
+
+
+def test_stones_that_all_stood_need_no_direction(tmp_path: Path) -> None:
+    stones = read_survey(write(tmp_path, "fell,b_over_h,height_m,count\nno,0.3,0.6,4\nno,0.25,0.9,2\n"))
+    assert [(stone.fell, stone.count) for stone in stones] == [(False, 4), (False, 2)]
+    with pytest.raises(RecordError, match=r"line 2: .*fell: a stone that fell needs azimuth_deg or octant"):
+        read_survey(write(tmp_path, "fell,b_over_h\nyes,0.3\n"))

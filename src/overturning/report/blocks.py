@@ -116,7 +116,7 @@ class Film:
 
 @dataclass(frozen=True)
 class Row:
-    """Blocks side by side; on paper as wide as the shares say, all alike where there are none."""
+    """Blocks side by side; on paper as wide as the shares say, one below the other where there are none."""
 
     blocks: tuple["Block", ...]
     shares: tuple[float, ...] = ()

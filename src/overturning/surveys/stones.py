@@ -126,7 +126,7 @@ class SurveyRow(BaseModel):
 
 
 COLUMNS = tuple(SurveyRow.model_fields)
-"""Columns a survey may have; ``azimuth_deg`` or ``octant`` is needed."""
+"""Columns a survey may have; ``azimuth_deg``, ``octant`` or, of stones that all stood, ``fell`` is needed."""
 
 
 def read_survey(path: Path) -> list[Stone]:
@@ -141,7 +141,7 @@ def read_survey(path: Path) -> list[Stone]:
     RecordError
         If the file cannot be read, has no stone or an unknown column, or a cell is wrong; names file, line, column.
     """
-    one_of = ("azimuth_deg", "octant")
+    one_of = ("azimuth_deg", "octant", "fell")
     rows = read_rows(path, SurveyRow, delimiter=",", error=RecordError, kind="survey", one_of=one_of)
     stones = [row.stone(line) for line, row in rows]
     if not stones:

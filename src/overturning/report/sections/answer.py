@@ -104,7 +104,8 @@ def beside_the_normal(cube: xr.Dataset) -> tuple[str, ...]:
     within, beyond = (float(falls.where(near == side).mean()) for side in (True, False))
     return (
         f"Over all its azimuths and sizes the block overturns in {percent(within)} of the cases within 45° of the "
-        f"fault normal, and in {percent(beyond)} of the cases nearer to the fault.",
+        f"fault normal, and in {percent(beyond)} of the cases nearer to the fault"
+        f"{', so not in the direction of the normal only' if beyond > 0 else ''}.",
     )
 
 

@@ -40,7 +40,7 @@ def maps(results: Results) -> Section:
         blocks.append(Note(few))
     shown = [_map(results, name) for name in chosen]
     pairs = [tuple(shown[i : i + 2]) for i in range(0, len(shown), 2)]
-    blocks += [Row(pair, shares=(1.0, 1.0)) if len(pair) == 2 else pair[0] for pair in pairs]
+    blocks += [Row(pair) if len(pair) == 2 else pair[0] for pair in pairs]
     chance = "Colour: the probability of that fall over the neighbourhood of each case. "
     blocks.append(Note(results.words.map.format(chance=chance if "members" in results.cube else "")))
     blocks.append(Link("Look around in all cases: point at a cell, see what is known of it", EXPLORER))
@@ -49,7 +49,7 @@ def maps(results: Results) -> Section:
 
 def _map(results: Results, name: RecordName) -> Figure:
     alt = f"{name.heading}: where blocks fall, by {results.model.direction} and B/H"
-    return Figure(results.figures / "polar" / f"{name.id}.svg", alt, width=0.65)
+    return Figure(results.figures / "polar" / f"{name.id}.svg", alt, width=0.7)
 
 
 def illustrative(results: Results) -> Section | None:

@@ -50,7 +50,11 @@ def survey_section(result: SurveyResult, station: str = "", figure: Path | None 
             "no. Octants are grouped, so their tests are too, with p simulated for counts as small as these; exact "
             "azimuths need no groups."
         )
-        blocks += [Row((Figure(figure, alt, caption), octants)) if figure else octants, _tests(found), about_tests]
+        blocks += [
+            Row((Figure(figure, alt, caption), octants), shares=(1.0, 1.0)) if figure else octants,
+            _tests(found),
+            about_tests,
+        ]
     if found.confusion is not None and found.confusion.sum():
         shaped = counted(int(found.confusion.sum()), "stone")
         agreement = (

@@ -145,3 +145,13 @@ def test_where_the_kernels_have_other_flags_they_go_to_one_limit(stone: tuple[An
         assert block.overturned[0] != 0
         assert general.overturned[0] == block.overturned[0]
         assert general.overturning_time[0] == pytest.approx(block.overturning_time[0], rel=tolerance)
+
+
+def test_a_stone_that_hops_where_its_case_ends_has_not_fallen() -> None:
+    """Bouncing contacts, more than gravity up and down: one base hops where the rest is done, one for seconds after."""
+    number = 341
+    setting = scene_settings(160, 2, 1)[number]
+    assert (setting.scene, setting.common.motion) == ("three-tier", "vertical above g")
+    ending = run_setting(setting, number, Path(__file__).parents[2])["ending"]
+    assert (ending != Ending.SILENT).all()
+    assert (ending[4], ending[7]) == (Ending(Status.UNDECIDED), Ending(Status.SIMULATED))

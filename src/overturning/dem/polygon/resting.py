@@ -1,13 +1,15 @@
-"""Whether a scene is at rest, so that it need not be followed where the shaking cannot move it (docs/method.md)."""
+"""Which elements of a scene stand where they stood, and whether all are at rest (docs/method.md)."""
 
 from typing import Any, Final
 
+import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.ending import UPRIGHT, is_still
-from overturning.dem.kernel.lanes import INNER
+from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.verdict import contacts
+from overturning.dem.polygon.faces import stretch_of
+from overturning.dem.polygon.state import OPEN, Element, Pair
 
 IN_PLACE: Final = 0.2
 """At rest an element has slid by no more than this share of the arm that its tipping has, so that its joints bear
@@ -15,6 +17,75 @@ nearly what they did."""
 
 BOTH: Final = 2
 """Ends of a joint."""
+
+
+@njit(**INNER)
+def has_tipped(e: Element, rules: Any) -> bool:
+    """Whether an element has turned past the angle from which it could come back."""
+    return bool(e.pose.angle > rules.tips_on or -e.pose.angle > rules.tips_back)
+
+
+@njit(**INNER)
+def has_left(e: Element, rules: Any) -> bool:
+    """Whether an element has turned past the angle from which it could come back, or is too low."""
+    return bool(has_tipped(e, rules) or e.pose.z < e.home.lowest)
+
+
+@njit(**INLINE)
+def contacts(pair: Pair) -> int:
+    """Number of ends that touch."""
+    return (1 if pair.history.one.carrier != OPEN else 0) + (1 if pair.history.two.carrier != OPEN else 0)
+
+
+@njit(**INNER)
+def support_until(state: Any, j: int, scene: Any, i: int, gap: float) -> float:
+    """Infinite where an element is still on something that carried it, and that has not fallen; else until when, s.
+
+    It is on it where they are no farther apart than a `gap`, m: a stone that hops a little has not left.
+    """
+    until, had = rows.of_element(state, i)[rows.CARRIED_UNTIL + j], False
+    for p in range(scene.layout.shape[0]):
+        q, a, b = rows.of_pair(state, scene, p)
+        pair = rows.load_pair(q, j)
+        if pair.stands == 0.0 or i != scene.layout[p, 0 if pair.stands > 0.0 else 1]:
+            continue
+        had = True
+        ends = stretch_of(pair, rows.load_pose(a, j), rows.load_pose(b, j), True)
+        if (ends.one.faces and ends.one.depth > -gap) or (ends.two.faces and ends.two.depth > -gap):
+            on = b if pair.stands > 0.0 else a
+            if on[rows.SIDE + j] == 0.0:
+                return np.inf
+            until = min(until, on[rows.UPRIGHT_UNTIL + j])
+    return float(until) if had else np.inf
+
+
+@njit(**INNER)
+def all_in_place(state: Any, j: int, scene: Any, rules: Any, gap: float) -> bool:
+    """Whether every free element of a column stands where it stood."""
+    for i in range(rules.size):
+        if rules[i].is_free > 0.0 and (
+            has_left(rows.load_element(rows.of_element(state, i), j), rules[i])
+            or support_until(state, j, scene, i, gap) < np.inf
+        ):
+            return False
+    return True
+
+
+@njit(**INNER)
+def one_hops(state: Any, j: int, scene: Any, rules: Any, gap: float) -> bool:
+    """Whether an element is in the air, higher than a `gap` over what carried it, and may come down on that again."""
+    for i in range(rules.size):
+        e = rows.of_element(state, i)
+        if rules[i].is_free == 0.0 or e[rows.SIDE + j] != 0.0 or has_left(rows.load_element(e, j), rules[i]):
+            continue
+        touching = 0
+        for p in range(scene.layout.shape[0]):
+            if scene.layout[p, 0] == i or scene.layout[p, 1] == i:
+                q, _, _ = rows.of_pair(state, scene, p)
+                touching += contacts(rows.load_pair(q, j))
+        if touching == 0 and support_until(state, j, scene, i, gap) < np.inf:
+            return True
+    return False
 
 
 @njit(**INNER)

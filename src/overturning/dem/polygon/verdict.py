@@ -10,8 +10,9 @@ from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.kernel.mechanics import larger
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.energy import closing_work, energy, kinetic, moving_energy
-from overturning.dem.polygon.faces import rotated, stretch_of
-from overturning.dem.polygon.state import OPEN, Element, Pair, Pose, Standing
+from overturning.dem.polygon.faces import rotated
+from overturning.dem.polygon.resting import all_in_place, contacts, has_left, has_tipped, one_hops, support_until
+from overturning.dem.polygon.state import Element, Pose, Standing
 from overturning.model.status import Status
 
 SAFE_TILT: Final = 0.1
@@ -35,7 +36,9 @@ def verdict(state: Any, j: int, scene: Any, stands_from: Any, end: float) -> int
     check, moving, standing, fallen, safe, slid = count_standing(state, j, rules)
     if not np.isfinite(check) or deepest_of(state, j, scene) > limits.deepest:
         return Status.UNSTABLE
-    if standing == 0 or (fallen > 0 and safe == standing and is_weak(state, j, stands_from, scene.parts, case.sample)):
+    gap = ON_IT * limits.deepest
+    weak = fallen > 0 and safe == standing and is_weak(state, j, stands_from, scene.parts, case.sample)
+    if standing == 0 or (weak and not one_hops(state, j, scene, rules, gap)):
         return Status.SIMULATED
     if case.sample < end and case.sample < case.calm:
         return GOES_ON
@@ -45,15 +48,15 @@ def verdict(state: Any, j: int, scene: Any, stands_from: Any, end: float) -> int
         return Status.SIMULATED
     if case.sample < end:
         return GOES_ON
-    if fallen == 0 and not slid and all_in_place(state, j, scene, rules, ON_IT * limits.deepest):
+    if fallen == 0 and not slid and all_in_place(state, j, scene, rules, gap):
         spare = energy(state, j, scene) - case.energy
         # Nothing can fall then; the largest rotations are known once what is left cannot reach them again.
         if spare < 0.5 * limits.least_barrier and not may_rise(state, j, rules, spare):
             return Status.SIMULATED
     if case.sample < case.after:
         return GOES_ON
-    still = moving < 1e-4 * limits.least_scale
-    return Status.SIMULATED if still or not may_fall(state, j, rules, scene.gravity) else Status.UNDECIDED
+    still = moving < 1e-4 * limits.least_scale or not may_fall(state, j, rules, scene.gravity)
+    return Status.SIMULATED if still and not one_hops(state, j, scene, rules, gap) else Status.UNDECIDED
 
 
 @njit(**INNER)
@@ -105,52 +108,6 @@ def may_fall(state: Any, j: int, rules: Any, gravity: float) -> bool:
 
 
 @njit(**INNER)
-def has_left(e: Element, rules: Any) -> bool:
-    """Whether an element has turned past the angle from which it could come back, or is too low."""
-    return bool(has_tipped(e, rules) or e.pose.z < e.home.lowest)
-
-
-@njit(**INNER)
-def has_tipped(e: Element, rules: Any) -> bool:
-    """Whether an element has turned past the angle from which it could come back."""
-    return bool(e.pose.angle > rules.tips_on or -e.pose.angle > rules.tips_back)
-
-
-@njit(**INNER)
-def support_until(state: Any, j: int, scene: Any, i: int, gap: float) -> float:
-    """Infinite where an element is still on something that carried it, and that has not fallen; else until when, s.
-
-    It is on it where they are no farther apart than a `gap`, m: a stone that hops a little has not left.
-    """
-    until, had = rows.of_element(state, i)[rows.CARRIED_UNTIL + j], False
-    for p in range(scene.layout.shape[0]):
-        q, a, b = rows.of_pair(state, scene, p)
-        pair = rows.load_pair(q, j)
-        if pair.stands == 0.0 or i != scene.layout[p, 0 if pair.stands > 0.0 else 1]:
-            continue
-        had = True
-        ends = stretch_of(pair, rows.load_pose(a, j), rows.load_pose(b, j), True)
-        if (ends.one.faces and ends.one.depth > -gap) or (ends.two.faces and ends.two.depth > -gap):
-            on = b if pair.stands > 0.0 else a
-            if on[rows.SIDE + j] == 0.0:
-                return np.inf
-            until = min(until, on[rows.UPRIGHT_UNTIL + j])
-    return float(until) if had else np.inf
-
-
-@njit(**INNER)
-def all_in_place(state: Any, j: int, scene: Any, rules: Any, gap: float) -> bool:
-    """Whether every free element of a column stands where it stood."""
-    for i in range(rules.size):
-        if rules[i].is_free > 0.0 and (
-            has_left(rows.load_element(rows.of_element(state, i), j), rules[i])
-            or support_until(state, j, scene, i, gap) < np.inf
-        ):
-            return False
-    return True
-
-
-@njit(**INNER)
 def judge_falls(state: Any, j: int, scene: Any, rules: Any, gap: float) -> None:
     """Say of every free element of a column that ends whether it has fallen: it no longer stands where it stood.
 
@@ -179,12 +136,6 @@ def deepest_of(state: Any, j: int, scene: Any) -> float:
         q, _, _ = rows.of_pair(state, scene, p)
         deepest = larger(deepest, rows.load_pair(q, j).history.deepest)
     return deepest
-
-
-@njit(**INLINE)
-def contacts(pair: Pair) -> int:
-    """Number of ends that touch."""
-    return (1 if pair.history.one.carrier != OPEN else 0) + (1 if pair.history.two.carrier != OPEN else 0)
 
 
 @njit(**INNER)

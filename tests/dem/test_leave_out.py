@@ -139,7 +139,8 @@ def test_a_body_at_rest_that_is_not_followed_falls_as_one_that_is(
     # A zigzag from sample to sample lets no body in space come to rest.
     followed = (name, wave) == ("space", "zigzag")
     assert short.samples_left_out.max() == 0 if followed else short.samples_left_out.mean() > 100
-    assert short.block_steps.sum() <= full.block_steps.sum()
+    # Of a stack that is left alone the rest may take another way, some steps longer.
+    assert (short.block_steps <= (1.001 if name == "scene" else 1.0) * full.block_steps).all()
     np.testing.assert_array_equal(short.overturned, full.overturned)
     peak = "peak_tilt" if name == "space" else "peak_rotation"
     stands = full.overturned == 0

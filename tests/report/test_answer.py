@@ -136,6 +136,9 @@ def test_planes_near_the_fault_normal_are_told_from_those_near_the_fault() -> No
     )
     (said,) = beside_the_normal(cube)
     assert numbers(said) == ["67", "45", "17"]
+    assert "not in the direction of the normal only" in said
+    (there_only,) = beside_the_normal(cube.where(cube["azimuth"] != 330, 0.0).assign_coords(cube.coords))
+    assert "only" not in there_only
     assert beside_the_normal(cube.assign_coords(fault_normal=("record", [NAN]))) == ()
 
 

@@ -316,7 +316,14 @@ def test_scene_repetitions_are_finer_and_stiffer(row_of_two: dict[str, object]) 
         name: again(motion, cases).block_steps.sum() / own.block_steps.sum()
         for name, again in computations(settings).items()
     }
-    assert 5.0 < steps["finer"] < 8.8  # of those around a change of contact there are as many of each length
+    finer, nominal = (
+        plan_of(Planes(settings.scene), motion, cases, Numerics(refinement=refinement)) for refinement in (8, 1)
+    )
+    assert computations(settings)["finer"].keywords["numerics"].refinement == 8  # type: ignore[attr-defined]
+    np.testing.assert_array_equal(finer.steps, 8 * nominal.steps)  # whole steps; ticks, and so finest ones, with them
+    np.testing.assert_array_equal(finer.table["finest"], nominal.table["finest"])
+    # Of the steps from the finest to the whole ones after a change of contact there are as many as before.
+    assert 5.0 < steps["finer"] <= 8.0
     # Whole steps follow the motion; the contact halves only the finest ones.
     assert 1.0 < steps["stiffer"] < 1.2
     soft, stiff = prepare(settings.scene).laws, prepare(Planes(settings.scene).stiffer(4.0).scene).laws

@@ -17,7 +17,7 @@ from overturning.model.falls import as_model
 from overturning.model.planes import Planes
 from overturning.model.results import Results
 from overturning.model.scene import Scene
-from overturning.motion.motion import Motion
+from overturning.motion.motion import Motion, Recorded, as_motion
 
 if TYPE_CHECKING:
     from overturning.dem.plan import Plan
@@ -95,10 +95,10 @@ def run(
 
 @keywords(Numerics)
 def run_cases(
-    motion: Motion, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
+    motion: Recorded, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
 ) -> Results:
     """Run cases of a model, a single block where none is given: `run` with fields of `Numerics` as options."""
-    return run(model, motion, cases, Numerics(**options))
+    return run(model, as_motion(motion), cases, Numerics(**options))
 
 
 def shared_out(order: NDArray[np.int64], group: NDArray[np.int64], halved: bool) -> list[NDArray[np.int64]]:

@@ -17,7 +17,7 @@ from overturning.model.planes import Planes
 from overturning.model.results import COUNTS
 from overturning.model.scene import Scene
 from overturning.model.shapes import Shape
-from overturning.motion.motion import Motion, as_motion
+from overturning.motion.motion import Motion, Recorded, as_motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,7 +71,7 @@ def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) 
 
 
 def simulate_arrays(
-    motion: Motion, model: Model | Scene | Shape | str | int | None = None, **values: Any
+    motion: Recorded, model: Model | Scene | Shape | str | int | None = None, **values: Any
 ) -> dict[str, NDArray[Any]]:
     """Simulate every combination of direction, size, slenderness, aspect and friction of a model under one motion.
 
@@ -92,7 +92,7 @@ def simulate_arrays(
 
 @keywords(Numerics)
 def simulate(
-    motion: Motion,
+    motion: Recorded,
     model: Model | Scene | Shape | str | int | None = None,
     *,
     height: ArrayLike | None = None,

@@ -12,7 +12,7 @@ from overturning.model.falls import as_model
 from overturning.model.model import Model
 from overturning.model.scene import Scene
 from overturning.model.shapes import Shape
-from overturning.motion.motion import Motion, as_motion
+from overturning.motion.motion import Recorded, as_motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @keywords(Numerics, "aspect", "amplitude", "initial_tilt")
 def trajectory(
-    motion: Motion,
+    motion: Recorded,
     model: Model | Scene | Shape | str | int | None = None,
     *,
     height: float | None = None,

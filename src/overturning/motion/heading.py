@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.motion.integration import integrate
-from overturning.motion.motion import Motion
+from overturning.motion.motion import Recorded
 
 PULSE_PERIODS = np.geomspace(0.4, 12.0, 36)
 """Periods among which that of the pulse is sought, s: 10 % apart."""
@@ -25,7 +25,7 @@ _POINTS = 256
 """Points of the wavelet per unit of its argument."""
 
 
-def peak_azimuths(motion: Motion) -> dict[str, float]:
+def peak_azimuths(motion: Recorded) -> dict[str, float]:
     """Azimuths to which the horizontal acceleration and velocity point at their peaks, degrees; NaN without motion."""
     acceleration = motion.horizontal
     velocity = integrate(acceleration, motion.sampling_interval)
@@ -58,7 +58,7 @@ def daubechies() -> FloatArray:
     return np.fft.irfft(transform, period * _POINTS)[: _SUPPORT * _POINTS + 1] * _POINTS
 
 
-def pulse_axis(motion: Motion) -> tuple[float, float]:
+def pulse_axis(motion: Recorded) -> tuple[float, float]:
     """Axis (degrees, 0 to 180) and period (s) of the strongest pulse in the velocity of a motion; NaN without motion.
 
     The wavelet coefficient that is largest over times, periods and horizontal directions (Shahi & Baker 2014, Bulletin

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray
 from overturning.motion.direction import checked_azimuths, cosines_of, largest_along
 from overturning.motion.integration import integrate
-from overturning.motion.motion import Motion
+from overturning.motion.motion import Recorded
 from overturning.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ PREDOMINANT_PERIODS = np.geomspace(0.04, 4.0, 81)
 """Periods among which the predominant one is sought, s: 6 % apart."""
 
 
-def peaks_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
+def peaks_by_azimuth(motion: Recorded, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
     """PGA in m/s², PGV in m/s and PGD in m along azimuths, shape (m,), without xarray.
 
     Velocity and displacement come from the trapezoidal rule, starting from rest; integration and rotation commute, so
@@ -52,7 +52,7 @@ def peaks_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, FloatA
     return {name: largest_along(pair, cosines) for name, pair in series}
 
 
-def measures_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
+def measures_by_azimuth(motion: Recorded, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
     """Every measure of ``MEASURES`` along azimuths, without xarray; see its functions for the definitions.
 
     The measures of φ and φ + 180° are the same, so half a turn is computed.
@@ -71,7 +71,7 @@ def measures_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, Flo
     return {name: values[back] for name, values in measures.items()}
 
 
-def intensity_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> "xarray.Dataset":
+def intensity_by_azimuth(motion: Recorded, azimuth_deg: ArrayLike) -> "xarray.Dataset":
     """The measures of ``MEASURES`` along azimuths, degrees clockwise from north (dimension ``azimuth``)."""
     import xarray as xr
 
@@ -84,7 +84,7 @@ def intensity_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> "xarray.Data
     return xr.Dataset(variables, {"azimuth": coordinate})
 
 
-def record_measures(motion: Motion, processing: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def record_measures(motion: Recorded, processing: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """JMA intensity of a whole processed record, and what the steps of its processing did to its peaks.
 
     Returns
@@ -109,7 +109,7 @@ def record_measures(motion: Motion, processing: Sequence[Mapping[str, Any]]) -> 
     return measures
 
 
-def arias_intensity(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
+def arias_intensity(motion: Recorded, azimuth_deg: ArrayLike) -> FloatArray:
     """Arias intensity along azimuths, π/(2g) ∫ a² dt (Arias 1970), trapezoidal rule; m/s, shape (m,).
 
     a(φ)² is a quadratic form in cos φ and sin φ, so three integrals serve all azimuths.
@@ -119,14 +119,14 @@ def arias_intensity(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
     return math.pi / (2.0 * STANDARD_GRAVITY) * (_forms(cosines) @ squares)
 
 
-def cumulative_absolute_velocity(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
+def cumulative_absolute_velocity(motion: Recorded, azimuth_deg: ArrayLike) -> FloatArray:
     """CAV along azimuths, ∫ |a| dt (EPRI 1988), trapezoidal rule; m/s, shape (m,)."""
     cosines = cosines_of(azimuth_deg)
     sizes = (np.abs(c * motion.north + s * motion.east) for c, s in cosines)
     return np.array([np.trapezoid(size, dx=motion.sampling_interval) for size in sizes])
 
 
-def significant_duration(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
+def significant_duration(motion: Recorded, azimuth_deg: ArrayLike) -> FloatArray:
     """Time from 5 to 95 % of the Arias intensity along azimuths (Trifunac & Brady 1975); s, shape (m,).
 
     Between samples the cumulative intensity is taken as a straight line; 0 along an azimuth without motion.
@@ -148,7 +148,7 @@ def significant_duration(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
     return measure
 
 
-def _products(motion: Motion) -> FloatArray:
+def _products(motion: Recorded) -> FloatArray:
     """n², n e, e², shape (3, n)."""
     return np.stack([motion.north**2, motion.north * motion.east, motion.east**2])
 

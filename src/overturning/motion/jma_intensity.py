@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.motion.motion import Motion
+from overturning.motion.motion import Recorded
 from overturning.units import GAL
 
 DURATION = 0.3
@@ -46,7 +46,7 @@ def amplitude(frequency: FloatArray) -> FloatArray:
     return period_effect * high_cut * low_cut
 
 
-def instrumental_intensity(motion: Motion, *, horizontal: bool = False) -> float:
+def instrumental_intensity(motion: Recorded, *, horizontal: bool = False) -> float:
     """JMA instrumental intensity I = 2 log₁₀ a₀ + 0.94, a₀ in Gal, before it is rounded for publication.
 
     With `horizontal` it is that of north and east alone, which is never more.

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray
 from overturning.motion.direction import cosines_of, largest_along
 from overturning.motion.integration import integrate
-from overturning.motion.motion import Motion
+from overturning.motion.motion import Recorded
 from overturning.motion.oscillator import POINTS_PER_PERIOD, Oscillators, Quantity, checked_periods
 
 SI_PERIODS = np.linspace(0.1, 2.5, 121)
@@ -19,7 +19,7 @@ ROTD_AZIMUTHS = np.arange(180.0)
 
 
 def spectra_by_azimuth(
-    motion: Motion,
+    motion: Recorded,
     period_s: ArrayLike,
     azimuth_deg: ArrayLike,
     *,
@@ -42,7 +42,7 @@ def spectra_by_azimuth(
 
 
 def _peaks(
-    motion: Motion,
+    motion: Recorded,
     periods: FloatArray,
     cosines: FloatArray,
     damping: float,
@@ -59,7 +59,7 @@ def _peaks(
 
 
 def rotd(
-    motion: Motion, period_s: ArrayLike, *, percentiles: Sequence[float] = (0.0, 50.0, 100.0)
+    motion: Recorded, period_s: ArrayLike, *, percentiles: Sequence[float] = (0.0, 50.0, 100.0)
 ) -> dict[str, FloatArray]:
     """RotDnn of PGA, PGV and of the pseudo-acceleration spectrum, damping ratio 0.05 (Boore 2010, BSSA 100, 1830-1835).
 
@@ -81,7 +81,7 @@ def rotd(
     }
 
 
-def spectrum_intensity(motion: Motion, azimuth_deg: ArrayLike, *, damping: float = 0.20) -> FloatArray:
+def spectrum_intensity(motion: Recorded, azimuth_deg: ArrayLike, *, damping: float = 0.20) -> FloatArray:
     """Housner's spectrum intensity as Japan uses it: mean velocity spectrum from 0.1 to 2.5 s; m/s, shape (m,).
 
     SI = 1/2.4 ∫ S_v(T, h) dT, S_v the largest velocity relative to the ground (Housner 1952; h = 0.20 after Katayama

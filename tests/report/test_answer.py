@@ -139,7 +139,9 @@ def test_planes_near_the_fault_normal_are_told_from_those_near_the_fault() -> No
     assert "not in the direction of the normal only" in said
     (there_only,) = beside_the_normal(cube.where(cube["azimuth"] != 330, 0.0).assign_coords(cube.coords))
     assert "only" not in there_only
-    assert beside_the_normal(cube.assign_coords(fault_normal=("record", [NAN]))) == ()
+    unknown = cube.assign_coords(fault_normal=("record", [NAN]))
+    assert beside_the_normal(unknown) == ()
+    assert beside_the_normal(xr.concat([cube, unknown], "record")) == (said,)
 
 
 @pytest.mark.parametrize(

@@ -99,7 +99,7 @@ def beside_the_normal(cube: xr.Dataset) -> tuple[str, ...]:
     """In how many cases planes near the fault normal overturn, and those near the fault; nothing without a fault."""
     if "azimuth" not in cube.dims or not bool(cube["fault_normal"].notnull().any()):
         return ()
-    falls = overturns(cube).compute()
+    falls = overturns(cube).where(cube["fault_normal"].notnull()).compute()
     near = abs((cube["azimuth"] - cube["fault_normal"] + 90.0) % 180.0 - 90.0) < 45.0
     within, beyond = (float(falls.where(near == side).mean()) for side in (True, False))
     return (

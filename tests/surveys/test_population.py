@@ -11,6 +11,7 @@ from scipy.stats import binomtest, norm
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate
 from overturning.model.cases import Cases
+from overturning.model.model import Outcomes
 from overturning.motion.motion import Motion
 from overturning.study.evaluation import Population, Spread
 from overturning.surveys.population import (
@@ -135,6 +136,14 @@ def test_a_stone_of_which_one_plane_is_unknown_is_unknown(flag: float) -> None:
     """Plane 0 falls, stands or is unknown, plane 90 is unknown: a fall over its edge may have come first."""
     found = stone_outcomes(cells(np.reshape([flag, np.nan], (2, 1, 1, 1))), stones_of(0.6, 0.4, 0.7, 0.0))
     assert (found.known.item(), found.fell.item()) == (False, False)
+
+
+def test_stones_without_an_answer_have_no_rate() -> None:
+    known, untold = np.array([[False, False], [True, False]]), np.full((2, 2), np.nan)
+    found = rates(Outcomes(~known & known, known, untold, untold, untold), Population())
+    np.testing.assert_array_equal(found["fall_rate"], [np.nan, 0.0])
+    np.testing.assert_array_equal(found["fall_octant"], [[np.nan] * 8, [0.0] * 8])
+    assert found["unknown"].tolist() == [1.0, 0.5]
 
 
 def test_rotated_in_space_by_hand() -> None:

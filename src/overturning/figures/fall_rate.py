@@ -41,7 +41,7 @@ def fall_rate_figure(
     first, *others = panels.flat if several else (None, *panels.flat)
     if first is not None:
         first.plot(amplitude, 100 * rates.T, color=SERIES[4], linewidth=0.7)
-        first.plot(amplitude, 100 * np.median(rates, axis=0), color=INK, linewidth=2, label="median of the records")
+        first.plot(amplitude, 100 * np.nanmedian(rates, axis=0), color=INK, linewidth=2, label="median of the records")
         labels(first, "factor on the record", "")
     for panel, curve in zip(others, shown, strict=False):
         _draw_curve(panel, levels[curve.measure], rates, curve)

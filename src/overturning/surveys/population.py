@@ -135,9 +135,10 @@ def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
         their 95 % intervals by Wilson for a cemetery of as many stones, ``fall_interval`` and so on, shape (a, 2);
         ``fall_octant``, shape (a, 8), the share that fell towards each compass octant, with ``octant_interval``, shape
         (a, 8, 2); and ``fall_axis`` with ``fall_resultant``, the axis of the falls, degrees, and its mean resultant
-        length, shape (a,).
+        length, shape (a,). Where no stone has an answer rates and shares are NaN.
     """
     stands, answered = found.known & ~found.fell, found.known.sum(axis=1)
+    share_of = np.where(answered > 0, answered, np.nan)
     which = {
         "fall": found.fell,
         "shift": stands & (found.slip >= population.shifted),
@@ -146,7 +147,7 @@ def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
     made = {}
     for name, members in which.items():
         counted = members.sum(axis=1)
-        made[f"{name}_rate"] = counted / np.maximum(answered, 1)
+        made[f"{name}_rate"] = counted / share_of
         made[f"{name}_interval"] = np.stack(wilson(counted, answered), axis=-1)
     for name, values in (("shift", found.slip), ("rotation", found.twist)):
         untold = ~np.isfinite(np.where(stands, values, 0.0)).all(axis=1)
@@ -156,7 +157,7 @@ def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
     axes = [resultant(azimuth[fell], axial=True) for azimuth, fell in zip(found.azimuth, found.fell, strict=True)]
     return made | {
         "unknown": 1.0 - found.known.mean(axis=1),
-        "fall_octant": towards / np.maximum(answered, 1)[:, None],
+        "fall_octant": towards / share_of[:, None],
         "octant_interval": np.stack(wilson(towards, answered[:, None]), axis=-1),
         **dict(zip(("fall_axis", "fall_resultant"), np.array(axes).T, strict=True)),
     }

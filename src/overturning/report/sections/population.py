@@ -66,9 +66,11 @@ def population(results: Results) -> Section | None:
 
 def _as_recorded(found: xr.Dataset) -> str:
     own = found.sel(amplitude=1.0)
-    rate = own["fall_rate"].to_numpy()
+    rate = own["fall_rate"].dropna("record").to_numpy()
+    if not rate.size:
+        return "Under the records as they are no stone has an answer."
     low, middle, high = np.quantile(rate, [0.25, 0.5, 0.75])
-    shift, turn = (float(np.median(own[f"{name}_rate"].to_numpy())) for name in ("shift", "rotation"))
+    shift, turn = (float(own[f"{name}_rate"].median()) for name in ("shift", "rotation"))
     stands = f"; {percent(shift)} of the stones stand shifted in the median and {percent(turn)} stand rotated"
     return (
         f"Under the records as they are the fall rate is {percent(middle)} in the median, {percent(low)} to "
@@ -79,7 +81,7 @@ def _as_recorded(found: xr.Dataset) -> str:
 
 def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, events: StrArray) -> list[str]:
     """Which intensity goes with which rate, and how well surveys' rule does; `horizontal` records have no vertical."""
-    known = np.isfinite(jma)
+    known = np.isfinite(jma) & np.isfinite(rates)
     inside = {text: known & (jma >= low) & (jma < high) for text, low, high in _DEGREES}
     parts = [
         f"{percent(float(np.median(rates[own])))} at {text} ({_motions(own, events)})"
@@ -201,10 +203,10 @@ def ground(results: Results) -> Section | None:
         turns = {name: degrees(float(np.median(angle))) for name, angle in angles.items() if angle.size}
         sentences.append(_sentence(grounds, found, turns, factor))
         for name, soil in grounds.items():
-            rate, accounts = found[name]["fall_rate"].to_numpy(), processing_of(results.cubes[name]).values()
+            rate, accounts = found[name]["fall_rate"], processing_of(results.cubes[name]).values()
             pga = np.median([one["peaks"]["pga"][1] for one in accounts]) * factor / STANDARD_GRAVITY
             shift = f"{turns[name]} ({angles[name].size})" if name in turns else "–"
-            rates = (float(rate.mean()), float(np.median(rate)), int((rate >= 0.5).sum()))
+            rates = (float(rate.mean()), float(rate.median()), int((rate >= 0.5).sum()))
             rows.append((factor, soil, float(pga), *rates, shift))
     heads = ("factor", "ground", "PGA, g, median", "fall rate, mean", "median", "records with half or more")
     by_ground = table((*heads, "axis turned, median (records)"), rows, "gt2%%", anchor="soft-ground")

@@ -52,10 +52,14 @@ def test_any_hazard_by_quadrature_and_what_lies_beyond_the_records() -> None:
         return total
 
     top = norm.cdf(math.log(1 / 0.6) / 0.4) * rate[-1]
-    found = standing(curve(0.6, 0.4, least=0.3, most=0.8), hazard, 1000.0)
+    found = standing(curve(0.6, 0.4, median_low=0.6, median_high=math.inf, least=0.3, most=0.8), hazard, 1000.0)
     assert found.rate == pytest.approx(falls(0, 9) + top, rel=1e-8)
     assert found.beyond == pytest.approx(1 - falls(0.3, 0.8) / (falls(0, 9) + top), rel=1e-7)
-    assert found.low == pytest.approx(math.exp(-1000 * (falls(0, 9) + rate[-1])), rel=1e-8)
+    assert (found.low, found.high) == pytest.approx((math.exp(-1000 * (falls(0, 9) + rate[-1])), 1.0), rel=1e-8)
+    without = standing(curve(0.6, 0.4), hazard, 1000.0)
+    assert without.stands == found.stands
+    assert math.isnan(without.low)
+    assert math.isnan(without.high)
 
 
 def test_stones_that_keep_what_sets_them_apart_stand_longer() -> None:

@@ -119,8 +119,8 @@ class Standing:
     rate : float
         Falls a year, λ; shaking above the curve's last level counts with the probability there.
     stands, low, high : float
-        Probability exp(−λT) that a stone stands after T years, and that at the ends of the median's interval; `low`
-        is also that with which every stone falls above the last level of the hazard.
+        Probability exp(−λT) that a stone stands after T years, and that at the ends of the median's interval, NaN
+        where it has none; `low` is also that with which every stone falls above the last level of the hazard.
     share : float
         Share of the class that stands where each stone keeps what sets it apart from the others of its class for all T
         years; NaN where the parts of the spread are not known. It is no smaller than `stands`.
@@ -153,8 +153,7 @@ def standing(curve: CurveRow, hazard: Hazard, years: float) -> Standing:
 
     spread = curve.log_spread
     # An end beyond the data is 0 or infinite: all shaking of the curve throws the stone, or none.
-    ends = (curve.median if math.isnan(end) else end for end in (curve.median_low, curve.median_high))
-    medians = np.clip([curve.median, *ends], 1e-9 * hazard.level[0], 1e9 * last)
+    medians = np.clip([curve.median, curve.median_low, curve.median_high], 1e-9 * hazard.level[0], 1e9 * last)
     rate, strong, weak = (float(one) for one in rates(medians, spread))
     strong += seldom * float(1 - chance(last, medians[1], spread)[0])
     known = float(hazard.falls(curve.median, spread, curve.least, curve.most)[0])

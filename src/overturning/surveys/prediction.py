@@ -35,7 +35,7 @@ class SitePrediction:
     Raises
     ------
     ArgumentError
-        If the cube holds more than one record, or the background is not between 0 and 1.
+        If the cube holds more than one record or is in space, or the background is not between 0 and 1.
     """
 
     def __init__(self, cube: xr.Dataset, *, background: float = BACKGROUND) -> None:
@@ -45,6 +45,8 @@ class SitePrediction:
             )
         if not 0 <= background < 1:
             raise ArgumentError(f"background: {background}; a share from 0 to below 1")
+        if "azimuth" not in cube.dims:
+            raise ArgumentError("cube: of bodies in space; a survey is compared with a study in planes")
         site = cube.isel(record=0) if "record" in cube.dims else cube
         dims = ("azimuth", "b_over_h", "height", "friction")
         # An azimuth of which nothing is known is like the others: it is not one towards which nothing falls.

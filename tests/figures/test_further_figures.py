@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from obspy.geodetics import gps2dist_azimuth
 
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
@@ -205,11 +206,15 @@ def test_the_probability_stands_at_the_azimuth_of_the_fall() -> None:
         plt.close(figure)
 
 
-def test_a_kilometre_north_and_east() -> None:
-    east, north = local_km(36.0, 135.0 + 1.0, 35.0, 135.0)
-    assert north == pytest.approx(111.19, abs=0.01)
-    assert east == pytest.approx(111.19 * np.cos(np.radians(35)), abs=0.01)
-    assert local_km(0, -179.9, 0, 179.9)[0] == pytest.approx(0.2 * 111.19, abs=0.01)
+@pytest.mark.parametrize("place", [(36, 136), (61.2, -149.9), (-41.3, 174.8), (40, 33), (0, -179.9), (63.5, -147.4)])
+@pytest.mark.parametrize("origin", [(35, 135), (63.5, -147.4), (-42.7, 173), (37.2, 37), (0, 179.9)])
+def test_distance_and_direction_from_the_epicentre(place: tuple[float, float], origin: tuple[float, float]) -> None:
+    """Those of the geodesic on a sphere, by obspy."""
+    length, azimuth, _ = gps2dist_azimuth(*origin, *place, a=6_371_000, f=0)
+    east, north = local_km(*place, *origin)
+    assert np.hypot(east, north) == pytest.approx(length / 1000, rel=1e-6, abs=1e-6)
+    if length > 0:
+        assert (np.degrees(np.arctan2(east, north)) - azimuth + 180) % 360 - 180 == pytest.approx(0, abs=1e-3)
 
 
 def test_a_map_needs_coordinates() -> None:

@@ -103,6 +103,13 @@ def test_the_origin_of_a_sac_is_counted_from_where_its_samples_are(tmp_path):
     record = read_path(paths, Declarations(unit="gal"))
     first, origin = (np.datetime64(text.rstrip("Z")) for text in (record.start, record.extra["origin_time"]))
     assert first - origin == np.timedelta64(2, "s")
+    for path in paths:  # without a reference time (words 70 to 75) nothing is known of either
+        header = bytearray(path.read_bytes())
+        header[280:304] = struct.pack("<6i", *[-12345] * 6)
+        path.write_bytes(bytes(header))
+    undated = read_path(paths, Declarations(unit="gal"))
+    assert undated.start is None
+    assert "origin_time" not in undated.extra
 
 
 @pytest.mark.parametrize(("depth", "sensor"), [(0.0, "surface"), (2.0, "surface"), (100.0, "borehole")])

@@ -49,9 +49,9 @@ def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations
             "that file"
         )
     peaks = [abs(v) for key in ("depmin", "depmax") if (v := known(key)) is not None and np.isfinite(v)]
-    moment, late = trace.stats.starttime, known("o")
-    # The origin and the first sample are counted from the same reference time.
-    after = None if late is None or moment.timestamp <= 0 else late - (known("b") or 0.0)
+    # The origin and the first sample are counted from the same reference time, which a header may leave out.
+    dated, moment, late = known("nzyear") is not None, trace.stats.starttime, known("o")
+    after = None if late is None or not dated else late - (known("b") or 0.0)
     origin = (moment + after).datetime.replace(tzinfo=UTC) if after is not None and abs(after) < 1e6 else None
     epicentre = {"event_latitude": known("evla"), "event_longitude": known("evlo")}
     places = {} if None in epicentre.values() else epicentre
@@ -61,7 +61,7 @@ def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations
         _orientation(known("cmpaz"), known("cmpinc")),
         np.asarray(trace.data, dtype=np.float64) * scale,
         round(float(trace.stats.delta), 9),
-        start=moment.datetime.replace(tzinfo=UTC) if moment.timestamp > 0 else None,
+        start=moment.datetime.replace(tzinfo=UTC) if dated else None,
         station=trace.stats.station,
         event=str(header.get("kevnm", "")).strip(),
         origin=origin,

@@ -203,6 +203,8 @@ def test_bhrc_ends_each_component_with_a_mark(tmp_path):
 def test_unam_counts_the_hours_from_the_earthquake_s_day(tmp_path):
     late = unam_text({"N00E": A, "N90E": B}, first="00:00:03").replace("07:19:10.0", "23:59:50.0")
     assert put(tmp_path, late).start == "1995-09-15T00:00:03Z"
+    memory = unam_text({"N00E": A, "N90E": B}, first="23:59:58").replace("07:19:10.0", "00:00:07.0")
+    assert put(tmp_path, memory).start == "1995-09-13T23:59:58Z"
 
 
 def uneven(step: float, size: int) -> np.ndarray:

@@ -3,7 +3,7 @@
 The format: lines ``KEY : text`` whose lists have a slash before and between the values of channels C1 to C6; after the
 line ``DATOS DE ACELERACION`` and a heading, one line per sample with a column per channel. The axes are bearings, or
 ``V``, ``+V`` and ``-V``, of which nobody says which way is up. The start has no date of its own: it is that of the
-earthquake, or the next day.
+earthquake, or one beside it.
 """
 
 import re
@@ -29,7 +29,7 @@ FIELDS: Final[Fields] = {
     "HORA DE LA PRIMERA MUESTRA": r"^\s*HORA DE LA PRIMERA MUESTRA[^:]*:(.*)",
     "DATOS DE ACELERACION": r"(DATOS DE ACELERACION)",
 }
-LATE: Final = timedelta(hours=12)
+DAY: Final = timedelta(days=1)
 
 
 def read(source: SourceFile) -> list[Component]:
@@ -99,10 +99,10 @@ def _place(header: Header) -> tuple[float, float]:
 
 
 def _moments(header: Header) -> tuple[datetime, datetime]:
-    """Origin time and that of the first sample: its clock on the day of the earthquake, or the next where nearer."""
+    """Origin time and that of the first sample: its clock on the day on which it is nearest to the earthquake."""
     day = header.text("FECHA DEL SISMO")
     origin, start = (
         header.time(name, "%Y/%m/%d %H:%M:%S.%f", "%Y/%m/%d %H:%M:%S", text=f"{day} {header.text(name)}"[:26])
         for name in ("HORA EPICENTRO", "HORA DE LA PRIMERA MUESTRA")
     )
-    return origin, start + timedelta(days=1) if origin - start > LATE else start
+    return origin, start + round((origin - start) / DAY) * DAY

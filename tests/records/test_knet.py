@@ -198,6 +198,19 @@ def test_corrections_of_the_table_turn_the_sensor(tmp_path):
     np.testing.assert_allclose(record.east, (NORTH * s + EAST * c) * GAIN, atol=1e-9)
 
 
+def test_declared_azimuths_that_are_not_those_of_the_files_are_taken_with_a_word(tmp_path):
+    """Files come in the order of their names, EW before NS, so that 0 and 90 exchange the components."""
+    write_knet_set(tmp_path, "T", NORTH, EAST)
+    record = read_record(RecordEntry(id="t", format="kik-net", source="T", azimuths_deg=(0, 90)), tmp_path)
+    assert record.notes == [
+        f"axis '{axis}' is taken at {declared}°, as declared; its file says {stated}°"
+        for axis, declared, stated in (("EW", 0, 90), ("NS", 90, 0))
+    ]
+    np.testing.assert_allclose(record.north, EAST * GAIN, atol=1e-9)
+    same = read_record(RecordEntry(id="t", format="kik-net", source="T", azimuths_deg=(90, 360)), tmp_path)
+    assert same.notes == []
+
+
 def test_a_record_in_several_files_has_the_hash_of_their_hashes_and_the_table_s_is_compared(tmp_path):
     paths = write_knet_set(tmp_path, "T", NORTH, EAST, UP)
     own = [hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(paths)]

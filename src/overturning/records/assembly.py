@@ -110,8 +110,14 @@ def assemble(
     components, notes = _with_sense(components, declared.vertical_sense)
     trusted: list[str] = []
     differences = _checked_peaks(components, reasons, trusted if declared.trust_data else None)
+    by_files = [c for c in components if not c.vertical]
     with reasons.of():
         components = _axes(components, declared.azimuths_deg, name)
+    notes += [
+        f"axis {c.axis!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
+        for c, was in zip(components, by_files, strict=False)
+        if was.azimuth_deg is not None and (was.azimuth_deg - (c.azimuth_deg or 0.0)) % 360.0
+    ]
     if not components:
         reasons.tell()
     window = components

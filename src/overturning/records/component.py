@@ -73,7 +73,7 @@ def agreed(text: str, coded: Direction, error: Callable[[str], RecordError]) -> 
     if named[1] != coded[1] or apart > 1.0:
         code = {1: "up", -1: "down"}[coded[1]] if coded[0] is None else f"{coded[0]:g} degrees"
         why = f"axis {text.strip()!r}, but the numbers below it say {code}; components may be swapped"
-        raise error(f"{why}: find out which, and give azimuths_deg")
+        raise error(f"{why}: find out which, and correct the file")
     return named
 
 

@@ -29,7 +29,7 @@ from overturning.motion.motion import Motion
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.boundary import boundary
 from overturning.statistics.earthquakes import AxisSummary, axes_by_earthquake, summarise_axes
-from overturning.statistics.logistic import overturning_fit
+from overturning.statistics.logistic import PREDICTORS, LogisticFit, overturning_fit
 from overturning.surveys.comparison import compare_survey
 from overturning.surveys.rose import survey_figure
 from overturning.surveys.stones import Stone
@@ -183,6 +183,21 @@ def test_nothing_is_cut(name: str, factor: float) -> None:
     assert box.y1 <= height * factor + margin
 
 
+def test_a_boundary_of_half_the_azimuths_of_a_scene_without_mirror_image() -> None:
+    """At 30° the block falls at the smallest and the largest of three B/H; beyond 90° nothing is known."""
+    flags = np.zeros((4, 1, 3, 1))
+    flags[:, :, 0], flags[1, 0, 2, 0] = 1, -1
+    azimuth = ("azimuth", [0, 30, 60, 90], {"period": 360.0})
+    cases = {"azimuth": azimuth, "height": [1.0], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0]}
+    found = boundary(xr.Dataset({"overturned": (tuple(cases), flags)}, cases))
+    with style():
+        figure = boundary_figure(found, 0.4, np.nan, "A")
+        (beyond,) = [line for line in figure.axes[0].lines if line.get_marker() == "^"]
+        assert np.degrees(beyond.get_xdata()) == pytest.approx([30])
+        assert "falls at the largest B/H of the study" in [text.get_text() for text in figure.legends[0].get_texts()]
+        plt.close(figure)
+
+
 def test_boundary_curves_close() -> None:
     with style():
         figure = boundary_figure(boundary(cube().isel(record=0)), 0.4, 30.0, "A")
@@ -224,6 +239,28 @@ def test_a_map_needs_coordinates() -> None:
     with style(), pytest.raises(ArgumentError, match="coordinates"):
         site_map_figure(data, "A")
     plt.close("all")
+
+
+def test_the_line_of_a_fit_without_intervals() -> None:
+    """Of few earthquakes a fit has no intervals, but its probability is ½ along the line all the same."""
+    number = np.zeros(4)
+    fit = LogisticFit(
+        ("intercept", *PREDICTORS),
+        np.array([1.0, 2.0, 1.5, 0.5, -0.3]),
+        *[number] * 3,
+        9,
+        3,
+        *[number] * 2,
+        "no interval",
+    )
+    with style():
+        figure = intensity_plane_figure(cube(), intensity(), fit, 1.0)
+        (line,) = [line for line in figure.axes[0].lines if str(line.get_label()).startswith("fit")]
+        plt.close(figure)
+    (shape, height), (pga, ratio) = (0.2, 0.6), line.get_data()
+    over_west = np.log(pga / 100 / (9.80665 * shape))
+    rows = np.stack(np.broadcast_arrays(over_west, np.log(ratio), np.log(shape), np.log(height)), axis=1)
+    np.testing.assert_allclose(fit.probability(rows), 0.5, rtol=1e-9)
 
 
 def test_points_of_the_plane() -> None:

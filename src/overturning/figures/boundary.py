@@ -22,7 +22,7 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
 
     for index, friction in enumerate(bounds["friction"].to_numpy()):
         one = bounds.isel(friction=index)
-        beyond = one["falls_beyond"].to_numpy()
+        beyond = one["falls_beyond"].to_numpy() == 1  # missing of azimuths that are not known
         colour = SERIES[index % len(SERIES)]
         radius, low, high = (
             np.where(beyond, top, one[name].to_numpy()) for name in ("boundary", "boundary_low", "boundary_high")
@@ -60,6 +60,7 @@ def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, tit
         mark_fault_normal(axes, fault_normal_deg)
         axes.set_title(f"H = {height:g} m", pad=4)
     look: dict[str, Any] = {"color": "#555555", "marker": "^", "linestyle": "none", "markersize": 4}
-    beyond = [Line2D([], [], label="falls at every B/H of the study", **look)] if loaded["falls_beyond"].any() else []
+    marks = [Line2D([], [], label="falls at the largest B/H of the study", **look)]
+    beyond = marks if bool((loaded["falls_beyond"] == 1).any()) else []
     caption(figure, f"{title}\nlargest B/H that falls, by azimuth of the motion", panels[0, 0], 3, last=beyond)
     return figure

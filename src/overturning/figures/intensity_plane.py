@@ -62,7 +62,7 @@ def _draw_intensity_plane(
     for criterion, (color, dashes) in zip(CRITERIA, LOOKS, strict=True):
         limit = criterion.acceleration(height, b_over_h, y)
         axes.plot(limit / GAL, y, color=color, linewidth=1.3, linestyle=dashes, label=criterion.name)
-    if fit is not None and not fit.note and abs(fit.coefficient[2]) > 1e-9:
+    if fit is not None and abs(fit.coefficient[2]) > 1e-9:
         # Probability one half: the linear predictor is zero.
         constant, over_west, over_ratio, over_shape, over_size = fit.coefficient
         shape, size = np.nan_to_num(over_shape) * np.log(b_over_h), np.nan_to_num(over_size) * np.log(height)

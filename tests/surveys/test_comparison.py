@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import ArgumentError
+from overturning.report.sections.surveys import survey_sentences
 from overturning.surveys.comparison import compare_survey
 from overturning.surveys.prediction import SIDES, SitePrediction, observed_side
 from overturning.surveys.stones import OCTANTS, Stone
@@ -70,6 +71,18 @@ def test_count_stands_for_like_stones(site) -> None:
     two = compare_survey([fallen(60, count=2), fallen(80)], site)
     assert one.log_likelihood_ratio == two.log_likelihood_ratio
     assert one.octant_observed.tolist() == two.octant_observed.tolist()
+
+
+def test_stones_beyond_the_study_s_slenderness_are_told(make_cube, sector) -> None:
+    cube = make_cube(sector(60, 30), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
+    inside = [fallen(60), fallen(60, b_over_h=0.4), fallen(60, b_over_h=0.2, b_over_h_side=0.3)]
+    outside = [fallen(60, b_over_h=0.5, count=2), fallen(60, b_over_h=0.2, b_over_h_side=0.1)]
+    found = compare_survey([*inside, *outside], cube)
+    assert found.beyond == 3
+    assert "3 stones of B/H beyond the study's are taken to be of its nearest." in survey_sentences(found)
+    within = compare_survey(inside, cube)
+    assert within.beyond == 0
+    assert "beyond" not in " ".join(survey_sentences(within))
 
 
 def facing(face: float = 60, front: float = 0.3, side: float = 0.3) -> Stone:

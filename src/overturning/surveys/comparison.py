@@ -56,6 +56,8 @@ class SurveyComparison:
         Stones of known face and B/H: observed (rows) against most probable (columns), both in the order of `SIDES`.
     turned_every_way : int
         Fallen stones without face or B/H, for which stones turned every way were assumed.
+    beyond : int
+        Stones with a B/H outside of the study's, for which its nearest value was taken.
     background : float
         Share taken to fall any way.
     """
@@ -74,6 +76,7 @@ class SurveyComparison:
     uniform_octants: TestResult
     confusion: NDArray[np.int64] | None
     turned_every_way: int
+    beyond: int
     background: float
 
 
@@ -140,6 +143,7 @@ def compare_survey(
         uniform_octants=grouped_watson_test(observed, uniform_octant),
         confusion=_confusion(site, stones),
         turned_every_way=sum(1 for stone, *_ in fallen if not knows_face(stone)),
+        beyond=sum(stone.count for stone in stones if site.is_beyond(stone)),
         background=background,
     )
 

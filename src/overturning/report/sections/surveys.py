@@ -116,6 +116,8 @@ def survey_sentences(found: SurveyComparison) -> list[str]:
         of = ", of every B/H of the study where none is given" if every else ""
         faces = f"{known} faces or B/H are not given, so the prediction assumes stones turned every way{of}."
         sentences.append(faces)
+    if found.beyond:
+        sentences.append(f"{counted(found.beyond, 'stone')} of B/H beyond the study's are taken to be of its nearest.")
     background = percent(found.background)
     return [*sentences, f"{background} of the stones are taken to fall any way, pushed or on a bad footing."]
 

@@ -98,6 +98,8 @@ def test_a_body_in_space_has_its_map_out_to_the_first_ring_without_falls() -> No
     np.testing.assert_allclose(decoded(data, "azimuth", "<u2", shape) * 0.01, whole["fall_azimuth"], atol=0.00501)
     np.testing.assert_allclose(decoded(data, "rotation", "<u2", shape) * 0.01, whole["peak_tilt"], atol=0.00501)
     assert [record["rings"] for record in data["records"]] == [3, 3]
+    whole["overturned"][1, 2, 0, 3, 1, 0] = np.nan  # and farther where it may fall
+    assert [record["rings"] for record in explorer_data(whole)["records"]] == [3, 5]
     assert (data["space"], data["degrees"]) == (True, [True])
     assert "corners" in data["sketch"], "says why nothing moves"
 

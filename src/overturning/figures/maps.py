@@ -95,8 +95,11 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
 
 
 def out_to_the_first_ring_without_falls(cube: xr.Dataset, chance: xr.DataArray) -> xr.Dataset:
-    """A dataset out to the first B/H at and beyond which the chance of a fall is 0; all of it where it is 0 for all."""
-    falls = (chance > 0).any([name for name in chance.dims if name != "b_over_h"])
+    """A dataset out to the first B/H at and beyond which no fall is possible; all of it where none is anywhere.
+
+    Where no outcome is known a fall is possible.
+    """
+    falls = (chance.isnull() | (chance > 0)).any([name for name in chance.dims if name != "b_over_h"])
     last = np.flatnonzero(falls.to_numpy())
     return cube.isel(b_over_h=slice(None, int(last[-1]) + 2)) if last.size else cube
 

@@ -82,6 +82,24 @@ def test_same_motion_until_the_second_impact() -> None:
     assert seen > 25
 
 
+@pytest.mark.parametrize("friction", [0.15, 0.25, 0.35])
+def test_a_block_that_slides_and_rocks_does_so_by_the_default_scheme_of_both(friction: float) -> None:
+    """A sliding contact's force is inclined in the equations of the step, too: else its energy does not balance."""
+    time = np.arange(400) * 0.005
+    wave = 4.5 * np.sin(2 * np.pi * time / 0.7) * (time < 0.7)
+    motion = Motion(wave, 0 * wave, sampling_interval=0.005)
+    grid = np.meshgrid([0.0], [0.6, 1.2], [0.12, 0.2, 0.25, 0.3, 0.4, 0.5], [friction], indexing="ij")
+    cases = Cases(*(axis.ravel() for axis in grid))
+    general = run(gravestone(SOFT), motion, cases, Numerics(general=True))
+    fast = run_cases(motion, cases, gravestone(SOFT))
+    assert general.energy_error.max() < 1e-3
+    assert (general.status == Status.SIMULATED).all()
+    np.testing.assert_array_equal(general.overturned, fast.overturned)
+    stands = fast.overturned == 0  # slip goes on while one that has fallen comes to lie
+    assert fast.peak_slip[stands].min() > 5e-3
+    np.testing.assert_allclose(general.peak_slip[stands], fast.peak_slip[stands], rtol=2e-4)
+
+
 def test_the_gravestone_scene_is_the_fast_kernel() -> None:
     motion = _motion(6)
     grid = {"azimuth_deg": [0.0, 60.0, 180.0], "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.5, 1.0]}

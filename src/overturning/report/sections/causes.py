@@ -112,7 +112,7 @@ def _sentence(found: CriteriaScores) -> str:
         f"{estimate(best.within, *best.within_interval)}."
     )
     if best.name in UNREAD:
-        said += " Its formula is as others give it; the paper itself could not be read (docs/criteria.md)."
+        said += " Its formula is as others give it; the paper itself could not be read."
     if blind.name == BLIND:
         below = [one.name for one in found.rules[:-1] if one.overall.skill < blind.overall.skill]
         less = f"; {len(below)} of the {len(CRITERIA)} criteria have less ({'; '.join(below)})" if below else ""

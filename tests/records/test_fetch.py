@@ -147,13 +147,17 @@ def ask(server: Server, folder: Path, **more):
 def test_fdsn_waveforms_and_metadata_make_a_record(server, tmp_path):
     folder = tmp_path / "got"
     paths = ask(server, folder)
-    assert files(folder) == ["XX.TST1.20010203T040506.10s.mseed", "XX.TST1.20010203T040506.10s.xml"]
+    stem = "XX.TST1.x.HNx.20010203T040506.10s"
+    assert files(folder) == [f"{stem}.mseed", f"{stem}.xml"]
     record = read_path(paths)
     np.testing.assert_allclose(record.north, COUNTS[0] / 400_000)
     np.testing.assert_allclose(record.up, COUNTS[2] / 400_000)
     asked = len([p for p, _ in server.seen if p.endswith("query")])
     ask(server, folder)
     assert len([p for p, _ in server.seen if p.endswith("query")]) == asked == 2
+    for other in ({"channel": "HHZ"}, {"location": "20"}):  # another sensor is not what is there already
+        ask(server, folder, **other)
+    assert len([p for p, _ in server.seen if p.endswith("query")]) == 6
 
 
 def test_fdsn_window_around_an_event(server, tmp_path):

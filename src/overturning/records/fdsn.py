@@ -63,10 +63,10 @@ def fetch_fdsn(
 
     client = ask(lambda: _client(request.server, timeout))
     start, end = _window(request, lambda event_id: ask(lambda: client.get_events(eventid=event_id)))
-    stem = ".".join([request.network, request.station, start.strftime("%Y%m%dT%H%M%S"), f"{end - start:.0f}s"])
+    codes = {name: getattr(request, name) for name in CODES}
+    stem = ".".join([*codes.values(), start.strftime("%Y%m%dT%H%M%S"), f"{end - start:.0f}s"])
     stem = re.sub(r"[?*]", "x", stem)
     waves, metadata = folder / f"{stem}.mseed", folder / f"{stem}.xml"
-    codes = {name: getattr(request, name) for name in CODES}
     window = {"starttime": start, "endtime": end}
     if not metadata.exists():
         get = partial(client.get_stations, **codes, **window, level="response")

@@ -78,6 +78,8 @@ def test_read_simulate_and_study(tmp_path: Path) -> None:
     )
     with pytest.raises(ConfigError, match="azimth: unknown key; did you mean azimuth"):
         overturning.run_study([record], azimth={"step": 30})
+    with pytest.raises(ConfigError, match="processing: a record or motion that is given is taken as it is"):
+        overturning.run_study([record], processing=[{"step": "scale", "factor": 2.0}])
 
 
 @pytest.fixture(scope="module")

@@ -97,6 +97,21 @@ def test_as_the_site_of_a_study() -> None:
     assert np.abs(linear.north).max() > np.abs(done.north).max()
 
 
+def test_a_record_that_is_given_to_a_study_goes_through_its_site() -> None:
+    """One sine at the period of the layer, 4 H/v: the surface moves more, and throws what stands on rock."""
+    from overturning import Motion, run_study
+
+    motion = Motion.sine(amplitude=2.0, period=0.4, cycles=6)
+    keys = {"azimuth": {"step": 180}, "b_over_h": [0.2, 0.3], "height": [0.3], "ensemble": {"members": 0}}
+    site = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 1000}}
+    rock, soft = (run_study([motion], **keys, **more) for more in ({}, {"site": site}))
+    peaks = json.loads(soft.attrs["record_processing"])["motion-1"]["peaks"]["pga"]
+    layers = [Soil(20, 200, 1800, 0.05), Soil(0, 1000, 2200, 0.01)]
+    expected = np.abs(through_soil(motion.north, motion.sampling_interval, layers).samples).max()
+    assert peaks == pytest.approx([2.0, expected], rel=1e-6)
+    assert np.abs(rock["overturned"]).sum() < np.abs(soft["overturned"]).sum()
+
+
 def test_a_variant_has_motions_of_its_own(tmp_path: Path) -> None:
     from overturning.commands.workflow import surface
     from overturning.records.pulses import parse_pulse, pulse_record

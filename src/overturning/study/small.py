@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from overturning.errors import MissingDataError, keywords
+from overturning.errors import ConfigError, MissingDataError, keywords
 from overturning.files import atomic_write
 from overturning.motion.motion import Motion
 from overturning.records.processing import process
@@ -123,8 +123,8 @@ def run_study(
     Parameters
     ----------
     records : sequence of Record, Motion or str
-        Records as `overturning.read` returns them, or ids of the record table; the second of them is called
-        ``motion-2`` where it is a motion.
+        Records as `overturning.read` returns them, processed, or ids of the record table; the second of them is
+        called ``motion-2`` where it is a motion.
     threads : int
         Number of threads.
     client : dask.distributed.Client, optional
@@ -140,7 +140,7 @@ def run_study(
     Raises
     ------
     ConfigError
-        If a key or value is wrong, or a record is not in the table.
+        If a key or value is wrong, a record is not in the table, or one that is given is to be processed.
     """
     given = [one if isinstance(one, str) else as_record(one, f"motion-{n}") for n, one in enumerate(records, 1)]
     names = [record if isinstance(record, str) else record.record_id for record in given]
@@ -148,11 +148,18 @@ def run_study(
     settings = {"name": "study", **keys, "records": {**keys.get("records", {}), "use": names}}
     study = check_study(settings, "run_study")
     asked = [record for record in given if isinstance(record, str)]
+    if study.processing is not None and len(asked) < len(given):
+        raise ConfigError(
+            "run_study: processing: a record or motion that is given is taken as it is; process it as it is read, "
+            "overturning.read(…, processing=…)"
+        )
     only = study.model_copy(update={"records": study.records.model_copy(update={"use": tuple(asked)})})
     entries = entries_of(only, "run_study") if asked else {}
     used = [
         rounded(process(read_record(entries[record], Path(study.records.folder)), study.processing, study.site))
         if isinstance(record, str)
+        else rounded(process(record, (), study.site))
+        if study.site
         else record
         for record in given
     ]

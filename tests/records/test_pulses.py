@@ -1,13 +1,15 @@
 """Pulses against calculus: each against an independent integral or derivative of its formula."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from overturning.errors import ConfigError
+from overturning.errors import ConfigError, RecordError
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
+from overturning.records.earthquakes import earthquakes_of
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.read import read_record
 from overturning.study.load import check_study, entries_of
@@ -35,6 +37,19 @@ def test_one_line_is_a_record(tmp_path):
     back = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=240"))
     for samples in (back.north, back.east):
         assert samples[:100].tobytes() == np.zeros(100).tobytes()
+
+
+def test_what_the_table_says_of_a_pulse_is_known(tmp_path):
+    line = "sine amplitude_gal=300 period_s=1 azimuth_deg=60"
+    place = {"station_latitude_deg": 35.0, "station_longitude_deg": 133.0}
+    said = {"pulse": True, "event_id": "one", "magnitude": 6.5, "site_class": "C", "wall": "foot"}
+    record = read_record(RecordEntry(id="p", format="synthetic", source=line, **said, **place), tmp_path)
+    assert said.items() <= record.extra.items()
+    assert (record.latitude, record.longitude) == (35.0, 133.0)
+    other = replace(record, record_id="q", extra=record.extra | {"event_id": "two"})
+    assert len(set(earthquakes_of([record, other]).labels)) == 2
+    with refused(RecordError, "SHA-256"):
+        read_record(RecordEntry(id="p", format="synthetic", source=line, sha256="0" * 64), tmp_path)
 
 
 def test_a_pulse_in_the_config_is_one_line():

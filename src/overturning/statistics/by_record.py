@@ -1,13 +1,17 @@
-"""The records of a cube: read one at a time, since it may be larger than memory, and in groups that are compared."""
+"""The records of a cube: read a part at a time, since it may be larger than memory, and in groups that are compared."""
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.errors import ArgumentError
+
+AT_ONCE: Final = 40_000
+"""Cells that are read together: of fewer, xarray takes longer over its own work than over the numbers."""
 
 
 def one_record(cube: xr.Dataset, record: int | list[int], names: Sequence[str] = ()) -> xr.Dataset:
@@ -32,14 +36,24 @@ def each_record(cube: xr.Dataset, names: Sequence[str]) -> Iterator[xr.Dataset]:
         yield one_record(cube, [record], names)
 
 
+def few_records(cube: xr.Dataset, names: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
+    """Places of some records in turn, of about `AT_ONCE` cells, and the cube of these; variables as of `one_record`."""
+    count = cube.sizes["record"]
+    few = max(1, AT_ONCE * count // max(cube["overturned"].size, 1))
+    for first in range(0, count, few):
+        places = list(range(first, min(first + few, count)))
+        yield places, one_record(cube, places, names)
+
+
 def by_record(function: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
     """What a function makes of each record, along their dimension; without that dimension, of the whole cube.
 
-    The variables of what it makes have that dimension too; those that it is given are as of `one_record`.
+    It is given a few records at a time, with variables as of `one_record`; all that it makes has the dimension of the
+    records, too.
     """
     if "record" not in cube.dims:
         return function(cube)
-    made = [function(one) for one in each_record(cube, names)]
+    made = [function(some) for _, some in few_records(cube, names)]
     return xr.concat(made, "record", data_vars="minimal", coords="minimal", compat="override", join="override")
 
 

@@ -114,8 +114,12 @@ def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | No
     return float(median), float(spread)
 
 
-def _fits(logs: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _fits(
+    logs: FloatArray, y: FloatArray, weight: FloatArray, near: tuple[float, float] | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Medians and spreads, shape (m,), of `lognormal_fit` with each row of weights, shape (m, n), by Fisher scoring.
+
+    It begins at the median and spread of a fit that is `near`, where one is known.
 
     McCullagh & Nelder 1989, Generalized Linear Models, section 2.5. A step that lowers the likelihood, which is
     concave, is halved: without that the iteration may go to and fro for ever.
@@ -123,20 +127,21 @@ def _fits(logs: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[FloatArr
     middle, width = float(logs.mean()), max(float(logs.std()), 1e-3)
     scaled = (logs - middle) / width
     # Constant and slope of each row with their likelihood, the step they try next, and which rows still move.
-    found, moving = np.tile([0.0, 1.0], (len(weight), 1)), np.ones(len(weight), bool)
+    first = (0.0, 1.0) if near is None else ((middle - math.log(near[0])) / near[1], width / near[1])
+    found, moving = np.tile(first, (len(weight), 1)), np.ones(len(weight), bool)
     likelihood, trying = np.full(len(weight), -np.inf), np.zeros_like(found)
     for _ in range(MOST_ITERATIONS):
-        if not moving.any():
+        at = np.flatnonzero(moving)
+        if not at.size:
             break
-        tried = found + trying
+        tried = found[at] + trying[at]
         z = tried[:, :1] + tried[:, 1:] * scaled
         below, above = scipy.special.log_ndtr(z), scipy.special.log_ndtr(-z)
-        reached = (weight * (y * below + (1 - y) * above)).sum(axis=1)
-        worse = moving & (reached < likelihood - 1e-12 * np.abs(reached))
-        trying[worse] /= 2
-        better = moving & ~worse
-        found[better], likelihood[better] = tried[better], reached[better]
-        w, z, below, above = weight[better], z[better], below[better], above[better]
+        reached = (weight[at] * (y * below + (1 - y) * above)).sum(axis=1)
+        worse = reached < likelihood[at] - 1e-12 * np.abs(reached)
+        trying[at[worse]] /= 2
+        better, z, below, above = at[~worse], z[~worse], below[~worse], above[~worse]
+        found[better], likelihood[better], w = tried[~worse], reached[~worse], weight[better]
         density = -0.5 * z * z - 0.5 * math.log(2 * math.pi)
         falls, stands = np.exp(density - below), np.exp(density - above)
         score, information = w * (y * falls - (1 - y) * stands), w * falls * stands
@@ -222,7 +227,7 @@ def fragility(
     def medians(drawn: NDArray[np.intp]) -> FloatArray:
         count = (drawn[:, :, None] == np.arange(names.size)).sum(axis=1, dtype=np.float64)
         parts = np.array_split(count, math.ceil(len(drawn) * share.size / MOST_AT_ONCE))
-        return np.concatenate([_fits(np.log(intensity), share, part[:, member])[0] for part in parts])
+        return np.concatenate([_fits(np.log(intensity), share, part[:, member], (median, spread))[0] for part in parts])
 
     ends_of_median = Interval()
     if math.isfinite(median):

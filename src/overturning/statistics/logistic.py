@@ -13,7 +13,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.falls import model_of
 from overturning.statistics.bootstrap import FEWEST_EARTHQUAKES
-from overturning.statistics.by_record import one_record
+from overturning.statistics.by_record import few_records
 from overturning.units import STANDARD_GRAVITY
 
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
@@ -177,7 +177,7 @@ def overturning_rows(
     Parameters
     ----------
     cube : Dataset
-        The cube; read one record at a time.
+        The cube; read a few records at a time.
     intensity : Dataset
         ``pga`` (m/s²) and ``pgv`` (m/s) over ``record`` and ``azimuth``; an `ArgumentError` where one of the cube's
         azimuths is missing.
@@ -194,16 +194,16 @@ def overturning_rows(
     """
     model, parts = model_of(cube), []
     number = np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
-    for i in range(cube.sizes["record"]):
-        planes = model.falls(one_record(cube, i, model.reads), ensemble=ensemble)
-        where, falls = planes["azimuth"], planes["falls"].transpose(*model.dims)
+    for places, some in few_records(cube, model.reads):
+        planes = model.falls(some, ensemble=ensemble)
+        where, falls = planes["azimuth"], planes["falls"].transpose("record", *model.dims)
         try:
-            along = intensity[["pga", "pgv"]].isel(record=i).sel(azimuth=where, method="nearest", tolerance=1e-6)
+            along = intensity[["pga", "pgv"]].isel(record=places).sel(azimuth=where, method="nearest", tolerance=1e-6)
         except KeyError as error:
             raise ArgumentError(
                 "intensity: azimuths of the cube are missing; compute it on the cube's azimuths"
             ) from error
-        pga, pgv = (along[name].to_numpy()[:, None, None] for name in ("pga", "pgv"))
+        pga, pgv = (along[name].transpose("record", ...).to_numpy()[..., None, None] for name in ("pga", "pgv"))
         height, slender = (falls[name].to_numpy().astype(float) for name in ("height", "b_over_h"))
         height = height[:, None]
         answered = np.isfinite(falls.to_numpy()).sum(axis=-1)
@@ -212,7 +212,8 @@ def overturning_rows(
         weight = (planes["weight"].to_numpy() * where.size)[:, None, None] * answered / falls.sizes["friction"]
         known = answered > 0
         *table, weights = (np.broadcast_to(one, share.shape)[known] for one in (*map(np.log, values), weight))
-        parts.append((np.stack(table, axis=1), share[known], np.full(weights.size, number[i]), weights))
+        events = np.broadcast_to(number[places][:, None, None, None], share.shape)[known]
+        parts.append((np.stack(table, axis=1), share[known], events, weights))
     if not parts:
         return np.empty((0, 4)), np.empty(0), np.empty(0, np.intp), np.empty(0)
     predictors, outcome, events, shares = (np.concatenate(column) for column in zip(*parts, strict=True))

@@ -231,4 +231,4 @@ def _counts(model: Model, settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
         "members": members,
         "with_members": members.notnull(),
     }).sum(over)  # fmt: skip
-    return counts.assign(fewest=members.min(), most=members.max())
+    return counts.assign(fewest=members.min(over), most=members.max(over))

@@ -216,6 +216,10 @@ def test_what_falls_follow_and_how_sure_that_is() -> None:
     (text,) = follow_sentences({"all records": Followed({(normal, True): [open_]}, (normal,), [])}, [])
     assert "nothing is shown" in text
     assert follow_sentences({"all records": Followed({}, (), [])}, []) == []
+    few = Mean(3, 0.6, NAN, NAN)
+    (text,) = follow_sentences({"all records": Followed({(normal, True): [few]}, (normal,), [])}, [])
+    assert "0.60 over 3 earthquakes, too few for an interval." in text
+    assert "takes in 0" not in text
 
 
 def test_numbers() -> None:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import chisquare
 
 from overturning.errors import ArgumentError
 from overturning.report.sections.surveys import survey_sentences
@@ -55,6 +56,23 @@ def test_p_values_are_calibrated_under_any_way(make_cube, sector) -> None:
     p = [compare_survey(draw(12, 0, 180, seed=i), site, draws=200).likelihood_ratio_p for i in range(60)]
     assert np.mean(np.array(p) < 0.2) == pytest.approx(0.2, abs=0.13)
     assert np.mean(p) == pytest.approx(0.5, abs=0.12)
+
+
+def test_without_background_a_stone_where_nothing_falls_rules_the_prediction_out(site) -> None:
+    """Falls towards 30° to 90° alone: what lies there fits, and one stone elsewhere can not have been."""
+    inside, outside = draw(20, 60, 25, seed=4), fallen(200)
+    found = compare_survey(inside, site, background=0.0)
+    share = found.octant_predicted / 20
+    there = share > 0
+    assert found.fit_octants.statistic == pytest.approx(
+        chisquare(found.octant_observed[there], 20 * share[there]).statistic
+    )
+    assert found.fit_octants.p_value > 0.05
+    ruled_out = compare_survey([*inside, outside], site, background=0.0)
+    assert ruled_out.fit_octants.statistic == math.inf
+    assert ruled_out.fit_octants.p_value < 1e-3
+    assert (ruled_out.log_likelihood_ratio, ruled_out.likelihood_ratio_p) == (-math.inf, 1.0)
+    assert "The prediction does no better" in survey_sentences(ruled_out)[0]
 
 
 def test_octants_carry_less_than_azimuths(site) -> None:

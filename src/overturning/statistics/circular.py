@@ -147,7 +147,9 @@ def grouped_watson_test(counts: ArrayLike, probability: ArrayLike) -> TestResult
 
 def _chi_square(counts: FloatArray, probability: FloatArray) -> FloatArray:
     expected = counts.sum(axis=-1, keepdims=True) * probability
-    return np.asarray(((counts - expected) ** 2 / expected).sum(axis=-1))
+    with np.errstate(divide="ignore", invalid="ignore"):  # where nothing is expected nothing, or all, speaks against it
+        parts = (counts - expected) ** 2 / expected
+    return np.asarray(np.where(np.isnan(parts), 0.0, parts).sum(axis=-1))
 
 
 def chi_square_test(counts: FloatArray, probability: FloatArray) -> TestResult:

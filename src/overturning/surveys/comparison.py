@@ -161,8 +161,10 @@ def _likelihood_ratio(
             table, chance, place = octants / uniform_octant, uniform_octant, int(sector(stone.azimuth_deg, 8))
         else:
             table, chance, place = density / site.share, site.share, site.nearest(stone.azimuth_deg)
-        ratios.append(math.log(table[place]))
-        simulated += np.log(table)[generator.choice(chance.size, size=draws, p=chance / chance.sum())]
+        with np.errstate(divide="ignore"):  # without background nothing may fall somewhere
+            logs = np.log(table)
+        ratios.append(logs[place])
+        simulated += logs[generator.choice(chance.size, size=draws, p=chance / chance.sum())]
     total = float(np.sum(ratios))
     return total, (1 + int((simulated >= total - 1e-12).sum())) / (1 + draws)
 

@@ -52,7 +52,7 @@ def test_a_curve_is_found_where_strong_records_fell_nothing() -> None:
     assert lognormal_fit(pga, share) == pytest.approx((math.exp(-constant / slope), 1 / slope), rel=1e-4)
 
 
-@pytest.mark.parametrize("share", [[0, 0, 0], [1, 1, 1], [1, 0.5, 0]])
+@pytest.mark.parametrize("share", [[0, 0, 0], [1, 1, 1], [1, 0.5, 0], [0, 0, 1], [0, 0.5, 1]])
 def test_no_curve_where_there_is_none(share: list[float]) -> None:
     assert math.isnan(lognormal_fit([1.0, 2.0, 4.0], share)[0])
 

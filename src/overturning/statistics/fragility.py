@@ -95,7 +95,8 @@ def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | No
     Returns
     -------
     (float, float)
-        NaN where nothing falls, everything does, or the shares hardly grow with the intensity.
+        NaN where nothing falls, everything does, the shares hardly grow with the intensity, or one intensity parts
+        those of 0 from those of 1: then the smaller the spread, the likelier (Albert & Anderson 1984, Biometrika 71).
 
     Raises
     ------
@@ -108,7 +109,7 @@ def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | No
         raise ArgumentError(f"share: shape {y.shape}, intensity {x.shape}; one share per intensity")
     if x.size and not (x.min() > 0 and y.min() >= 0 and y.max() <= 1):
         raise ArgumentError("intensities must be positive, and shares lie in 0 to 1")
-    if x.size < 2 or y.min() == y.max():
+    if x.size < 2 or y.min() == y.max() or x[y > 0].min() >= x[y < 1].max():
         return math.nan, math.nan
     (median,), (spread,) = _fits(np.log(x), y, w[None])
     return float(median), float(spread)

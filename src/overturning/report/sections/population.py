@@ -59,7 +59,8 @@ def population(results: Results) -> Section | None:
     if any(math.isfinite(one.median) for one in curves):
         blocks.append(_curves(curves))
     if unfit := [one.measure for one in whole if math.isnan(one.median)]:
-        blocks.append(Note(f"No lognormal curve fits over {' and '.join(unfit)}: the rate hardly grows with it."))
+        why = "the rate hardly grows with it, or leaps from 0 to 100 %"
+        blocks.append(Note(f"No lognormal curve fits over {' and '.join(unfit)}: {why}."))
     blocks.append(Disclosure("By record", (_by_record(results, found), *_by_amplitude(results, found))))
     return Section("How many stones of a cemetery fall", tuple(blocks), anchor="population")
 

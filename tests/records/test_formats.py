@@ -330,6 +330,16 @@ def test_components_of_two_stations_or_earthquakes_are_no_record(tmp_path, this,
     check(put(tmp_path, files), A * MG, B * MG, rtol=1e-6)
 
 
+def test_a_raw_and_a_processed_component_are_no_record(tmp_path):
+    kinds = ("1 UNCORRECTED ACCELEROGRAM", "2 CORRECTED ACCELEROGRAM")
+    files = {
+        f"x{n}.smc": smc_text(x, 100, axis, kind=kind)
+        for n, (x, axis, kind) in enumerate(zip((A, B), ("0", "90"), kinds, strict=True))
+    }
+    with refused(RecordError, "'raw' and 'processed'", "not of one record"):
+        put(tmp_path, files)
+
+
 @pytest.mark.parametrize(("axes", "word"), [(("H1", "H2"), "H1"), (("RAD", "TAN"), "RAD"), (("--L", "--T"), "--L")])
 def test_axes_that_do_not_say_where_north_is_are_refused_unless_given(tmp_path, axes, word):
     with refused(RecordError, word, "says nothing about north", "azimuths"):

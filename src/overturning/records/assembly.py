@@ -55,10 +55,11 @@ def _common_window(components: Sequence[Component], *, trust_data: bool = False)
     Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains. A RecordError
     says so where the rates differ, or starts by more than 0.5 s. So may lengths, where the components are of one file,
     whose recorder stopped its channels one after the other; those of several files, and station and earthquake that
-    they name, only where ``trust_data`` is set.
+    they name, or whether they are raw, only where ``trust_data`` is set.
     """
-    for name in ("station", "event"):
-        named = {" ".join(text.split()).casefold(): text for c in components if (text := getattr(c, name))}
+    said = [(c.station, c.event, "processed" if c.processed else "raw") for c in components]
+    for texts in zip(*said, strict=True):
+        named = {" ".join(text.split()).casefold(): text for text in texts if text}
         if len(named) > 1 and not trust_data:
             raise RecordError(
                 f"{components[0].file}: components of {' and '.join(map(repr, named.values()))}; they are not of one "

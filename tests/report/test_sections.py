@@ -204,6 +204,21 @@ def test_what_is_said_of_odd_results(one_record: Make, copies: int, values: Any,
     assert not_said not in text
 
 
+@pytest.mark.parametrize(
+    ("azimuth", "period", "one"),
+    [
+        ([30.0, 210.0], 180.0, True),
+        ([30.0, 210.0], 360.0, True),
+        ([30.0, 60.0], 360.0, False),
+    ],
+)
+def test_opposite_azimuths_are_one_axis(one_record: Make, azimuth: list[float], period: float, one: bool) -> None:
+    """Of a scene without mirror image, too, where they are two cases: its falls could go along no other axis."""
+    results = one_record()
+    cube = results.cube.isel(azimuth=[0, 1]).assign_coords(azimuth=("azimuth", azimuth, {"period": period}))
+    assert replace(results, cube=cube).one_axis is one
+
+
 def test_some_outcomes_missing(one_record: Make) -> None:
     results = one_record()
     cube = results.cube.copy()

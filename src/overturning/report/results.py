@@ -9,6 +9,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import xarray as xr
 
 from overturning.figures.style import style
@@ -118,7 +119,8 @@ class Results:
     @cached_property
     def one_axis(self) -> bool:
         """Whether falls can go along one axis only, as in a single plane, so that nothing is told about direction."""
-        return self.model.one_component and self.model.representative(self.cube).size == 1
+        axes = self.cube[self.model.direction].to_numpy().astype(np.float64) % 180.0
+        return self.model.one_component and bool(np.ptp(axes) == 0.0)
 
     @cached_property
     def fallen(self) -> float:

@@ -360,6 +360,11 @@ def test_a_vertical_axis_of_unknown_sense_is_left_out_with_a_word_unless_declare
         record = read_record(entry, tmp_path)
         check(record, A * MG, B * MG, up, rtol=1e-6)
         assert "notes" not in record.extra
+    files["x3.AT2"] = files["x3.AT2"].replace(axis, "DWN")
+    for sense, notes in (("down", []), ("none", []), ("up", ["axis 'DWN' is not taken up"])):
+        record = put(tmp_path, files, vertical_sense=sense)
+        check(record, A * MG, B * MG, -C * MG, rtol=1e-6)
+        assert [note.partition(",")[0] for note in record.notes] == notes
 
 
 def test_all_that_speaks_against_a_record_is_said_at_once(tmp_path):

@@ -242,13 +242,15 @@ def _axes(components: Sequence[Component], azimuths_deg: Sequence[float] | None,
 
 
 def _with_sense(components: Sequence[Component], sense: VerticalSense | None) -> tuple[list[Component], list[str]]:
-    """Vertical axes of unknown sense with the declared one, or left out, and a note of those nobody declared."""
+    """Vertical axes of unknown sense with the declared one, or left out; notes of what nobody, or wrongly, declared."""
     vertical = {"up": 1, "down": -1}.get(sense or "", 0)
     kept, notes = [], []
     for component in components:
         unknown = component.azimuth_deg is None and not component.vertical
         if not (unknown and is_vertical_of_unknown_sense(component.axis)):
             kept.append(component)
+            if vertical * component.vertical < 0:
+                notes.append(f"axis {component.axis!r} is not taken {sense}, as declared: its file says the opposite")
         elif vertical:
             kept.append(replace(component, vertical=vertical))
         elif sense is None:

@@ -123,12 +123,19 @@ IN_PLANES = [
         "asks: vertical, but variant 'soft' has none of its own",
     ),
 ]
+STACK = {"scene": "gravestone", "variants": {"stack": {"scene": "three-tier"}}}
 IN_SCENES = [
     ({"scene": "three-teir"}, "no file"),
     ({"contact": {"damping_ratio": 0.5}}, "contact: the scene has contact laws of its own"),
     ({"density": 2000}, "density: the scene's materials have it"),
     ({"ensemble": {"members": 4, "initial_tilt": 0.01}}, "ensemble.initial_tilt: a scene starts at rest"),
     ({"population": {}}, "population: its stones are single blocks"),
+    (
+        STACK | {"variants": {"stack": {"scene": "three-tier", "contact": {"damping": 9}}}},
+        "variants.stack.contact: the scene has contact laws of its own",
+    ),
+    (STACK | {"ensemble": {"initial_tilt": 0.01}}, "a scene starts at rest (variants.stack.scene)"),
+    (STACK | {"population": {}}, "population: its stones are single blocks; leave out variants.stack.scene"),
 ]
 IN_SPACE = [
     (
@@ -144,6 +151,8 @@ IN_SPACE = [
     ({"body": {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}}, "body"),
     ({"body": {"vertices": [[1000 * x for x in vertex] for vertex in BOULDER]}, "b_over_h": None}, "millimetres"),
     ({"body": {"vertices": BOULDER}}, "b_over_h: the body of these vertices has its own"),
+    ({"body": {"vertices": BOULDER, "plan": "circle"}, "b_over_h": None}, "the body has vertices of its own"),
+    ({"body": {"vertices": BOULDER, "mesh": "a.obj"}}, "body: vertices and mesh are both given; keep one"),
     ({"height": [60]}, "60 m; a stone is 0.01 to 50 m high; is that in centimetres"),
     ({"azimuth": {"step": 30}}, "azimuth: a body in space moves in all directions at once; give orientation"),
     ({"scene": {"name": "x"}}, "scene"),
@@ -212,6 +221,8 @@ def test_what_goes_together_is_taken() -> None:
     assert check_study(SMALL | {"body": {}, "population": {}}, "x").population.rotated == 5.0
     assert check_study(SMALL | {"variants": {"soft": SOIL}}, "x").variants["soft"].site.motion == "outcrop"
     assert check_study(SMALL | {"contact": {"stiffness": 0.5}}, "x").contact.stiffness == 0.5
+    block = {"block": {"scene": "gravestone", "contact": {"damping_ratio": 0.5}}}
+    assert check_study(SMALL | {"scene": "three-tier", "variants": block}, "x").variants["block"].contact is not None
 
 
 @pytest.mark.parametrize("key", ["[]", "../../etc/passwd", "", "<b>"])

@@ -161,8 +161,10 @@ def test_comparisons_count_what_they_say() -> None:
 
 
 def test_a_variant_without_vertical_motion_is_the_study_without_it(tmp_path: Path) -> None:
+    """Its contact is the study's, too, with which a block of 0.35 falls that stands with the default one."""
     record = dataclasses.replace(_record(), up=0.8 * _record().north)
-    grid = {"azimuth": {"step": 60}, "b_over_h": [0.2, 0.3], "friction": [0.9], "ensemble": {"members": 0}}
+    grid = {"azimuth": {"step": 60}, "b_over_h": [0.2, 0.35], "friction": [0.9], "ensemble": {"members": 0}}
+    grid["contact"] = {"damping_ratio": 0.2}
     study = check_study(
         {"name": "plain", "records": {"use": ["pulse"]}, **grid, "variants": {"flat": {"vertical": False}}}, "a.yaml"
     )

@@ -21,7 +21,7 @@ from overturning.model.scene import Scene, gravestone
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.schema import Study
-from overturning.study.sections import Variant
+from overturning.study.sections import ContactSettings, Variant
 
 NOMINAL = "nominal"
 """Name of the study's own setting among its variants."""
@@ -33,27 +33,34 @@ def variant_names(study: Study) -> list[str]:
 
 
 def setting_of(study: Study, variant: str = NOMINAL) -> Variant:
-    """Scene, contact and ground of a variant; of the nominal one the study's contact and the motions' ground.
+    """What a variant changes, `None` where it is as the study has it; of the nominal one nothing.
 
     A `ConfigError` says that the study has no such variant.
     """
     if variant not in variant_names(study):
         raise ConfigError(f"{study.name}: no variant {variant!r}; known: {', '.join(variant_names(study))}")
-    return Variant(contact=study.contact) if variant == NOMINAL else study.variants[variant]
+    return study.variants.get(variant, Variant())
+
+
+def contact_of(study: Study, variant: str = NOMINAL) -> ContactSettings:
+    """The contact of a variant: its own, or the study's."""
+    own = setting_of(study, variant).contact
+    return study.contact if own is None else own
 
 
 def scene_of(study: Study, variant: str = NOMINAL) -> Scene:
     """The scene of a variant, as of `setting_of`; the default one with the density and contact that the study gives."""
-    setting = setting_of(study, variant)
-    scene = setting.scene or study.scene
-    return gravestone(Contact(**setting.contact.model_dump()), study.density) if scene == gravestone() else scene
+    scene = setting_of(study, variant).scene or study.scene
+    if scene != gravestone():
+        return scene
+    return gravestone(Contact(**contact_of(study, variant).model_dump()), study.density)
 
 
 def model_for(study: Study, variant: str = NOMINAL) -> Model:
     """What a variant simulates; a `ConfigError` if the study has no such variant."""
     if study.body is None:
         return Planes(scene_of(study, variant))
-    contact = setting_of(study, variant).contact
+    contact = contact_of(study, variant)
     ratio = DAMPING_RATIO if contact.damping_ratio is None else contact.damping_ratio
     return Body(study.body.shape(), VertexContact(stiffness_ratio=contact.stiffness_ratio, damping_ratio=ratio))
 

@@ -190,13 +190,13 @@ class Study(Keys):
         named = [name for name, variant in self.variants.items() if variant.scene is not None]
         if named and "scene" not in self.model_fields_set:
             yield f"variants.{named[0]}.scene: only a study with a scene can have another one beside it"
-        contacts = {"": self.contact} | {f"variants.{name}.": one.contact for name, one in self.variants.items()}
+        contacts = {f"variants.{name}.": one.contact for name, one in self.variants.items() if one.contact is not None}
+        contacts[""] = self.contact
         if self.body is not None:
             yield from self._misfits_of_body(self.body, contacts)
         elif self.orientation != Orientations():
             yield "orientation: only a body in space has one; give `body`, or `azimuth` instead"
-        if self.scene != gravestone():  # which takes the study's contact and density
-            yield from self._misfits_of_scene(contacts)
+        yield from self._misfits_of_scenes(contacts)
         if "nominal" in self.variants:
             yield "variants: the name nominal is that of the study's own contact; choose another"
         on_soil = [name for name, variant in self.variants.items() if variant.site is not None]
@@ -263,16 +263,19 @@ class Study(Keys):
         if other is None or other == getattr(self.simulation, self.asks, None):
             yield f"asks: {self.asks}, but variant {self.primary.against!r} has none of its own; change it there"
 
-    def _misfits_of_scene(self, contacts: dict[str, ContactSettings]) -> Iterator[str]:
-        if self.population is not None:
-            yield "population: its stones are single blocks; leave out scene, or population"
-        for where, contact in contacts.items():
-            if contact != ContactSettings():
+    def _misfits_of_scenes(self, contacts: dict[str, ContactSettings]) -> Iterator[str]:
+        scenes = {f"variants.{name}.": one.scene or self.scene for name, one in self.variants.items()}
+        scenes[""] = self.scene
+        own = [where for where, scene in scenes.items() if scene != gravestone()]  # that takes contact and density
+        for where in own:
+            if contacts.get(where, ContactSettings()) != ContactSettings():
                 yield f"{where}contact: the scene has contact laws of its own; set them in the scene file"
-        if self.density != GRANITE_DENSITY:
+        if own and self.population is not None:
+            yield f"population: its stones are single blocks; leave out {own[-1]}scene, or population"
+        if "" in own and self.density != GRANITE_DENSITY:
             yield "density: the scene's materials have it; set it in the scene file"
-        if self.ensemble.members and self.ensemble.initial_tilt:
-            yield "ensemble.initial_tilt: a scene starts at rest; leave it at 0"
+        if own and self.ensemble.members and self.ensemble.initial_tilt:
+            yield f"ensemble.initial_tilt: a scene starts at rest ({own[-1]}scene); leave it at 0"
 
     @property
     def several_blocks(self) -> bool:

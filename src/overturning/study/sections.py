@@ -110,7 +110,7 @@ class Variant(Keys):
         description="scene of this variant, scaled like the study's; B/H applies where its reference element has the "
         "same name",
     )
-    contact: ContactSettings = Field(default=ContactSettings(), description="contact of this variant")
+    contact: ContactSettings | None = Field(default=None, description="contact of this variant; not given: the study's")
     site: Site | None = Field(default=None, description="ground of this variant, instead of the records' own")
     vertical: bool | None = Field(
         default=None,
@@ -199,6 +199,8 @@ class BodySettings(Keys):
         # A mesh is read at once, so that a filled-in study holds the whole body.
         if not isinstance(data, dict) or data.get("mesh") is None:
             return data
+        if data.get("vertices") is not None:
+            raise ValueError("vertices and mesh are both given; keep one")
         from overturning.model.mesh import read_mesh
 
         try:
@@ -215,6 +217,8 @@ class BodySettings(Keys):
             shape = self.shape()
         except ArgumentError as error:
             raise ValueError(str(error).removeprefix("body: ")) from None
+        if self.vertices is not None and self.plan != "rectangle":
+            raise ValueError(f"plan {self.plan}: the body has vertices of its own; keep one of them")
         if not shape.oblong and self.aspect != (1.0,):
             raise ValueError(f"aspect {list(self.aspect)}: only a rectangle has one; leave it out")
         return self

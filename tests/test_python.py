@@ -5,6 +5,7 @@ import inspect
 import json
 import pydoc
 import re
+import shutil
 import struct
 import sys
 from dataclasses import fields, replace
@@ -30,6 +31,7 @@ from overturning.motion.intensity import intensity_by_azimuth
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
 from overturning.records.source import Declarations
+from overturning.records.store import write_motion
 from overturning.study.cube import open_cube as open_by_number
 from overturning.study.intensity import write_intensity
 from overturning.study.load import check_study
@@ -80,6 +82,8 @@ def test_read_simulate_and_study(tmp_path: Path) -> None:
         overturning.run_study([record], azimth={"step": 30})
     with pytest.raises(ConfigError, match="processing: a record or motion that is given is taken as it is"):
         overturning.run_study([record], processing=[{"step": "scale", "factor": 2.0}])
+    with pytest.raises(ConfigError, match="variants: one cube is returned, that of the study itself"):
+        overturning.run_study([record], variants={"paper": {"contact": {"damping": 3500}}})
 
 
 @pytest.fixture(scope="module")
@@ -191,6 +195,20 @@ def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_use
     mpl.use("Agg")
 
 
+def test_a_cube_under_soil_of_its_own_is_shown_with_its_own_motions(cube_file: Path, tmp_path: Path) -> None:
+    soil = {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}
+    shutil.copytree(cube_file.parent, tmp_path, dirs_exist_ok=True)
+    write_motion(pulse("b", 5.0), tmp_path / "motion" / "soft" / "b.nc")
+    soft = overturning.open_cube(tmp_path / "cube.nc").load()
+    said = json.loads(soft.attrs["study"]) | {"variants": {"soft": {"site": soil}}}
+    soft.attrs |= {"study": json.dumps(said), "variant": "soft"}
+    shown = [overturning.plot.hodograph(cube, "b") for cube in (soft, overturning.open_cube(cube_file))]
+    peaks = [f"{100 * peak * np.hypot(1, 0.3):.0f} Gal" for peak in (5.0, 3.0)]
+    assert [figure.axes[0].get_title().split("\n")[1].partition(" towards")[0] for figure in shown] == peaks
+    with pytest.raises(MissingDataError, match=r"of the motions as recorded; there is none of those of soft"):
+        overturning.plot.plane(soft)
+
+
 @pytest.mark.parametrize(("kind", "scale"), [(".png", 25.4 / 300), (".svg", 25.4 / 72), (".pdf", 25.4 / 72)])
 def test_a_figure_is_as_wide_as_asked_for_and_so_are_its_letters(
     cube_file: Path, tmp_path: Path, kind: str, scale: float
@@ -216,6 +234,10 @@ def test_a_figure_is_as_wide_as_asked_for_and_so_are_its_letters(
     [
         (("polr",), "polr: no such figure; did you mean polar?"),
         (("rose", "--record", "b"), "--record: rose is of all records"),
+        (
+            ("intensity", "--record", "b", "--height", "0.6"),
+            "--height, --friction: intensity is of the ground's",
+        ),
         (("polar", "--record", "c"), "no record 'c'; it has a, b"),
         (("polar", "--record", "b", "--width", "80mn"), "--width '80mn': unit 'mn' does not fit"),
         (("polar", "--record", "b", "--height", "0.7"), "--height 0.7: not in"),

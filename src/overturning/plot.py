@@ -23,6 +23,9 @@ Draws = TypeVar("Draws", bound=Callable[..., Any])
 KINDS: Final[dict[str, Callable[..., Any]]] = {}
 """Figures of a cube by name, for `overturning figure`."""
 
+OF_THE_GROUND: Final = ("intensity", "hodograph", "history")
+"""Those of the motions alone, in which no block is shown."""
+
 
 def _styled(draw: Draws) -> Draws:
     """A function that draws with the project's settings."""
@@ -237,13 +240,23 @@ def _beside(cube: "xr.Dataset", name: str) -> Path:
 
 
 def _motion(one: "xr.Dataset") -> Path:
-    return _beside(one, f"motion/{one['record_id'].item()}.nc")
+    return _beside(one, f"{_motions(one)}/{one['record_id'].item()}.nc")
+
+
+def _motions(cube: "xr.Dataset") -> Path:
+    """The folder of a cube's motions, from where it lies; `motion` of what is no part of a study."""
+    from overturning.study.cube import motions_beside, study_of
+
+    return motions_beside(Path(), study_of(cube), cube.attrs["variant"]) if "study" in cube.attrs else Path("motion")
 
 
 def _measures(cube: "xr.Dataset") -> "xr.Dataset":
     """Intensity measures of the records of a cube, in their order."""
     import xarray as xr
 
-    with xr.open_dataset(_beside(cube, "intensity.nc")) as measures:
+    path = _beside(cube, "intensity.nc")
+    if _motions(cube) != Path("motion"):
+        raise MissingDataError(f"{path}: of the motions as recorded; there is none of those of {cube.attrs['variant']}")
+    with xr.open_dataset(path) as measures:
         every = measures["record_id"].to_numpy().tolist()
         return measures.isel(record=[every.index(name) for name in cube["record_id"].to_numpy().ravel()]).load()

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from overturning.plot import KINDS
+from overturning.plot import KINDS, OF_THE_GROUND
 
 Cube = Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")]
 
@@ -50,6 +50,8 @@ def figure(
     of_one = "record" in inspect.signature(draw).parameters
     if record is not None and not of_one:
         raise ArgumentError(f"--record: {kind} is of all records; leave it out")
+    if kind in OF_THE_GROUND and (height or friction):
+        raise ArgumentError(f"--height, --friction: {kind} is of the ground's motion; leave them out")
     with open_cube(cube, chunks={"record": 1}) as data:
         for name, chosen in (("height", height), ("friction", friction)):
             known = data[name].to_numpy().tolist()

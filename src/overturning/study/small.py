@@ -140,13 +140,18 @@ def run_study(
     Raises
     ------
     ConfigError
-        If a key or value is wrong, a record is not in the table, or one that is given is to be processed.
+        If a key or value is wrong, a record is not in the table, one that is given is to be processed, or there are
+        variants.
     """
     given = [one if isinstance(one, str) else as_record(one, f"motion-{n}") for n, one in enumerate(records, 1)]
     names = [record if isinstance(record, str) else record.record_id for record in given]
     # The records themselves are given: the table is asked for those that are not.
     settings = {"name": "study", **keys, "records": {**keys.get("records", {}), "use": names}}
     study = check_study(settings, "run_study")
+    if study.variants:
+        raise ConfigError(
+            "run_study: variants: one cube is returned, that of the study itself; run each as a study of its own"
+        )
     asked = [record for record in given if isinstance(record, str)]
     if study.processing is not None and len(asked) < len(given):
         raise ConfigError(

@@ -87,6 +87,25 @@ def test_a_block_slides_where_friction_is_less_than_its_slenderness(capsys: pyte
     assert "motion along N: falls" in capsys.readouterr().out
 
 
+def test_a_scene_with_its_own_friction_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "icy.yaml"
+    scene.write_text(
+        """name: icy
+contacts: [{between: [stone, stone], friction: 0.1}]
+elements:
+  - {name: ground, kind: driven, width: 40, height: 1, at: [0, -1]}
+  - {name: stone, width: 0.24, height: 0.6, stands_on: ground}
+""",
+        encoding="utf-8",
+    )
+    given = ("--record", "sine amplitude_gal=600 period_s=1", "--azimuth", "0", "--scene", str(scene))
+    run(*given)
+    assert "µ = that of the scene\n  motion along N: stands (largest rotation 0.00 α)" in capsys.readouterr().out
+    with pytest.raises(AssertionError, match="exit status 1"):
+        run(*given, "--friction", "1")
+    assert "--friction: the scene has coefficients of its own" in capsys.readouterr().err
+
+
 def test_a_body(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     page, figure = tmp_path / "fall.html", tmp_path / "axis.svg"
     given = ("--record", "rinaldi", "--body", "--orientation", "20", "--b-over-h", "0.3", "--friction", "0.6")

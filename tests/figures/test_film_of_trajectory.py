@@ -223,3 +223,6 @@ def test_the_figure_of_the_axis(bodies: list, pulse: Motion) -> None:
     end = np.array([line.get_xdata()[-1], line.get_ydata()[-1]])
     assert np.degrees(np.arctan2(*end)) % 360 == pytest.approx(float(bodies[0]["fall_azimuth"]), abs=3)
     assert np.hypot(*end) > 80, "nearly lying"
+    deep = axis_figure(bodies[0].assign_attrs(aspect=0.5), pulse, "title").axes[0].lines[0]
+    least = np.degrees(np.arctan(0.5 * bodies[0].attrs["b_over_h"]))  # over the edges of its narrower sides
+    assert np.hypot(*deep.get_xydata().T) == pytest.approx(least)

@@ -109,7 +109,7 @@ class Stone:
 
     b_over_h: Annotated[float | None, typer.Option(help="slenderness B/H (default 0.4, or the scene's)")] = None
     height: Annotated[float | None, typer.Option(help="height H, m (default 0.6, or the scene's)")] = None
-    friction: Annotated[float, typer.Option(help="friction coefficient µ")] = 1.0
+    friction: Annotated[float | None, typer.Option(help="friction coefficient µ (default 1, or the scene's)")] = None
     damping_ratio: Annotated[float | None, typer.Option(help="damping ratio of the contact (default 3)")] = None
 
 

@@ -72,6 +72,7 @@ class _Found:
 def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone) -> _Found:
     """A scene along each azimuth."""
     from overturning.dem.trajectory import trajectory
+    from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import outcome
     from overturning.figures.style import compass_name
     from overturning.model.geometry import native_size
@@ -80,10 +81,13 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone)
     own_height, own_ratio = native_size(stones)
     height = own_height if stone.height is None else stone.height
     b_over_h = own_ratio if stone.b_over_h is None else stone.b_over_h
+    if stone.friction is not None and not stones.sweeps_friction:
+        raise ArgumentError("--friction: the scene has coefficients of its own; set them in the scene file")
+    friction = 1.0 if stone.friction is None else stone.friction
     paths = [
         trajectory(
             motion, stones, azimuth_deg=angle, height=height, b_over_h=b_over_h,
-            friction=stone.friction, amplitude=amplitude,
+            friction=friction, amplitude=amplitude,
         )
         for angle in plane.azimuth or []
     ]  # fmt: skip
@@ -95,7 +99,8 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone)
             text += f"; slipped {100 * path['base_slip'].to_numpy()[-1, shown].item():.1f} cm by the end{name}"
         lines.append(f"motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")
     what = "" if plane.scene is None else f"{stones.title or stones.name}, "
-    return _Found(f"{what}B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {stone.friction:g}", lines, paths)
+    coefficient = f"{friction:g}" if stones.sweeps_friction else "that of the scene"
+    return _Found(f"{what}B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {coefficient}", lines, paths)
 
 
 def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone) -> _Found:
@@ -112,21 +117,21 @@ def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone) 
         raise ArgumentError("--plan, --mesh: a body has one of them; leave one out")
     plan: Any = space.plan or "rectangle"
     shape = shape_of(read_mesh(space.mesh) if space.mesh else int(plan) if plan.isdigit() else plan)
-    height, b_over_h = stone.height, stone.b_over_h
+    height, b_over_h, friction = stone.height, stone.b_over_h, 1.0 if stone.friction is None else stone.friction
     if shape.sized:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
     contact = VertexContact() if stone.damping_ratio is None else VertexContact(damping_ratio=stone.damping_ratio)
     paths = [
         trajectory(
             motion, Body(shape, contact), orientation_deg=angle, height=height, b_over_h=b_over_h,
-            friction=stone.friction, aspect=space.aspect, amplitude=amplitude,
+            friction=friction, aspect=space.aspect, amplitude=amplitude,
         )
         for angle in space.orientation or [0.0]
     ]  # fmt: skip
     level = ["the motion has two components: the base moves level"] if motion.up is None else []
     sizes, oblong = paths[0].attrs, f", D/B = {space.aspect:g}" if shape.oblong else ""
     return _Found(
-        f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {stone.friction:g}",
+        f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {friction:g}",
         [*level, *(f"{heading_of(path)}: {outcome(path)}" for path in paths)],
         paths,
     )

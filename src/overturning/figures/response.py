@@ -98,7 +98,8 @@ def axis_figure(path: xr.Dataset, motion: Motion, title: str) -> Figure:
     length = np.hypot(east, north)
     scale = np.where(length > 0, angle / np.where(length > 0, length, 1.0), 0.0)
     x, y = east * scale, north * scale
-    critical = np.degrees(np.arctan(float(path.attrs["b_over_h"])))
+    across = float(path.attrs["aspect"])  # of a rectangle broader than deep D is the smaller side
+    critical = np.degrees(np.arctan(float(path.attrs["b_over_h"]) * min(1.0, across)))
     largest = 1.12 * max(float(angle.max(initial=0.0)), critical)
     for radius, dash, name in ((critical, "--", "least critical angle"), (90.0, ":", "lying")):
         if radius < largest:

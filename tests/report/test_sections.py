@@ -19,6 +19,7 @@ from overturning.report.sections.causes import cause, published
 from overturning.report.sections.records import maps, record_directions, records
 from overturning.statistics.logistic import LogisticFit
 from overturning.study.evaluation import Published
+from overturning.study.sections import Variant
 from tests.report.reading import BAD, column, numbers, tables, text_of
 
 Make = Callable[..., Results]
@@ -264,7 +265,12 @@ def test_published_values(one_record: Make) -> None:
     assert peaks.rows[1][4].startswith("−")
     assert findings.heads[3:5] == ("along: overturns", "record_id 0, 150°: stands")
     assert findings.rows == (("nominal", "0.6", "1", "overturns", "stands", "holds"),)
-    assert "found for H = 0.6 m (1 of 1)" in text_of(found)
+    assert "With the nominal contact the published outcomes are found for H = 0.6 m (1 of 1)" in text_of(found)
+    level = results.study.model_copy(update={"variants": {"level": Variant(vertical=False)}})
+    told = published(replace(results, study=level, cubes=results.cubes | {"level": results.cube}))
+    assert told is not None
+    assert "With the level setting the published outcomes are found for H = 0.6 m" in text_of(told)
+    assert tables(told)[1].heads[0] == "setting"
     nothing = results.cube.assign(overturned=results.cube["overturned"] * np.nan)
     unknown = published(replace(results, cubes={"nominal": nothing}))
     assert unknown is not None

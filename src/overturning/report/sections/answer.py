@@ -155,7 +155,7 @@ def primary_sentence(results: Results) -> str:
     """The primary statistic of a study where it is not the alignment, with its interval and what that says."""
     primary, against = results.study.primary, results.study.primary.against
     if primary.statistic == "published":
-        return f"Primary statistic, fixed beforehand: {finding_sentence(results, NOMINAL)}".replace(": With", ": with")
+        return f"Primary statistic, fixed beforehand: {finding_sentence(results, NOMINAL)}"
 
     def of_record(variant: str) -> FloatArray:
         if primary.statistic == "fall_rate":

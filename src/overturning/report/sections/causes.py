@@ -165,23 +165,29 @@ def published(results: Results) -> Section | None:
         return None
     rows, sentences = [], []
     for variant in results.cubes:
-        sentences.append(finding_sentence(results, variant))
+        sentences.append(capitalised(finding_sentence(results, variant)))
         for size, overturns in outcomes(results, variant).items():
             holds = "holds" if overturns == tuple(row.overturns for row in there) else "does not hold"
             rows.append((variant, *size, *map(_does, overturns), holds))
     heads = (f"{_label(row)}: {_does(row.overturns)}" for row in there)
-    findings = table(("contact", "H, m", "µ", *heads, "finding"), rows, "tgg" + "t" * (len(there) + 1))
+    findings = table((_settings(results), "H, m", "µ", *heads, "finding"), rows, "tgg" + "t" * (len(there) + 1))
     blocks = (Paragraph(" ".join(sentences)), _peaks(results), findings)
     return Section("Beside the published values", blocks, anchor="published")
 
 
+def _settings(results: Results) -> str:
+    """What the study's settings are called: contacts, where its variants differ in nothing else."""
+    others = any(one.scene or one.site or one.vertical is not None for one in results.study.variants.values())
+    return "setting" if others else "contact"
+
+
 def finding_sentence(results: Results, variant: str) -> str:
-    """For which sizes of a variant the published outcomes are found."""
+    """For which sizes of a variant the published outcomes are found; to stand within a sentence."""
     found, wanted = outcomes(results, variant), tuple(row.overturns for row in results.study.published)
     heights = sorted({height for (height, _), overturns in found.items() if overturns == wanted})
     where = f"for H = {', '.join(f'{height:g}' for height in heights)} m" if heights else "for none of the sizes"
     count = f"({sum(overturns == wanted for overturns in found.values())} of {len(found)})"
-    return f"With the {variant} contact the published outcomes are found {where} {count}."
+    return f"with the {variant} {_settings(results)} the published outcomes are found {where} {count}."
 
 
 def _peaks(results: Results) -> Table:

@@ -143,6 +143,23 @@ def test_check_and_add_take_the_other_files_of_the_record(tmp_path, capsys):
     assert read_catalogue(table)["z"].source == "z.mseed s.xml"
 
 
+def test_add_refuses_what_cannot_stand_in_the_table(tmp_path, capsys):
+    path = tmp_path / "my site.V2A"
+    path.write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
+    table, folder = tmp_path / "records.tsv", tmp_path / "data"
+    place = ("--table", table, "--folder", folder)
+    assert run("records", "add", path, *place) == 1
+    assert "'my site.V2A': blanks set off the files" in capsys.readouterr().err
+    path = path.rename(tmp_path / "mine.V2A")
+    for text in ("Te\tMara", '"Te Mara"', "Te\nMara"):
+        assert run("records", "add", path, *place, "--set", f"station={text}") == 1
+        assert "a cell of the record table has no tab" in capsys.readouterr().err
+    assert not table.exists()
+    assert not folder.exists()
+    assert run("records", "add", path, *place, "--set", 'station=Te "Mara"') == 0
+    assert read_catalogue(table)["mine"].station == 'Te "Mara"'
+
+
 def test_add_keeps_the_records_that_come_with_the_package(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "x.V2A"

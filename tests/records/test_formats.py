@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from overturning.errors import RecordError
+from overturning.errors import ArgumentError, RecordError
 from overturning.records.assembly import assemble
 from overturning.records.catalogue import RecordEntry
 from overturning.records.component import channel_axis, parse_axis
@@ -328,6 +328,20 @@ def test_components_of_two_stations_or_earthquakes_are_no_record(tmp_path, this,
     check(put(tmp_path, files, trust_data=True), A * MG, B * MG, rtol=1e-6)
     files["x2.AT2"] = files["x2.AT2"].replace(that, f" {this.upper()}")
     check(put(tmp_path, files), A * MG, B * MG, rtol=1e-6)
+
+
+def test_what_is_declared_and_a_file_states_itself_is_not_taken_and_told(tmp_path):
+    raw = "1 UNCORRECTED ACCELEROGRAM"
+    files = {f"x{n}.smc": smc_text(x, 100, axis, kind=raw) for n, (x, axis) in enumerate([(A, "0"), (B, "90")])}
+    plain = put(tmp_path, files, processed=False, sampling_interval_s=0.01)
+    assert plain.notes == []
+    told = put(tmp_path, files, unit="g", processed=True, sampling_interval_s=0.02)
+    check(told, plain.north, plain.east)
+    assert told.notes[0].endswith("(unit g, processed, 0.02 s) is not taken: x0.smc states its own")
+    assert len(told.notes) == 2
+    assert (told.extra["processed"], told.sampling_interval) == (False, 0.01)
+    with refused(ArgumentError, "columns: only csv has them, the format is 'smc'"):
+        put(tmp_path, files, format="smc", columns="north:gal east:gal")
 
 
 def test_a_raw_and_a_processed_component_are_no_record(tmp_path):

@@ -40,6 +40,10 @@ def test_surface_and_borehole_are_told_apart_and_have_their_own_gains(tmp_path):
     assert surface.station == "TTRH02"
     with pytest.raises(RecordError, match="borehole"):
         read_path(top, Declarations(sensor="borehole"))
+    assert surface.notes == []  # the other sensor's is a record of its own
+    mixed = read_path([*(path for path in top if ".UD" not in path.name), *(p for p in deep if ".UD" in p.name)])
+    assert mixed.up is None
+    assert mixed.notes == ["axis 'UD1' left out: TTRH02X.UD1 is of the borehole sensor"]
 
 
 def test_a_borehole_alone_is_refused_unless_declared_and_then_named_with_its_station(tmp_path):

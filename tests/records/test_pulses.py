@@ -50,6 +50,9 @@ def test_what_the_table_says_of_a_pulse_is_known(tmp_path):
     assert len(set(earthquakes_of([record, other]).labels)) == 2
     with refused(RecordError, "SHA-256"):
         read_record(RecordEntry(id="p", format="synthetic", source=line, sha256="0" * 64), tmp_path)
+    for column in ({"orientation_correction_deg": 10.0}, {"unit": "g"}, {"sensor": "borehole"}):
+        with pytest.raises(ConfigError, match=f"record p: {next(iter(column))}: of files alone"):
+            read_record(RecordEntry(id="p", format="synthetic", source=line, **column), tmp_path)
 
 
 def test_a_pulse_in_the_config_is_one_line():

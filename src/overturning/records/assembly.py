@@ -117,6 +117,7 @@ def assemble(
     declared, reasons = declared or Declarations(), Reasons()
     name = components[0].file if components else record_id
     components, notes = _with_sense(components, declared.vertical_sense)
+    notes += [note for component in components if (note := _stated_otherwise(component, declared))]
     trusted: list[str] = []
     differences = _checked_peaks(components, reasons, trusted if declared.trust_data else None)
     by_files = [c for c in components if not c.vertical]
@@ -173,6 +174,18 @@ def assemble(
     if first.sensor == "borehole" and "borehole" not in record.station.lower():
         record = replace(record, station=f"{record.station} (borehole)".strip())
     return record
+
+
+def _stated_otherwise(component: Component, declared: Declarations) -> str:
+    """What was declared of samples and is not taken, because their file states it; empty where nothing was."""
+    said = [f"unit {declared.unit}"] if declared.unit not in (None, component.unit) else []
+    if declared.processed not in (None, component.processed):
+        said.append("processed" if declared.processed else "raw")
+    interval = component.sampling_interval
+    if abs((declared.sampling_interval_s or interval) - interval) > 1e-3 * interval:
+        said.append(f"{declared.sampling_interval_s:g} s")
+    what = f"what is declared of axis {component.axis!r} ({', '.join(said)})"
+    return f"{what} is not taken: {component.file} states its own" if said else ""
 
 
 def _checked_peaks(components: Sequence[Component], reasons: Reasons, trusted: list[str] | None) -> dict[str, float]:

@@ -18,6 +18,12 @@ from overturning.records.source import (
 )
 from overturning.tables import read_rows
 
+OF_FILES: Final = (
+    *("orientation_correction_deg", "magnetic_declination_deg", "azimuths_deg", "unit", "columns"),
+    *("sampling_interval_s", "processed", "vertical_sense", "sensor"),
+)
+"""Columns of the record table about what files do not say, or say wrongly."""
+
 
 def _numbers(value: Any) -> Any:
     return [part for part in value.replace(",", " ").split() if part] or None if isinstance(value, str) else value

@@ -9,7 +9,7 @@ from typing import Any
 
 from overturning.errors import ArgumentError, ConfigError, Reasons, RecordError, keywords
 from overturning.records.assembly import MAXIMUM_SPREAD, assemble
-from overturning.records.catalogue import RecordEntry, find_files
+from overturning.records.catalogue import OF_FILES, RecordEntry, find_files
 from overturning.records.component import Component
 from overturning.records.formats.table import detect_format, format_named
 from overturning.records.processing import process
@@ -30,6 +30,10 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
     if entry.format == "synthetic":
         from overturning.records.pulses import parse_pulse, pulse_record
 
+        if of_files := [name for name in OF_FILES if getattr(entry, name) != RecordEntry.model_fields[name].default]:
+            raise ConfigError(
+                f"record {entry.id}: {of_files[0]}: of files alone; a pulse says all of itself in its line"
+            )
         record = replace(pulse_record(parse_pulse(entry.source), entry.id), **stated)
     else:
         components = _components_of(entry, data_dir)
@@ -110,7 +114,11 @@ def _of_one_sensor(components: Sequence[Component], record_id: str, declared: De
     with reasons.of():
         record = assemble(chosen or components, record_id, declared, **stated)
     reasons.tell()
-    return record
+    others = [c for c in components if c.sensor != sensor]
+    if sum(not c.vertical for c in others) >= 2:  # a record of its own, which lies with this one
+        return record
+    left_out = [f"axis {c.axis!r} left out: {c.file} is of the {c.sensor} sensor" for c in others]
+    return replace(record, extra=record.extra | {"notes": [*record.notes, *left_out]}) if left_out else record
 
 
 def read_path(

@@ -192,6 +192,8 @@ class Declarations:
         for name, known in (("unit", UNITS), ("sensor", get_args(Sensor)), ("vertical_sense", get_args(VerticalSense))):
             if (value := getattr(self, name)) not in (None, *known):
                 raise ArgumentError(f"{name}: {value!r}; known are {', '.join(known)}")
+        if self.columns and self.format not in (None, "csv"):
+            raise ArgumentError(f"columns: only csv has them, the format is {self.format!r}; leave out one of both")
 
     @property
     def of_samples(self) -> list[str]:

@@ -1,5 +1,6 @@
 """A new line of the record table, written only after its files have been read."""
 
+import re
 import shutil
 import tempfile
 from collections.abc import Sequence
@@ -51,6 +52,13 @@ def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder:
         paths = with_sisters(paths[0], entry.declarations)[1]
         cells["source"] = " ".join(path.name for path in paths)
         entry = entry.model_copy(update={"source": cells["source"]})
+    for text in cells.values():
+        if re.search(r'[\t\n\r]|^"', text):
+            raise ArgumentError(
+                f"{text!r}: a cell of the record table has no tab or line end and begins with no quotation mark"
+            )
+    if (blank := next((path for path in paths if re.search(r"\s", path.name)), None)) and "source" not in values:
+        raise ArgumentError(f"{blank.name!r}: blanks set off the files of a record in its table; rename it")
     with tempfile.TemporaryDirectory() as name:
         for path in paths:
             shutil.copyfile(path, Path(name) / path.name)

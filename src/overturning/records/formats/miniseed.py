@@ -11,7 +11,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.records.component import UNKNOWN, Component, Direction, sensor_at
 from overturning.records.source import Declarations, SourceFile
-from overturning.units import GAL, STANDARD_GRAVITY
+from overturning.units import GAL, STANDARD_GRAVITY, UNITS
 
 _SECONDS: Final = ("/S**2", "/S2", "/S^2", "/(S**2)", "/SEC**2", "/S/S")
 _LENGTHS: Final = {"M": 1.0, "CM": GAL, "MM": 1e-3, "NM": 1e-9}
@@ -111,6 +111,7 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: str | N
         station=trace.stats.station,
         place=(place["latitude"], place["longitude"]),
         sensor=sensor_at(place["local_depth"]),
+        unit=declared if declared and UNITS.get(declared) == ACCELERATION.get(unit) else "",
         extra={"removed": removed, "network": trace.stats.network},
     )
 

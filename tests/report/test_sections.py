@@ -9,17 +9,22 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure as Drawing
 
+from overturning.model.scene import load_scene
 from overturning.model.status import Status
 from overturning.report.blocks import Figure, Report, Section, each_block
 from overturning.report.build import build_report
 from overturning.report.results import Results
 from overturning.report.sections.answer import answer
 from overturning.report.sections.causes import cause, published
+from overturning.report.sections.contrast import setting_said
+from overturning.report.sections.exactness import ensemble
 from overturning.report.sections.records import maps, record_directions, records
+from overturning.report.sections.scene import scene
 from overturning.statistics.logistic import LogisticFit
 from overturning.study.evaluation import Published
-from overturning.study.sections import Variant
+from overturning.study.sections import ContactSettings, Variant
 from tests.report.reading import BAD, column, numbers, tables, text_of
 
 Make = Callable[..., Results]
@@ -276,6 +281,50 @@ def test_published_values(one_record: Make) -> None:
     assert unknown is not None
     assert tables(unknown)[1].rows[0][3:] == ("not found", "not found", "does not hold")
     assert "for none of the sizes (0 of 1)" in text_of(unknown)
+
+
+def test_a_variant_of_the_same_scene_is_no_other_scene(one_record: Make, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its falls were those of the scene, and both were called alike."""
+    results, shown = one_record(), dict[str, float]()
+    level = {"level": Variant(vertical=False)}
+    study = results.study.model_copy(update={"scene": load_scene("shaft-alone"), "variants": level})
+    still = results.cube.assign(overturned=0 * results.cube["overturned"])
+
+    def drawn(stones: dict[str, xr.Dataset]) -> Drawing:
+        shown.update({name: float(abs(cube["overturned"]).mean()) for name, cube in stones.items()})
+        return Drawing()
+
+    monkeypatch.setattr("overturning.report.sections.scene.element_roses_figure", drawn)
+    cubes = {"nominal": results.cube, "level": still}
+    found = scene(replace(results, study=study, cubes=cubes))
+    assert found is not None
+    falls = float(abs(results.cube["overturned"]).mean())
+    name = "shaft of the shaft-alone scene"
+    assert shown == {name: pytest.approx(falls), f"{name}, level": 0.0}
+    assert [name.endswith(", level") for name in column(tables(found)[0], "scene")] == [False, True]
+
+
+def test_settings_are_told_apart_by_what_they_differ_in(opened: Results) -> None:
+    paper, bare = Variant(contact=ContactSettings(damping=3500)), Variant(vertical=False)
+    both = paper.model_copy(update={"vertical": False})
+    given = {"paper": paper, "bare": bare, "both": both}
+    results = replace(opened, study=opened.study.model_copy(update={"variants": given}))
+    said = {name: (setting_said(results, "nominal", name), setting_said(results, name, "nominal")) for name in given}
+    assert said == {
+        "paper": ("in the study itself", "in the variant paper"),
+        "bare": ("with vertical motion", "without vertical motion"),
+        "both": ("in the study itself", "in the variant both"),
+    }
+
+
+def test_an_ensemble_of_all_cells_is_not_said_to_be_near_a_change(one_record: Make) -> None:
+    results = one_record()
+    everywhere = results.study.ensemble.model_copy(update={"where": "everywhere"})
+    study = results.study.model_copy(update={"ensemble": everywhere})
+    for one, said in ((results, "Each cell near a change of flag ("), (replace(results, study=study), "Each cell (")):
+        found = ensemble(one)
+        assert found is not None
+        assert said in text_of(found)
 
 
 def test_the_fit(opened: Results, monkeypatch: pytest.MonkeyPatch) -> None:

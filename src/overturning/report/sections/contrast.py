@@ -12,19 +12,23 @@ from overturning.report.text import counted, number, percent
 from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
 from overturning.statistics.elements import Contrast, compare_stones, contrast
 from overturning.statistics.falls import overturns
-from overturning.study.scenes import NOMINAL, applies_vertical, scene_of, setting_of
+from overturning.study.scenes import NOMINAL, applies_vertical, contact_of, setting_of
 
 
 def setting_said(results: Results, variant: str, against: str) -> str:
     """Under which setting a stone falls, as part of a sentence, told apart from another one by what they differ in."""
-    study = results.study
-    if scene_of(study, variant) != scene_of(study, against):
-        return f"in the {scene_of(study, variant).name} scene"
+    study, differ = results.study, list[str]()
+    itself = "in the study itself" if variant == NOMINAL else f"in the variant {variant}"
+    own, other = (setting_of(study, name).scene or study.scene for name in (variant, against))
+    if own != other:
+        differ.append(itself if own.name == other.name else f"in the {own.name} scene")
+    if contact_of(study, variant) != contact_of(study, against):
+        differ.append(itself)
     if applies_vertical(study, variant) != applies_vertical(study, against):
-        return f"{'with' if applies_vertical(study, variant) else 'without'} vertical motion"
-    if setting_of(study, variant).site != setting_of(study, against).site and variant == NOMINAL:
-        return "on the ground as recorded"
-    return "in the study itself" if variant == NOMINAL else f"in the variant {variant}"
+        differ.append(f"{'with' if applies_vertical(study, variant) else 'without'} vertical motion")
+    if setting_of(study, variant).site != setting_of(study, against).site:
+        differ.append("on the ground as recorded" if variant == NOMINAL else itself)
+    return differ[0] if len(differ) == 1 else itself
 
 
 def contrast_sentences(results: Results, variant: str | None = None) -> tuple[str, ...]:

@@ -193,6 +193,7 @@ def ensemble(results: Results) -> Section | None:
     found = by_record(partial(_counts, model, settings), cube, (*model.reads, "members"))
     sums = found.drop_vars(("fewest", "most")).sum()
     count, agree = int(sums["run"]), int(sums["agree"])
+    near = "" if settings.where == "everywhere" or cube.sizes["b_over_h"] == 1 else " near a change of flag"
     text = "No cell lies near a change of flag, so the ensemble had nothing to run."
     if count:
         fewest, times, until = f"{float(found['fewest'].min()):.0f}", f"{float(found['most'].max()):.0f}", ""
@@ -203,7 +204,7 @@ def ensemble(results: Results) -> Section | None:
             times = f"{fewest} to {times}"
         apart = results.words.apart.format(percent(float(sums["apart"]) / agree if agree else float("nan"), 1))
         text = (
-            f"Each cell near a change of flag ({percent(count / int(sums['cells']))} of all) was run {times} more "
+            f"Each cell{near} ({percent(count / int(sums['cells']))} of all) was run {times} more "
             f"times with slightly different amplitude, shape, friction, damping and {model.direction}{until}. In "
             f"{percent(float(sums['divided']) / count, 1)} of them some of the first {min(BATCH, settings.members)} "
             f"runs fall and others stand (more runs would divide more cells); {apart} This is the spread over the "

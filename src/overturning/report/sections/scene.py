@@ -30,12 +30,13 @@ def scene(results: Results) -> Section | None:
     rows = []
     for name, cube in results.cubes.items():
         one, several = scenes[name], "element" in cube.dims
-        title = f"{one.reference_name} of the {one.name} scene"
+        again = f", {name}" if name != NOMINAL and one == scenes[NOMINAL] else ""  # a variant of ground or motion
+        title = f"{one.shown_name} of the {one.name} scene{again}"
         stones[title] = results.reference_cube(name)
         for row in results.elements if name == NOMINAL and several else falls_by_element(cube):
             element = row.name if several else one.free[0]
             falls = (row.cases, row.falls, row.share, row.first, row.median_time)
-            rows.append((one.title or one.name, element, *falls))
+            rows.append((f"{one.title or one.name}{again}", element, *falls))
     told = study.primary.against if study.asks == "scene" else None  # in the answer
     others = [name for name in study.variants if name != told]
     sentences = [" ".join(contrast_sentences(results, name)) for name in others]

@@ -123,6 +123,8 @@ def test_soft_ground_in_a_sentence(cemetery: Results) -> None:
     assert (
         "mean fall rate is 10 % on rock; 40 % through 20 m of soil (150 m/s), the axis of falls turned by 10°" in text
     )
+    stronger = {name: one.assign_coords(amplitude=[1.5]) for name, one in results.populations.items()}
+    assert "Under the motions at the surface times 1.5 the mean" in said(ground(replace(results, populations=stronger)))
     assert "one, 20 m of soil (150 m/s): east not converged (last change 3.0 %)" in text
     (table,) = tables(shown)
     assert [cell.replace("\u00a0", " ") for cell in table.rows[1]] == [

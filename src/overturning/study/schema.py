@@ -98,8 +98,9 @@ class Study(Keys):
     )
     amplitude: Values[Factor] = Field(
         default=(1.0,),
-        description="factors on each whole record, 1 among them: a list, or start, stop, step; a dimension of the cube "
-        "where there is more than one, and the ensemble is run for 1 only",
+        description="factors on each whole record, with a `site` on what comes through the soil, 1 among them: a list, "
+        "or start, stop, step; a dimension of the cube where there is more than one, and the ensemble is run for 1 "
+        "only",
     )
     density: Density = Field(default=GRANITE_DENSITY, gt=0, description="density of the block, kg/m³")
     contact: ContactSettings = Field(

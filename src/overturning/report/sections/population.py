@@ -241,9 +241,9 @@ def _sentence(grounds: dict[str, str], found: dict[str, xr.Dataset], turns: dict
         axis = f", the axis of falls turned by {turns[name]}" if name in turns else ""
         over = "on" if name == NOMINAL else "through"
         parts.append(f"{percent(float(found[name]['fall_rate'].mean()))} {over} {soil}{axis}")
-    times = "as they are" if factor == 1 else f"times {factor:g}"
+    under = "Under the records as they are" if factor == 1 else f"Under the motions at the surface times {factor:g}"
     told = " (turns are medians over the records)" if turns else ""
-    return f"Under the records {times} the mean fall rate is {'; '.join(parts)}{told}."
+    return f"{under} the mean fall rate is {'; '.join(parts)}{told}."
 
 
 def failures(results: Results, grounds: dict[str, str]) -> list[str]:
@@ -262,7 +262,8 @@ def _limits(velocities: list[float], with_vertical: bool) -> str:
     return (
         "The records are taken for rock, over which the soil lies (half-space of "
         f"{' and '.join(f'{velocity:g}' for velocity in velocities)} m/s); some of them were taken on soil themselves, "
-        "so this is what a layer changes and not what happened there. Strong motion on soft clay takes an "
+        "so this is what a layer changes and not what happened there. A factor multiplies what comes through the soil: "
+        "stronger records would soften the soil more. Strong motion on soft clay takes an "
         f"equivalent-linear computation to strains where it is no longer trusted.{vertical} PGA is that of the larger "
         "of north and east. Axes are compared where 5 % of the stones or more fall on both grounds."
     )

@@ -123,6 +123,14 @@ IN_PLANES = [
         "asks: vertical, but variant 'soft' has none of its own",
     ),
 ]
+ICY = {
+    "name": "icy",
+    "contacts": [{"between": ["stone", "stone"], "friction": 0.1}],
+    "elements": [
+        {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]},
+        {"name": "stone", "width": 0.24, "height": 0.6, "stands_on": "ground"},
+    ],
+}
 STACK = {"scene": "gravestone", "variants": {"stack": {"scene": "three-tier"}}}
 IN_SCENES = [
     ({"scene": "three-teir"}, "no file"),
@@ -130,6 +138,7 @@ IN_SCENES = [
     ({"density": 2000}, "density: the scene's materials have it"),
     ({"ensemble": {"members": 4, "initial_tilt": 0.01}}, "ensemble.initial_tilt: a scene starts at rest"),
     ({"population": {}}, "population: its stones are single blocks"),
+    ({"scene": ICY, "friction": [0.2, 1.0]}, "friction: the scene has coefficients of its own; leave it out"),
     (
         STACK | {"variants": {"stack": {"scene": "three-tier", "contact": {"damping": 9}}}},
         "variants.stack.contact: the scene has contact laws of its own",
@@ -222,6 +231,8 @@ def test_what_goes_together_is_taken() -> None:
     assert check_study(SMALL | {"variants": {"soft": SOIL}}, "x").variants["soft"].site.motion == "outcrop"
     assert check_study(SMALL | {"contact": {"stiffness": 0.5}}, "x").contact.stiffness == 0.5
     block = {"block": {"scene": "gravestone", "contact": {"damping_ratio": 0.5}}}
+    both = {"scene": ICY, "friction": [0.2, 1.0], "variants": {"stack": {"scene": "three-tier"}}}
+    assert check_study(SMALL | both, "x").friction == (0.2, 1.0)
     assert check_study(SMALL | {"scene": "three-tier", "variants": block}, "x").variants["block"].contact is not None
 
 

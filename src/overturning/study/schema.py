@@ -273,6 +273,9 @@ class Study(Keys):
                 yield f"{where}contact: the scene has contact laws of its own; set them in the scene file"
         if own and self.population is not None:
             yield f"population: its stones are single blocks; leave out {own[-1]}scene, or population"
+        swept = any(scene.sweeps_friction for scene in scenes.values())
+        if not swept and self.friction != Study.model_fields["friction"].default:
+            yield "friction: the scene has coefficients of its own; leave it out"
         if "" in own and self.density != GRANITE_DENSITY:
             yield "density: the scene's materials have it; set it in the scene file"
         if own and self.ensemble.members and self.ensemble.initial_tilt:

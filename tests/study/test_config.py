@@ -81,6 +81,7 @@ IN_PLANES = [
     ({"azimuth": {"start": 90, "stop": 90}}, "empty range: stop 90 does not lie above start 90"),
     ({"name": "Near Fault"}, 'mine.yaml: name: "Near Fault"'),
     ({"variants": {"nominal": {}}}, "choose another"),
+    ({"contact": {"damping": 9}, "variants": {"same": {}}}, "variants.same: it changes nothing; give contact"),
     ({"records": {"use": ["rinaldi", "rinaldi"]}}, "rinaldi stands twice"),
     ({"records": {}}, "mine.yaml: records.use: this key is needed"),
     (

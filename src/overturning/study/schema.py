@@ -200,6 +200,8 @@ class Study(Keys):
         yield from self._misfits_of_scenes(contacts)
         if "nominal" in self.variants:
             yield "variants: the name nominal is that of the study's own contact; choose another"
+        if bare := [name for name, variant in self.variants.items() if variant == Variant()]:
+            yield f"variants.{bare[0]}: it changes nothing; give contact, scene, site or vertical, or leave it out"
         on_soil = [name for name, variant in self.variants.items() if variant.site is not None]
         if self.site is not None and on_soil:
             yield f"variants.{on_soil[0]}.site: the study has a site too; make that a variant as well"

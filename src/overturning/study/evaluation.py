@@ -137,6 +137,12 @@ class Population(Keys):
     stones: int = Field(default=256, ge=16, le=65536, description="stones drawn, the same under every record")
     seed: int = Field(default=1, ge=0, description="seed of the draw")
 
+    @model_validator(mode="after")
+    def _spread_about_a_face(self) -> Self:
+        if self.face is None and self.face_spread != Population.model_fields["face_spread"].default:
+            raise ValueError(f"face_spread {self.face_spread:g}° is about `face`, which is not given; give it")
+        return self
+
     @field_validator("height")
     @classmethod
     def _of_stones(cls, height: Spread) -> Spread:

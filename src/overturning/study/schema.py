@@ -197,6 +197,10 @@ class Study(Keys):
             yield from self._misfits_of_body(self.body, contacts)
         elif self.orientation != Orientations():
             yield "orientation: only a body in space has one; give `body`, or `azimuth` instead"
+        if self.body is None and self.population is not None:
+            own = self.population.model_dump(include={"shifted", "rotated"}).items()
+            if said := [name for name, value in own if value != Population.model_fields[name].default]:
+                yield f"population.{said[0]}: only stones in space are told shifted or rotated; give `body`"
         yield from self._misfits_of_scenes(contacts)
         if "nominal" in self.variants:
             yield "variants: the name nominal is that of the study's own contact; choose another"
@@ -238,6 +242,8 @@ class Study(Keys):
         for where, contact in contacts.items():
             if contact.stiffness != "auto" or contact.damping is not None:
                 yield f"{where}contact: in space stiffness is auto and the dashpot is given as damping_ratio"
+        if not body.shape().sized and self.ensemble.b_over_h not in (0.0, Ensemble.model_fields["b_over_h"].default):
+            yield "ensemble.b_over_h: the body of these vertices keeps its own in every run; leave it out"
         if self.ensemble.initial_tilt:
             yield "ensemble.initial_tilt: a body in space starts at rest; leave it at 0"
 

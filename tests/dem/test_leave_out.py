@@ -7,6 +7,7 @@ import pytest
 
 from overturning.dem.block import plan as block_plan
 from overturning.dem.body import plan as body_plan
+from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import plan as polygon_plan
 from overturning.dem.quiet import overshoot
 from overturning.dem.run import run, run_cases
@@ -17,7 +18,7 @@ from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.near_field import near_field
-from tests.dem.polygon_scenes import shipped
+from tests.dem.polygon_scenes import GROUND, block, scene, shipped
 
 RECORDS = ((6, True), (8, True), (9, True), (18, False), (21, False))
 """Of near faults; to the third a vertical motion is given, whose thresholds change from sample to sample."""
@@ -145,6 +146,25 @@ def test_a_body_at_rest_that_is_not_followed_falls_as_one_that_is(
     peak = "peak_tilt" if name == "space" else "peak_rotation"
     stands = full.overturned == 0
     np.testing.assert_allclose(getattr(short, peak)[stands], getattr(full, peak)[stands], rtol=0.02, atol=1e-3)
+
+
+@pytest.mark.parametrize("vertical", [False, True])
+@pytest.mark.parametrize("gravity", [1.62, 24.8])
+def test_a_scene_under_another_gravity_is_followed_where_it_moves_there(gravity: float, vertical: bool) -> None:
+    """What is left out is measured in the weight of the stone where it stands: on the moon it rocks from less."""
+    made = scene(GROUND, block("stone", 0.12, 0.6), gravity=gravity)
+    time = np.arange(0.0, 12.0, 0.01)
+    wave = gravity * np.where((time > 5) & (time < 6.5), np.sin(2 * np.pi * (time - 5) / 0.75), 0.0)
+    azimuth, height, b_over_h = np.meshgrid([30.0, 90.0], [0.6, 1.2], [0.1, 0.2, 0.3], indexing="ij")
+    cases = Cases(azimuth.ravel(), height.ravel(), b_over_h.ravel(), 1.0)
+    for strength in (0.15, 0.3, 0.6, 1.2):
+        north = strength * wave
+        motion = Motion(north, 0.3 * north, 0.5 * north if vertical else None, sampling_interval=0.01)
+        short, full = (run(made, motion, cases, Numerics(leave_out=one)) for one in (True, False))
+        np.testing.assert_array_equal(short.overturned, full.overturned)
+        moved = full.peak_rotation > 0.02
+        np.testing.assert_allclose(short.peak_rotation[moved], full.peak_rotation[moved], rtol=1e-3)
+        assert short.block_steps.sum() < full.block_steps.sum()
 
 
 def test_what_rings_is_not_left_alone() -> None:

@@ -27,6 +27,7 @@ from overturning.model.planes import Planes
 from overturning.model.scene import Scene
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
 
 SAFE_UPLIFT: Final = 0.7
 """Share of the uplift acceleration of all that can move as one, below which shaking leaves it standing after another
@@ -130,14 +131,18 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
     first, stays_at_rest = np.zeros(cases.size, np.int64), np.zeros(cases.size, np.bool_)
     stands_from = np.full((cases.size, len(variants[0].parts)), np.inf)
     if numerics.leave_out:
-        quiet = partial(quiet_windows, motion, row, np.asarray(cases.amplitude), ground[:, : motion.samples])
+        # Under another gravity a motion is as strong as one that is so many times the other way under the earth's.
+        share = scene.gravity / STANDARD_GRAVITY
+        quiet = partial(quiet_windows, motion, row, np.asarray(cases.amplitude) / share, ground[:, : motion.samples])
         onset = np.zeros(cases.size)
         for number, item in enumerate(variants):
             onset[variant == number] = item.onset(np.asarray(cases.friction)[variant == number])
         first, calm, stays_at_rest = quiet(onset)
         first[onset <= 0], stays_at_rest[onset <= 0] = 0, False
         if scheme == Scheme.CENTRED:
-            table["bears"] = _borne(variants, variant, cases, onset, motion.sampling_interval)
+            # A vertical motion takes the larger part of a smaller weight: there every sample is followed.
+            bears = _borne(variants, variant, cases, onset, motion.sampling_interval)
+            table["bears"] = bears * (share if motion.up is None else float(share >= 1.0))
         table["first"], table["calm"] = first, np.where(onset <= 0, np.inf, calm)
         alike = all(np.array_equal(item.parts, variants[0].parts) for item in variants)
         for part in range(len(variants[0].parts)):

@@ -179,7 +179,9 @@ def stored_ways(
     By ``height-shape``, the places where ``nodes``, shape (heights, shapes), is true: the way in which a stone falls,
     `STOOD` or `UNKNOWN`, shape (frictions, levels, orientations).
     """
-    grid = repr((WAY_DEG, LEVELS.tolist(), FRICTIONS, HEIGHTS.tolist(), SHAPES.tolist(), ORIENTATION_STEP_DEG, aspect))
+    grid = repr(
+        (one.pgv, WAY_DEG, LEVELS.tolist(), FRICTIONS, HEIGHTS.tolist(), SHAPES.tolist(), ORIENTATION_STEP_DEG, aspect)
+    )
     key = hashlib.sha256(f"{_kernel()} {one.digest} {grid}".encode()).hexdigest()[:24]
     path, known = folder / f"{key}.npz", dict[str, NDArray[np.int8]]()
     try:
@@ -200,8 +202,8 @@ def stored_ways(
 
 @cache
 def _kernel() -> str:
-    """Hash of the sources of the kernel in space."""
-    return source_hash("overturning.dem.body.plan")
+    """Hash of the sources of the kernels, and of what asks them."""
+    return source_hash("overturning.surveys.responses:computed_ways")
 
 
 def computed_ways(one: Candidate, aspect: float, nodes: Sequence[tuple[int, int]], threads: int) -> NDArray[np.int8]:

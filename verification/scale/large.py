@@ -125,6 +125,8 @@ write = partial(write_figure, study_from(str(folder / "study.json")).figures)
 from overturning.figures.{call}
 """
         note(what, taken_by([sys.executable, "-c", program]))
+    drawn_cases = folder / "figures" / "illustrative"
+    note("illustrative cases", taken("illustrative", "--cube", folder / "cube.nc", *base[2:], "--output", drawn_cases))
     # The report shows figures of each record.
     for drawn in list((folder / "figures").glob(f"*/{study.records.use[0]}.*")):
         for name in study.records.use[1:]:

@@ -66,7 +66,8 @@ def _draw_intensity_plane(
         # Probability one half: the linear predictor is zero.
         constant, over_west, over_ratio, over_shape, over_size = fit.coefficient
         shape, size = np.nan_to_num(over_shape) * np.log(b_over_h), np.nan_to_num(over_size) * np.log(height)
-        y = np.exp(-(constant + over_west * np.log(x / (STANDARD_GRAVITY * b_over_h)) + shape + size) / over_ratio)
+        with np.errstate(over="ignore"):  # far beyond the figure
+            y = np.exp(-(constant + over_west * np.log(x / (STANDARD_GRAVITY * b_over_h)) + shape + size) / over_ratio)
         axes.plot(x / GAL, y, color=SERIES[2], linewidth=1.6, label="fit: probability ½")
     axes.set(xlim=(low_x / GAL, high_x / GAL), ylim=(low_y, high_y))
     for axis in (axes.xaxis, axes.yaxis):

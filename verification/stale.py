@@ -191,7 +191,7 @@ MEASURES: Final[dict[str, Measure]] = {
 
 
 def _canonical(node: Any) -> Any:
-    """A syntax tree as text without what changes no number: comments, layout, docstrings, annotations, messages."""
+    """A syntax tree as text without what changes no number: comments, docstrings, annotations, messages, refusals."""
     if isinstance(node, ast.Raise):
         return "raise"
     if isinstance(node, ast.AST):
@@ -200,12 +200,19 @@ def _canonical(node: Any) -> Any:
         left_out = {"returns", "kind", "type_comment"} | ({"annotation"} if isinstance(node, ast.arg) else set())
         return type(node).__name__, [(name, _canonical(value)) for name, value in fields if name not in left_out]
     if isinstance(node, list):
-        return [_canonical(each) for each in node if not _is_prose(each)]
+        return [_canonical(each) for each in node if not (_is_prose(each) or _is_refusal(each))]
     return repr(node)
 
 
 def _is_prose(node: Any) -> bool:
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+
+
+def _is_refusal(node: Any) -> bool:
+    """Whether a statement raises an error or does nothing: what is not refused has the numbers it had without it."""
+    if not isinstance(node, ast.If) or node.orelse or any(isinstance(part, ast.NamedExpr) for part in ast.walk(node)):
+        return False
+    return all(isinstance(each, ast.Raise) for each in node.body)
 
 
 @cache

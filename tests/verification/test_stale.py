@@ -61,6 +61,10 @@ def test_what_makes_a_table_stale_and_what_does_not(edit: Edit) -> None:
         assert edit(module, pattern, new) == set(), what
     assert edit("src/overturning/dem/run.py", r"(?s)\Z", "\n\ndef f():\n    raise ValueError('one')\n")
     assert edit("src/overturning/model/cases.py", r'ArgumentError\(\s*f"', 'ArgumentError(f"Oh, ') == set(), "a message"
+    cases, check = "src/overturning/model/cases.py", r"^( +)(if [^\n]+:\n +raise )"
+    assert edit(cases, check, r"\1if 1 > 2:\n\1    raise ValueError\n\1\2") == set(), "a further refusal"
+    assert edit(cases, check, r"\1if 1 > 2:\n\1    x = 1\n\1\2"), "what is done and not refused"
+    assert edit(cases, check, r"\1if (x := 1) > 2:\n\1    raise ValueError\n\1\2"), "a refusal that sets a name"
     assert edit("src/overturning/figures/style.py", r"\Z", "\nX = 1\n") == set()
     assert edit("verification/tables.py", r"\Z", "\nX = 1\n") == set(), "what only lays a table out"
     part = edit("verification/bench.py", r"t = np.arange\(60\)", "t = np.arange(61)")

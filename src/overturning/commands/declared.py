@@ -112,6 +112,11 @@ class Stone:
     friction: Annotated[float | None, typer.Option(help="friction coefficient µ (default 1, or the scene's)")] = None
     damping_ratio: Annotated[float | None, typer.Option(help="damping ratio of the contact (default 3)")] = None
 
+    @property
+    def coefficient(self) -> float:
+        """Friction coefficient of a stone whose scene has none of its own: as given, or 1."""
+        return 1.0 if self.friction is None else self.friction
+
 
 @dataclass(frozen=True)
 class InPlane:

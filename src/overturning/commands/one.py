@@ -83,7 +83,7 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone)
     b_over_h = own_ratio if stone.b_over_h is None else stone.b_over_h
     if stone.friction is not None and not stones.sweeps_friction:
         raise ArgumentError("--friction: the scene has coefficients of its own; set them in the scene file")
-    friction = 1.0 if stone.friction is None else stone.friction
+    friction = stone.coefficient
     paths = [
         trajectory(
             motion, stones, azimuth_deg=angle, height=height, b_over_h=b_over_h,
@@ -117,7 +117,7 @@ def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone) 
         raise ArgumentError("--plan, --mesh: a body has one of them; leave one out")
     plan: Any = space.plan or "rectangle"
     shape = shape_of(read_mesh(space.mesh) if space.mesh else int(plan) if plan.isdigit() else plan)
-    height, b_over_h, friction = stone.height, stone.b_over_h, 1.0 if stone.friction is None else stone.friction
+    height, b_over_h, friction = stone.height, stone.b_over_h, stone.coefficient
     if shape.sized:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
     contact = VertexContact() if stone.damping_ratio is None else VertexContact(damping_ratio=stone.damping_ratio)

@@ -14,7 +14,7 @@ from overturning.statistics.by_record import by_record
 from overturning.statistics.spread import Statistic, divided, of_first_batch, to_both_sides
 from overturning.study.answers import ASIDE
 from overturning.study.convergence import NUDGE, WARN_ABOVE, Convergence, Repetition, Rigid
-from overturning.study.ensemble import BATCH, wilson
+from overturning.study.ensemble import BATCH, cells_to_run, wilson
 from overturning.study.sample import HOLDS
 from overturning.study.sections import Ensemble
 
@@ -193,7 +193,6 @@ def ensemble(results: Results) -> Section | None:
     found = by_record(partial(_counts, model, settings), cube, (*model.reads, "members"))
     sums = found.drop_vars(("fewest", "most")).sum()
     count, agree = int(sums["run"]), int(sums["agree"])
-    near = "" if settings.where == "everywhere" or cube.sizes["b_over_h"] == 1 else " near a change of flag"
     text = "No cell lies near a change of flag, so the ensemble had nothing to run."
     if count:
         fewest, times, until = f"{float(found['fewest'].min()):.0f}", f"{float(found['most'].max()):.0f}", ""
@@ -202,6 +201,8 @@ def ensemble(results: Results) -> Section | None:
             within = f"within ± {settings.half_width:g}"
             until = f" (on average {mean}; no more once the 95 % intervals of its probabilities are {within})"
             times = f"{fewest} to {times}"
+        alike = np.zeros((1, 1, cube.sizes["b_over_h"], 1), np.int8)
+        near = "" if cells_to_run(alike, settings.where == "everywhere").all() else " near a change of flag"
         apart = results.words.apart.format(percent(float(sums["apart"]) / agree if agree else float("nan"), 1))
         text = (
             f"Each cell{near} ({percent(count / int(sums['cells']))} of all) was run {times} more "

@@ -61,6 +61,7 @@ def test_bad_arguments_are_refused(change: dict[str, Any], words: list[str]) -> 
         ({"stiffness_ratio": np.nan}, "stiffness_ratio"),
         ({"damping": -3500.0}, "damping"),
         ({"damping": 1.0, "damping_ratio": 1.0}, "both"),
+        ({"stiffness": 1e7, "static_penetration": 1e-6}, "static_penetration 1e-06 and stiffness 1e.07 N/m .*keep one"),
     ],
 )
 def test_bad_contacts_are_refused(arguments: dict[str, Any], word: str) -> None:

@@ -117,6 +117,12 @@ def test_a_case_has_twenty_over_p_after_the_record_to_come_to_an_answer(height: 
         ({"reference": "shaft"}, "reference: no element 'shaft'; known: ground, low"),
         ({"contacts": [{"between": ["stone", "wood"]}]}, "contacts: no material 'wood'"),
         ({"contacts": [{"between": ["stone", "stone"], "damping": 1, "damping_ratio": 1}]}, "both given; keep one"),
+        ({"contacts": [{"between": ["stone", "stone"], "stiffness": 1e7, "static_penetration": 1e-6}]},
+        r"contacts.0: static_penetration 1e-06 and stiffness 1e\+07 N/m are both given; keep one"),
+        ({"elements": [GROUND | {"fallen_rotation_deg": 60}, LOW]},
+        "element ground: fallen_rotation_deg 60; what is driven cannot fall: leave it out"),
+        ({"elements": [GROUND, LOW, {**GROUND, "name": "wall", "kind": "held", "at": [30, 0], "fallen_drop": 0.2}]},
+        "element wall: fallen_drop 0.2 m; what is held cannot fall: leave it out"),
     ],
 )  # fmt: skip
 def test_refused(change: dict[str, object], said: str) -> None:

@@ -50,7 +50,7 @@ class Contact:
     Raises
     ------
     ArgumentError
-        If a value is outside its bounds or both dampings are given.
+        If a value is outside its bounds, or both dampings or a stiffness and a penetration are given.
     """
 
     stiffness: float | Literal["auto"] = "auto"
@@ -70,6 +70,11 @@ class Contact:
             if isinstance(self.stiffness, str):
                 raise ArgumentError(f"stiffness: {self.stiffness!r}; give N/m or 'auto'")
             _check("stiffness", self.stiffness, above=True)
+            if self.static_penetration != STATIC_PENETRATION:
+                raise ArgumentError(
+                    f"static_penetration {self.static_penetration:g} and stiffness {self.stiffness:g} N/m are both "
+                    "given; keep one: the penetration is that of stiffness 'auto'"
+                )
         _check("static_penetration", self.static_penetration, above=True)
         for name in ("stiffness_ratio", "damping_ratio", "damping"):
             value = getattr(self, name)

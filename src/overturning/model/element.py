@@ -57,6 +57,11 @@ class ContactLaw(Keys):
     def _one_damping(self) -> Self:
         if self.damping_ratio is not None and self.damping is not None:
             raise ValueError("damping_ratio and damping are both given; keep one")
+        if self.stiffness != "auto" and self.static_penetration != STATIC_PENETRATION:
+            raise ValueError(
+                f"static_penetration {self.static_penetration:g} and stiffness {self.stiffness:g} N/m are both given; "
+                "keep one: the penetration is that of stiffness auto"
+            )
         return self
 
     @property
@@ -115,6 +120,16 @@ class Element(Keys):
         forms = (rectangle, self.vertices is not None, self.pieces is not None)
         if sum(forms) != 1 or (not rectangle and (self.width or self.height)):
             raise ValueError(f"element {self.name}: give either width and height, or vertices, or pieces")
+        if self.kind != "free" and self.fallen_rotation_deg is not None:
+            raise ValueError(
+                f"element {self.name}: fallen_rotation_deg {self.fallen_rotation_deg:g}; what is {self.kind} cannot "
+                "fall: leave it out, or set kind: free"
+            )
+        if self.kind != "free" and self.fallen_drop is not None:
+            raise ValueError(
+                f"element {self.name}: fallen_drop {self.fallen_drop:g} m; what is {self.kind} cannot fall: leave it "
+                "out, or set kind: free"
+            )
         return self
 
     @property

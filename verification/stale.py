@@ -1,7 +1,7 @@
 """`python -m verification.stale`: the measured tables that are of other sources than today's, and what remakes them.
 
-`MEASURES` names everything that a script of this folder puts into the docs. Each is measured within `measuring`, which
-keeps in verification/results/sources.csv the hash of the sources it was measured with, its run time, and the machine.
+Each of `verification.registry.MEASURES` is measured within `measuring`, which keeps in verification/results/sources.csv
+the hash of the sources it was measured with, its run time, and the machine.
 """
 
 import ast
@@ -15,7 +15,7 @@ from functools import cache
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, Final, NamedTuple
+from typing import Annotated, Any, Final
 
 import pandas as pd
 import psutil
@@ -23,171 +23,15 @@ import typer
 import yaml
 
 from overturning.study import sources
+from verification.registry import KERNEL, KERNELS, MEASURES
 from verification.tables import RESULTS, ROOT, alone, publish, wrapped, write_csv
 
 KEPT: Final = "sources.csv"
-KERNELS: Final = ("block", "polygon", "body")
-"""Folders of `overturning.dem`, none of which imports another."""
-
-KERNEL: Final = (
-    "dem", "model", "motion", "units.py", "records/processing.py", "records/formats/fema_p695.py",
-    "study/answers.py",
-)  # fmt: skip
-"""What a measured number of the kernels depends on: itself, its motions, and how answers are compared."""
-
-STUDY: Final = (*KERNEL, "statistics", "surveys", "study/sweep.py", "study/ensemble.py")
-"""What an outcome of a whole study depends on."""
-
-NEVER: Final = ("__init__.py", "tables.py", "sentences.py", "stale.py", "summary.py")
+NEVER: Final = ("__init__.py", "registry.py", "sentences.py", "stale.py", "summary.py", "tables.py")
 """Modules of this folder that lay figures out."""
 
-_RUN: Final = ("overturning.commands.workflow:sweep", "overturning.commands.workflow:fragility")
-_RECORDS: Final = ("config/near-fault.yaml",)
-_WORDS: Final = ("name", "title", "question")
+WORDS: Final = ("name", "title", "question")
 """Keys of a study that no number depends on."""
-
-
-class Measure(NamedTuple):
-    """Something measured in one go."""
-
-    command: str
-    """That makes it again; a part of this folder where it does not begin with ``make``."""
-    results: tuple[str, ...]
-    """Marks of the docs, files of verification/results, and drawings of docs/images."""
-    kernels: tuple[str, ...] = KERNELS
-    """Of `KERNELS`, those that it runs."""
-    inputs: tuple[str, ...] = ()
-    """Files of the project that it reads; with a study also the lines of its records in the record table."""
-    rooms: tuple[str, ...] = KERNEL
-    """Parts of the package that count, of those that its modules import."""
-    source: str = ""
-    """Module or `module:function` of this folder, where it is not the measure's name."""
-    others: tuple[str, ...] = ()
-    """Further ones, also of the package."""
-
-    @property
-    def line(self) -> str:
-        """The command as it is typed."""
-        return self.command if self.command.startswith("make ") else f"python -m verification.{self.command}"
-
-
-_BENCH: Final = ("bench", "bench-short", "summary", "x86-64-2-cores.csv")
-_SCENES: Final = ("scene-speed", "summary", "scenes.csv")
-_SPACE: Final = ("space", "space.csv")
-_SCALE: Final = ("scale", "scale-on-paper", "scale.csv")
-
-MEASURES: Final[dict[str, Measure]] = {
-    "bench:growth": Measure("bench growth", _BENCH, ("block",)),
-    "bench:throughput": Measure("bench throughput", _BENCH, ("block",)),
-    "bench:sweep": Measure("bench sweep", _BENCH, ("block",), _RECORDS),
-    "bench:compilation": Measure("bench compilation", _BENCH, ("block",)),
-    "bench:default_study": Measure("bench study", _BENCH, ("block",), _RECORDS),
-    "whole_run:whole_run": Measure("bench whole-run", _BENCH, ("block",), _RECORDS, STUDY, others=_RUN),
-    "bench:left_out": Measure("bench left-out", (*_BENCH, "left-out"), ("block",), _RECORDS),
-    "experiments:default_step": Measure(
-        "experiments default-step", ("default-step", "equal-error", "default-step.csv"), ("block",), _RECORDS
-    ),
-    "experiments:step_and_contact": Measure(
-        "experiments step-and-contact", ("step-and-contact",), ("block",), _RECORDS
-    ),
-    "experiments:fine_steps": Measure("experiments fine-steps", ("fine-steps",), ("block",), _RECORDS),
-    "experiments:rigid_limit": Measure(
-        "experiments rigid-limit", ("rigid-limit", "rigid-limit-map", "chaos"), ("block",), _RECORDS
-    ),
-    "experiments:damping_ratio": Measure("experiments damping-ratio", ("damping-ratio",), KERNELS, _RECORDS),
-    "experiments:most_friction": Measure("experiments most-friction", ("most-friction",), ("block",), _RECORDS),
-    "scenes:speed": Measure("scenes speed", _SCENES, ("polygon",)),
-    "scenes:peers": Measure("scenes peers", _SCENES, ("polygon",), ("config/scenes/three-tier.yaml",)),
-    "scenes:pillars": Measure("scenes pillars", _SCENES, ("polygon",), _RECORDS),
-    "scenes:kernels": Measure(
-        "scenes kernels", ("both-kernels", "summary", "both-kernels.csv"), ("block", "polygon")
-    ),
-    "scenes:steps": Measure("scenes steps", ("scene-steps",), ("polygon",), ("config/scenes/three-tier.yaml",)),
-    "scene_peers": Measure("scene_peers", ("three-tier-peers.csv",), (), rooms=("model", "motion", "units.py")),
-    **{
-        f"space:{function}": Measure(f"space {part}", _SPACE, ("body",), inputs)
-        for part, function, inputs in (
-            ("throughput", "throughput", ()),
-            ("memory", "memory", ()),
-            ("convergence", "convergence", ()),
-            ("study", "study", ("config/in-space.yaml",)),
-            ("exactness", "exactness", _RECORDS),
-            ("peers", "against_peers", _RECORDS),
-        )
-    },
-    "page": Measure(
-        "make verify",
-        (
-            "steps", "orders", "stiffness", "rigid", "equal-agreement", "stability", "scenes", "reach", "summary",
-            "exactness.csv", "work-precision.csv", "work-precision-steps.svg", "work-precision-rigid.svg",
-            "stability-map.svg", "stability-shares.svg", "stability-scenes.svg",
-        ),
-        ("block", "polygon"),
-        _RECORDS,
-        others=("work_precision.__main__", "stability.__main__"),
-    ),
-    "cemetery:planes": Measure(
-        "make run STUDY=config/in-space.yaml && python -m verification.cemetery", ("in-space.csv",), ("block", "body"),
-        ("config/in-space.yaml",), STUDY, others=_RUN,
-    ),
-    "cemetery": Measure(
-        "make run && python -m verification.cemetery",
-        (
-            "population", "criteria", "criteria-blocks", "published-surveys", "published-surveys-computed",
-            "fall-rate.svg", "criteria.svg", "published-surveys.svg",
-        ),
-        ("block",),
-        (*_RECORDS, "surveys/published.csv"),
-        STUDY,
-        others=_RUN,
-    ),
-    "answers": Measure(
-        "make run (also of in-space, three-tier, waiau and fine-map) && python -m verification.answers",
-        ("found", "rinaldi.svg", "rinaldi-in-space.svg"),
-        KERNELS,
-        tuple(f"config/{name}.yaml" for name in ("near-fault", "in-space", "three-tier", "waiau", "fine-map")),
-        STUDY,
-        others=_RUN,
-    ),
-    "soft_ground": Measure(
-        "make soil run STUDY=config/soft-ground.yaml && python -m verification.soft_ground",
-        ("soft-ground", "soft-ground-answer", "soft-ground-convergence", "soft-ground.csv"), ("block",),
-        ("config/soft-ground.yaml",), STUDY, others=_RUN,
-    ),
-    "backwards_coverage:measured": Measure(
-        "backwards_coverage", ("backwards-coverage", "backwards-coverage.csv"), ("block",), _RECORDS, STUDY
-    ),
-    "backwards_coverage:ruin": Measure(
-        "backwards_coverage", ("example-ruin", "example-ruin.svg"), ("block", "body"),
-        ("surveys/example-ruin.csv",), STUDY,
-    ),
-    "shaking_table.__main__": Measure(
-        "make shaking-table DATA=folder",
-        (
-            "shaking-table-scores", "shaking-table-damping", "shaking-table-beside", "shaking-table-centres",
-            "shaking-table.csv", "shaking-table-reliability.svg",
-        ),
-        ("block", "body"),
-        rooms=(*KERNEL, "statistics"),
-    ),
-    "shaking_table.small_table": Measure(
-        "shaking_table.small_table", ("small-table-scores", "small-table-blocks", "small-table.csv"), ("block",)
-    ),
-    "scale.same_bytes": Measure(
-        "scale bytes slurm", ("scale-bytes", "scale-bytes.csv"), ("block",), rooms=STUDY, others=_RUN
-    ),
-    "scale.large:measure_chunk": Measure("scale chunk", _SCALE, ("block",), rooms=STUDY),
-    "scale.large:measure_gather": Measure("scale gather", _SCALE, (), rooms=("study/gather.py",)),
-    **{
-        f"scale {part}": Measure(
-            f"scale {part}", _SCALE, (), rooms=("statistics", "study/cube.py"), source="scale.large:measure_lazily"
-        )
-        for part in ("lazy", "lazy-space")
-    },
-    "scale.on_paper": Measure("scale planning", _SCALE, (), rooms=()),
-    "faults.__main__": Measure("make faults", ("faults",), (), rooms=("study/resume.py", "study/parts.py")),
-    "mutants.__main__": Measure("make mutants", ("mutants", "mutants.csv"), (), rooms=()),
-}  # fmt: skip
 
 
 def _canonical(node: Any) -> Any:
@@ -271,7 +115,7 @@ def _of_input(path: Path) -> bytes:
     used = set(keys.get("records", {}).get("use", ()))
     table = (ROOT / "config" / "records.tsv").read_text(encoding="utf-8").splitlines()
     lines = [line for line in table if line.split("\t")[0] in used]
-    return repr(({key: keys[key] for key in sorted(set(keys) - set(_WORDS))}, lines)).encode()
+    return repr(({key: keys[key] for key in sorted(set(keys) - set(WORDS))}, lines)).encode()
 
 
 def hash_of(name: str) -> str:

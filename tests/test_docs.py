@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from overturning.cli import main
 from overturning.model.status import Status
 from overturning.model.variables import BODY_VARIABLES, FACE_VARIABLES, VARIABLES
 from tests.expect import lacking
@@ -177,6 +178,23 @@ def test_the_references_are_filled_in(hooks):
     assert "--animate" in commands
     assert re.findall(r"^  .*\.\.\.$", commands, flags=re.MULTILINE) == [], "a list says the half of a command"
     assert "`figures.dpi`" in hooks.TABLES["keys"]()
+
+
+@pytest.mark.parametrize("command", ["records check", "one --record wtmc --azimuth 332"])
+def test_the_tutorial_shows_what_its_command_prints(command, monkeypatch, capsys):
+    tutorial = (DOCS / "tutorial.md").read_text(encoding="utf-8")
+    words, shown = re.search(
+        rf"^    overturning ({command}(?:.*\\\n)?.*)\n\n((?:    .*\n)+)", tutorial, flags=re.MULTILINE
+    ).groups()
+    monkeypatch.chdir(ROOT)
+    with pytest.raises(SystemExit) as stop:
+        main(words.partition("\\")[0].split())  # what follows in a second line are files to write
+    assert not stop.value.code
+    lines = [line[4:].partition(" …") for line in shown.splitlines() if not line.startswith(("    film", "    figure"))]
+    printed = capsys.readouterr().out.splitlines()
+    assert len(printed) == len(lines) > 2
+    for found, (line, cut, _) in zip(printed, lines, strict=True):
+        assert found.startswith(line) if cut else found == line
 
 
 def test_every_page_is_in_the_contents():

@@ -95,6 +95,13 @@ def test_lengths_that_differ_and_a_tilt_beyond_balance_are_refused() -> None:
         Cases(0.0, 0.6, 0.3, 1.0, initial_tilt=0.4)
 
 
+@pytest.mark.parametrize("model", [None, "three-tier", "circle", 6])
+def test_an_aspect_of_what_has_none_is_refused(model: Any) -> None:
+    made = shipped(model) if model == "three-tier" else model
+    with refused(ArgumentError, "aspect: 2", "only a rectangle"):
+        run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0, aspect=[1.0, 2.0]), made)
+
+
 def test_a_case_that_loses_its_balance_of_energy_has_no_flag() -> None:
     # Springs so soft that the block sinks in by a tenth of its width bounce far outside the contact law's range.
     soft = run_cases(

@@ -8,13 +8,14 @@ import pytest
 from overturning.dem.body.statics import rest
 from overturning.dem.simulate import simulate, simulate_arrays
 from overturning.errors import ArgumentError
-from overturning.model.body import Body
+from overturning.model.body import Body, Start
 from overturning.model.contact import VertexContact
 from overturning.model.mesh import read_mesh
 from overturning.model.shapes import Circle, Polyhedron, Rectangle, Regular, orientation_grid, shape_of
 from overturning.model.solid import Solid
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
+from tests.dem.body_starts import leaning, level
 from tests.expect import refused
 
 BOX = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0.0, 0.6)])
@@ -206,6 +207,23 @@ def test_bad_arguments_are_refused_and_two_components_told() -> None:
         VertexContact(0.0)
     assert "two components" in simulate(motion, "rectangle", **grid).vertical_motion
     assert shape_of(6).name == "6 sides"
+
+
+def test_a_start_turns_with_the_body_at_orientations_at_which_it_looks_the_same() -> None:
+    """It begins leaning towards its first side, over that edge, at its tipping angle and on the way down."""
+    alpha, radius = np.arctan(0.4), 0.3 / np.cos(np.arctan(0.4))
+    start = leaning(alpha, np.array([0.0, 0.0, -radius]), np.array([0.0, 0.5, 0.0]))
+    body, around = (
+        Body("rectangle", start=start),
+        {"height": 0.6, "b_over_h": 0.4, "orientation_deg": [0.0, 90.0, 180.0]},
+    )
+    with refused(ArgumentError, "start: it turns with the body", "leave_out=False"):
+        simulate_arrays(level(0.5), body, **around)
+    found = simulate_arrays(level(0.5), body, **around, leave_out=False)
+    np.testing.assert_allclose(found["fall_azimuth"].ravel(), around["orientation_deg"], atol=1e-3)
+    with refused(ArgumentError, "start: quaternion", "length must be 1"):
+        simulate_arrays(level(0.5), Body("circle", start=Start((0.0, 0.0, 0.3), (2.0, 0.0, 0.0, 0.0))),
+                        **around | {"orientation_deg": 0.0})  # fmt: skip
 
 
 def test_a_grid_of_orientations_closes_with_the_symmetry() -> None:

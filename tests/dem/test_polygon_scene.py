@@ -115,6 +115,7 @@ def test_a_case_has_twenty_over_p_after_the_record_to_come_to_an_answer(height: 
         ({"elements": [GROUND, {**LOW, "hight": 2}]}, "elements.low.hight: unknown key"),
         ({"elements": [GROUND, {**LOW, "width": -1}]}, "elements.low.width: .*greater than 0"),
         ({"reference": "shaft"}, "reference: no element 'shaft'; known: ground, low"),
+        ({"reference": "ground"}, "reference: ground is what the block stands on; leave it out, or name low"),
         ({"contacts": [{"between": ["stone", "wood"]}]}, "contacts: no material 'wood'"),
         ({"contacts": [{"between": ["stone", "stone"], "damping": 1, "damping_ratio": 1}]}, "both given; keep one"),
         ({"contacts": [{"between": ["stone", "stone"], "stiffness": 1e7, "static_penetration": 1e-6}]},

@@ -16,6 +16,10 @@ def test_a_sine_has_its_amplitude_and_direction() -> None:
     assert motion.along(60)[100 + 280] == pytest.approx(-3.0)  # 1.4 s: 1¾ cycles
     with pytest.raises(ArgumentError, match="period: 0"):
         Motion.sine(3.0, 0)
+    with pytest.raises(ArgumentError, match=r"rest: -0\.2"):
+        Motion.sine(3.0, 0.8, rest=-0.2)  # it would begin within the sine
+    with pytest.raises(ArgumentError, match=r"period: 0\.006 s in samples of 0\.005 s.*at most 0\.0015"):
+        Motion.sine(3.0, 0.006, cycles=200)  # the samples would be those of 0.03 s
 
 
 def stream(*channels: str, npts: int = 100):  # type: ignore[no-untyped-def]

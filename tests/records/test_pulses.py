@@ -160,3 +160,13 @@ def test_what_is_wrong_is_named(line, words):
 def test_too_coarse_a_sampling_is_refused():
     with pytest.raises(ConfigError, match="ten samples"):
         pulse_record(parse_pulse("sine amplitude_gal=1 period_s=0.05 sampling_interval_s=0.01"))
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["sine amplitude_gal=300 period_s=0.006 cycles=200", "noise amplitude_gal=300 duration_s=5 low_hz=150 high_hz=190"],
+)
+def test_a_pulse_whose_samples_are_those_of_a_longer_period_is_refused(line):
+    """6 ms in samples of 5 ms are the samples of 30 ms, backwards."""
+    with refused(ConfigError, "record pulse", "four samples", "sampling_interval_s ≤ 0.001"):
+        pulse_record(parse_pulse(line))

@@ -68,6 +68,11 @@ class Scene(Keys):
     @model_validator(mode="after")
     def _can_stand(self) -> Self:
         check_geometry(self)
+        # The kernel of a single block takes the height and B/H of each case for the block's.
+        if self.single_block and self.reference_name not in self.free:
+            raise ValueError(
+                f"reference: {self.reference_name} is what the block stands on; leave it out, or name {self.free[0]}"
+            )
         return self
 
     @property

@@ -265,12 +265,20 @@ class Motion(Recorded):
     ) -> "Motion":  # fmt: skip
         """A sine of so many cycles towards an azimuth, A sin(2πt/T), with rest before and after.
 
-        Amplitude in m/s², period, rest and sampling interval in s. An `ArgumentError` where one is not positive.
+        Amplitude in m/s², period, rest and sampling interval in s. An `ArgumentError` where one is not positive, the
+        rest is below 0, or a period has fewer than four samples.
         """
         given = {"amplitude": amplitude, "period": period, "cycles": cycles, "sampling_interval": sampling_interval}
         for name, value in given.items():
             if not (np.isfinite(value) and value > 0):
                 raise ArgumentError(f"{name}: {value}; it must be a positive number")
+        if not (np.isfinite(rest) and rest >= 0):
+            raise ArgumentError(f"rest: {rest}; it must be a number of seconds, at least 0")
+        if period < 4.0 * sampling_interval:
+            raise ArgumentError(
+                f"period: {period:g} s in samples of {sampling_interval:g} s; it needs at least four of them: "
+                f"sampling_interval at most {period / 4.0:g}"
+            )
         time = sampling_interval * np.arange(round((2 * rest + cycles * period) / sampling_interval) + 1) - rest
         wave = np.where((time >= 0) & (time <= cycles * period), amplitude * np.sin(2 * np.pi * time / period), 0.0)
         cosine, sine = direction_cosines(azimuth_deg)

@@ -35,6 +35,11 @@ class _Pulse(BaseModel):
         """Duration of the pulse itself, s."""
         raise NotImplementedError
 
+    @property
+    def shortest(self) -> float:
+        """The shortest period that it holds, s."""
+        return float(getattr(self, "period_s", math.inf))
+
     def acceleration(self, time: FloatArray) -> FloatArray:
         """Acceleration within the pulse, m/s², at times counted from its start."""
         raise NotImplementedError
@@ -129,6 +134,11 @@ class Noise(_Lasting):
     high_hz: float = Field(default=20.0, gt=0, le=1000, description="Highest frequency, Hz.")
     seed: int = Field(default=0, ge=0, description="Another seed, another burst.")
 
+    @property
+    def shortest(self) -> float:
+        """The period of its highest frequency, s."""
+        return 1.0 / self.high_hz
+
     def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
         first = max(1, math.ceil(self.low_hz * self.duration_s))
         numbers = range(first, math.floor(self.high_hz * self.duration_s) + 1)
@@ -179,13 +189,18 @@ def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:
     """A pulse as a record: rest, pulse, rest; horizontal, towards the pulse's azimuth, without a vertical component.
 
     ``extra`` marks it as processed, so that nothing filters it. A ConfigError says so where the pulse has fewer than
-    ten samples: the interval is too coarse for it.
+    ten samples, or its shortest period fewer than four: the interval is too coarse for it.
     """
     interval = pulse.sampling_interval_s
     if pulse.length < 10 * interval:
         raise ConfigError(
             f"record {record_id}: the pulse lasts {pulse.length:g} s; it needs at least ten samples: "
             f"sampling_interval_s ≤ {pulse.length / 10:g}"
+        )
+    if pulse.shortest < 4 * interval:
+        raise ConfigError(
+            f"record {record_id}: the pulse has periods of {pulse.shortest:g} s; each needs at least four samples: "
+            f"sampling_interval_s ≤ {pulse.shortest / 4:g}"
         )
     count = math.floor((pulse.before_s + pulse.length + pulse.after_s) / interval + 1e-9) + 1
     time = np.arange(count) * interval - pulse.before_s

@@ -109,7 +109,11 @@ def test_rotations_without_a_critical_angle_are_degrees() -> None:
     both["critical_angle"] = ("element", "b_over_h"), np.array([[0.1, 0.2, 0.3], [np.nan] * 3])
     both = both.isel(record=[0])
     assert explorer_data(both.isel(element=[0]))["degrees"] == [False]
-    assert explorer_data(both.isel(element=[1]))["degrees"] == [True]
+    both["peak_rotation"] *= 100.0
+    data = explorer_data(both.isel(element=[1]))
+    assert data["degrees"] == [True]
+    found = decoded(data, "rotation", "<u2", tuple(both.sizes[name] for name in DIMENSIONS)) * data["steps"]["rotation"]
+    np.testing.assert_allclose(found, both["peak_rotation"][..., 1], atol=0.00501)  # 65.5° were the largest
 
 
 def test_the_default_study_fits_and_is_the_same_bytes_each_time(tmp_path: Path) -> None:

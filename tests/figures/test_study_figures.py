@@ -6,13 +6,27 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.colors import to_rgb
 
-from overturning.figures.maps import COLOURS, azimuth_edges, cell_edges, free_sector, plane_map_figure, rows_and_columns
+from overturning.figures.boundary import boundary_figure
+from overturning.figures.explore import explorer_data
+from overturning.figures.ground import intensity_figure
+from overturning.figures.maps import (
+    COLOURS,
+    azimuth_edges,
+    cell_edges,
+    free_sector,
+    plane_map_figure,
+    rows_and_columns,
+    space_map_figure,
+)
 from overturning.figures.rose import rose_figure
-from overturning.figures.style import PAGE_WIDTH, compass_name, style
+from overturning.figures.style import FALLS, PAGE_WIDTH, compass_name, style
 from overturning.figures.write import save
 from overturning.model.planes import azimuth_weight
+from overturning.statistics.boundary import boundary
 from overturning.statistics.circular import sector_shares
+from tests.figures.test_explore import space_cube
 
 
 @pytest.fixture
@@ -208,3 +222,77 @@ def test_a_map_ends_at_the_first_ring_without_falls_and_its_letters_stand_where_
         )
         assert free_sector(cells, np.nan) == free
         assert free_sector(cells, free + 5) != free
+
+
+def drawn_cells(figure: plt.Figure) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Middle azimuth (degrees), B/H and kind of every part of the first compass, as they are drawn."""
+    mesh = figure.axes[0].collections[0]
+    theta, radius = np.moveaxis(mesh.get_coordinates(), -1, 0)
+    middles = (np.degrees(theta[:, :-1] + theta[:, 1:]) / 2, (radius[:-1] + radius[1:]) / 2)
+    azimuth, ratio = middles[0][:-1], middles[1][:, :-1]
+    return azimuth % 360, ratio, np.asarray(mesh.get_array()).reshape(azimuth.shape)
+
+
+def test_part_of_a_circle_is_drawn_where_it_was_computed_and_nowhere_else() -> None:
+    """Of 0° to 80°, and so 180° to 260°, a map reached out to 130°, and curves went straight across."""
+    azimuth = np.arange(0.0, 90.0, 10.0)
+    flags = np.ones((1, azimuth.size, 1, 2, 1)) * [[1.0], [0.0]]
+    part = xr.Dataset(
+        {"overturned": (("record", "azimuth", "height", "b_over_h", "friction"), flags)},
+        {"azimuth": azimuth, "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [1.0]},
+    ).isel(record=0)
+    peaks = xr.Dataset({name: ("azimuth", 3.0 + np.cos(np.radians(azimuth))) for name in ("pga", "pgv")}, part.coords)
+    with style():
+        at, ratio, kind = drawn_cells(figure := plane_map_figure(part, "A"))
+        away = np.abs((at[..., None] - azimuth + 90.0) % 180.0 - 90.0).min(axis=-1)
+        expected = np.where(away > 5.0, 3, np.where(ratio > 0.3, 0, np.where((at > 90) & (at < 270), 1, 2)))
+        np.testing.assert_array_equal(kind, expected)
+        assert "no outcome" in [text.get_text() for text in figure.legends[0].get_texts()]
+        for curves in (intensity_figure(peaks, np.nan, "A"), boundary_figure(boundary(part), 0.4, np.nan, "A")):
+            theta, radius = curves.axes[0].lines[0].get_data()
+            seen = np.isfinite(radius[:-1] + radius[1:])
+            between = np.degrees(theta[:-1] + theta[1:])[seen] / 2
+            assert np.abs((between[:, None] - azimuth + 90.0) % 180.0 - 90.0).min(axis=1).max() <= 5.0 + 1e-9
+            assert seen.sum() == 16, "eight steps on either side"
+        plt.close("all")
+
+
+def test_the_innermost_ring_is_drawn_however_far_the_next_one_is(cube: xr.Dataset) -> None:
+    """Half-way from 0.1 to 0.4 the ring of 0.1 began below 0, where a compass draws nothing: it stayed white."""
+    one = cube.assign_coords(b_over_h=[0.1, 0.4]).isel(record=0)
+    with style():
+        figure = plane_map_figure(one.assign(overturned=abs(one["overturned"] * 0) + 1.0), "A")
+        figure.canvas.draw()
+        x, y = figure.axes[0].transData.transform((np.radians(70.0), 0.1))
+        pixel = np.asarray(figure.canvas.buffer_rgba())[int(figure.bbox.height - y), int(x), :3]
+        plt.close("all")
+    np.testing.assert_allclose(pixel / 255, to_rgb(FALLS), atol=0.01)
+
+
+def test_a_map_does_not_end_before_a_fall_of_whose_neighbourhood_nothing_falls(cube: xr.Dataset) -> None:
+    """One case falls at the largest B/H, none of its ensemble; the map ended before it, and the explorer said so."""
+    wide = xr.concat([cube * 0, 0 * cube.assign_coords(b_over_h=[0.6, 0.8])], "b_over_h", data_vars="all")
+    chances = {f"probability_{side}": 0 * wide["overturned"] for side in ("towards", "away")}
+    wide["overturned"][:, 3, 0, 3, 0] = 1.0
+    chances["probability_away"][:, 3, 0, 0, 0] = 0.5
+    with style():
+        assert plane_map_figure(wide.assign(chances).isel(record=0), "A").axes[0].get_ylim()[1] == pytest.approx(0.9)
+        plt.close("all")
+    named = {name: ("record", ["a", "b"]) for name in ("record_id", "station")}
+    missing = dict.fromkeys(("peak_rotation", "overturning_time"), wide["overturned"] * np.nan)
+    data = explorer_data(wide.assign(chances | missing).assign_coords(named))
+    assert [record["rings"] for record in data["records"]] == [4, 4]
+
+
+def test_the_rose_beside_maps_in_space_is_said_to_be_of_these_maps() -> None:
+    """Its falls are those of the heights and frictions that are shown, not of all."""
+    whole = space_cube().assign_coords(pulse=("record", [1, 1])).isel(record=0)
+    one = whole.sel(friction=[0.5])
+    with style():
+        around = space_map_figure(one, "A").axes[-1]
+        plt.close("all")
+    shares = np.array([bar.get_height() ** 2 for bar in around.patches])
+    falls = one["fall_azimuth"].to_numpy().ravel()
+    sectors = np.round(falls[np.isfinite(falls)] / 15.0).astype(int) % 24
+    np.testing.assert_allclose(shares, np.bincount(sectors, minlength=24) / sectors.size)
+    assert around.get_title() == "falls of these maps"

@@ -9,12 +9,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
+from matplotlib.colors import to_rgb
 
 from overturning.figures import explore
 from overturning.figures.explore import explorer_data, explorer_page
 from overturning.figures.film import Film
 from overturning.figures.film_of_trajectory import film_of
 from overturning.figures.page import film_page
+from overturning.figures.style import DARKEST, STANDS
 from overturning.motion.motion import Motion
 from overturning.report.blocks import Film as FilmBlock
 from overturning.report.blocks import Report, each_block
@@ -99,6 +102,17 @@ for (const colour of ["flag", "rotation", "time"]) choose("colour", colour);
 const {wide} = await onPhone(() => null);
 return {said, cells, wide, title: document.title, hurt: window.hurt};
 """
+LATE = """
+await until(() => document.getElementById("explorer").dataset.ready === "true");
+const canvas = document.querySelector("canvas"), said = [];
+for (let k = 0; k < 2; k++) { press(canvas, "ArrowRight"); said.push(document.querySelector(".said").textContent); }
+set(document.querySelector("select[data-name=colour]"), "time", "change");
+const middle = canvas.width / 2, far = 0.35 / 0.725 * (middle - 30 * canvas.width / canvas.clientWidth);
+const pixel = (east, north) => [...canvas.getContext("2d").getImageData(
+  Math.round(middle + east * far), Math.round(middle - north * far), 1, 1).data].slice(0, 3);
+return {late: pixel(1, 0), early: pixel(-1, 0), stands: pixel(0, -1), said,
+        note: document.querySelector(".note").textContent};
+"""
 IN_SPACE = """
 const root = document.getElementById("explorer"), canvas = document.querySelector("canvas"), said = [];
 await until(() => root.dataset.ready === "true");
@@ -144,6 +158,20 @@ return {orders, films, wide, title: document.title, hurt: window.hurt};
 """
 
 
+def late() -> xr.Dataset:
+    """Blocks of a scene without mirror image that fall early, but late to the east; to the south they stand.
+
+    Of the neighbourhoods of the second and third azimuth few members fall, and few stand.
+    """
+    whole = cube(records=1, heights=1, frictions=1)
+    whole["overturned"][:], whole["overturning_time"][:] = 1.0, 2.0
+    whole["overturned"][:, 6], whole["overturning_time"][:, 6], whole["overturning_time"][:, 3] = 0.0, np.nan, 20.0
+    whole["probability_towards"][:], whole["probability_away"][:] = 0.5, 0.0
+    whole["probability_towards"][:, 1], whole["probability_towards"][:, 2] = 0.001, 0.998
+    whole["azimuth"].attrs["period"] = 360.0
+    return whole
+
+
 @pytest.fixture(scope="module", params=PROGRAMS)
 def said(
     request: pytest.FixtureRequest, rendered: tuple[str, bytes], hostile: Path, tmp_path_factory: Any
@@ -161,6 +189,7 @@ def said(
         "three": (film_page(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE),
         "space": (film_page(film_of([path], motion, "title")), SPACE),
         "explorer": (explorer_page(explorer_data(cube())), EXPLORER),
+        "late": (explorer_page(explorer_data(late())), LATE),
         "in space": (explorer_page(explorer_data(space_cube())), IN_SPACE),
         "sketch": (moving, SKETCH),
         "report": (rendered[0], REPORT),
@@ -227,6 +256,20 @@ def test_the_explorer_says_what_the_cube_has(said: dict[str, Any]) -> None:
     assert around["title"].startswith("</script><script>window.hurt")
     assert "hurt" not in around
     assert around["wide"] <= 390
+
+
+@pytest.mark.browser
+def test_the_latest_fall_does_not_look_like_a_block_that_stands(said: dict[str, Any]) -> None:
+    """It had the very colour. A probability above 0 is not said to be 0, nor one below 1 to be 100 %."""
+    page = said["late"]
+    assert page["stands"] == [round(255 * part) for part in to_rgb(STANDS)]
+    assert page["early"] == pytest.approx([round(255 * part) for part in to_rgb(DARKEST)], abs=40)
+    assert max(abs(a - b) for a, b in zip(page["late"], page["stands"], strict=True)) > 60
+    for text, words in zip(page["said"], ("less than 1 %", "more than 99 %"), strict=True):
+        assert f"with a probability of {words}" in text
+        assert "with 0 %" in text
+    assert "the scene faces" in page["note"]
+    assert "towards which the block falls" not in page["note"]
 
 
 @pytest.mark.browser

@@ -16,7 +16,8 @@ from overturning.figures.page import embedded_json, page, template
 from overturning.figures.style import DARKEST, FALLS, FAULT, MISSING, OTHER_SIDE, STANDS
 from overturning.files import write_text
 from overturning.model.falls import model_of
-from overturning.model.planes import Planes, fall_probability
+from overturning.model.planes import Planes, fall_probability, period_of
+from overturning.model.symmetry import PLANE_PERIOD
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.study.cube import shown_block, study_of
@@ -28,11 +29,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PARTS_OF_ONE: Final = 200
-"""Probabilities are whole numbers of such parts, rotations and times as below; the largest number means missing."""
+"""Probabilities are whole numbers of such parts, rotations and times as below; the largest number means missing.
+
+Only what is 0 is no part, and only what is 1 all of them.
+"""
 
 _TIME: Final = 1e-2  # s
 _AZIMUTH: Final = 1e-2  # degrees
-_ROTATION: Final = {"azimuth": ("peak_rotation", 1e-3), "orientation": ("peak_tilt", 1e-2)}  # of α; degrees
+_ROTATION: Final = {"azimuth": "peak_rotation", "orientation": "peak_tilt"}
+_OF_ALPHA: Final = 1e-3
+_DEGREES: Final = 1e-2
 _INTERVAL: Final = 1e-2  # s, at least: shorter ones of a motion are interpolated to it
 _HUES: Final = 72
 
@@ -72,12 +78,14 @@ def explorer_data(
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
     model, records, longest = model_of(cube), [], 0.0
+    degrees = _in_degrees(cube, one.sizes["element"])
+    turn_step = _DEGREES if any(degrees) else _OF_ALPHA
     sketch, read = _motions(cube, motions)
     names = [one[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event")]
     for index, (key, station, event) in enumerate(zip(*names, strict=True)):
         part = one.isel(record=[index]).load()
         part = closed(part) if model.one_component else part
-        cells, rings = _cells(part)
+        cells, rings = _cells(part, turn_step)
         longest = float(np.fmax(longest, part["overturning_time"].max()))
         name = ", ".join(text for text in (station, event) if text) or key
         normal = float(part["fault_normal"][0])
@@ -97,17 +105,16 @@ def explorer_data(
     return {
         "title": str(cube.attrs.get("title", "")),
         "space": not model.one_component,
+        "mirrors": not model.one_component or period_of(cube) == PLANE_PERIOD,
         "records": records,
         "direction": _plain(sized[model.direction]),
         **{name: _plain(one[name].to_numpy()) for name in ("height", "b_over_h", "aspect", "friction")},
         "element": [str(name) for name in one["element"].to_numpy()],
         "shown": _shown(one, study),
-        "degrees": _in_degrees(cube, one.sizes["element"]),
+        "degrees": degrees,
         "directionEdges": _plain(edges),
         "radiusEdges": _plain(cell_edges(sized["b_over_h"])),
-        "steps": {
-            "rotation": _ROTATION[model.direction][1], "time": _TIME, "azimuth": _AZIMUTH, "chance": 1 / PARTS_OF_ONE,
-        },
+        "steps": {"rotation": turn_step, "time": _TIME, "azimuth": _AZIMUTH, "chance": 1 / PARTS_OF_ONE},
         "longest": longest,
         "ensemble": "probability_towards" in one or "probability_falls" in one,
         "sketch": sketch,
@@ -134,8 +141,8 @@ def _in_degrees(cube: "xr.Dataset", elements: int) -> list[bool]:
     return list(np.atleast_1d(unknown.any([name for name in unknown.dims if name != "element"]).to_numpy()).tolist())
 
 
-def _cells(one: "xr.Dataset") -> tuple[dict[str, Any], int]:
-    """The cells of one record, packed, and the number of rings (of B/H) that its map shows."""
+def _cells(one: "xr.Dataset", turn_step: float) -> tuple[dict[str, Any], int]:
+    """The cells of one record, packed, rotations in such steps, and the number of rings (of B/H) of its map."""
     model = model_of(one)
     order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
 
@@ -145,16 +152,15 @@ def _cells(one: "xr.Dataset") -> tuple[dict[str, Any], int]:
     chance = fall_probability(one)
     if "probability_falls" in one:
         chance["towards"] = one["probability_falls"].fillna(chance["towards"])
-    rotation, step = _ROTATION[model.direction]
     cells = {
         "flag": _base64(np.nan_to_num(values(one["overturned"]), nan=2.0).astype("i1")),
-        "rotation": _packed(values(one[rotation]), step, "<u2"),
+        "rotation": _packed(values(one[_ROTATION[model.direction]]), turn_step, "<u2"),
         "time": _packed(values(one["overturning_time"]), _TIME, "<u2"),
-        **{name: _packed(values(chance[name]), 1 / PARTS_OF_ONE, "u1") for name in ("towards", "away")},
+        **{name: _packed(_told(values(chance[name])), 1 / PARTS_OF_ONE, "u1") for name in ("towards", "away")},
     }
     if not model.one_component:
         cells["azimuth"] = _packed(values(one["fall_azimuth"]), _AZIMUTH, "<u2")
-    shown = out_to_the_first_ring_without_falls(one, chance["towards"] + chance["away"])
+    shown = out_to_the_first_ring_without_falls(one, chance["towards"] + chance["away"], abs(one["overturned"]))
     return cells, shown.sizes["b_over_h"]
 
 
@@ -202,6 +208,11 @@ def _packed(values: FloatArray, step: float, kind: str) -> str:
     largest = np.iinfo(kind).max
     whole = np.where(np.isnan(values), largest, np.minimum(np.rint(np.nan_to_num(values) / step), largest - 1))
     return _base64(whole.astype(kind))
+
+
+def _told(chance: FloatArray) -> FloatArray:
+    """Probabilities that are told from 0 and 1 in parts of `PARTS_OF_ONE`."""
+    return np.where((chance > 0) & (chance < 1), np.clip(chance, 1 / PARTS_OF_ONE, 1 - 1 / PARTS_OF_ONE), chance)
 
 
 def explorer_page(data: dict[str, Any]) -> str:

@@ -106,20 +106,23 @@ def intensity_figure(intensity: xr.Dataset, fault_normal_deg: float, title: str)
     The azimuth of the fault normal, degrees, can be NaN.
     """
     azimuth = intensity["azimuth"].to_numpy().astype(np.float64)
-    # A peak is an absolute value: opposite azimuths share it, and the curve closes on itself.
-    around = np.concatenate([azimuth, azimuth + 180.0]) % 360.0
+    # A peak is an absolute value: opposite azimuths share it, and the curve closes but where nothing is known.
+    both = np.concatenate([azimuth, azimuth + 180.0]) % 360.0
+    around = np.concatenate([both, style.beyond_the_grid(both)])
+    unknown = np.full(around.size - both.size, np.nan)
     order = np.argsort(around, kind="stable")
     theta = np.radians(around[order])
     figure, panels = style.grid(1, 2, 6.4, 3.7, polar=True)
     measures = (("pga", GAL, "PGA, Gal", style.SERIES[1]), ("pgv", CM, "PGV, cm/s", style.SERIES[2]))
     for axes, (name, factor, label, colour) in zip(panels.flat, measures, strict=True):
-        values = np.tile(intensity[name].to_numpy() / factor, 2)[order]
+        peaks = intensity[name].to_numpy() / factor
+        values, largest = np.concatenate([peaks, peaks, unknown])[order], float(peaks.max())
         style.compass(axes)
         axes.plot(np.append(theta, theta[0] + 2 * np.pi), np.append(values, values[0]), color=colour, linewidth=1.4)
-        style.radius_ticks(axes, float(values.max()) * 1.08 or 1.0)
+        style.radius_ticks(axes, largest * 1.08 or 1.0)
         axes.yaxis.set_major_locator(MaxNLocator(4))
         style.mark_fault_normal(axes, fault_normal_deg)
-        along = float(around[order][values.argmax()] % 180)
-        axes.set_title(f"{label}\nlargest {style.short(values.max())} along {style.compass_name(along)}", pad=4)
+        along = style.compass_name(float(azimuth[peaks.argmax()] % 180))
+        axes.set_title(f"{label}\nlargest {style.short(largest)} along {along}", pad=4)
     style.caption(figure, title, panels[0, 0])
     return figure

@@ -59,13 +59,14 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
     probabilities, these are shown.
     """
     spread = "probability_towards" in cube
-    chance = fall_probability(closed(cube))[["towards", "away"]].compute()
+    whole = closed(cube)
+    chance = fall_probability(whole)[["towards", "away"]].compute()
     blocks = list(np.ndindex(chance["height"].size, chance["friction"].size))
     rows, columns = rows_and_columns(chance["height"].size, chance["friction"].size)
     apart = ConstrainedLayoutEngine(h_pad=0.11)  # the letters below a panel stay clear of the title of the next
     width, height = PANEL[columns] * columns + 0.85 * spread, (PANEL[columns] + 0.2) * rows + 0.8
     figure, panels = style.grid(rows, columns, width, height, used=len(blocks), polar=True, layout=apart)
-    shown = out_to_the_first_ring_without_falls(chance, chance["towards"] + chance["away"])
+    shown = out_to_the_first_ring_without_falls(chance, chance["towards"] + chance["away"], abs(whole["overturned"]))
     normal = float(cube["fault_normal"]) if "fault_normal" in cube.variables else float("nan")
     radial = float(radial_azimuth(cube))
     for axes, (row, column) in zip(panels.flat, blocks, strict=False):
@@ -94,13 +95,14 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
     return figure
 
 
-def out_to_the_first_ring_without_falls(cube: xr.Dataset, chance: xr.DataArray) -> xr.Dataset:
+def out_to_the_first_ring_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr.Dataset:
     """A dataset out to the first B/H at and beyond which no fall is possible; all of it where none is anywhere.
 
-    Where no outcome is known a fall is possible.
+    A fall is possible where a flag or probability of `falls` is above 0 or not known: a block may fall of whose
+    neighbourhood nothing does.
     """
-    falls = (chance.isnull() | (chance > 0)).any([name for name in chance.dims if name != "b_over_h"])
-    last = np.flatnonzero(falls.to_numpy())
+    some = sum((one.isnull() | (one > 0)).any([name for name in one.dims if name != "b_over_h"]) for one in falls)
+    last = np.flatnonzero(np.asarray(some))
     return cube.isel(b_over_h=slice(None, int(last[-1]) + 2)) if last.size else cube
 
 
@@ -128,8 +130,13 @@ def rows_and_columns(heights: int, frictions: int) -> tuple[int, int]:
 
 
 def closed(cube: xr.Dataset) -> xr.Dataset:
-    """A cube whose cells reach round the compass: half of the azimuths give the others; a single one stays alone."""
-    return whole_circle(cube) if cube["azimuth"].size > 1 else cube
+    """A cube whose cells reach round the compass: half of the azimuths give the others; a single one stays alone.
+
+    Between azimuths that a study leaves out, as of the part of a circle, nothing is known.
+    """
+    whole = whole_circle(cube) if cube["azimuth"].size > 1 else cube
+    unknown = style.beyond_the_grid(whole["azimuth"].to_numpy())
+    return whole.reindex(azimuth=np.union1d(whole["azimuth"], unknown)) if unknown.size else whole
 
 
 def cell_edges(centres: FloatArray) -> FloatArray:
@@ -138,6 +145,11 @@ def cell_edges(centres: FloatArray) -> FloatArray:
         return np.array([0.95, 1.05]) * centres[0]
     between = (centres[1:] + centres[:-1]) / 2
     return np.concatenate([[2 * centres[0] - between[0]], between, [2 * centres[-1] - between[-1]]])
+
+
+def slenderness_edges(b_over_h: FloatArray) -> FloatArray:
+    """Edges of cells of B/H: none lies below 0, where a compass would leave out the whole ring."""
+    return np.maximum(cell_edges(b_over_h), 0.0)
 
 
 def azimuth_edges(azimuth_deg: FloatArray) -> FloatArray:
@@ -156,7 +168,7 @@ def draw_cells(axes: Any, cells: xr.Dataset, values: Any, **colours: Any) -> Any
     edges = azimuth_edges(cells["azimuth"].to_numpy().astype(np.float64))
     parts = int(np.ceil(np.degrees(np.diff(edges).max()) / STEP_DEG))
     theta = np.append((edges[:-1, None] + np.diff(edges)[:, None] * np.arange(parts) / parts).ravel(), edges[-1])
-    radius = cell_edges(cells["b_over_h"].to_numpy().astype(np.float64))
+    radius = slenderness_edges(cells["b_over_h"].to_numpy().astype(np.float64))
     mesh = axes.pcolormesh(theta, radius, np.repeat(values, parts, axis=1), rasterized=True, shading="flat", **colours)
     style.slenderness_ticks(axes, radius[-1], float(radius.mean()))
     axes.yaxis.grid(True, linewidth=0.4)
@@ -188,7 +200,7 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
     around.pcolormesh(ring, rim, hues, cmap=COLOURS, vmin=0, vmax=2 * np.pi, rasterized=True)
     style.mark_fault_normal(around, float(cube["fault_normal"]))
     style.mark_radial(around, float(radial_azimuth(cube)))
-    around.set_title("all falls of the record", fontsize=8, pad=3)
+    around.set_title("falls of these maps", fontsize=8, pad=3)
     marks = [style.patch(style.STANDS, "stands")]
     if bool(cube["overturned"].isnull().any()):
         marks.append(style.patch(style.MISSING, "not found"))
@@ -200,7 +212,7 @@ def _draw_orientations(axes: Any, cells: xr.Dataset) -> None:
     x, y = (cells[name].to_numpy().astype(np.float64) for name in ("orientation", "b_over_h"))
     azimuth = np.radians(cells["fall_azimuth"].transpose("b_over_h", "orientation").to_numpy().astype(np.float64))
     missing = cells["overturned"].isnull().transpose("b_over_h", "orientation").to_numpy()
-    edges = cell_edges(x) if x.size > 1 else x[0] + np.array([-2.5, 2.5]), cell_edges(y)
+    edges = cell_edges(x) if x.size > 1 else x[0] + np.array([-2.5, 2.5]), slenderness_edges(y)
     axes.set_facecolor(style.STANDS)
     axes.pcolormesh(*edges, np.ma.masked_invalid(azimuth), cmap=COLOURS, vmin=0.0, vmax=2.0 * np.pi, rasterized=True)
     if missing.any():

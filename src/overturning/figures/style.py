@@ -187,6 +187,18 @@ def compass(axes: Any, names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", 
     axes.spines["polar"].set_linewidth(0.6)
 
 
+def beyond_the_grid(azimuth_deg: FloatArray) -> FloatArray:
+    """Azimuths at which nothing is known: a step beyond both ends of each gap of more than two steps in a circle.
+
+    A step is the median distance of neighbours.
+    """
+    azimuth = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 10))
+    gap = np.diff(azimuth, append=azimuth[0] + 360.0)
+    step = float(np.median(gap))
+    wide = gap > 2.0 * step * (1.0 + 1e-9)
+    return np.round(np.concatenate([azimuth[wide] + step, azimuth[wide] + gap[wide] - step]) % 360.0, 10)
+
+
 def radius_ticks(axes: Any, top: float, ticks: dict[float, str] | None = None, **look: Any) -> None:
     """End a compass at a radius and put small numbers along it, between two of its named directions."""
     axes.set_ylim(0.0, top)

@@ -89,7 +89,7 @@ WORDS: Final[dict[type[Model], Words]] = {
         which="",
         rose=f"Azimuths towards which blocks fall. {_ROSE}",
         map="Across: the azimuth that the first side of the block faces; up: slenderness B/H; colour and arrow: the "
-        "azimuth of the fall, north up. Beside it the rose of all falls of the record.",
+        "azimuth of the fall, north up. Beside it the rose of the falls in these maps.",
         means=f"Over all cases of a record. {_MEANS}.",
         apart="where all runs fall, their directions spread by more than 15° about their mean in {}.",
         stone_falls="does what the prism does",

@@ -66,6 +66,7 @@ function mix(stops, share) {
 }
 function hue(azimuth) { return C.azimuths[Math.floor(azimuth / 360 * C.azimuths.length) % C.azimuths.length]; }
 const HEAT = [C.stands, "#f6c9a0", "#e58a4b", C.falls, C.darkest], BLUES = ["#f4f4f2", "#9ec4e2", "#2a6fa8", "#0b2f55"];
+const LATE = 0.3;  // place along HEAT of the latest fall: what stands has its beginning
 // Rotations are in critical angles α, or in degrees of what has none of its own; colours then end at 30°.
 function inDegrees() { return cube.degrees[at.element]; }
 const MODES = {
@@ -75,7 +76,7 @@ const MODES = {
   rotation: [cube.space ? "largest tilt" : "largest rotation",
     c => c.rotation === null ? C.missing : mix(BLUES, c.rotation / (inDegrees() ? 30 : 1))],
   time: ["time of the fall",
-    c => c.flag === 2 ? C.missing : c.time === null ? C.stands : mix(HEAT, 1 - c.time / (cube.longest || 1))],
+    c => c.flag === 2 ? C.missing : c.time === null ? C.stands : mix(HEAT, 1 - (1 - LATE) * c.time / cube.longest)],
 };
 // Beyond the rings that are shown nothing falls under the record; only their rotations say something.
 function rings() { return at.colour === "rotation" ? B : cube.records[at.record].rings; }
@@ -113,8 +114,9 @@ const legend = element("div", { class: "legend" }, left), sliders = element("div
 element("p", { class: "note" }, left, (cube.space
   ? "Across: the orientation, the azimuth that the body faces. Upwards: slenderness B/H. Colour and arrow: "
     + "the azimuth to which it falls, north up."
-  : "Angle: the azimuth towards which the block falls, north up, clockwise. Radius: slenderness B/H, "
-    + "out to the first at which nothing falls under the record.") +
+  : (cube.mirrors ? "Angle: the azimuth towards which the block falls, north up, clockwise. "
+    : "Angle: the azimuth that the scene faces, north up, clockwise, and the block falls towards or away from it. ")
+    + "Radius: slenderness B/H, out to the first at which nothing falls under the record.") +
   " Point at a cell, tap it, or move with the arrow keys: ← → " + TURNS + ", ↑ ↓ B/H.");
 function slider(parent, key, label, from, to, step, text) {
   const box = element("label", {}, parent, label);
@@ -194,7 +196,9 @@ function drawStrip() {
   context.textBaseline = "bottom";
   if (!cube.space) context.fillText("falls towards " + bearing(cube.direction[at.a] + 180), 4, height - 2);
 }
-function percent(p) { return Math.round(100 * p) + " %"; }
+function percent(p) {
+  return p > 0 && p < 0.01 ? "less than 1 %" : p > 0.99 && p < 1 ? "more than 99 %" : Math.round(100 * p) + " %";
+}
 function verdict(c) { return c.to === null ? "stands" : "falls towards " + bearing(c.to); }
 function sentence(a, b) {
   const c = cell(a, b), phi = cube.direction[a];
@@ -216,7 +220,8 @@ function sentence(a, b) {
 function drawNear() {
   near.textContent = "";
   const closed = !cube.space, head = element("tr", {}, near), last = rings() - 1;
-  const columns = [-1, 0, 1].map(k => closed ? (at.a + k + A) % A : at.a + k).filter(a => a >= 0 && a < A);
+  const about = [-1, 0, 1].map(k => closed ? (at.a + k + A) % A : at.a + k).filter(a => a >= 0 && a < A);
+  const columns = about.filter((a, k) => about.indexOf(a) === k);
   element("th", {}, head, "B/H");
   columns.forEach(a => { element("th", {}, head, cube.direction[a] + "°"); });
   for (let b = Math.min(at.b + 1, last); b >= Math.max(at.b - 1, 0); b--) {
@@ -239,7 +244,7 @@ function drawLegend() {
         [C.other, "falls to the other side"]],
     flag: [[C.falls, "falls towards the azimuth"], [C.other, "falls to the other side"], [C.stands, "stands"]],
     rotation: [[BLUES[0], "0"], [BLUES[1], unit[0]], [BLUES[3], unit[1]]],
-    time: [[C.darkest, "early"], [mix(HEAT, 0.3), "late"], [C.stands, "stands"]],
+    time: [[C.darkest, "early"], [mix(HEAT, LATE), "late"], [C.stands, "stands"]],
   }[at.colour].concat([[C.missing, "no outcome"]]);
   entries.forEach(pair => {
     const item = element("span", {}, legend);

@@ -21,7 +21,7 @@ from overturning.figures.maps import (
     space_map_figure,
 )
 from overturning.figures.rose import rose_figure
-from overturning.figures.style import FALLS, PAGE_WIDTH, compass_name, style
+from overturning.figures.style import FALLS, PAGE_WIDTH, beyond_the_grid, compass_name, style
 from overturning.figures.write import save
 from overturning.model.planes import azimuth_weight
 from overturning.statistics.boundary import boundary
@@ -222,6 +222,15 @@ def test_a_map_ends_at_the_first_ring_without_falls_and_its_letters_stand_where_
         )
         assert free_sector(cells, np.nan) == free
         assert free_sector(cells, free + 5) != free
+
+
+def test_of_few_azimuths_only_those_far_apart_leave_something_unknown() -> None:
+    """Named by hand are the ends of the gaps: half of 60° and 70°, and the same seen from behind, are a step wide."""
+    unknown = {(60, 70, 240, 250): [50, 80, 230, 260], (60, 150, 240, 330): [], (0, 30, 90, 180, 210, 270): []}
+    for azimuth, ends in unknown.items():
+        np.testing.assert_allclose(np.sort(beyond_the_grid(np.array(azimuth))), ends)
+    full = np.sort([*range(0, 360, 5), 152.0])
+    assert beyond_the_grid(full).size == beyond_the_grid(full.repeat(2)).size == 0
 
 
 def drawn_cells(figure: plt.Figure) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -190,11 +190,11 @@ def compass(axes: Any, names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", 
 def beyond_the_grid(azimuth_deg: FloatArray) -> FloatArray:
     """Azimuths at which nothing is known: a step beyond both ends of each gap of more than two steps in a circle.
 
-    A step is the median distance of neighbours.
+    A step is the median distance of neighbours, of two in the middle the smaller one.
     """
     azimuth = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 10))
     gap = np.diff(azimuth, append=azimuth[0] + 360.0)
-    step = float(np.median(gap))
+    step = float(np.quantile(gap, 0.5, method="lower"))
     wide = gap > 2.0 * step * (1.0 + 1e-9)
     return np.round(np.concatenate([azimuth[wide] + step, azimuth[wide] + gap[wide] - step]) % 360.0, 10)
 

@@ -16,6 +16,7 @@ from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.figures.alignment import axes_figure
 from overturning.figures.boundary import boundary_figure
+from overturning.figures.film_of_trajectory import outcome
 from overturning.figures.ground import hodograph_figure, intensity_figure, spectra_figure
 from overturning.figures.intensity_plane import intensity_plane_figure, plane_points
 from overturning.figures.maps import plane_map_figure
@@ -25,6 +26,8 @@ from overturning.figures.site_map import local_km, site_map_figure
 from overturning.figures.style import PAGE_WIDTH, style
 from overturning.figures.write import save
 from overturning.model.scene import load_scene
+from overturning.model.status import Status
+from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.boundary import boundary
@@ -121,6 +124,13 @@ def site() -> Figure:
 
 def responses() -> Figure:
     return response_figure(paths(), "A block")
+
+
+def test_what_has_no_outcome_is_not_said_to_stand() -> None:
+    one = paths()[0].copy()
+    one["status"], one["overturned"] = 0 * one["status"] + int(Status.UNDECIDED), 0 * one["overturned"] + INT8_MISSING
+    told = [response_figure([path], "A block").axes[0].get_title().partition(": ")[2] for path in (one, *paths())]
+    assert told == ["no outcome", *(outcome(path).split()[0] for path in paths())]
 
 
 @cache

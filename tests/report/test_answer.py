@@ -155,7 +155,7 @@ def test_planes_near_the_fault_normal_are_told_from_those_near_the_fault() -> No
     ],
 )
 def test_edges(fallen: float, planes: int, start: str) -> None:
-    edge = {"fallen": fallen, "one_axis": planes == 1, "faults_known": True}
+    edge = {"fallen": fallen, "one_axis": planes == 1, "faults_known": True, "every_plane_falls": fallen == 1}
     own = vars(results(all=NORMAL)) | {"study": SimpleNamespace(primary=Primary()), "names": (), "figures": Path()}
 
     def said(**statuses: tuple[int, int]) -> str:
@@ -216,6 +216,9 @@ def test_what_falls_follow_and_how_sure_that_is() -> None:
     (text,) = follow_sentences({"all records": Followed({(normal, True): [open_]}, (normal,), [])}, [])
     assert "nothing is shown" in text
     assert follow_sentences({"all records": Followed({}, (), [])}, []) == []
+    (text,) = follow_sentences({"all records": Followed({(normal, True): [against]}, (normal,), [])}, [])
+    assert "its interval leaves out 0" in text
+    assert "takes in 0" not in text
     few = Mean(3, 0.6, NAN, NAN)
     (text,) = follow_sentences({"all records": Followed({(normal, True): [few]}, (normal,), [])}, [])
     assert "0.60 over 3 earthquakes, too few for an interval." in text
@@ -224,6 +227,11 @@ def test_what_falls_follow_and_how_sure_that_is() -> None:
 
 def test_numbers() -> None:
     assert (percent(0.351), percent(0.351, 1), percent(NAN)) == ("35\u00a0%", "35.1\u00a0%", "–")
+    # What is neither nothing nor all is not said to be; a sum's rounding is neither.
+    least = {0.004: "0.4", 0.005: "0.5", 0.0051: "1", 4e-5: "0.004", 0.9949: "99", 0.996: "99.6", 0.99996: "99.996"}
+    assert {share: percent(share) for share in least} == {share: f"{text}\u00a0%" for share, text in least.items()}
+    assert (percent(0.99996, 1), percent(1 / 3000, 1)) == ("99.996\u00a0%", "0.03\u00a0%")
+    assert [percent(one) for one in (0.0, 1e-12, 1 - 1e-12, 1.0)] == [f"{n}\u00a0%" for n in (0, 0, 100, 100)]
     assert (number(-0.001), number(-1.25, 1), number(NAN)) == ("0.00", "−1.2", "–")
     assert (degrees(359.6, 360), degrees(-30.2), degrees(NAN)) == ("0°", "−30°", "–")
     assert (interval(-0.5, 1.0), interval(NAN, NAN)) == ("−0.50 to 1.00", "–")

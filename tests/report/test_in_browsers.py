@@ -153,8 +153,13 @@ click("th:nth-child(6)"); orders.push(order());  // by PGA, as numbers
 const {wide} = await onPhone(() => null, (page) => {
   page.querySelectorAll("details").forEach((one) => { one.open = true; });
   page.querySelectorAll("td").forEach((one) => one.append(" and some more")); });
+const [few] = document.querySelectorAll("table.sortable"), cells = () => [...few.rows].slice(1).map((one) => one.cells);
+few.tHead.rows[0].cells[1].className = "n";
+cells().forEach((one, k) => { one[1].textContent = ["12,345", "2,000", "30"][k]; });
+few.tHead.rows[0].cells[1].click();
+const sorted = cells().map((one) => one[1].textContent);
 const films = document.querySelectorAll(".film[data-ready=true]").length;
-return {orders, films, wide, title: document.title, hurt: window.hurt};
+return {orders, sorted, films, wide, title: document.title, hurt: window.hurt};
 """
 
 
@@ -324,6 +329,7 @@ def test_records_beside_the_page_are_read_from_the_disk(tmp_path: Path, monkeypa
 def test_the_report_sorts_plays_and_fits(said: dict[str, Any], report: Report) -> None:
     page = said["report"]
     assert page["orders"] == [["one", "two"], ["two", "one"], ["two", "one"]]
+    assert page["sorted"] == ["30", "2,000", "12,345"]
     assert page["films"] == sum(isinstance(block, FilmBlock) for block in each_block(report)) >= 1
     assert page["title"] == BAD
     assert "hurt" not in page

@@ -247,7 +247,7 @@ def test_vertical_motion_is_counted(one_record: Make) -> None:
     results.cube["vertical"][0] = 0
     text = text_of(build_report(results))
     assert "Vertical motion is in 1 of 2 records." in text
-    assert "have vertical motion, the others none." in text
+    assert " 1 record has vertical motion, the others none." in text
 
 
 def test_published_values(one_record: Make) -> None:

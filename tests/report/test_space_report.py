@@ -1,11 +1,14 @@
 """The report of a study in space: sections, figures, sentences."""
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from overturning.commands.explore import explore
-from overturning.report.blocks import Figure, Section, Table, each_block
+from overturning.model.variables import BODY_ENSEMBLE_VARIABLES
+from overturning.report.blocks import Answer, Figure, Section, Table, each_block
 from overturning.report.build import build_report
 from overturning.report.pdf import render_pdf
 from overturning.report.results import open_results
@@ -45,6 +48,24 @@ def test_it_has_the_sections_of_space_and_none_of_planes(folder: Path) -> None:
     assert paper.startswith(b"%PDF")
     with open_results(folder) as results:
         assert render_html(build_report(results)) == page
+
+
+def test_where_every_body_falls_its_falls_still_have_directions(folder: Path) -> None:
+    """The report said that every block overturned in every plane, and that there was no axis."""
+    turn = np.random.default_rng(4)
+    with open_results(folder) as opened:
+        cube = opened.cube.drop_vars(one.name for one in BODY_ENSEMBLE_VARIABLES).load()
+        normals = cube["fault_normal"].to_numpy()
+        towards = normals[:, None] + 20.0 * turn.normal(size=(2, cube["overturned"][0].size))
+        found = {"overturned": 0 * cube["status"] + 1.0, "fall_azimuth": cube["fall_azimuth"].copy()}
+        found["fall_azimuth"][:] = (towards % 360.0).reshape(cube["fall_azimuth"].shape)
+        results = replace(opened, cube=cube.assign(found), cubes={"nominal": cube.assign(found)})
+        report = build_report(results)
+        said = [text for block in each_block(report) if isinstance(block, Answer) for text in block.sentences]
+    means = np.cos(np.radians(2 * (towards - normals[:, None]))).mean(axis=1)
+    assert not any("every plane" in text or "no axis" in text for text in said)
+    assert f"with the fault normal (1 normal to the fault, −1 along it) is {means[0]:.2f} (1 earthquake)" in said[0]
+    assert f"{means[1]:.2f} (1 earthquake) without a pulse" in said[1]
 
 
 def test_the_explorer_takes_a_cube_in_space(folder: Path) -> None:

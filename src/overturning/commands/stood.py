@@ -23,7 +23,7 @@ def stood(
     from overturning.errors import ResultError
     from overturning.report.blocks import Section, table
     from overturning.report.plain import plain_lines
-    from overturning.report.text import estimate, percent
+    from overturning.report.text import counted, estimate, percent
     from overturning.study.ensemble import wilson
     from overturning.surveys.standing import BOUND, rate_bound, read_curves, read_hazard, standing
     from overturning.surveys.stones import read_survey
@@ -63,8 +63,8 @@ def stood(
             print(f"{found.stones}, {found.measure}: {weaker}: begin the hazard curve lower")
     if not math.isnan(bound):
         print(
-            f"{upright} stones stood {years:g} years: their rate of falls lies below {bound:.3g} a year with "
-            f"{percent(BOUND)} probability; they share their earthquakes and count as one"
+            f"{counted(upright, 'stone')} stood {years:g} years: their rate of falls lies below {bound:.3g} a year "
+            f"with {percent(BOUND)} probability; they share their earthquakes and count as one"
         )
     elif rows is not None:
         low, high = wilson(upright, upright + fell)

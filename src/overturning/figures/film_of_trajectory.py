@@ -36,9 +36,14 @@ def heading_of(path: "xr.Dataset") -> str:
     return _showing(path).heading.format(compass_name(float(path.attrs[_showing(path).direction])))
 
 
+def is_valid(path: "xr.Dataset") -> bool:
+    """Whether a trajectory has an outcome."""
+    return int(path["status"]) in (Status.SIMULATED, Status.AT_REST)
+
+
 def outcome(path: "xr.Dataset") -> str:
     """What happens in a trajectory, in a sentence without its end."""
-    if int(path["status"]) not in (Status.SIMULATED, Status.AT_REST):
+    if not is_valid(path):
         return "no outcome: the simulation is not valid"
     return _showing(path).outcome(path)
 

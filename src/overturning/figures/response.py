@@ -9,9 +9,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from overturning.figures import style
-from overturning.figures.film_of_trajectory import free_elements, outcome, window
+from overturning.figures.film_of_trajectory import free_elements, is_valid, outcome, window
 from overturning.figures.ground import draw_hodographs
-from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import CM, GAL
 
@@ -76,12 +75,14 @@ def response_figure(paths: Sequence[xr.Dataset], title: str) -> Figure:
 
 
 def _does(path: xr.Dataset) -> str:
-    """Which free elements fall."""
+    """Which free elements fall, as far as that is known."""
+    if not is_valid(path):
+        return "no outcome"
     free = free_elements(path)
     fell = [
         str(name)
         for name, side in zip(free["element"].to_numpy(), free["overturned"].to_numpy(), strict=True)
-        if side not in (0, INT8_MISSING)
+        if side != 0
     ]
     if not fell:
         return "stands"

@@ -183,9 +183,14 @@ class Results:
         return any(summary.alignment.n > 0 for summary in self.axes.values())
 
     @property
+    def every_plane_falls(self) -> bool:
+        """Whether every block falls in every plane, so that no axis is easier; in space falls have directions then."""
+        return self.model.one_component and self.fallen >= 1
+
+    @property
     def tells_axes(self) -> bool:
         """Whether there is an axis relative to a fault to speak of."""
-        return self.faults_known and 0 < self.fallen < 1 and not self.one_axis
+        return self.faults_known and self.fallen > 0 and not self.one_axis and not self.every_plane_falls
 
     @cached_property
     def first_records(self) -> list[RecordName]:

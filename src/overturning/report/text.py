@@ -3,6 +3,9 @@
 import math
 from typing import Any, Final
 
+ROUNDING: Final = 1e-9
+"""A share that is closer to 0 or to 1 than this is that, but for the rounding of a sum."""
+
 
 def capitalised(text: str) -> str:
     """A text that begins a sentence; what follows keeps its capitals."""
@@ -18,8 +21,13 @@ def number(value: float, digits: int = 2) -> str:
 
 
 def percent(share: float, digits: int = 0) -> str:
-    """A share, 35 %."""
-    return "–" if math.isnan(share) else f"{100 * share:.{digits}f}\u00a0%"
+    """A share, 35 %; with as many digits as tell it from nothing and from all: 0.4 %, 99.97 %."""
+    if math.isnan(share):
+        return "–"
+    neither = ROUNDING < share < 1.0 - ROUNDING
+    while neither and float(f"{100 * share:.{digits}f}") in (0.0, 100.0):
+        digits += 1
+    return f"{100 * share:.{digits}f}\u00a0%"
 
 
 def interval(low: float, high: float) -> str:

@@ -144,7 +144,7 @@ def _untold(results: Results, *, fault: bool = True) -> str:
         return f"No block{known} overturned in any direction, {nothing}."
     if results.one_axis:
         return capitalised(f"{share}with a single plane of motion nothing is said about direction.")
-    if results.fallen >= 1:
+    if results.every_plane_falls:
         return f"Every block{known} overturned in every plane: there is no axis along which blocks fall more easily."
     if fault and not results.faults_known:
         return capitalised(f"{share}no fault normal is known, so nothing is said relative to a fault.")
@@ -202,10 +202,11 @@ def _counted(results: Results) -> str:
     """How many records and earthquakes, and what their number means."""
     records, with_vertical = len(results.names), results.with_vertical
     names = "".join(f" {said}." for said in earthquakes_said(results.cube))
+    some = f"{counted(with_vertical, 'record')} {'has' if with_vertical == 1 else 'have'}"
     vertical = {
         0: " None of these records has vertical motion; what it would change is not in these numbers.",
         records: "",
-    }.get(with_vertical, f" {with_vertical} records have vertical motion, the others none.")
+    }.get(with_vertical, f" {some} vertical motion, the others none.")
     return (
         f"{counted(records, 'record')} of {counted(results.earthquake_count, 'earthquake')}.{names} Records of one "
         f"earthquake are not independent, so earthquakes are counted, not records; {results.model.direction}s of one "

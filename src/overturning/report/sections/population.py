@@ -91,7 +91,11 @@ def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, e
     ]
     said = []
     if parts:
-        have = "none of the records has" if horizontal.all() else f"{horizontal.sum()} of the records lack"
+        have = (
+            "none of the records has"
+            if horizontal.all()
+            else f"{horizontal.sum()} of the records {'lacks' if horizontal.sum() == 1 else 'lack'}"
+        )
         of = f" ({have} a vertical component, which would add about {VERTICAL_ADDS:g})" if horizontal.any() else ""
         said.append(
             f"The median fall rate over records and amplitudes, by JMA instrumental intensity{of}: {'; '.join(parts)}."

@@ -34,8 +34,8 @@ def maps(results: Results) -> Section:
         which = "" if group == "all records" else f" {group}"
         few = (
             f"Of the {len(results.names)} records the first {len(chosen)}{which} that are of different earthquakes, in "
-            "the order of the study, without those in whose map nothing falls. The maps of the others stand with the "
-            "records, below on the page."
+            "the order of the study; those in whose map nothing falls are passed over where there are others. The maps "
+            "of the others stand with the records, below on the page."
         )
         blocks.append(Note(few))
     shown = [_map(results, name) for name in chosen]

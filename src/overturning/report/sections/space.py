@@ -65,7 +65,11 @@ def follow_sentences(found: dict[str, Followed], parts: list[str]) -> list[str]:
         best, *others = references.closest
         mean, *_ = references.means[best, True]
         who = "fall" if group == "all records" else f"of the records {group.replace(' (control)', ' a pulse')}, fall"
-        certain = "its interval leaves out 0" if mean.low > 0 else "but its interval takes in 0, so nothing is shown"
+        certain = (
+            "its interval leaves out 0"
+            if mean.low > 0 or mean.high < 0
+            else "but its interval takes in 0, so nothing is shown"
+        )
         if math.isnan(mean.low):
             certain = "too few for an interval"
         rest = ", ".join(

@@ -4,7 +4,7 @@ document.querySelectorAll("table.sortable").forEach(function (table) {
   const body = table.tBodies[0];
   function key(row, column) {
     const text = row.cells[column].textContent.replace(/−/g, "-").trim();
-    const number = parseFloat(text.replace(/^[^0-9.-]+/, ""));
+    const number = parseFloat(text.replace(/^[^0-9.-]+/, "").replace(/(\d),(?=\d{3}\b)/g, "$1"));  // 12,345 is one
     return { text: text, number: /\d/.test(text) ? number : NaN, empty: text === "–" || text === "" };
   }
   Array.from(table.tHead.rows[0].cells).forEach(function (heading, column) {

@@ -8,9 +8,11 @@ import re
 import shutil
 import struct
 import sys
+from collections.abc import Callable
 from dataclasses import fields, replace
 from operator import attrgetter
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -24,7 +26,7 @@ import overturning
 from overturning.cli import app, main
 from overturning.commands import declared
 from overturning.dem.numerics import Numerics
-from overturning.errors import ArgumentError, ConfigError, MissingDataError
+from overturning.errors import ArgumentError, ConfigError, MissingDataError, ResultError
 from overturning.figures.explore import explorer_data
 from overturning.figures.ground import fourier_spectrum, response_spectrum
 from overturning.motion.intensity import intensity_by_azimuth
@@ -40,6 +42,8 @@ from overturning.study.sections import BodySettings, ContactSettings, Simulation
 from tests.expect import lacking, refused
 from tests.study.small_study import cube_of, pulse, study
 
+WAVE = Motion.sine(6.0, 0.8)
+
 
 def test_names_versions_and_help() -> None:
     assert set(overturning.__all__) <= set(dir(overturning))
@@ -49,6 +53,30 @@ def test_names_versions_and_help() -> None:
         assert name in text
         assert (getattr(overturning, name).__doc__ or "").strip()
     assert (Path(overturning.__file__).parent / "py.typed").is_file()
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    text = (Path(__file__).parents[1] / "docs" / "reference" / "python.md").read_text(encoding="utf-8")
+    parts = {path.rpartition(".")[2]: path for path in re.findall(r"^::: (overturning[\w.]+)$", text, re.MULTILINE)}
+    assert set(overturning.__all__) - {*parts} == set()
+    assert [path for path in parts.values() if not pydoc.locate(path)] == []
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: overturning.simulate(WAVE, "three-tier", azimuth_deg=[0]), "'three-tier'; give 'rectangle'"),
+        (lambda: overturning.simulate(WAVE, overturning.Contact(), azimuth_deg=[0]), "model: a Contact; give a scene"),
+        (lambda: overturning.Body(contact=overturning.Contact()), "contact: a Contact; a body in space has a Vertex"),  # type: ignore[arg-type]
+        (lambda: overturning.trajectory(WAVE, azimuth_deg=[0, 1]), "trajectory: 2 cases; give one value each"),  # type: ignore[arg-type]
+        (lambda: overturning.run_study("wtmc"), "give a list of them, run_study([record], …)"),
+        (lambda: overturning.run_study(WAVE), "give a list of them, run_study([record], …)"),  # type: ignore[arg-type]
+        (lambda: overturning.read([]), "paths: none; name the files"),
+    ],
+)
+def test_what_is_no_model_case_or_list_gets_a_sentence(call: Callable[[], Any], message: str) -> None:
+    with refused(ArgumentError, message, brief=True):
+        call()
 
 
 def test_a_stream_where_a_motion_belongs_gets_a_sentence() -> None:
@@ -71,7 +99,14 @@ def test_read_simulate_and_study(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match=r"units: no keyword of read; did you mean unit\?"):
         overturning.read(tmp_path / "pulse.csv", units="gal")
     grid = {"b_over_h": [0.2, 0.4], "height": [0.6], "friction": [1.0]}
+    halved = overturning.read(
+        tmp_path / "pulse.csv", columns=columns, processed=True, processing=[{"step": "scale", "factor": 0.5}]
+    )
+    np.testing.assert_array_equal(halved.north, 0.5 * record.north)
+    with pytest.raises(ArgumentError, match=r"processing\.0\.scale\.factor: this key is needed"):
+        overturning.read(tmp_path / "pulse.csv", columns=columns, processed=True, processing=[{"step": "scale"}])
     outcome = overturning.simulate(record, azimuth_deg=[60, 150, 240, 330], **grid)
+    assert overturning.to_dataframe(outcome)["overturned"].tolist() == outcome["overturned"].to_numpy().ravel().tolist()
     cube = overturning.run_study([record], azimuth={"step": 30}, ensemble={"members": 0}, **grid)
     assert cube["record_id"].to_numpy().tolist() == ["pulse"]
     np.testing.assert_array_equal(
@@ -97,6 +132,10 @@ def cube_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_cube_is_opened_by_a_string_and_asked_by_the_name_of_a_record(cube_file: Path) -> None:
     inside = open_by_number(cube_file)
+    for asked, known in (({"amplitude": 2.0}, "amplitude 2; known: 1"), ({"element": "roof"}, "'roof'; known: stone")):
+        with pytest.raises(ResultError, match=f"no .*{known}"):
+            overturning.open_cube(cube_file, **asked)
+    overturning.open_cube(cube_file, element="stone").close()
     with overturning.open_cube(str(cube_file)) as cube:
         second = cube["overturned"].sel(record="b", azimuth=60)
         np.testing.assert_array_equal(second, inside["overturned"].isel(record=1).sel(azimuth=60))

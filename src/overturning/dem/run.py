@@ -97,7 +97,29 @@ def run(
 def run_cases(
     motion: Recorded, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
 ) -> Results:
-    """Run cases of a model, a single block where none is given: `run` with fields of `Numerics` as options."""
+    """Run cases of a model that make no grid.
+
+    Parameters
+    ----------
+    motion : Motion or Record
+        The ground's; without a vertical component the base moves level.
+    cases : Cases
+        One row for each.
+    model : Scene, str, int or Shape, optional
+        What stands on the ground, as in `overturning.simulate`; a single block where not given.
+    **options
+        Fields of `overturning.dem.numerics.Numerics`.
+
+    Returns
+    -------
+    Results
+        An array for each variable of the cube, in the order of the cases; missing are −128 and NaN.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is outside its bounds, or the time step is not stable.
+    """
     return run(model, as_motion(motion), cases, Numerics(**options))
 
 

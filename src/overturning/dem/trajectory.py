@@ -6,7 +6,7 @@ from overturning.arrays import dataset
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import plan_of
 from overturning.dem.simulate import grid_over
-from overturning.errors import keywords
+from overturning.errors import ArgumentError, keywords
 from overturning.model.cases import Cases
 from overturning.model.falls import as_model
 from overturning.model.model import Model
@@ -67,13 +67,16 @@ def trajectory(
     Raises
     ------
     ArgumentError
-        As `overturning.simulate`, and where the path would be longer than `overturning.dem.plan.MOST_PATH`.
+        As `overturning.simulate`, where there is more than one case, and where the path would be longer than
+        `overturning.dem.plan.MOST_PATH`.
     """
     model, more = as_model(model), {name: options.pop(name, 1.0) for name in ("aspect", "amplitude")}
     grid = grid_over(
         model, height, b_over_h, friction=friction, aspect=more["aspect"], azimuth_deg=azimuth_deg,
         orientation_deg=orientation_deg,
     )  # fmt: skip
+    if grid.size != 1:
+        raise ArgumentError(f"trajectory: {grid.size} cases; give one value each, or take simulate")
     size = {name: float(grid[name].item()) for name in ("height", "b_over_h", "friction")}
     case = Cases(grid.directions, **size, **more, initial_tilt=options.pop("initial_tilt", 0.0))
     results, path = plan_of(model, as_motion(motion), case, Numerics(**options)).trace()

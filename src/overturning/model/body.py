@@ -57,7 +57,22 @@ class Start:
 @keywords()
 @dataclass(frozen=True)
 class Body(Model):
-    """One rigid body in space; every orientation of a grid that symmetry closes counts alike."""
+    """One rigid body in space; every orientation of a grid that symmetry closes counts alike.
+
+    Parameters
+    ----------
+    shape : str, int or Shape
+        "rectangle", "circle", the number of sides of a regular prism, or a polyhedron.
+    contact : VertexContact
+        Springs and dashpots at each vertex.
+    start : Start, optional
+        How it begins; at rest where not given.
+
+    Raises
+    ------
+    ArgumentError
+        If there is no shape of a name, or the contact is not a body's.
+    """
 
     shape: Shape = field(default_factory=Rectangle)
     contact: VertexContact = field(default_factory=VertexContact)
@@ -65,6 +80,8 @@ class Body(Model):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "shape", shape_of(self.shape))
+        if not isinstance(self.contact, VertexContact):
+            raise ArgumentError(f"contact: a {type(self.contact).__name__}; a body in space has a VertexContact")
 
     variables: ClassVar = BODY_VARIABLES
     ensemble_variables: ClassVar = BODY_ENSEMBLE_VARIABLES

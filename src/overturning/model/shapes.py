@@ -168,12 +168,16 @@ def shape_of(body: "str | int | Shape") -> Shape:
     if isinstance(body, str):
         named: dict[str, Shape] = {shape.name: shape for shape in (Rectangle(), Circle())}
         if body not in named:
-            raise ArgumentError(f"body: {body!r}; give 'rectangle', 'circle', a number of sides, or a Polyhedron")
+            raise ArgumentError(
+                f"body: {body!r}; give 'rectangle', 'circle' or a number of sides; a scene by load_scene, --scene"
+            )
         return named[body]
     if isinstance(body, int):
         if not 3 <= body <= MOST_SIDES:
             raise ArgumentError(f"body: {body} sides; from 3 to {MOST_SIDES}, or 'circle'")
         return Regular(body)
+    if not isinstance(body, Shape):
+        raise ArgumentError(f"model: a {type(body).__name__}; give a scene of load_scene or gravestone, or a body")
     return body
 
 

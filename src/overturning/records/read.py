@@ -7,6 +7,8 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter, ValidationError
+
 from overturning.errors import ArgumentError, ConfigError, Reasons, RecordError, keywords
 from overturning.records.assembly import MAXIMUM_SPREAD, assemble
 from overturning.records.catalogue import OF_FILES, RecordEntry, find_files
@@ -17,6 +19,7 @@ from overturning.records.record import Record
 from overturning.records.source import Declarations, SourceFile, is_archive, open_archive, read_source
 from overturning.records.steps import Step
 from overturning.records.store import rounded
+from overturning.tables import what_is_wrong
 
 
 def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
@@ -127,6 +130,8 @@ def read_path(
     """Read a record, as `read` does, as its files are: nothing is done to it."""
     declared = declared or Declarations()
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
+    if not paths:
+        raise ArgumentError("paths: none; name the files of a record")
     several = len(paths) > 1
     components = read_files(map(read_source, paths), declared) if several else with_sisters(paths[0], declared)[0]
     return _of_one_sensor(components, record_id or paths[0].name.split(".")[0].lower(), declared)
@@ -208,7 +213,7 @@ def read(
     paths: Path | str | Sequence[Path | str],
     *,
     record_id: str | None = None,
-    processing: "Sequence[Step] | None" = None,
+    processing: "Sequence[Step | dict[str, Any]] | None" = None,
     **declarations: Any,
 ) -> Record:
     """Read a record from a file, an archive, or several files that belong together, processed as a study does it.
@@ -221,7 +226,8 @@ def read(
     record_id : str, optional
         Name of the record; default: the first file's stem.
     processing : sequence of steps, optional
-        By kind of file where not given: what its agency has processed is left alone.
+        As in a study, ``[{"step": "highpass", "corner_hz": 0.1}]``. By kind of file where not given: what its agency
+        has processed is left alone.
     **declarations
         What the files do not state: ``unit`` ("gal", "g", …), ``columns`` ("time:s north:gal east:gal up:gal"),
         ``sampling_interval_s``, ``processed`` (columns do not say it), ``azimuths_deg`` of the two horizontal axes,
@@ -239,9 +245,20 @@ def read(
     MissingDataError, RecordError
         If a file is missing, of no known format, damaged, or contradicts itself.
     ArgumentError
-        If something is declared that cannot be.
+        If something is declared that cannot be, no path is given, or a step is none.
     """
+    steps = None if processing is None else _checked(processing)
     record = read_path(paths, Declarations(**declarations), record_id)
     for note in record.notes:
         warnings.warn(note, stacklevel=3)  # where `read` was called, beyond its decorator
-    return rounded(process(record, None if processing is None else tuple(processing)))
+    return rounded(process(record, steps))
+
+
+def _checked(processing: "Sequence[Step | dict[str, Any]]") -> tuple[Step, ...]:
+    """Steps as a study has them, checked as one is."""
+    try:
+        return TypeAdapter(tuple[Step, ...]).validate_python(processing)
+    except ValidationError as problem:
+        fault = problem.errors()[0]
+        where = ".".join(map(str, ("processing", *fault["loc"])))
+        raise ArgumentError(f"{where}: {what_is_wrong(fault)}") from None

@@ -1,7 +1,7 @@
 """Opening a cube, and what a reader may rely on."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -10,7 +10,7 @@ from overturning.errors import ArgumentError, ResultError
 from overturning.files import checksum_matches
 from overturning.model.falls import model_of
 from overturning.study.load import check_study, load_study
-from overturning.study.scenes import scene_of, setting_of
+from overturning.study.scenes import model_for, scene_of, setting_of
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -107,12 +107,15 @@ def choose(
     cube: "xr.Dataset", path: Path, element: str | None = "reference", amplitude: float | None = 1.0
 ) -> "xr.Dataset":
     """What is asked for of the elements and factors of an open cube, parameters as of `overturning.open_cube`."""
-    if "amplitude" in cube.dims and amplitude is not None:
-        known = cube["amplitude"].to_numpy().tolist()
+    if amplitude is not None:
+        several = "amplitude" in cube.dims
+        known = cube["amplitude"].to_numpy().tolist() if several else [1.0]
         if amplitude not in known:
             raise ResultError(f"{path}: no amplitude {amplitude:g}; known: {', '.join(f'{one:g}' for one in known)}")
-        cube = cube.sel(amplitude=amplitude, drop=True)
+        cube = cube.sel(amplitude=amplitude, drop=True) if several else cube
     if "element" not in cube.dims:
+        if element not in (None, "reference"):
+            _check_element(element, model_for(study_of(cube), cube.attrs["variant"]).elements, path)
         return cube
     if "element_name" in cube:
         cube = cube.assign_coords(element=cube["element_name"].to_numpy().astype(str)).drop_vars("element_name")
@@ -120,10 +123,13 @@ def choose(
         return cube
     if element == "reference":
         element = scene_of(study_of(cube), cube.attrs["variant"]).shown_name
-    if element not in cube["element"].to_numpy():
-        names = ", ".join(cube["element"].to_numpy().tolist())
-        raise ResultError(f"{path}: no element {element!r}; known: {names}")
+    _check_element(element, cube["element"].to_numpy().tolist(), path)
     return cube.sel(element=element)
+
+
+def _check_element(element: str | None, known: Sequence[str], path: Path) -> None:
+    if element not in known:
+        raise ResultError(f"{path}: no element {element!r}; known: {', '.join(known)}")
 
 
 def record_number(cube: "xr.Dataset", record: str | None) -> int:

@@ -6,9 +6,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from overturning.errors import ConfigError, MissingDataError, keywords
+from overturning.errors import ArgumentError, ConfigError, MissingDataError, keywords
 from overturning.files import atomic_write
-from overturning.motion.motion import Motion
+from overturning.motion.motion import Motion, Recorded
 from overturning.records.processing import process
 from overturning.records.read import read_record
 from overturning.records.record import Record, as_record
@@ -74,16 +74,16 @@ def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
     Parameters
     ----------
     cube : xarray.Dataset
-        As of `overturning.open_cube` or `overturning.run_study`.
+        As of `overturning.open_cube`, `overturning.run_study` or `overturning.simulate`.
 
     Returns
     -------
     pandas.DataFrame
         A row for each case, in the order of the cube. Columns: the record's id, the cube's dimensions, its variables,
-        and what is known of the record.
+        and what is known of the record; of a record, nothing in what `overturning.simulate` returns.
     """
     first = [str(name) for name in cube["overturned"].dims]
-    named = cube.assign_coords(record=cube["record_id"].variable).drop_vars("record_id")
+    named = _by_name(cube).drop_vars("record_id") if "record_id" in cube else cube
     table = named.to_dataframe(dim_order=first).reset_index()
     known = [name for name in ("record", *first, *cube.data_vars) if name in table]
     return table[list(dict.fromkeys([*known, *table]))]
@@ -139,14 +139,18 @@ def run_study(
 
     Raises
     ------
+    ArgumentError
+        If a single record is given instead of a list.
     ConfigError
         If a key or value is wrong, a record is not in the table, one that is given is to be processed, or there are
         variants.
     """
+    if isinstance(records, str | Recorded):
+        raise ArgumentError("records: one that is no list; give a list of them, run_study([record], …)")
     given = [one if isinstance(one, str) else as_record(one, f"motion-{n}") for n, one in enumerate(records, 1)]
     names = [record if isinstance(record, str) else record.record_id for record in given]
     # The records themselves are given: the table is asked for those that are not.
-    settings = {"name": "study", **keys, "records": {**keys.get("records", {}), "use": names}}
+    settings = {"name": "study", **keys, "records": {"use": names}}
     study = check_study(settings, "run_study")
     if study.variants:
         raise ConfigError(

@@ -223,7 +223,13 @@ def _one(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
 
 
 def _place(one: "xr.Dataset") -> str:
-    return ", ".join(str(one[name].item()) for name in ("station", "event") if one[name].item())
+    times = [f"motion × {_factor(one):g}"] if _factor(one) != 1.0 else []
+    return ", ".join([*(str(one[name].item()) for name in ("station", "event") if one[name].item()), *times])
+
+
+def _factor(cube: "xr.Dataset") -> float:
+    """The factor on the motions of which a cube, or a part of one, is."""
+    return float(cube["amplitude"]) if "amplitude" in cube.coords and "amplitude" not in cube.dims else 1.0
 
 
 def _only(cube: "xr.Dataset", direction: str, kind: str) -> None:
@@ -247,6 +253,11 @@ def _motions(cube: "xr.Dataset") -> Path:
     """The folder of a cube's motions, from where it lies; `motion` of what is no part of a study."""
     from overturning.study.cube import motions_beside, study_of
 
+    if _factor(cube) != 1.0:
+        raise MissingDataError(
+            f"amplitude: motions and measures are of the records as they are, none times {_factor(cube):g}; open the "
+            "cube with amplitude=1"
+        )
     return motions_beside(Path(), study_of(cube), cube.attrs["variant"]) if "study" in cube.attrs else Path("motion")
 
 

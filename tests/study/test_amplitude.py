@@ -5,17 +5,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import overturning
+from overturning import plot
 from overturning.dem.simulate import simulate
-from overturning.errors import ResultError
+from overturning.errors import MissingDataError, ResultError
 from overturning.motion.motion import Motion
 from overturning.study.cube import open_cube
 from overturning.study.gather import gather
+from overturning.study.intensity import write_intensity
 from overturning.study.load import check_study
 from overturning.study.recheck import recheck
 from overturning.study.sample import read_sample
 from overturning.study.scenes import numerics_of
 from overturning.study.sections import Verification
 from overturning.study.sweep import sweep_record
+from tests.expect import refused
 from tests.study.small_study import cube_of, pulse
 
 SMALL = {
@@ -85,3 +89,20 @@ def test_the_record_itself_and_a_known_factor_are_needed(cubes: dict[str, Path])
     other, parts = check_study(SMALL | {"amplitude": [1, 3]}, "test"), cubes["three"].parent / "sweep" / "nominal"
     with pytest.raises(ResultError, match="its amplitude values are not those of the study"):
         gather(other, [RECORD], list(parts.iterdir()), cubes["three"].with_name("none.nc"))
+
+
+def test_a_figure_of_a_factor_names_it_and_takes_no_measures_of_the_record_as_it_is(cubes: dict[str, Path]) -> None:
+    """Falls under a motion of twice the record stood at the record's own PGA."""
+    path = cubes["three"]
+    write_intensity(check_study(SMALL, "test"), [RECORD], path.with_name("intensity.nc"))
+    with overturning.open_cube(path, amplitude=2.0) as twice, overturning.open_cube(path) as once:
+        titles = [plot.polar(cube).get_suptitle() for cube in (twice, once)]
+        assert ["motion × 2" in title for title in titles] == [True, False]
+        assert titles[0].replace(", motion × 2", "") == titles[1]
+        for draw in (plot.plane, plot.intensity, plot.hodograph, plot.history):
+            with refused(MissingDataError, "none times 2", brief=True):
+                draw(twice)
+        assert set(overturning.to_dataframe(twice)["amplitude"]) == {2.0}
+        assert "amplitude" not in overturning.to_dataframe(once)
+        (point, *_) = plot.plane(once).axes[0].collections
+        assert point.get_offsets()[:, 0].max() <= 100 * np.hypot(RECORD.north, RECORD.east).max()

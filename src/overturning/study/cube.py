@@ -112,7 +112,8 @@ def choose(
         known = cube["amplitude"].to_numpy().tolist() if several else [1.0]
         if amplitude not in known:
             raise ResultError(f"{path}: no amplitude {amplitude:g}; known: {', '.join(f'{one:g}' for one in known)}")
-        cube = cube.sel(amplitude=amplitude, drop=True) if several else cube
+        if several:  # a factor goes with what is of it
+            cube = cube.sel(amplitude=amplitude, drop=amplitude == 1.0)
     if "element" not in cube.dims:
         if element not in (None, "reference"):
             _check_element(element, model_for(study_of(cube), cube.attrs["variant"]).elements, path)

@@ -47,7 +47,7 @@ def open_cube(
         all. The dimension is there in the last case only, with the names as its coordinate.
     amplitude : float, optional
         Of a study with several factors on its motions: one of them, None for all. The dimension is there in the last
-        case only.
+        case only; a factor other than 1 is a coordinate without it.
 
     Returns
     -------

@@ -42,6 +42,15 @@ def test_rates_with_intervals_by_record_and_no_turn_from_planes(cemetery: Result
     rate = float(cemetery.populations["nominal"]["fall_rate"][0, 0])
     assert table.rows[0][1].replace("\u00a0", " ").startswith(f"{100 * rate:.0f} % (")
     assert "no plane can tell" in said(shown)
+    assert "% of the stones stand shifted" not in said(shown)
+    # Nor where a record fells them all, of which none was left to stand: 0 % was said to be shifted under all records.
+    cube = cemetery.cube.copy()
+    cube["overturned"] = xr.where(cube["record_id"] == cube["record_id"][0], 1.0, cube["overturned"]).transpose(
+        *cube["overturned"].dims
+    )
+    found = population_rates(cube, cemetery.study.population or Population())
+    assert float(found["fall_rate"][0, 0]) == 1.0
+    assert "stand shifted" not in said(population(replace(cemetery, cube=cube, populations={"nominal": found})))
 
 
 def test_the_rule_of_field_surveys_beside_the_instrumental_intensity(cemetery: Results) -> None:

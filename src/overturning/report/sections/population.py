@@ -40,7 +40,7 @@ def population(results: Results) -> Section | None:
     stones = results.study.population
     if stones is None:
         return None
-    found = results.populations[NOMINAL]
+    found, tells_moved = results.populations[NOMINAL], results.model.twists
     curves = fragility_curves(found, results.intensity)
     jma, rates = jma_intensities(found, results.intensity), found["fall_rate"].to_numpy()
     horizontal = results.intensity["jma_intensity"].isnull().to_numpy()
@@ -52,7 +52,7 @@ def population(results: Results) -> Section | None:
     scale = " Dashed: where JMA 5 upper, 6 lower, 6 upper and 7 begin; shaded: what surveys infer the last two from."
     caption = shown + (scale if np.isfinite(jma).any() else "")
     blocks: list[Block] = [
-        *(Paragraph(text) for text in (_as_recorded(found), *_over_intensity(rates, jma, horizontal, events))),
+        *(Paragraph(text) for text in (_as_recorded(found, tells_moved), *_over_intensity(rates, jma, horizontal, events))),
         Figure(results.drawn("fall-rate", draw), "fall rate over amplitude and intensity", caption),
         Note(_assumed(stones, float(found.attrs["outside"]), results.words)),
     ]
@@ -65,7 +65,11 @@ def population(results: Results) -> Section | None:
     return Section("How many stones of a cemetery fall", tuple(blocks), anchor="population")
 
 
-def _as_recorded(found: xr.Dataset) -> str:
+def _as_recorded(found: xr.Dataset, tells_moved: bool) -> str:
+    """Fall rates under the records, and how many stones that stand moved, where the model can tell.
+
+    Where all stones fall none stands shifted, which says nothing of the other records.
+    """
     own = found.sel(amplitude=1.0)
     rate = own["fall_rate"].dropna("record").to_numpy()
     if not rate.size:
@@ -76,7 +80,7 @@ def _as_recorded(found: xr.Dataset) -> str:
     return (
         f"Under the records as they are the fall rate is {percent(middle)} in the median, {percent(low)} to "
         f"{percent(high)} for the middle half of them, {percent(rate.min())} to {percent(rate.max())} for all"
-        f"{stands if math.isfinite(shift) else ''}."
+        f"{stands if tells_moved and math.isfinite(shift) else ''}."
     )
 
 

@@ -100,6 +100,8 @@ def test_a_record_and_a_study_of_ones_own(
     assert "study 'own', 2 records" in said("study", "check", "config/own.yaml")
     refused = said("study", "new", "--name", "other", "--records", "gone", status=1)
     assert "'gone' is not in config/records.tsv" in refused
+    coarse = ("--records", "rinaldi", "--title", "Here: 2020", "--step", "7")
+    assert "error: config/other.yaml: azimuth: step 7" in said("study", "new", "--name", "other", *coarse, status=1)
     assert not Path("config/other.yaml").exists()
 
 

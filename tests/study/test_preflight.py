@@ -1,5 +1,6 @@
 """Preflight: what would end a run is found before it starts."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,7 @@ import pytest
 
 from overturning.cli import main
 from overturning.errors import ConfigError, MissingDataError, OverturningError
-from overturning.study.load import check_study
+from overturning.study.load import check_study, load_study
 from overturning.study.preflight import check_files, check_records, check_size, size_of
 from tests.records.world_writers import unam_text
 
@@ -90,6 +91,15 @@ def test_a_study_too_large_is_refused_with_what_it_would_take() -> None:
         ConfigError, match=r"mine\.yaml: 1 record × 7,200,000,000 cases = .* of processor time, .* of memory"
     ):
         check_size(study, "mine.yaml")
+
+
+def test_what_a_run_is_said_to_take_is_about_what_was_measured() -> None:
+    measured = (ROOT / "verification/results/x86-64-2-cores.csv").read_text(encoding="utf-8")
+    processor_s = float(re.search(r'"default study, whole run: processor time",([\d.]+),s', measured)[1])  # type: ignore[index]
+    assert 0.5 < size_of(load_study(ROOT / "config/near-fault.yaml")).processor_s / processor_s < 2
+    small = size_of(check_study({"name": "mine", "records": {"use": ["wtmc"]}}, "mine.yaml"))
+    assert 10 < small.processor_s < 100, "most of it is no case"
+    assert 1e6 < small.disk_bytes < 5e6, "the report alone is half a megabyte"
 
 
 def test_the_memory_of_an_ensemble_holds_the_answers_of_its_members() -> None:

@@ -82,7 +82,7 @@ def export(
     from overturning.files import check_output
     from overturning.study.small import open_cube, write_table
 
-    check_output(output, "FILE", ".parquet", ".csv")
+    check_output(output, "output", ".parquet", ".csv")
     with open_cube(cube, chunks={"record": 1}, element=None, amplitude=None) as data:
         rows = write_table(data, output)
     print(f"{output}: {rows} cases")

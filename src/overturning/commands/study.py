@@ -34,7 +34,7 @@ def new(
     folder: Annotated[Path, typer.Option(help="folder of the file")] = Path("config"),
 ) -> None:
     """Write a new study file, asking for what is not given."""
-    from overturning.errors import ArgumentError
+    from overturning.errors import ArgumentError, ConfigError
     from overturning.files import atomic_write, check_output
     from overturning.study.document import study_template
     from overturning.study.load import entries_of, load_study
@@ -45,7 +45,10 @@ def new(
     check_output(path, "--folder")
     with atomic_write(path) as part:
         part.write_text(study_template(name, records.replace(",", " ").split(), title, step), encoding="utf-8")
-        entries_of(load_study(part), str(path))
+        try:
+            entries_of(load_study(part), str(path))
+        except ConfigError as error:  # names the file that will not be there
+            raise ConfigError(str(error).replace(str(part), str(path))) from None
     print(f"{path}: edit it, then overturning study check {path}")
 
 

@@ -13,7 +13,7 @@ def survey(
         str | None, typer.Option(help="id of the site's record; not needed where the cube has one")
     ] = None,
     background: Annotated[float, typer.Option(help="share of stones taken to fall any way")] = 0.05,
-    figure: Annotated[Path | None, typer.Option(help="figure to draw: .svg or .png")] = None,
+    figure: Annotated[Path | None, typer.Option(help="figure to draw: .svg, .png or .pdf")] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="the comparison as a file (JSON), for a report")
     ] = None,

@@ -40,9 +40,12 @@ def _resolve(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
 
 def _keys(schema: dict[str, Any], model: dict[str, Any], prefix: str) -> list[tuple[str, dict[str, Any], bool]]:
     entries = []
+    said = model.get("default") or {}  # of settings within settings, whose own keys may be needed
     for name, raw in model.get("properties", {}).items():
         entry = _resolve(schema, raw)
         key, required = f"{prefix}{name}", name in model.get("required", [])
+        if required and name in said:
+            entry, required = entry | {"default": said[name], "description": model["description"]}, False
         below, items = entry.get("additionalProperties"), entry.get("items", {})
         if entry.get("properties"):
             entries += _keys(schema, entry, f"{key}.")
@@ -109,4 +112,5 @@ friction: [0.58, 1.0]
 
 def study_template(name: str, records: Sequence[str], title: str = "", step: float = 15.0) -> str:
     """A study file of these records, whose name may be any; it is checked when it is read."""
-    return _TEXT.format(name=name, title=title or name, records=", ".join(records), step=step)
+    quoted = json.dumps(title or name, ensure_ascii=False)
+    return _TEXT.format(name=name, title=quoted, records=", ".join(records), step=step)

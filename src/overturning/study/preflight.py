@@ -20,14 +20,17 @@ from overturning.units import STANDARD_GRAVITY
 if TYPE_CHECKING:
     from overturning.records.record import Record
 
-# Of the default study on one core of a small machine, rounded up; they tell minutes from days and no more.
-_CASE_S: Final = 4e-5
-_RECORD_S: Final = 4.0
+# Of the default study and of the tutorial's on one core of a small machine; they tell minutes from days and no more.
+_CASE_S: Final = 8e-5
+_RECORD_S: Final = 8.0  # to read it, start its sweep, draw it
+_STUDY_S: Final = 25.0  # what each run does once: members, convergence check, figures of all records, report
 _RUN_AGAIN: Final = 0.4  # share of the members that are run: of cells near a change of flag, until they are settled
 
 _BASE_MEMORY: Final = 4e8
 _CELL_IN_MEMORY: Final = 400
 _CELL_ON_DISK: Final = 45
+_RECORD_ON_DISK: Final = 6e5  # motion and figures
+_STUDY_ON_DISK: Final = 1e6  # report and explorer
 _READING_MEMORY: Final = 1e9
 _CELL_READ: Final = 12
 _MEMBER_IN_MEMORY: Final = 20
@@ -70,14 +73,15 @@ def size_of(study: Study, chunks: int = 1) -> Size:
     model = model_for(study)
     elements, each = len(model.elements), _CASE_S * model.cost
     scales = len(study.amplitude)  # the ensemble is run for one of them
-    work = records * (_RECORD_S + study.cases * each * (scales - 1 + more) * variants)
+    work = _STUDY_S + records * (_RECORD_S + study.cases * each * (scales - 1 + more) * variants)
     cells = study.cases / chunks
     memory = (
         _BASE_MEMORY
         + cells * scales * _CELL_IN_MEMORY * elements
         + min(cells, MOST_MEMBERS / BATCH) * _MEMBER_IN_MEMORY * members
     )
-    disk = records * study.cases * scales * _CELL_ON_DISK * elements * variants
+    cells_on_disk = study.cases * scales * _CELL_ON_DISK * elements * variants
+    disk = _STUDY_ON_DISK + records * (_RECORD_ON_DISK + cells_on_disk)
     return Size(records, study.cases, work, memory, disk)
 
 

@@ -52,7 +52,8 @@ class ContactSettings(Keys):
     """Springs, dashpots and slider at each corner."""
 
     stiffness: Literal["auto"] | Stiffness = Field(
-        default="auto", description="normal spring K_n per corner, N/m; auto: static penetration of 1e-7 B"
+        default="auto",
+        description="normal spring K_n per corner, N/m; auto: static penetration of 1e-7 B, in space of 2e-6 B",
     )
     stiffness_ratio: float = Field(default=1.0, ge=0, description="tangential over normal stiffness, K_s/K_n")
     damping_ratio: float | None = Field(

@@ -51,8 +51,9 @@ def population(results: Results) -> Section | None:
     shown += " Red: the lognormal curve." if any(math.isfinite(one.median) for one in whole) else ""
     scale = " Dashed: where JMA 5 upper, 6 lower, 6 upper and 7 begin; shaded: what surveys infer the last two from."
     caption = shown + (scale if np.isfinite(jma).any() else "")
+    sentences = _as_recorded(found, tells_moved), *_over_intensity(rates, jma, horizontal, events)
     blocks: list[Block] = [
-        *(Paragraph(text) for text in (_as_recorded(found, tells_moved), *_over_intensity(rates, jma, horizontal, events))),
+        *map(Paragraph, sentences),
         Figure(results.drawn("fall-rate", draw), "fall rate over amplitude and intensity", caption),
         Note(_assumed(stones, float(found.attrs["outside"]), results.words)),
     ]

@@ -125,6 +125,7 @@ def test_a_body(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         (("--body", "--azimuth", "3"), "--body: takes --orientation"),
         (("--body", "--animate", "a.gif"), "a.gif: a film in space is a page that can be turned; end it in .html"),
         (("--body", "--plan", "oval"), "body: 'oval'"),
+        (("--body", "--plan", "²"), "body: '²'"),
         (("--body", "--plan", "circle", "--mesh", "a.obj"), "--plan, --mesh: a body has one of them"),
         (("--body", "--mesh", "a.obj"), "a.obj: No such file"),
         (("--azimuth", "3", "--plan", "circle"), "a body in space has them; add --body"),

@@ -116,7 +116,7 @@ def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone) 
     if space.plan is not None and space.mesh is not None:
         raise ArgumentError("--plan, --mesh: a body has one of them; leave one out")
     plan: Any = space.plan or "rectangle"
-    shape = shape_of(read_mesh(space.mesh) if space.mesh else int(plan) if plan.isdigit() else plan)
+    shape = shape_of(read_mesh(space.mesh) if space.mesh else int(plan) if plan.isdecimal() else plan)
     height, b_over_h, friction = stone.height, stone.b_over_h, stone.coefficient
     if shape.sized:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h

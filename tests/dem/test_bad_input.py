@@ -8,7 +8,7 @@ import pytest
 from overturning.dem.kernel import balance
 from overturning.dem.numerics import BODY_STEP, ELEMENT_STEP, Numerics
 from overturning.dem.run import plan_of, run, run_cases
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate, simulate_arrays
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -18,7 +18,7 @@ from overturning.model.scene import check_scene, gravestone
 from overturning.model.shapes import Rectangle
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
-from tests.dem.polygon_scenes import shipped
+from tests.dem.polygon_scenes import block, scene, shipped
 from tests.expect import refused
 
 WAVE = 4.0 * np.sin(np.arange(200) * 0.1)
@@ -93,6 +93,13 @@ def test_lengths_that_differ_and_a_tilt_beyond_balance_are_refused() -> None:
         Cases([0.0, 1.0], [0.6, 0.6, 0.6], 0.3, 1.0)
     with pytest.raises(ValueError, match="initial_tilt"):
         Cases(0.0, 0.6, 0.3, 1.0, initial_tilt=0.4)
+
+
+def test_a_friction_beside_a_scene_with_coefficients_of_its_own_is_refused() -> None:
+    own = scene(block("low", 0.24, 0.6), contacts=[{"between": ["stone", "stone"], "friction": 0.5}])
+    with refused(ArgumentError, "friction: [0.1, 1.0]", "scene test has coefficients of its own"):
+        simulate(MOTION, own, azimuth_deg=0.0, friction=[0.1, 1.0])
+    assert simulate(MOTION, own, azimuth_deg=0.0).friction.values.tolist() == [1.0]
 
 
 @pytest.mark.parametrize("model", [None, "three-tier", "circle", 6])

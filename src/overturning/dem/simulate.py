@@ -119,7 +119,7 @@ def simulate(
         Height (m) and slenderness of the reference element; the scene's or polyhedron's own where not given. All
         lengths scale with the height; the slenderness changes the reference element's width alone.
     friction : array_like, shape (f,)
-        µ of every contact law without one.
+        µ of every contact law without one; there must be one.
     aspect : array_like, shape (a,)
         D/B of a rectangle in space: its width across over that along the orientation.
     azimuth_deg : array_like, shape (n,)
@@ -154,6 +154,10 @@ def simulate(
     [1, 1]
     """
     model, motion = as_model(model), as_motion(motion)
+    if isinstance(model, Planes) and not model.scene.sweeps_friction and (np.asarray(friction) != 1.0).any():
+        raise ArgumentError(
+            f"friction: {np.asarray(friction).tolist()}; scene {model.scene.name} has coefficients of its own; leave it out"
+        )
     grid = grid_over(
         model,
         height,

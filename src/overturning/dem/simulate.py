@@ -156,8 +156,8 @@ def simulate(
     model, motion = as_model(model), as_motion(motion)
     if isinstance(model, Planes) and not model.scene.sweeps_friction and (np.asarray(friction) != 1.0).any():
         raise ArgumentError(
-            f"friction: {np.asarray(friction).tolist()}; scene {model.scene.name} has coefficients of its own; leave it "
-            "out"
+            f"friction: {np.asarray(friction).tolist()}; scene {model.scene.name} has coefficients of its own; "
+            "leave it out"
         )
     grid = grid_over(
         model,

@@ -49,6 +49,22 @@ def test_files_are_there_with_their_hashes_and_named(crate: dict[str, dict[str, 
     assert {part["@id"] for part in crate["./"]["hasPart"]} == found.keys() | {"motion/", "figures/"}
 
 
+def test_a_motion_through_soil_is_not_called_that_of_the_record(tmp_path: Path) -> None:
+    settings = study(records={"use": ["a"]})
+    cube, own = cube_of(settings, [pulse("a")], tmp_path), tmp_path / "motion" / "a.nc"
+    soft = tmp_path / "motion" / "soft" / "a.nc"
+    soft.parent.mkdir()
+    soft.write_bytes(own.read_bytes())
+    write_crate(settings, tmp_path, [cube, tmp_path / "motion"])
+    graph = json.loads((tmp_path / METADATA).read_text(encoding="utf-8"))["@graph"]
+    named = {one["@id"]: one["name"] for one in graph if one["@id"].startswith("motion/")}
+    assert named == {
+        "motion/": "Motions",
+        "motion/a.nc": "Motion a",
+        "motion/soft/a.nc": "Motion a of the variant soft",
+    }
+
+
 def test_inputs_have_source_hash_and_terms_and_motions_say_of_which_they_are(crate: dict[str, dict[str, Any]]) -> None:
     record = crate["#record-b"]
     assert (record["identifier"], record["sha256"], record["description"]) == ("made", "0" * 64, "S, E")

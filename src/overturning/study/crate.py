@@ -42,8 +42,9 @@ _FILES: Final = {
     "report.html": ("Report", "What the study found, as one self-contained page."),
     "report.pdf": ("Report on paper", "What the study found."),
     "explore.html": ("Explorer", "What is known of each cell of the cube, to look around in."),
+    "motion/*/*.nc": ("Motion {stem} of the variant {folder}", "Acceleration of the ground through its soil."),
     "motion/*.nc": ("Motion {stem}", "Acceleration of the ground, after processing and before."),
-    "figures/polar/*": ("Falls under {stem}", "Where blocks fall, by azimuth and slenderness."),
+    "figures/polar/*": ("Falls under {stem}", "Where blocks fall, by azimuth or orientation, and slenderness."),
     "figures/blocks/*": ("Falls under {stem}, every block", "Where blocks of every height and friction fall."),
     "figures/intensity/*": ("Intensity of {stem}", "Peak acceleration and velocity by azimuth."),
     "figures/history/*": ("Time histories of {stem}", "Motion before and after processing, spectra, Husid plot."),
@@ -214,9 +215,10 @@ def _add_files(crate: "ROCrate", results: Path, made: Sequence[Path], records: d
 
 def _add_file(crate: "ROCrate", path: str, file: Path, records: dict[str, Any]) -> Any:
     """One file, with its size and hash; a motion with the record that it was made from, and on the terms of that."""
-    part, stem = file.name.removeprefix("cube.").removesuffix(".nc"), file.stem
-    name, description = next((said for pattern, said in _FILES.items() if fnmatch(path, pattern)), (path, ""))
-    about: dict[str, Any] = {"name": name.format(part=part, stem=stem), "encodingFormat": _MEDIA.get(file.suffix, "")}
+    stem, part = file.stem, file.name.removeprefix("cube.").removesuffix(".nc")
+    said = {"part": part, "stem": stem, "folder": file.parent.name}
+    name, description = next((both for pattern, both in _FILES.items() if fnmatch(path, pattern)), (path, ""))
+    about: dict[str, Any] = {"name": name.format(**said), "encodingFormat": _MEDIA.get(file.suffix, "")}
     try:
         with file.open("rb") as opened:
             about |= {"sha256": hashlib.file_digest(opened, "sha256").hexdigest()}

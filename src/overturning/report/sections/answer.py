@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
+from overturning.figures.style import beyond_the_grid
 from overturning.report.blocks import Answer, Figure, Note, Paragraph, Section
 from overturning.report.results import Results
 from overturning.report.sections.alignment import alignment_sentences, axes_shown
@@ -210,7 +211,22 @@ def _counted(results: Results) -> str:
     return (
         f"{counted(records, 'record')} of {counted(results.earthquake_count, 'earthquake')}.{names} Records of one "
         f"earthquake are not independent, so earthquakes are counted, not records; {results.model.direction}s of one "
-        f"record are the same motion seen from many sides, so they are no samples at all.{vertical}"
+        f"record are the same motion seen from many sides, so they are no samples at all.{_left_out(results)}{vertical}"
+    )
+
+
+def _left_out(results: Results) -> str:
+    """That planes of a part of the circle were left out, where they were: nothing can fall along these."""
+    if not results.model.one_component or results.one_axis:
+        return ""
+    axes = np.unique(results.cube["azimuth"].to_numpy().astype(np.float64) % 180.0)
+    if not beyond_the_grid(np.concatenate([axes, axes + 180.0])).size:
+        return ""
+    gaps = np.diff(axes, append=axes[0] + 180.0)
+    first = axes[int(gaps.argmax())]
+    return (
+        f" No plane between {first:g}° and {first + gaps.max():g}° was computed, so that no block could fall that way: "
+        "directions, axes and shares are those of the other planes."
     )
 
 

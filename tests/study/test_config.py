@@ -111,6 +111,7 @@ IN_PLANES = [
     ({"population": {"width": {"low": 0.2, "high": 0.1}}}, "high 0.1 lies below low 0.2"),
     (SOIL | {"variants": {"soft": SOIL}}, "variants.soft.site: the study has a site too"),
     ({"site": SOIL["site"] | {"layers": [{"thickness_m": 20, "velocity_m_s": -1}]}}, "site.layers.0.velocity_m_s: -1"),
+    ({"site": SOIL["site"] | {"rock": {"velocity_m_s": 760, "density_kg_m3": 2.2}}}, "site.rock.density_kg_m3: 2.2"),
     ({"variants": {"one": {"scene": "monolith"}}}, "only a study with a scene"),
     ({"primary": {"statistic": "mood"}}, "primary.statistic"),
     ({"primary": {"statistic": "published"}}, "primary.statistic: nothing is published to compare with"),

@@ -33,7 +33,7 @@ class Soil:
     thickness: float  # m; 0 for the half-space
     velocity: float  # of shear waves, m/s
     density: float  # kg/m³
-    damping: float  # ratio; that at small strain where there is a curve
+    damping: float  # ratio; counts for nothing where there is a curve, which has its own
     curve: str | None = None  # published modulus-reduction and damping curve, by pystrata's name; None: linear
 
 

@@ -17,7 +17,7 @@ class Rock(_Part):
     """The half-space below the soil."""
 
     velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
-    density_kg_m3: float = Field(default=2200, gt=0, le=1e4, description="Density, kg/m³.")
+    density_kg_m3: float = Field(default=2200, ge=100, le=1e4, description="Density, kg/m³.")
     damping: float = Field(default=0.01, ge=0, lt=0.5, description="Damping ratio.")
 
 
@@ -26,8 +26,13 @@ class Layer(_Part):
 
     thickness_m: float = Field(gt=0, le=1e4, description="Thickness, m.")
     velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
-    density_kg_m3: float = Field(default=1800, gt=0, le=1e4, description="Density, kg/m³.")
-    damping: float = Field(default=0.05, ge=0, lt=0.5, description="Damping ratio; a curve has its own.")
+    density_kg_m3: float = Field(default=1800, ge=100, le=1e4, description="Density, kg/m³.")
+    damping: float = Field(
+        default=0.05,
+        ge=0,
+        lt=0.5,
+        description="Damping ratio; beside a curve, which has its own, it counts for nothing.",
+    )
     curve: str | None = Field(
         default=None, description="Published modulus-reduction curve, by pystrata's name; none: the layer is linear."
     )

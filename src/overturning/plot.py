@@ -82,7 +82,8 @@ def boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     one = _one(cube, record)
     _only(one, "azimuth", "boundary")
     top = float(one["b_over_h"].max())
-    return boundary_figure(statistics.boundary(one), top, float(one["fault_normal"]), _place(one))
+    bounds = statistics.boundary(one).assign_attrs(one.attrs)
+    return boundary_figure(bounds, top, float(one["fault_normal"]), _place(one))
 
 
 @_of_a_cube

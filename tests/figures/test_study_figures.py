@@ -8,9 +8,11 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_rgb
 
+from overturning import open_cube, plot
 from overturning.figures.boundary import boundary_figure
 from overturning.figures.explore import explorer_data
 from overturning.figures.ground import intensity_figure
+from overturning.figures.illustrative import described, trajectories
 from overturning.figures.maps import (
     COLOURS,
     azimuth_edges,
@@ -24,9 +26,14 @@ from overturning.figures.rose import rose_figure
 from overturning.figures.style import FALLS, PAGE_WIDTH, beyond_the_grid, compass_name, style
 from overturning.figures.write import save
 from overturning.model.planes import azimuth_weight
+from overturning.motion.motion import Motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.circular import sector_shares
+from overturning.study.intensity import write_intensity
+from overturning.study.load import check_study
 from tests.figures.test_explore import space_cube
+from tests.study.small_study import cube_of, pulse
+from tests.study.test_config import ICY
 
 
 @pytest.fixture
@@ -305,3 +312,21 @@ def test_the_rose_beside_maps_in_space_is_said_to_be_of_these_maps() -> None:
     sectors = np.round(falls[np.isfinite(falls)] / 15.0).astype(int) % 24
     np.testing.assert_allclose(shares, np.bincount(sectors, minlength=24) / sectors.size)
     assert around.get_title() == "falls of these maps"
+
+
+def test_no_figure_names_a_friction_that_a_scene_does_not_take(tmp_path: Path) -> None:
+    """A stone on ice of µ = 0.1, whatever friction the study has for another scene, stood as µ = 1."""
+    grid = {"azimuth": {"step": 90}, "b_over_h": [0.2, 0.4], "friction": [0.2, 1.0], "ensemble": {"members": 0}}
+    scenes = {"scene": ICY, "variants": {"other": {"scene": "gravestone"}}}
+    settings = check_study({"name": "icy", "records": {"use": ["a"]}, **grid, **scenes}, "icy")
+    record = pulse()
+    write_intensity(settings, [record], tmp_path / "intensity.nc")
+    block = {"height": 0.6, "b_over_h": 0.2, "friction": 0.2}
+    for variant, said in (("nominal", ["µ of the scene"] * 2), ("other", ["µ = 0.2", "µ = 1"])):
+        with open_cube(cube_of(settings, [record], tmp_path, variant)) as cube:
+            assert [panel.get_title().partition(",")[0] for panel in plot.blocks(cube).axes] == said
+            assert [one.get_text() for one in plot.boundary(cube).legends[0].get_texts()][:2] == said
+            assert plot.plane(cube).get_suptitle().endswith(said[-1])
+    assert described(settings, block).endswith("m, µ of the scene")
+    (path,) = trajectories(settings, Motion.of(record), block, [0.0])
+    assert path.attrs["friction"] == 1.0, "which is not looked at"

@@ -9,6 +9,7 @@ from matplotlib.lines import Line2D
 
 from overturning.figures.maps import PANEL, closed, rows_and_columns
 from overturning.figures.style import DASHES, SERIES, caption, compass, grid, mark_fault_normal, slenderness_ticks
+from overturning.study.cube import friction_said
 
 
 def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
@@ -33,7 +34,7 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
             axes.fill_between(closed, low[around], high[around], color=colour, alpha=0.25, linewidth=0)
         axes.plot(
             closed, radius[around], color=colour, linestyle=DASHES[index % len(DASHES)], linewidth=1.5,
-            label=f"µ = {friction:g}",
+            label=friction_said(bounds, friction),
         )  # fmt: skip
         # A curve needs two neighbours; an azimuth alone is a point.
         known = np.isfinite(radius)
@@ -48,7 +49,8 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
 def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, title: str) -> Figure:
     """Figure of one record of `statistics.boundary.boundary`: a panel per height.
 
-    `top` is the largest B/H of the cube; the azimuth of the fault normal, degrees, can be NaN.
+    The bounds have the attributes of their cube, where it is of a study. `top` is the largest B/H of the cube; the
+    azimuth of the fault normal, degrees, can be NaN.
     """
     loaded = closed(bounds.compute())
     heights = loaded["height"].to_numpy()

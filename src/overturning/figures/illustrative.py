@@ -14,11 +14,12 @@ from overturning.figures.style import style
 from overturning.figures.write import emptied, save
 from overturning.files import write_text
 from overturning.model.falls import model_of
+from overturning.model.planes import Planes
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.illustrative import IllustrativeCase, illustrative_cases
-from overturning.study.cube import open_records, study_of
+from overturning.study.cube import coefficient_said, open_records, study_of
 from overturning.study.scenes import model_for, motion_of, numerics_of
 from overturning.study.schema import Study
 
@@ -78,7 +79,8 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
 def described(study: Study, block: dict[str, float]) -> str:
     """A block of a study in a title."""
     oblong = f", D/B = {block['aspect']:g}" if model_for(study).oblong else ""
-    return f"B/H = {block['b_over_h']:.3g}{oblong}, H = {block['height']:.3g} m, µ = {block['friction']:g}"
+    coefficient = coefficient_said(study, block["friction"])
+    return f"B/H = {block['b_over_h']:.3g}{oblong}, H = {block['height']:.3g} m, {coefficient}"
 
 
 def _in_planes(one: "xr.Dataset", paths: list["xr.Dataset"], motion: Motion, texts: tuple[str, str]) -> list[Drawn]:
@@ -87,7 +89,7 @@ def _in_planes(one: "xr.Dataset", paths: list["xr.Dataset"], motion: Motion, tex
     azimuths = list(dict.fromkeys(float(path.attrs["azimuth_deg"]) for path in paths))
     if len(azimuths) == 1:
         azimuths.append((azimuths[0] + 90.0) % 360.0)
-    edge = boundary_figure(boundary(one), float(one["b_over_h"].max()), normal, place)
+    edge = boundary_figure(boundary(one).assign_attrs(one.attrs), float(one["b_over_h"].max()), normal, place)
     seen = "acceleration, velocity and displacement seen from above"
     return [
         (
@@ -106,7 +108,11 @@ def trajectories(
     study: Study, motion: Motion, block: dict[str, float], directions_deg: Sequence[float]
 ) -> list["xr.Dataset"]:
     """Trajectories of a block of a study, one for each direction, degrees."""
-    model = model_for(study)
-    given = {name: value for name, value in block.items() if name != "b_over_h" or model.sized}
+    model, unused = model_for(study), set[str]()
+    if not model.sized:
+        unused = {"b_over_h"}
+    elif isinstance(model, Planes) and not model.scene.sweeps_friction:
+        unused = {"friction"}
+    given = {name: value for name, value in block.items() if name not in unused}
     options: dict[str, Any] = {**given, **vars(numerics_of(study))}
     return [trajectory(motion, model, **options, **{f"{model.direction}_deg": angle}) for angle in directions_deg]

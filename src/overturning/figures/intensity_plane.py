@@ -12,6 +12,7 @@ from overturning.model.falls import model_of
 from overturning.statistics.criteria import CRITERIA, west_acceleration
 from overturning.statistics.falls import fall_shares
 from overturning.statistics.logistic import LogisticFit
+from overturning.study.cube import friction_said
 from overturning.units import GAL, STANDARD_GRAVITY
 
 LOOKS: Final = (
@@ -94,5 +95,5 @@ def intensity_plane_figure(cube: xr.Dataset, intensity: xr.Dataset, fit: Logisti
         for column, b_over_h in enumerate(chosen):
             points = plane_points(cube, intensity, float(height), float(b_over_h), friction)
             _draw_intensity_plane(panels[row, column], points, float(height), float(b_over_h), fit)
-    caption(figure, f"Every plane of every record, µ = {friction:g}", panels[0, 0], 3)
+    caption(figure, f"Every plane of every record, {friction_said(cube, friction)}", panels[0, 0], 3)
     return figure

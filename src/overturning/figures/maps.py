@@ -17,6 +17,7 @@ from overturning.model.planes import fall_probability
 from overturning.statistics.earthquakes import radial_azimuth
 from overturning.statistics.falls import whole_circle
 from overturning.statistics.roses import rose_of
+from overturning.study.cube import friction_said
 
 PANEL: Final = {1: 4.3, 2: 2.9, 3: 1.95}
 """Width of a panel, inches, by the number in a row: together they fill a page. More panels go into further rows."""
@@ -71,7 +72,8 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
     radial = float(radial_azimuth(cube))
     for axes, (row, column) in zip(panels.flat, blocks, strict=False):
         cells = shown.isel(height=row, friction=column)
-        axes.set_title(f"µ = {float(cells['friction']):g}, H = {float(cells['height']):g} m", pad=3, fontsize=9)
+        friction = friction_said(cube, float(cells["friction"]))
+        axes.set_title(f"{friction}, H = {float(cells['height']):g} m", pad=3, fontsize=9)
         towards, away = (cells[name].transpose("b_over_h", "azimuth").to_numpy() for name in ("towards", "away"))
         kinds = np.select([np.isnan(towards), away > MORE_LIKELY, towards > MORE_LIKELY], [3, 1, 2], 0)
         if spread:

@@ -10,7 +10,7 @@ from overturning.errors import ArgumentError, ResultError
 from overturning.files import checksum_matches
 from overturning.model.falls import model_of
 from overturning.study.load import check_study, load_study
-from overturning.study.scenes import model_for, scene_of, setting_of
+from overturning.study.scenes import NOMINAL, model_for, scene_of, setting_of
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -176,6 +176,19 @@ def shown_block(cube: "xr.Dataset", study: Study | None = None) -> dict[str, lis
     block = {"height": chosen[0], "friction": own.friction[-1] if chosen[1] is None else chosen[1]}
     whole = (name for name in block if cube.sizes.get(name) == len(getattr(own, name)) and block[name] in cube[name])
     return {name: [block[name]] for name in whole}
+
+
+def friction_said(cube: "xr.Dataset", friction: float) -> str:
+    """A friction coefficient of a cube as titles have it: µ = 0.6, or that a scene has all coefficients of its own."""
+    if "study" not in cube.attrs:
+        return f"µ = {friction:g}"
+    return coefficient_said(study_of(cube), friction, cube.attrs["variant"])
+
+
+def coefficient_said(study: Study, friction: float, variant: str = NOMINAL) -> str:
+    """The same of a variant of a study."""
+    own = study.body is None and not scene_of(study, variant).sweeps_friction
+    return "µ of the scene" if own else f"µ = {friction:g}"
 
 
 def motions_beside(path: Path, study: Study, variant: str) -> Path:

@@ -252,6 +252,18 @@ def test_vertical_motion_is_counted(one_record: Make) -> None:
     assert " 1 record has vertical motion, the others none." in text
 
 
+def test_vertical_motion_that_the_study_leaves_out_is_not_said_to_be_lacking(one_record: Make) -> None:
+    results = one_record(2, vertical=0)
+    results.intensity["pga_vertical"][:] = [1.5, np.nan]
+    without = results.study.simulation.model_copy(update={"vertical": False})
+    study = results.study.model_copy(update={"simulation": without})
+    text = text_of(build_report(replace(results, study=study)))
+    assert "The study leaves out the vertical motion, which 1 of 2 records had; what it would change" in text
+    assert "The study leaves vertical motion out; it makes blocks" in text
+    assert "None of these records" not in text
+    assert "No vertical motion was given" not in text
+
+
 def test_published_values(one_record: Make) -> None:
     results = one_record()
     peak = float(results.intensity["pga"].sel(azimuth=60)[0]) * 100

@@ -103,8 +103,13 @@ class Results:
 
     @cached_property
     def with_vertical(self) -> int:
-        """Number of records with vertical motion."""
+        """Number of records whose vertical motion was applied."""
         return int((self.cube["vertical"] == 1).sum().compute())
+
+    @property
+    def without_their_vertical(self) -> int:
+        """Number of records whose vertical motion the study leaves out."""
+        return 0 if self.study.simulation.vertical else int(self.intensity["pga_vertical"].notnull().sum())
 
     @cached_property
     def model(self) -> Model:

@@ -205,7 +205,7 @@ def _counted(results: Results) -> str:
     names = "".join(f" {said}." for said in earthquakes_said(results.cube))
     some = f"{counted(with_vertical, 'record')} {'has' if with_vertical == 1 else 'have'}"
     vertical = {
-        0: " None of these records has vertical motion; what it would change is not in these numbers.",
+        0: f" {_no_vertical(results)}; what it would change is not in these numbers.",
         records: "",
     }.get(with_vertical, f" {some} vertical motion, the others none.")
     return (
@@ -213,6 +213,15 @@ def _counted(results: Results) -> str:
         f"earthquake are not independent, so earthquakes are counted, not records; {results.model.direction}s of one "
         f"record are the same motion seen from many sides, so they are no samples at all.{_left_out(results)}{vertical}"
     )
+
+
+def _no_vertical(results: Results) -> str:
+    """Why no vertical motion was applied."""
+    if left_out := results.without_their_vertical:
+        return (
+            f"The study leaves out the vertical motion, which {left_out} of {counted(len(results.names), 'record')} had"
+        )
+    return "None of these records has vertical motion"
 
 
 def _left_out(results: Results) -> str:

@@ -39,7 +39,10 @@ def _limits(results: Results) -> tuple[str, ...]:
     """What the study does not say."""
     vertical = f"Vertical motion is in {results.with_vertical} of {len(results.names)} records."
     if results.with_vertical == 0:
-        vertical = "No vertical motion was given; it makes blocks lighter and heavier in turn."
+        why = (
+            "The study leaves vertical motion out" if results.without_their_vertical else "No vertical motion was given"
+        )
+        vertical = f"{why}; it makes blocks lighter and heavier in turn."
     pulses = "nearfield_pulse" in results.cube.attrs["record_sources"]
     chosen = "; those of the FEMA P-695 pulse set were chosen for their velocity pulse" if pulses else ""
     sample = "1 earthquake is" if results.earthquake_count == 1 else f"{results.earthquake_count} earthquakes are"

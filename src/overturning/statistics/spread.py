@@ -63,9 +63,12 @@ def of_first_batch(
     first = min(BATCH, settings.members)
     orders, (i, j) = _orders(first), _sides(first)
     says, found = statistic(i, j, first), np.zeros(runs.shape)
-    for place in np.flatnonzero(orders):
-        of_all = comb(fell, i[place]) * comb(back, j[place]) * comb(runs - fell - back, first - i[place] - j[place])
-        found += says[place] * of_all
+    # Binomial coefficients from a table: there are few counts of runs, and many cells.
+    stood = runs.astype(np.intp) - fell - back
+    ways = comb(np.arange(runs.max(initial=0) + 1), np.arange(first + 1)[:, None])
+    for place in np.flatnonzero(orders * says):
+        some, others = i[place], j[place]
+        found += says[place] * (ways[some][fell] * ways[others][back] * ways[first - some - others][stood])
     with np.errstate(invalid="ignore"):
         found /= comb(runs, first)
     told, made = orders * says, first

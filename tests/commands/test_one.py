@@ -87,6 +87,13 @@ def test_a_block_slides_where_friction_is_less_than_its_slenderness(capsys: pyte
     assert "motion along N: falls" in capsys.readouterr().out
 
 
+def test_the_slip_of_a_stone_of_a_stack_is_that_on_what_carries_it(capsys: pytest.CaptureFixture[str]) -> None:
+    """The lowest base slides on the ground by 9 mm, the shaft on the upper base by a third of a millimetre."""
+    run("--record", "sine amplitude_gal=600 period_s=1 cycles=3", "--azimuth", "0", "--scene", "three-tier",
+        "--friction", "0.3")  # fmt: skip
+    assert "slipped 0.0 cm by the end (shaft)" in capsys.readouterr().out
+
+
 def test_a_scene_with_its_own_friction_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = tmp_path / "icy.yaml"
     scene.write_text(

@@ -253,6 +253,12 @@ def test_blocks_that_cannot_slide_stand_beside_the_exact_rigid_block(tmp_path: P
     )
     workflow.check_convergence(settings.model_dump_json(), tmp_path / "motion", cube, tmp_path / "found.json")
     assert Convergence.read(tmp_path / "found.json").rigid == found
+    # From under one record's blocks the ground drops by more than g: the rigid block, which stays on it, knows nothing.
+    drop = np.zeros(records[1].samples)
+    drop[50] = -10.0
+    hopping = check_convergence(settings, [records[0], replace(records[1], up=drop)], sample, rigid=rigid).rigid
+    assert hopping is not None
+    assert (hopping.cases, hopping.unanswered) == (15, 15)
 
 
 def test_what_may_slide_or_is_no_rectangle_has_no_exact_rigid_block(row_of_two: dict[str, object]) -> None:

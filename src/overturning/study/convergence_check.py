@@ -29,6 +29,7 @@ from overturning.study.convergence import NUDGE, Convergence, Outcome, Repetitio
 from overturning.study.sample import Sample
 from overturning.study.scenes import grid_of, model_for, motion_of, numerics_of
 from overturning.study.schema import Study
+from overturning.units import STANDARD_GRAVITY
 
 FINER: Final = 8
 """Steps of the finer computation in each of the study's."""
@@ -97,9 +98,7 @@ class _Runs:
     ) -> None:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions, self.grid = [motion_of(study, record) for record in records], grid_of(study)
-        from overturning.dem.block.rigid import rocking  # with it comes Numba
-
-        self.computations: dict[str, Callable[[Motion, Cases], Any]] = {**computations(study), "rigid": rocking}
+        self.computations: dict[str, Callable[[Motion, Cases], Any]] = {**computations(study), "rigid": on_the_ground}
         self.answers = dict.fromkeys(("finer", "stiffer"), sample.answers[:0])
         self.refused: dict[str, str] = {}
 
@@ -189,6 +188,15 @@ class _Runs:
             chaotic=int((~kept).sum()),
             block_steps=int(finest["block_steps"].sum() + nudged["block_steps"].sum()),
         )
+
+
+def on_the_ground(motion: Motion, cases: Cases) -> Any:
+    """The exact rigid block, without an answer where the ground drops from under it: it never leaves the ground."""
+    from overturning.dem.block.rigid import rocking  # with it comes Numba
+
+    found, lowest = rocking(motion, cases), 0.0 if motion.up is None else float(motion.up.min())
+    left = np.asarray(cases.amplitude) * lowest <= -STANDARD_GRAVITY
+    return found._replace(overturned=np.where(left, np.int8(INT8_MISSING), found.overturned))
 
 
 def computations(study: Study) -> dict[str, Callable[[Motion, Cases], Results]]:

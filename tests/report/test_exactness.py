@@ -116,6 +116,18 @@ def test_beside_the_exact_rigid_block() -> None:
     assert "200 of them drawn at random" in text_of(section(rigid=counts | {"cells": 30_000}))
 
 
+def test_of_no_case_nothing_is_told() -> None:
+    """Of no cells all had the rigid block's flag, and of no undivided neighbourhood 0.0 % changed."""
+    none = COUNTS | {"undivided": 0, "flags_undivided": 0}
+    told = text_of(section(members=24, rigid=none | {"cells": 200})).partition("Blocks of µ")[2].partition("\n")[0]
+    assert "is not divided" not in told
+    told = text_of(section(rigid=none | {"cases": 0, "flags": 0, "cells": 200})).partition("Blocks of µ")[2]
+    assert "the same flag in – and the same flag and side in – of the cases" in told
+    line = dependence(results_of(members=24, finer=run_again(undivided=0, flags_undivided=0)))
+    assert line is not None
+    assert "is not divided" not in line.text
+
+
 def test_each_element_is_counted_by_itself() -> None:
     outcomes = [COUNTS | {"element": name} for name in ("slender", "squat")]
     shown = section(finer={"block_steps": 500, "outcomes": outcomes})

@@ -1,5 +1,6 @@
 """How exact the answers are: the spread over the neighbourhood of each case, and part of the study run again."""
 
+import math
 from functools import partial
 from typing import Any, Final
 
@@ -74,14 +75,14 @@ def dependence(results: Results) -> Paragraph | None:
     found = results.convergence
     if found is None or not found.chosen:
         return None
-    flags, ways, helps, sure = [], [], [], 0.0
+    flags, ways, helps, agreed = [], [], [], list[float]()
     for kind, (name, part) in _repetitions(found).items():
         outcomes = [one for one in part.outcomes if one.cases]
         if outcomes:
             flags.append(f"in {percent(max(one.flags / one.cases for one in outcomes), 1)} of the cases with {name}")
-            undivided = max(one.flags_undivided / max(one.undivided, 1) for one in outcomes)
-            helps += [_SETTINGS[kind]] if undivided > WARN_ABOVE else []
-            sure = max(sure, undivided)
+            undivided = [one.flags_undivided / one.undivided for one in outcomes if one.undivided]
+            helps += [_SETTINGS[kind]] if max(undivided, default=0.0) > WARN_ABOVE else []
+            agreed += undivided
         if fallen := sum(one.fallen for one in outcomes):
             sides = sum(one.sides for one in outcomes)
             ways.append((f"{percent(sides / fallen, 1)} ({_wilson(sides, fallen, 1)})", f"with {name}"))
@@ -93,8 +94,8 @@ def dependence(results: Results) -> Paragraph | None:
         (first, with_it), *more = ways
         text += f" Of the falls {' and '.join([f'{first} go {where} {with_it}', *map(' '.join, more)])}."
     text += f" Whether a block falls at all changes {' and '.join(flags)}"
-    if results.study.ensemble.members:
-        text += f"; where the neighbourhood of a case is not divided, in at most {percent(sure, 1)}"
+    if results.study.ensemble.members and agreed:
+        text += f"; where the neighbourhood of a case is not divided, in at most {percent(max(agreed), 1)}"
     if not helps:
         return Paragraph(f"{text}. No single cell is more certain than that.")
     return Caution(
@@ -145,16 +146,18 @@ def _beside_rigid(found: Rigid, agreed: bool) -> str:
     """In how many cells the exact rigid block has the study's answer."""
 
     def same(changed: int, sides: int, cases: int) -> tuple[str, ...]:
-        return tuple(percent(1 - wrong / max(cases, 1), 2) for wrong in (changed, changed + sides))
+        return tuple(percent(1 - wrong / cases if cases else math.nan, 2) for wrong in (changed, changed + sides))
 
     compared = found.cases + found.unanswered
     drawn = f", {compared:,} of them drawn at random" if compared < found.cells else ""
     flag, side = same(found.flags, found.sides, found.cases)
     sure = same(found.flags_undivided, found.sides_undivided, found.undivided)
+    told = agreed and found.undivided > 0
+    alike = f", where the neighbourhood is not divided in {' and '.join(sure)}" if told else ""
     return (
         f" Blocks of µ ≥ {HOLDS:g} with B/H below µ do not slide ({found.cells:,} cases{drawn}). Housner's rigid "
         f"block, solved exactly, gives them the same flag in {flag} and the same flag and side in {side} of the cases"
-        f"{', where the neighbourhood is not divided in {} and {}'.format(*sure) if agreed else ''}."
+        f"{alike}."
     )
 
 

@@ -93,6 +93,22 @@ def test_a_study_too_large_is_refused_with_what_it_would_take() -> None:
         check_size(study, "mine.yaml")
 
 
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"simulation": {"scheme": "euler"}}, "study 'mine': scheme: 'euler'; known: cundall, centred"),
+        ({"simulation": {"time_step": 1.0}}, "study 'mine': time_step: 1 s is not stable; at most"),
+        ({"contact": {"stiffness": 1e20}}, "study 'mine': stiffness: static penetration"),
+        ({"variants": {"stiff": {"contact": {"stiffness": 1e20}}}}, "study 'mine': variant stiff: stiffness: static"),
+        ({"b_over_h": [0.05, 0.4], "ensemble": {"initial_tilt": 0.1}}, "study 'mine': initial_tilt: the block would"),
+    ],
+)
+def test_cases_that_no_run_would_compute_are_refused_before_it(keys: dict[str, Any], message: str) -> None:
+    study = check_study({"name": "mine", "records": {"use": ["wtmc"]}} | keys, "mine.yaml")
+    with pytest.raises(ConfigError, match=re.escape(message)):
+        check_records(study, check_files(study, "mine.yaml")[0])
+
+
 def test_what_a_run_is_said_to_take_is_about_what_was_measured() -> None:
     measured = (ROOT / "verification/results/x86-64-2-cores.csv").read_text(encoding="utf-8")
     processor_s = float(re.search(r'"default study, whole run: processor time",([\d.]+),s', measured)[1])  # type: ignore[index]

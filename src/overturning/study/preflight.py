@@ -3,17 +3,20 @@
 import os
 import shutil
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from overturning.errors import ConfigError, MissingDataError, OverturningError
+from overturning.errors import ArgumentError, ConfigError, MissingDataError, OverturningError
+from overturning.model.cases import Cases
 from overturning.model.scene import gravestone
+from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry, find_paths
 from overturning.study.ensemble import BATCH, MOST_MEMBERS
 from overturning.study.load import entries_of
-from overturning.study.scenes import model_for
+from overturning.study.scenes import NOMINAL, Sizes, model_for, numerics_of, variant_names
 from overturning.study.schema import Study
 from overturning.units import STANDARD_GRAVITY
 
@@ -145,7 +148,7 @@ def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[
 
 
 def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, ...]:
-    """Read and process records as a run does; an `OverturningError` names what is wrong with each that cannot be.
+    """Read and process records as a run does, and plan cases; a `ConfigError` names what cannot be read or computed.
 
     Returns what has to be said of how their earthquakes are told apart, of what was left out of files or resampled,
     and of records too weak to move any stone.
@@ -166,7 +169,30 @@ def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, .
             faults.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
     if faults:
         raise ConfigError(_joined(faults))
+    if records:
+        _check_cases(study, min(record.sampling_interval for record in records))
     return (*(f"earthquakes: {note}" for note in earthquakes_of(records).notes), *notes)
+
+
+def _check_cases(study: Study, interval: float) -> None:
+    """Plan the outermost cells of a study, as a run does each; a ConfigError says why one cannot be computed.
+
+    What scheme, step, contact and scene allow follows from sizes and from the shortest sampling `interval`, s.
+    """
+    from overturning.dem.run import plan_of  # with it comes Numba
+
+    still = Motion(np.zeros(2), np.zeros(2), sampling_interval=interval, trust_data=True)
+    ends = ((min(row), max(row)) for row in (study.height, study.b_over_h, study.friction, study.aspects))
+    height, b_over_h, friction, aspect = np.array(list(product(*ends))).T
+    for variant in variant_names(study):
+        sizes, of = Sizes.of(study, variant), "" if variant == NOMINAL else f"variant {variant}: "
+        try:
+            ratio = sizes.ratios(b_over_h, np.array(study.b_over_h))
+            tilt = study.ensemble.initial_tilt if study.ensemble.members else 0.0
+            cases = Cases(0.0, sizes.heights(height), ratio, friction, initial_tilt=tilt, aspect=aspect)
+            plan_of(model_for(study, variant), still, cases, numerics_of(study))
+        except ArgumentError as error:
+            raise ConfigError(f"study {study.name!r}: {of}{error}") from None
 
 
 def _too_weak(study: Study, record: "Record") -> bool:

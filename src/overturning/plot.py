@@ -224,8 +224,11 @@ def _one(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
 
 
 def _place(one: "xr.Dataset") -> str:
+    from overturning.study.cube import variant_said
+
     times = [f"motion × {_factor(one):g}"] if _factor(one) != 1.0 else []
-    return ", ".join([*(str(one[name].item()) for name in ("station", "event") if one[name].item()), *times])
+    names = (str(one[name].item()) for name in ("station", "event") if one[name].item())
+    return ", ".join([*names, *variant_said(one), *times])
 
 
 def _factor(cube: "xr.Dataset") -> float:

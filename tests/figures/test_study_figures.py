@@ -327,6 +327,8 @@ def test_no_figure_names_a_friction_that_a_scene_does_not_take(tmp_path: Path) -
             assert [panel.get_title().partition(",")[0] for panel in plot.blocks(cube).axes] == said
             assert [one.get_text() for one in plot.boundary(cube).legends[0].get_texts()][:2] == said
             assert plot.plane(cube).get_suptitle().endswith(said[-1])
+            titles = plot.polar(cube).get_suptitle(), explorer_data(cube)["title"]
+            assert ["variant other" in title for title in titles] == [variant == "other"] * 2
     assert described(settings, block).endswith("m, µ of the scene")
     (path,) = trajectories(settings, Motion.of(record), block, [0.0])
     assert path.attrs["friction"] == 1.0, "which is not looked at"

@@ -20,7 +20,7 @@ from overturning.model.planes import Planes, fall_probability, period_of
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
-from overturning.study.cube import shown_block, study_of
+from overturning.study.cube import shown_block, study_of, variant_said
 from overturning.study.preflight import MOST_CELLS
 from overturning.study.scenes import Sizes, model_for, motion_of, scene_of
 from overturning.study.schema import Study
@@ -103,7 +103,7 @@ def explorer_data(
         turn = sized["orientation"]
         edges = cell_edges(turn) if turn.size > 1 else turn + np.array([-2.5, 2.5])
     return {
-        "title": str(cube.attrs.get("title", "")),
+        "title": ", ".join([str(cube.attrs.get("title", "")), *variant_said(cube)]),
         "space": not model.one_component,
         "mirrors": not model.one_component or period_of(cube) == PLANE_PERIOD,
         "records": records,

@@ -191,6 +191,12 @@ def coefficient_said(study: Study, friction: float, variant: str = NOMINAL) -> s
     return "µ of the scene" if own else f"µ = {friction:g}"
 
 
+def variant_said(cube: "xr.Dataset") -> list[str]:
+    """Which variant of its study a cube is of, for a title: nothing of the study itself, or of no study."""
+    name = str(cube.attrs.get("variant", NOMINAL))
+    return [] if name == NOMINAL else [f"variant {name}"]
+
+
 def motions_beside(path: Path, study: Study, variant: str) -> Path:
     """The folder of the motions under which a cube was computed, beside it: of a variant with soil its own."""
     return path.parent / "motion" / (variant if setting_of(study, variant).site else "")

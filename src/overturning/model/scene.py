@@ -164,6 +164,11 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
     root : Path
         Folder from which paths count.
 
+    Returns
+    -------
+    Scene
+        For `overturning.simulate` and `trajectory`.
+
     Raises
     ------
     ConfigError

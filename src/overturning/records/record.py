@@ -14,25 +14,57 @@ from overturning.motion.motion import Recorded
 
 @dataclass(frozen=True, repr=False)
 class Record(Recorded):
-    """A strong-motion record turned to north, east and up."""
+    """A strong-motion record turned to north, east and up.
 
-    record_id: str  # its name in the record table
-    north: FloatArray  # ground acceleration towards true north, m/s², shape (n,)
+    Parameters
+    ----------
+    record_id : str
+        Its name in the record table.
+    north, east : ndarray, shape (n,)
+        Ground acceleration towards true north and east, m/s².
+    up : ndarray, shape (n,), or None
+        Upwards; None where the record has none.
+    sampling_interval : float
+        Time between samples, s.
+    start : str, optional
+        Time of the first sample, ISO 8601 in UTC, where the file states it.
+    station, event : str
+        As the record table or the file names them.
+    source : str
+        Where the data came from, without a path of this machine.
+    sha256 : str
+        Of the file; of the samples, where a file holds many records.
+    licence : str
+        Terms under which the data may be used.
+    fault_strike_deg : float, optional
+        Degrees clockwise from north; the fault normal is strike + 90°.
+    component_azimuths_deg : tuple of float
+        Of the two recorded axes, after corrections, degrees clockwise from north.
+    latitude, longitude : float, optional
+        Of the station, degrees.
+    processing : tuple of dict
+        The steps applied, in order, with parameters and effect.
+    extra : dict
+        What else is known: magnitude, epicentre, header peaks.
+    """
+
+    record_id: str
+    north: FloatArray
     east: FloatArray
-    up: FloatArray | None  # None where the record has none
-    sampling_interval: float  # s
-    start: str | None = None  # time of the first sample, ISO 8601 in UTC, where the file states it
-    station: str = ""  # as the record table or the file names it
+    up: FloatArray | None
+    sampling_interval: float
+    start: str | None = None
+    station: str = ""
     event: str = ""
-    source: str = ""  # where the data came from, without a path of this machine
-    sha256: str = ""  # of the file (or of the samples, where a file holds many records)
-    licence: str = ""  # terms under which the data may be used
-    fault_strike_deg: float | None = None  # clockwise from north; the fault normal is strike + 90°
-    component_azimuths_deg: tuple[float, ...] = ()  # of the two recorded axes, after corrections
-    latitude: float | None = None  # of the station, degrees
+    source: str = ""
+    sha256: str = ""
+    licence: str = ""
+    fault_strike_deg: float | None = None
+    component_azimuths_deg: tuple[float, ...] = ()
+    latitude: float | None = None
     longitude: float | None = None
-    processing: tuple[dict[str, Any], ...] = ()  # the steps applied, in order, with parameters and effect
-    extra: dict[str, Any] = field(default_factory=dict)  # what else is known (magnitude, epicentre, header peaks)
+    processing: tuple[dict[str, Any], ...] = ()
+    extra: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if any(samples.dtype != np.float64 for samples in self.components):

@@ -14,6 +14,9 @@ KERNEL: Final = (
 STUDY: Final = (*KERNEL, "statistics", "surveys", "study/sweep.py", "study/ensemble.py")
 """What an outcome of a whole study depends on."""
 
+NO_MEASURE_HAS: Final = ("model/mesh.py", "model/polyhedron.py")
+"""Bodies given by their vertices: those that are measured are prisms and cylinders."""
+
 _RUN: Final = ("overturning.commands.workflow:sweep", "overturning.commands.workflow:fragility")
 _RECORDS: Final = ("config/near-fault.yaml",)
 
@@ -86,16 +89,26 @@ MEASURES: Final[dict[str, Measure]] = {
             ("peers", "against_peers", _RECORDS),
         )
     },
-    "page": Measure(
+    "work_precision": Measure(
         "make verify",
         (
-            "steps", "orders", "stiffness", "rigid", "equal-agreement", "stability", "scenes", "reach", "summary",
-            "exactness.csv", "work-precision.csv", "work-precision-steps.svg", "work-precision-rigid.svg",
-            "stability-map.svg", "stability-shares.svg", "stability-scenes.svg",
+            "steps", "orders", "stiffness", "rigid", "equal-agreement", "summary", "exactness.csv",
+            "work-precision.csv", "work-precision-steps.svg", "work-precision-rigid.svg",
+        ),
+        ("block",),
+        _RECORDS,
+        source="work_precision.__main__",
+        others=("work_precision.page", "work_precision.figures"),
+    ),
+    "stability": Measure(
+        "make verify",
+        (
+            "stability", "scenes", "reach", "summary", "exactness.csv", "stability-map.svg", "stability-shares.svg",
+            "stability-scenes.svg",
         ),
         ("block", "polygon"),
-        _RECORDS,
-        others=("work_precision.__main__", "stability.__main__"),
+        source="stability.__main__",
+        others=("stability.page", "stability.figures"),
     ),
     "cemetery:planes": Measure(
         "make run STUDY=config/in-space.yaml && python -m verification.cemetery", ("in-space.csv",), ("block", "body"),

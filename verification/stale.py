@@ -23,7 +23,7 @@ import typer
 import yaml
 
 from overturning.study import sources
-from verification.registry import KERNEL, KERNELS, MEASURES
+from verification.registry import KERNEL, KERNELS, MEASURES, NO_MEASURE_HAS
 from verification.tables import RESULTS, ROOT, alone, publish, wrapped, write_csv
 
 KEPT: Final = "sources.csv"
@@ -72,7 +72,7 @@ def _counts(place: str, rooms: tuple[str, ...], kernels: tuple[str, ...]) -> boo
     if place.startswith("verification/"):
         return Path(place).name not in NEVER
     inside = place.removeprefix("overturning/")
-    if any(inside.startswith(f"dem/{kernel}/") for kernel in set(KERNELS) - set(kernels)):
+    if inside in NO_MEASURE_HAS or any(inside.startswith(f"dem/{kernel}/") for kernel in set(KERNELS) - set(kernels)):
         return False
     return any(inside == room or inside.startswith(f"{room}/") for room in rooms)
 

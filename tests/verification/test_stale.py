@@ -66,6 +66,10 @@ def test_what_makes_a_table_stale_and_what_does_not(edit: Edit) -> None:
     assert edit(cases, check, r"\1if 1 > 2:\n\1    x = 1\n\1\2"), "what is done and not refused"
     assert edit(cases, check, r"\1if (x := 1) > 2:\n\1    raise ValueError\n\1\2"), "a refusal that sets a name"
     assert edit("src/overturning/figures/style.py", r"\Z", "\nX = 1\n") == set()
+    assert edit("src/overturning/model/polyhedron.py", r"\Z", "\nX = 1\n") == set(), "bodies that no measure has"
+    assert edit("src/overturning/dem/polygon/verdict.py", r"^(SAFE_TILT\b.*= ).*", r"\g<1>99.0") >= {
+        "stability", "scenes:speed"
+    }  # fmt: skip
     assert edit("verification/tables.py", r"\Z", "\nX = 1\n") == set(), "what only lays a table out"
     part = edit("verification/bench.py", r"t = np.arange\(60\)", "t = np.arange(61)")
     assert part == {"bench:growth"}, "a part of a script makes its own figures stale"
@@ -96,6 +100,14 @@ def test_no_table_is_of_other_sources_than_todays() -> None:
     """But those of very large studies, of killed runs and of hundreds of surveys, which take an hour or more."""
     lasting = ("scale", "faults", "backwards_coverage")
     assert stale.told([name for name in stale.stale() if not name.startswith(lasting)]) == []
+
+
+def test_no_measure_has_a_body_given_by_its_vertices() -> None:
+    scripts = [path.read_text(encoding="utf-8") for path in (ROOT / "verification").rglob("*.py")]
+    studies = [ROOT / name for one in stale.MEASURES.values() for name in one.inputs if name.endswith(".yaml")]
+    assert not any(re.search(r"Polyhedron\b|read_mesh", text) for text in scripts)
+    assert not any(re.search(r"^ *(vertices|mesh):", path.read_text(encoding="utf-8"), re.MULTILINE)
+                   for path in studies if "scenes" not in path.parts)  # fmt: skip
 
 
 def test_every_table_made_by_a_script_is_registered() -> None:

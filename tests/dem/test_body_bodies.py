@@ -209,6 +209,18 @@ def test_bad_arguments_are_refused_and_two_components_told() -> None:
     assert shape_of(6).name == "6 sides"
 
 
+@pytest.mark.parametrize("sides", [3, 4, 6, 7])
+def test_faces_of_a_prism_of_vertices_are_counted_from_the_one_that_looks_along_x(sides: int) -> None:
+    """As those of the prism of its name, whatever the last digit of its vertices."""
+    own = Regular(sides).body(0.6, 0.3, 1.0)
+    ring = own.points[:sides, :2]
+    for turned in (0.0, 1e-15, -1e-15):
+        x, y = ring.T
+        around = np.column_stack([x - turned * y, y + turned * x])
+        body = Polyhedron(np.concatenate([np.column_stack([around, np.full(sides, z)]) for z in (0.0, 0.6)])).own
+        np.testing.assert_allclose(body.faces, own.faces, atol=1e-9)
+
+
 def test_a_start_turns_with_the_body_at_orientations_at_which_it_looks_the_same() -> None:
     """It begins leaning towards its first side, over that edge, at its tipping angle and on the way down."""
     alpha, radius = np.arctan(0.4), 0.3 / np.cos(np.arctan(0.4))

@@ -114,7 +114,9 @@ def _rests(hull: Hull, size: float) -> tuple[float, FloatArray]:
     stable = can_rest(normals, offsets, size) & (np.abs(down) < 1.0 - FLAT)
     if not stable.any():
         return np.pi, np.zeros((0, 3))
-    order = np.argsort(-np.arctan2(normals[stable, 1], normals[stable, 0]) % (2.0 * np.pi), kind="stable")
+    # Rounded, since a face that looks along x but for the last digit would else be the last instead of the first.
+    turn = np.round(-np.arctan2(normals[stable, 1], normals[stable, 0]), 9) % (2.0 * np.pi)
+    order = np.argsort(turn, kind="stable")
     tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), DIGITS))
     return tilt, np.round(normals[stable][order], DIGITS)
 

@@ -283,3 +283,20 @@ def test_a_case_goes_on_while_two_stones_may_tip_as_one() -> None:
     short, full = (ended(made, motion, 1.0, leave_out=leave_out) for leave_out in (True, False))
     assert full.overturned[0].tolist() == [-1, -1, -1]
     np.testing.assert_array_equal(short.overturned, full.overturned)
+
+
+PEDESTAL = {"name": "pedestal", "kind": "driven", "width": 0.4}
+
+
+def test_a_stone_that_slides_off_its_pedestal_after_another_has_fallen_has_fallen() -> None:
+    """3 m/s² for 1.2 s draw the pedestal by 0.75 m from below a stone that friction of 0.2 g carries along."""
+    made = scene(
+        GROUND, PEDESTAL | {"height": 0.5}, block("low", 0.4, 0.3, "pedestal"), block("slim", 0.06, 0.6, x=5.0)
+    )
+    time = np.arange(0.0, 11.4, 0.01)
+    pulse = np.where((time >= 1.0) & (time < 2.0), 3.0 * np.sin(2 * np.pi * time), 0.0)
+    motion = shaken(pulse + 3.0 * ((time >= 7.0) & (time < 8.2)) - 3.0 * ((time >= 8.2) & (time < 9.4)))
+    short, full = (ended(made, motion, 0.2, leave_out=leave_out) for leave_out in (True, False))
+    assert full.overturned[0].tolist() == [-1, -1]
+    np.testing.assert_array_equal(short.overturned, full.overturned)
+    np.testing.assert_array_equal(short.overturning_time, full.overturning_time)

@@ -144,10 +144,14 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
             bears = _borne(variants, variant, cases, onset, motion.sampling_interval)
             table["bears"] = bears * (share if motion.up is None else float(share >= 1.0))
         table["first"], table["calm"] = first, np.where(onset <= 0, np.inf, calm)
+        # What has begun to slide may slide off what carries it.
+        grip = np.zeros(cases.size)
+        for number, item in enumerate(variants):
+            grip[variant == number] = item.grip(np.asarray(cases.friction)[variant == number])
         alike = all(np.array_equal(item.parts, variants[0].parts) for item in variants)
         for part in range(len(variants[0].parts)):
             safe = np.array([item.safe[part] if alike else 0.0 for item in variants])[variant]
-            stands_from[:, part] = quiet(safe * (SAFE_UPLIFT / SAFE_SHARE))[1]
+            stands_from[:, part] = quiet(np.minimum(SAFE_UPLIFT * safe, grip) / SAFE_SHARE)[1]
     return PolygonPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
         steps=per_sample[variant] * numerics.refinement, first=first,

@@ -97,7 +97,11 @@ class Prepared:
 
     def onset(self, friction: FloatArray) -> FloatArray:
         """Horizontal acceleration over g below which nothing can start to move, with the friction that is swept."""
-        least = np.full(friction.shape, self.threshold)
+        return np.minimum(self.threshold, self.grip(friction))
+
+    def grip(self, friction: FloatArray) -> FloatArray:
+        """Least coefficient of friction of what carries something, with the friction that is swept."""
+        least = np.full(friction.shape, np.inf)
         for coefficient in self.laws.friction[[end.pair for end in self.loaded]]:
             least = np.minimum(least, friction if coefficient < 0 else coefficient)
         return least

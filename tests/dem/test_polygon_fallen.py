@@ -300,3 +300,15 @@ def test_a_stone_that_slides_off_its_pedestal_after_another_has_fallen_has_falle
     assert full.overturned[0].tolist() == [-1, -1]
     np.testing.assert_array_equal(short.overturned, full.overturned)
     np.testing.assert_array_equal(short.overturning_time, full.overturning_time)
+
+
+def test_a_stone_that_another_falls_on_has_fallen() -> None:
+    """It has turned by 90° high above its neighbour, while the shaking is over."""
+    made = scene(
+        GROUND, PEDESTAL | {"height": 2.0}, block("top", 0.12, 1.0, "pedestal"), block("near", 0.2, 0.6, x=1.5)
+    )
+    time = np.arange(0.0, 8.6, 0.01)
+    motion = shaken(np.where((time >= 1.0) & (time < 2.6), -1.9 * np.sin(2 * np.pi * (time - 1.0) / 1.6), 0.0))
+    short, full = (ended(made, motion, 1.0, leave_out=leave_out) for leave_out in (True, False))
+    assert full.overturned[0].tolist() == [1, 1]
+    np.testing.assert_array_equal(short.overturned, full.overturned)

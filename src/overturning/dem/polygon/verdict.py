@@ -19,7 +19,8 @@ SAFE_TILT: Final = 0.1
 SAFE_SLIP: Final = 1.0
 SAFE_ENERGY: Final = 0.1
 """After a fall: rotation over α, slip over half its height and kinetic energy over its barrier up to which an element
-that the rest of the record cannot lift is taken to stand for good."""
+that the rest of the record cannot lift or slide is taken to stand for good, and of all that moves over the least
+barrier."""
 
 ON_IT: Final = 0.1
 """An element is on what carried it where the gap is no wider than this share of the deepest penetration allowed."""
@@ -37,7 +38,9 @@ def verdict(state: Any, j: int, scene: Any, stands_from: Any, end: float) -> int
     if not np.isfinite(check) or deepest_of(state, j, scene) > limits.deepest:
         return Status.UNSTABLE
     gap = ON_IT * limits.deepest
-    weak = fallen > 0 and safe == standing and is_weak(state, j, stands_from, scene.parts, case.sample)
+    # What has fallen may still be on its way down to what stands, or slide into it.
+    calm = moving < SAFE_ENERGY * limits.least_barrier
+    weak = fallen > 0 and safe == standing and calm and is_weak(state, j, stands_from, scene.parts, case.sample)
     if standing == 0 or (weak and not one_hops(state, j, scene, rules, gap)):
         return Status.SIMULATED
     if case.sample < end and case.sample < case.calm:

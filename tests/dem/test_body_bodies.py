@@ -162,6 +162,46 @@ def test_meshes_are_read_in_three_formats(tmp_path: Path) -> None:
         read_mesh(tmp_path / "large.obj")
 
 
+NOTCHED = np.array([[0, 0], [1, 0], [1, 0.3], [0.3, 0.3], [0.3, 1], [0, 1]], dtype=float)
+
+
+def slab(ring: np.ndarray, folder: Path) -> list[Path]:
+    """A slab of that outline as meshes in all formats, its back and front one face each, or fans of triangles."""
+    n = len(ring)
+    points = np.array([[x, y, z] for y in (0.0, 0.3) for x, z in ring])
+    around = [[k, (k + 1) % n, n + (k + 1) % n, n + k] for k in range(n)]
+    faces = [list(range(n)), list(range(n, 2 * n)), *around]
+    fans = np.array([[face[0], face[k], face[k + 1]] for face in faces[2:] for k in (1, 2)])
+    lines = "".join("v {} {} {}\n".format(*point) for point in points)
+    (folder / "slab.obj").write_text(
+        lines + "".join("f " + " ".join(f"{k + 1}//1" for k in face) + "\n" for face in faces)
+    )
+    (folder / "back.obj").write_text(
+        lines + "".join("f " + " ".join(f"{k - 2 * n}" for k in face) + "\n" for face in faces)
+    )
+    head = "".join(f"property float {axis}\n" for axis in "xyz") + f"element face {len(faces)}\n"
+    head = f"element vertex {2 * n}\n{head}property list uchar int vertex_indices\nproperty uchar red\nend_header\n"
+    rows = lines.replace("v ", "") + "".join(" ".join(map(str, [len(f), *f, 7])) + "\n" for f in faces)
+    (folder / "slab.ply").write_text(f"ply\nformat ascii 1.0\n{head}{rows}")
+    packed = b"".join(bytes([len(f)]) + np.array(f, ">i4").tobytes() + b"\7" for f in faces)
+    (folder / "binary.ply").write_bytes(
+        f"ply\nformat binary_big_endian 1.0\n{head}".encode() + points.astype(">f4").tobytes() + packed
+    )
+    (folder / "slab.stl").write_text(
+        "solid\n" + "".join("vertex {} {} {}\n".format(*points[k]) for fan in fans for k in fan)
+    )
+    return sorted(folder.iterdir())
+
+
+def test_a_mesh_whose_sides_run_inside_the_hull_of_its_vertices_is_refused(tmp_path: Path) -> None:
+    """A notched slab has all vertices on its hull, which is another stone: of B/H 0.36 where the slab has 0.42."""
+    for path in slab(NOTCHED, tmp_path):
+        with refused(ArgumentError, path.name, "not convex", "0.3, 0.0, 0.3", "inside the hull", brief=True):
+            read_mesh(path)
+    for path in slab(np.delete(NOTCHED, 3, axis=0), tmp_path):
+        assert read_mesh(path).own.base == 4
+
+
 LEANING = np.concatenate([BOX[BOX[:, 2] == 0], BOX[BOX[:, 2] > 0] + [0.5, 0, 0]])
 KEEL = np.array([[0, 0, 0], [0.5, 0, 0], [1, 0, 0], *([x, y, 0.6] for x in (0, 1) for y in (-0.5, 0.5))])
 MANY = np.stack([np.cos(np.arange(150) * 0.0418879), np.sin(np.arange(150) * 0.0418879), np.zeros(150)], axis=1)

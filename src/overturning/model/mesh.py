@@ -1,16 +1,21 @@
-"""Vertices of a body from a mesh file: Wavefront OBJ, Stanford PLY, STL. Its faces follow, since it is convex."""
+"""Vertices of a body from a mesh file: Wavefront OBJ, Stanford PLY, STL. Its faces tell only whether it is convex."""
 
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+import scipy
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
+from overturning.model.rest import FLAT
 from overturning.model.shapes import Polyhedron
 
 MOST_BYTES: Final = 50_000_000
 """Bytes of a mesh; as text, of which the numbers take some ten times as much memory."""
+
+Mesh = tuple[FloatArray, list[list[int]]]
+"""Vertices, shape (n, 3), m, and the numbers of those of each face in order."""
 
 _STL_HEADER: Final = 84
 _STL_TRIANGLE: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -35,7 +40,8 @@ def read_mesh(path: Path | str) -> Polyhedron:
     Raises
     ------
     ArgumentError
-        If the file is of another kind or broken, or the body is none that can be simulated (`Polyhedron`).
+        If the file is of another kind or broken, or the body is none that can be simulated (`Polyhedron`), as one whose
+        sides run inside the hull of its vertices.
     """
     path = Path(path)
     readers = {".obj": _obj, ".ply": _ply, ".stl": _stl}
@@ -44,7 +50,9 @@ def read_mesh(path: Path | str) -> Polyhedron:
     try:
         if path.stat().st_size > MOST_BYTES:
             raise ArgumentError(f"{path}: larger than {MOST_BYTES} bytes; give its convex hull, or fewer vertices")
-        vertices = np.unique(readers[path.suffix.lower()](path.read_bytes()), axis=0)
+        vertices, faces = readers[path.suffix.lower()](path.read_bytes())
+        ends = [pair for face in faces for pair in zip(face, face[1:] + face[:1], strict=True)]
+        sides = vertices[np.array(ends, np.int64).reshape(-1, 2)]
     except OSError as error:
         raise ArgumentError(f"{path}: {error.strerror}") from None
     except ArgumentError:
@@ -52,13 +60,37 @@ def read_mesh(path: Path | str) -> Polyhedron:
     except (ValueError, KeyError, IndexError, StopIteration):
         raise ArgumentError(f"{path}: broken, or not the {path.suffix.lower()} format") from None
     try:
-        return Polyhedron(vertices, name=path.stem)
+        body = Polyhedron(np.unique(vertices, axis=0), name=path.stem)
+        _check_convex(np.asarray(body.vertices), sides)
     except ArgumentError as error:
         raise ArgumentError(f"{path}: {error}") from None
+    return body
 
 
-def _obj(content: bytes) -> FloatArray:
-    return _rows(content, "v", 1)
+def _check_convex(vertices: FloatArray, sides: FloatArray) -> None:
+    """Refuse a mesh with a side, shape (2, 3), that runs inside the hull of its vertices.
+
+    All vertices of a notched slab lie on its hull: in its front and its back.
+    """
+    planes = scipy.spatial.ConvexHull(vertices).equations
+    inside = -(sides.mean(axis=1) @ planes[:, :3].T + planes[:, 3]).max(axis=1)
+    if np.max(inside, initial=0.0) > FLAT * np.ptp(vertices, axis=0).max():
+        one, other = sides[inside.argmax()].round(6).tolist()
+        raise ArgumentError(
+            f"body: not convex; the side from {one} to {other} runs {inside.max():.3g} m inside the hull of the "
+            "vertices: give the vertices of a convex body"
+        )
+
+
+def _obj(content: bytes) -> Mesh:
+    """A face names its vertices by numbers from 1, before the first slash, or backwards from the last so far."""
+    faces, count = [], 0
+    for line in (line.split() for line in content.decode("utf-8", errors="replace").splitlines()):
+        count += line[:1] == ["v"]
+        if line[:1] == ["f"]:
+            numbers = [int(word.split("/")[0]) for word in line[1:]]
+            faces.append([number - 1 if number > 0 else count + number for number in numbers])
+    return _rows(content, "v", 1), faces
 
 
 def _rows(content: bytes, word: str, skip: int) -> FloatArray:
@@ -67,14 +99,16 @@ def _rows(content: bytes, word: str, skip: int) -> FloatArray:
     return np.array([[float(value) for value in line[skip : skip + 3]] for line in lines if line and line[0] == word])
 
 
-def _stl(content: bytes) -> FloatArray:
+def _stl(content: bytes) -> Mesh:
     count = int.from_bytes(content[_STL_HEADER - 4 : _STL_HEADER], "little")
     if len(content) == _STL_HEADER + count * _STL_TRIANGLE.itemsize:
-        return np.frombuffer(content, _STL_TRIANGLE, count, _STL_HEADER)["corners"].astype(np.float64).reshape(-1, 3)
-    return _rows(content, "vertex", 1)
+        corners = np.frombuffer(content, _STL_TRIANGLE, count, _STL_HEADER)["corners"].astype(np.float64).reshape(-1, 3)
+    else:
+        corners = _rows(content, "vertex", 1)
+    return corners, np.arange(len(corners)).reshape(-1, 3).tolist() if len(corners) % 3 == 0 else []
 
 
-def _ply(content: bytes) -> FloatArray:
+def _ply(content: bytes) -> Mesh:
     head, _, body = content.partition(b"end_header")
     lines = [line.split() for line in head.decode("ascii").splitlines()]
     form = next(line[1] for line in lines if line[:1] == ["format"])
@@ -89,11 +123,31 @@ def _ply(content: bytes) -> FloatArray:
             columns.append((line[2], _PLY_TYPES[line[1]]))
     body = body[body.index(b"\n") + 1 :]
     names = [name for name, _ in columns]
+    further = lines[first + 1 + len(columns) :]
+    kinds = (
+        [line[1:] for line in further if line[:1] == ["property"]] if further[:1] and further[0][1] == "face" else []
+    )
+    many = int(further[0][2]) if kinds and kinds[0][0] == "list" else 0
     if form == "ascii":
-        table = np.array(
-            [[float(value) for value in line.split()] for line in body.decode("ascii").splitlines()[:count]]
-        )
-        return table[:, [names.index(axis) for axis in "xyz"]]
+        rows = [line.split() for line in body.decode("ascii").splitlines()[: count + many]]
+        table = np.array([[float(value) for value in row] for row in rows[:count]])
+        faces = [[int(number) for number in row[1 : 1 + int(row[0])]] for row in rows[count:]]
+        return table[:, [names.index(axis) for axis in "xyz"]], faces
     order = "<" if form == "binary_little_endian" else ">"
-    records = np.frombuffer(body, np.dtype([(name, order + kind) for name, kind in columns]), count)
-    return np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
+    layout = np.dtype([(name, order + kind) for name, kind in columns])
+    records = np.frombuffer(body, layout, count)
+    return np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1), (
+        _binary_faces(body[count * layout.itemsize :], many, order, kinds) if many else []
+    )
+
+
+def _binary_faces(body: bytes, many: int, order: str, kinds: list[list[str]]) -> list[list[int]]:
+    """So many faces of a PLY file, each a list of vertices and further numbers of the kinds that its header names."""
+    length, number = (np.dtype(order + _PLY_TYPES[kind]) for kind in kinds[0][1:3])
+    beside = sum(np.dtype(_PLY_TYPES[kind[0]]).itemsize for kind in kinds[1:])
+    faces, at = [], 0
+    for _ in range(many):
+        size, at = int(np.frombuffer(body, length, 1, at)[0]), at + length.itemsize
+        faces.append(np.frombuffer(body, number, size, at).tolist())
+        at += size * number.itemsize + beside
+    return faces

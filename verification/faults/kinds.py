@@ -5,6 +5,7 @@ Those that need a file to be noticed as damaged return it. After each the one co
 
 import os
 import random
+import shutil
 import signal
 import subprocess
 import time
@@ -32,7 +33,7 @@ verification: none
 """
 PART, MOTION = "sweep/nominal/*.nc", "motion/*.nc"
 JOBS: Final = 7  # of the study: two records to read, two parts of each to compute, and to gather
-SMALL_DISK: Final = (100, 400)  # kB: too small for the first motion, and for all of the parts
+ROOM_LEFT: Final = (100, 400)  # kB: too little for the first motion, and for all of the parts
 
 
 def jobs(run: psutil.Popen) -> Iterator[psutil.Process]:
@@ -95,14 +96,18 @@ def damage(pattern: str, how: str) -> Fault:
 
 
 def full_disk(place: Project, dice: random.Random, _seconds: float) -> None:
-    """A disk that is too small, and then is not."""
-    size = dice.choice(SMALL_DISK)
-    (place.folder / "results").mkdir()
-    _mount("-t", "tmpfs", "-o", f"size={size}k", "none", str(place.folder / "results"))
-    done = place.run()
-    assert done.returncode != 0, "nothing was amiss"
-    assert "no space left" in done.stderr, done.stderr
-    _mount("-o", "remount,size=100m", str(place.folder / "results"))
+    """A disk that fills while the study runs, and then has room again."""
+    results = place.folder / "results"
+    results.mkdir()
+    _mount("-t", "tmpfs", "-o", "size=100m", "none", str(results))
+    run, other = place.begin(stderr=subprocess.PIPE), results / "other"
+    next(jobs(run))
+    with other.open("wb") as file:
+        os.posix_fallocate(file.fileno(), 0, shutil.disk_usage(results).free - 1000 * dice.choice(ROOM_LEFT))
+    said = run.communicate()[1].decode()
+    assert run.returncode != 0, "nothing was amiss"
+    assert "no space left" in said, said
+    other.unlink()
 
 
 def read_only(place: Project, _dice: random.Random, _seconds: float) -> None:

@@ -179,14 +179,17 @@ def rigid_limit(thin: Thinned) -> Bodies:
         return tuple(f"{share:.2f}" for share in shares(difference(one.results, other.results).counts))
 
     steps = {"0.125": "0.125 stable", "0.25": "0.25 stable", "0.5": "0.5 stable", "auto": "auto"}
-    exact, lines, costs = under(2e-8, time_step=steps["0.125"]), [], {}
+    reference = (2e-8, "0.125")
+    exact, lines, costs = under(reference[0], time_step=steps[reference[1]]), [], {}
     if thin.checkout is not None:
         (before,) = elsewhere(groups, [{}], checkout=thin.checkout)
         costs["of the other checkout"] = difference(before.results, exact.results).costs(before.seconds)
     for penetration in (2e-5, 2e-6, 5e-7, STATIC_PENETRATION, 2e-8):
-        found = {name: under(penetration, time_step=step) for name, step in steps.items()}
-        of_reference = {name for name in steps if (penetration, name) == (2e-8, "0.125")}
-        cells = ("–" if name in of_reference else " / ".join(wrong(one, exact)) for name, one in found.items())
+        found = {
+            name: exact if (penetration, name) == reference else under(penetration, time_step=step)
+            for name, step in steps.items()
+        }
+        cells = ("–" if one is exact else " / ".join(wrong(one, exact)) for one in found.values())
         lines.append((f"{penetration:g}", *cells))
         costs[f"{penetration:g}"] = difference(found["auto"].results, exact.results).costs(found["auto"].seconds)
         print(lines[-1], costs[f"{penetration:g}"], flush=True)

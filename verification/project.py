@@ -71,6 +71,7 @@ class Project:
         """Run the command to its end."""
         return subprocess.run(**self.how(*options, file=file), capture_output=True, text=True, timeout=_LONG)
 
-    def begin(self, stderr: int = subprocess.DEVNULL) -> psutil.Popen:
+    def begin(self) -> psutil.Popen:
         """Let the command run, in a group of processes of its own."""
-        return psutil.Popen(**self.how(), stdout=subprocess.DEVNULL, stderr=stderr, start_new_session=True)
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        return psutil.Popen(**self.how(), **quiet, start_new_session=True)

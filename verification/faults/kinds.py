@@ -100,11 +100,12 @@ def full_disk(place: Project, dice: random.Random, _seconds: float) -> None:
     results = place.folder / "results"
     results.mkdir()
     _mount("-t", "tmpfs", "-o", "size=100m", "none", str(results))
-    run, other = place.begin(stderr=subprocess.PIPE), results / "other"
+    run = psutil.Popen(**place.how(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     next(jobs(run))
+    other = results / "other"
     with other.open("wb") as file:
         os.posix_fallocate(file.fileno(), 0, shutil.disk_usage(results).free - 1000 * dice.choice(ROOM_LEFT))
-    said = run.communicate()[1].decode()
+    said = run.communicate()[1]
     assert run.returncode != 0, "nothing was amiss"
     assert "no space left" in said, said
     other.unlink()

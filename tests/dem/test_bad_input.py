@@ -9,6 +9,7 @@ from overturning.dem.kernel import balance
 from overturning.dem.numerics import BODY_STEP, ELEMENT_STEP, Numerics
 from overturning.dem.run import plan_of, run, run_cases
 from overturning.dem.simulate import simulate, simulate_arrays
+from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -99,13 +100,15 @@ def test_a_friction_beside_a_scene_with_coefficients_of_its_own_is_refused() -> 
     own = scene(block("low", 0.24, 0.6), contacts=[{"between": ["stone", "stone"], "friction": 0.5}])
     with refused(ArgumentError, "friction: [0.1, 1.0]", "scene test has coefficients of its own"):
         simulate(MOTION, own, azimuth_deg=0.0, friction=[0.1, 1.0])
+    with refused(ArgumentError, "friction: 0.1", "scene test has coefficients of its own"):
+        trajectory(MOTION, own, azimuth_deg=0.0, friction=0.1)
     assert simulate(MOTION, own, azimuth_deg=0.0).friction.values.tolist() == [1.0]
 
 
 @pytest.mark.parametrize("model", [None, "three-tier", "circle", 6])
 def test_an_aspect_of_what_has_none_is_refused(model: Any) -> None:
     made = shipped(model) if model == "three-tier" else model
-    with refused(ArgumentError, "aspect: 2", "only a rectangle"):
+    with refused(ArgumentError, "aspect: [1.0, 2.0]", "only a rectangle"):
         run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0, aspect=[1.0, 2.0]), made)
 
 

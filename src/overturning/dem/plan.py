@@ -211,7 +211,7 @@ class Plan(ABC):
 def shaking(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
     """Row of each case, and rows of the base's acceleration along the azimuths, m/s², three zeros after the record."""
     if (np.asarray(cases.aspect) != 1.0).any():
-        raise ArgumentError(f"aspect: {np.asarray(cases.aspect).max():g}; only a rectangle in space has one")
+        raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; only a rectangle in space has one")
     azimuths, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
     ground = np.zeros((azimuths.size, motion.samples + 3))
     for index, azimuth in enumerate(azimuths):

@@ -40,6 +40,11 @@ def grid_over(
     ArgumentError
         If the model has another direction, or a row is empty or does not fit.
     """
+    if isinstance(model, Planes) and not model.scene.sweeps_friction and (np.asarray(friction) != 1.0).any():
+        raise ArgumentError(
+            f"friction: {np.asarray(friction).tolist()}; scene {model.scene.name} has coefficients of its own; "
+            "leave it out"
+        )
     height, b_over_h = model.sizes(height, b_over_h)
     given, other = ("azimuth", "orientation") if model.direction == "azimuth" else ("orientation", "azimuth")
     directions = {"azimuth": azimuth_deg, "orientation": orientation_deg}
@@ -119,7 +124,7 @@ def simulate(
         Height (m) and slenderness of the reference element; the scene's or polyhedron's own where not given. All
         lengths scale with the height; the slenderness changes the reference element's width alone.
     friction : array_like, shape (f,)
-        µ of every contact law without one; there must be one.
+        µ of every contact law without one; refused where a scene has none.
     aspect : array_like, shape (a,)
         D/B of a rectangle in space: its width across over that along the orientation.
     azimuth_deg : array_like, shape (n,)
@@ -154,11 +159,6 @@ def simulate(
     [1, 1]
     """
     model, motion = as_model(model), as_motion(motion)
-    if isinstance(model, Planes) and not model.scene.sweeps_friction and (np.asarray(friction) != 1.0).any():
-        raise ArgumentError(
-            f"friction: {np.asarray(friction).tolist()}; scene {model.scene.name} has coefficients of its own; "
-            "leave it out"
-        )
     grid = grid_over(
         model,
         height,

@@ -91,7 +91,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a body in space starts at rest; leave it at 0")
     if not shape.oblong and (np.asarray(cases.aspect) != 1.0).any():
-        raise ArgumentError(f"aspect: {np.asarray(cases.aspect).max():g}; only a rectangle has one, leave it at 1")
+        raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; only a rectangle has one")
     if start is not None and not abs(np.sum(np.square(start.quaternion)) - 1.0) < 1e-6:
         raise ArgumentError(f"start: quaternion {start.quaternion}; its length must be 1")
     sizes, which = np.unique(

@@ -136,7 +136,7 @@ def test_a_body_with_its_centre_aside_rests_on_its_springs() -> None:
 def test_meshes_are_read_in_three_formats(tmp_path: Path) -> None:
     corners = "\n".join(f"{x} {y} {z}" for x, y, z in BOX)
     (tmp_path / "box.obj").write_text(
-        "# a box\n" + "".join(f"v {line}\n" for line in corners.splitlines()) + "f 1 2 3\n"
+        "# a box\n" + "".join(f"v {line}\n" for line in corners.splitlines()) + "f 1 2 3 # of a side\n"
     )
     properties = "".join(f"property double {axis}\n" for axis in "xyz")
     head = f"element vertex {len(BOX)}\n{properties}element face 0\nend_header\n"
@@ -180,10 +180,13 @@ def slab(ring: np.ndarray, folder: Path) -> list[Path]:
         lines + "".join("f " + " ".join(f"{k - 2 * n}" for k in face) + "\n" for face in faces)
     )
     head = "".join(f"property float {axis}\n" for axis in "xyz") + f"element face {len(faces)}\n"
-    head = f"element vertex {2 * n}\n{head}property list uchar int vertex_indices\nproperty uchar red\nend_header\n"
-    rows = lines.replace("v ", "") + "".join(" ".join(map(str, [len(f), *f, 7])) + "\n" for f in faces)
+    head = f"element vertex {2 * n}\n{head}property list uchar float texcoord\ncomment two lists and a number\n"
+    head += (
+        "property list uchar int vertex_indices\nproperty uchar red\nelement edge 1\nproperty int vertex1\nend_header\n"
+    )
+    rows = lines.replace("v ", "") + "".join(" ".join(map(str, [0, len(f), *f, 7])) + "\n" for f in faces) + "3\n"
     (folder / "slab.ply").write_text(f"ply\nformat ascii 1.0\n{head}{rows}")
-    packed = b"".join(bytes([len(f)]) + np.array(f, ">i4").tobytes() + b"\7" for f in faces)
+    packed = b"".join(bytes([0, len(f)]) + np.array(f, ">i4").tobytes() + b"\7" for f in faces)
     (folder / "binary.ply").write_bytes(
         f"ply\nformat binary_big_endian 1.0\n{head}".encode() + points.astype(">f4").tobytes() + packed
     )
@@ -200,6 +203,17 @@ def test_a_mesh_whose_sides_run_inside_the_hull_of_its_vertices_is_refused(tmp_p
             read_mesh(path)
     for path in slab(np.delete(NOTCHED, 3, axis=0), tmp_path):
         assert read_mesh(path).own.base == 4
+
+
+def test_a_convex_mesh_of_rounded_numbers_is_read(tmp_path: Path) -> None:
+    """Rounded to millimetres the sides of a frustum are not flat, and a diagonal of each may run inside the hull."""
+    ring = np.array([[np.cos(turn), np.sin(turn)] for turn in np.arange(7) * 2 * np.pi / 7])
+    points = np.concatenate([np.column_stack([r * ring, np.full(7, z)]) for r, z in ((0.3, 0.0), (0.2, 0.6))]).round(3)
+    pairs = [(k + 1, (k + 1) % 7 + 1) for k in range(7)]
+    halves = [(one, other, one + 7) for one, other in pairs] + [(other, other + 7, one + 7) for one, other in pairs]
+    lines = ["v {} {} {}".format(*point) for point in points] + ["f {} {} {}".format(*half) for half in halves]
+    (tmp_path / "frustum.obj").write_text("\n".join(lines))
+    assert read_mesh(tmp_path / "frustum.obj").own.base == 7
 
 
 LEANING = np.concatenate([BOX[BOX[:, 2] == 0], BOX[BOX[:, 2] > 0] + [0.5, 0, 0]])
@@ -269,8 +283,11 @@ def test_a_start_turns_with_the_body_at_orientations_at_which_it_looks_the_same(
         Body("rectangle", start=start),
         {"height": 0.6, "b_over_h": 0.4, "orientation_deg": [0.0, 90.0, 180.0]},
     )
-    with refused(ArgumentError, "start: it turns with the body", "leave_out=False"):
-        simulate_arrays(level(0.5), body, **around)
+    for several in (around, around | {"orientation_deg": 90.0}, around | {"orientation_deg": -10.0}):
+        with refused(ArgumentError, "start: it turns with the body", "leave_out=False"):
+            simulate_arrays(level(0.5), body, **several)
+    alone = simulate_arrays(level(0.5), body, **around | {"orientation_deg": 30.0})
+    assert alone["fall_azimuth"].item() == pytest.approx(30.0, abs=1e-3)
     found = simulate_arrays(level(0.5), body, **around, leave_out=False)
     np.testing.assert_allclose(found["fall_azimuth"].ravel(), around["orientation_deg"], atol=1e-3)
     with refused(ArgumentError, "start: quaternion", "length must be 1"):

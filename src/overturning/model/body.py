@@ -152,17 +152,13 @@ class Body(Model):
     def sources(self, grid: Grid, symmetric: bool = True) -> Sources:
         """As of `Model.sources`; what is computed is turned back as far as the body looks the same."""
         direction = grid.directions[:, None]
-        if (
-            symmetric
-            and self.start is not None
-            and (super().sources(grid).cell[:, 0] != np.arange(len(direction))).any()
-        ):
-            raise ArgumentError(
-                "start: it turns with the body, so that orientations at which the body looks the same are cases of "
-                "their own; say leave_out=False, or give one of them"
-            )
         period = self._periods(grid) if symmetric else np.full(1, FULL_TURN)
         whole = np.floor(direction / np.where(period > 0.0, period, 1.0))
+        if symmetric and self.start is not None and np.where(period > 0.0, whole, direction).any():
+            raise ArgumentError(
+                "start: it turns with the body, so that orientations at which the body looks the same are cases of "
+                "their own; say leave_out=False"
+            )
         return replace(super().sources(grid, symmetric), turn_deg=np.where(period > 0.0, whole * period, direction))
 
     def turned(self, arrays: dict[str, NDArray[Any]], grid: Grid, sources: Sources) -> None:

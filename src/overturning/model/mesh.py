@@ -1,5 +1,8 @@
 """Vertices of a body from a mesh file: Wavefront OBJ, Stanford PLY, STL. Its faces tell only whether it is convex."""
 
+import io
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -8,11 +11,16 @@ import scipy
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.rest import FLAT
 from overturning.model.shapes import Polyhedron
 
 MOST_BYTES: Final = 50_000_000
 """Bytes of a mesh; as text, of which the numbers take some ten times as much memory."""
+
+NOTCH: Final = 1e-3
+"""Share of its size by which a side of a convex body may run inside its hull: the numbers of a file are rounded."""
+
+Take = Callable[[str, int], list[float]]
+"""Gives the next numbers of a kind of a PLY file."""
 
 Mesh = tuple[FloatArray, list[list[int]]]
 """Vertices, shape (n, 3), m, and the numbers of those of each face in order."""
@@ -74,7 +82,7 @@ def _check_convex(vertices: FloatArray, sides: FloatArray) -> None:
     """
     planes = scipy.spatial.ConvexHull(vertices).equations
     inside = -(sides.mean(axis=1) @ planes[:, :3].T + planes[:, 3]).max(axis=1)
-    if np.max(inside, initial=0.0) > FLAT * np.ptp(vertices, axis=0).max():
+    if np.max(inside, initial=0.0) > NOTCH * np.ptp(vertices, axis=0).max():
         one, other = sides[inside.argmax()].round(6).tolist()
         raise ArgumentError(
             f"body: not convex; the side from {one} to {other} runs {inside.max():.3g} m inside the hull of the "
@@ -85,7 +93,8 @@ def _check_convex(vertices: FloatArray, sides: FloatArray) -> None:
 def _obj(content: bytes) -> Mesh:
     """A face names its vertices by numbers from 1, before the first slash, or backwards from the last so far."""
     faces, count = [], 0
-    for line in (line.split() for line in content.decode("utf-8", errors="replace").splitlines()):
+    for text in content.decode("utf-8", errors="replace").splitlines():
+        line = text.partition("#")[0].split()
         count += line[:1] == ["v"]
         if line[:1] == ["f"]:
             numbers = [int(word.split("/")[0]) for word in line[1:]]
@@ -110,44 +119,45 @@ def _stl(content: bytes) -> Mesh:
 
 def _ply(content: bytes) -> Mesh:
     head, _, body = content.partition(b"end_header")
+    body = body[body.index(b"\n") + 1 :]
     lines = [line.split() for line in head.decode("ascii").splitlines()]
     form = next(line[1] for line in lines if line[:1] == ["format"])
-    first = next(index for index, line in enumerate(lines) if line[:1] == ["element"])
-    if lines[first][1] != "vertex":
-        raise ValueError("vertices must come first")
-    count, columns = int(lines[first][2]), []
-    for line in lines[first + 1 :]:
+    elements: list[tuple[str, int, list[list[str]]]] = []
+    for line in lines:
         if line[:1] == ["element"]:
-            break
+            elements.append((line[1], int(line[2]), []))
         if line[:1] == ["property"]:
-            columns.append((line[2], _PLY_TYPES[line[1]]))
-    body = body[body.index(b"\n") + 1 :]
-    names = [name for name, _ in columns]
-    further = lines[first + 1 + len(columns) :]
-    kinds = (
-        [line[1:] for line in further if line[:1] == ["property"]] if further[:1] and further[0][1] == "face" else []
-    )
-    many = int(further[0][2]) if kinds and kinds[0][0] == "list" else 0
+            elements[-1][2].append(line[1:])
+    (first, count, columns), (second, many, kinds) = (*elements, ("", 0, []))[:2]
+    if first != "vertex":
+        raise ValueError("vertices must come first")
+    names = [name for _, name in columns]
     if form == "ascii":
-        rows = [line.split() for line in body.decode("ascii").splitlines()[: count + many]]
-        table = np.array([[float(value) for value in row] for row in rows[:count]])
-        faces = [[int(number) for number in row[1 : 1 + int(row[0])]] for row in rows[count:]]
-        return table[:, [names.index(axis) for axis in "xyz"]], faces
-    order = "<" if form == "binary_little_endian" else ">"
-    layout = np.dtype([(name, order + kind) for name, kind in columns])
-    records = np.frombuffer(body, layout, count)
-    return np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1), (
-        _binary_faces(body[count * layout.itemsize :], many, order, kinds) if many else []
-    )
+        words = iter(body.decode("ascii").split())
+        take: Take = lambda _, size: [float(next(words)) for _ in range(size)]  # noqa: E731
+        table = np.array(take("", count * len(names))).reshape(count, len(names))
+        vertices = table[:, [names.index(axis) for axis in "xyz"]]
+    else:
+        order = "<" if form == "binary_little_endian" else ">"
+        layout = np.dtype([(name, order + _PLY_TYPES[kind]) for kind, name in columns])
+        records = np.frombuffer(body, layout, count)
+        vertices = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
+        take = partial(_take, io.BytesIO(body[records.nbytes :]), order)
+    return vertices, _ply_faces(take, many, kinds) if second == "face" else []
 
 
-def _binary_faces(body: bytes, many: int, order: str, kinds: list[list[str]]) -> list[list[int]]:
-    """So many faces of a PLY file, each a list of vertices and further numbers of the kinds that its header names."""
-    length, number = (np.dtype(order + _PLY_TYPES[kind]) for kind in kinds[0][1:3])
-    beside = sum(np.dtype(_PLY_TYPES[kind[0]]).itemsize for kind in kinds[1:])
-    faces, at = [], 0
+def _take(stream: io.BytesIO, order: str, kind: str, size: int) -> list[float]:
+    """The next numbers of a kind."""
+    layout = np.dtype(order + _PLY_TYPES[kind])
+    return np.frombuffer(stream.read(size * layout.itemsize), layout, size).tolist() if size else []
+
+
+def _ply_faces(take: Take, many: int, kinds: list[list[str]]) -> list[list[int]]:
+    """So many faces, each of numbers and lists of numbers of which the header names the kinds."""
+    faces = []
     for _ in range(many):
-        size, at = int(np.frombuffer(body, length, 1, at)[0]), at + length.itemsize
-        faces.append(np.frombuffer(body, number, size, at).tolist())
-        at += size * number.itemsize + beside
+        for *of_list, kind, name in kinds:
+            values = take(kind, int(take(of_list[1], 1)[0]) if of_list else 1)
+            if name in {"vertex_indices", "vertex_index"}:
+                faces.append([int(value) for value in values])
     return faces

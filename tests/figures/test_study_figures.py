@@ -252,10 +252,10 @@ def drawn_cells(figure: plt.Figure) -> tuple[np.ndarray, np.ndarray, np.ndarray]
 def test_part_of_a_circle_is_drawn_where_it_was_computed_and_nowhere_else() -> None:
     """Of 0° to 80°, and so 180° to 260°, a map reached out to 130°, and curves went straight across."""
     azimuth = np.arange(0.0, 90.0, 10.0)
-    flags = np.ones((1, azimuth.size, 1, 2, 1)) * [[1.0], [0.0]]
+    flags = np.ones((1, azimuth.size, 1, 3, 1)) * [[1.0], [0.0], [0.0]]
     part = xr.Dataset(
         {"overturned": (("record", "azimuth", "height", "b_over_h", "friction"), flags)},
-        {"azimuth": azimuth, "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [1.0]},
+        {"azimuth": azimuth, "height": [0.6], "b_over_h": [0.2, 0.4, 0.6], "friction": [1.0]},
     ).isel(record=0)
     peaks = xr.Dataset({name: ("azimuth", 3.0 + np.cos(np.radians(azimuth))) for name in ("pga", "pgv")}, part.coords)
     with style():
@@ -263,6 +263,7 @@ def test_part_of_a_circle_is_drawn_where_it_was_computed_and_nowhere_else() -> N
         away = np.abs((at[..., None] - azimuth + 90.0) % 180.0 - 90.0).min(axis=-1)
         expected = np.where(away > 5.0, 3, np.where(ratio > 0.3, 0, np.where((at > 90) & (at < 270), 1, 2)))
         np.testing.assert_array_equal(kind, expected)
+        assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5), "nothing falls from 0.4 on"
         assert "no outcome" in [text.get_text() for text in figure.legends[0].get_texts()]
         for curves in (intensity_figure(peaks, np.nan, "A"), boundary_figure(boundary(part), 0.4, np.nan, "A")):
             theta, radius = curves.axes[0].lines[0].get_data()

@@ -100,11 +100,15 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
 def out_to_the_first_ring_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr.Dataset:
     """A dataset out to the first B/H at and beyond which no fall is possible; all of it where none is anywhere.
 
-    A fall is possible where a flag or probability of `falls` is above 0 or not known: a block may fall of whose
-    neighbourhood nothing does.
+    A fall is possible where a flag or probability of `falls` is above 0, since a block may fall of whose neighbourhood
+    nothing does, or not known, but in directions of which nothing at all is known: these were not computed.
     """
-    some = sum((one.isnull() | (one > 0)).any([name for name in one.dims if name != "b_over_h"]) for one in falls)
-    last = np.flatnonzero(np.asarray(some))
+
+    def possible(one: xr.DataArray) -> xr.DataArray:
+        computed = one.notnull().any([name for name in one.dims if name not in {"azimuth", "orientation"}])
+        return ((one.isnull() & computed) | (one > 0)).any([name for name in one.dims if name != "b_over_h"])
+
+    last = np.flatnonzero(sum(map(possible, falls)))
     return cube.isel(b_over_h=slice(None, int(last[-1]) + 2)) if last.size else cube
 
 

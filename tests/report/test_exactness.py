@@ -121,8 +121,11 @@ def test_of_no_case_nothing_is_told() -> None:
     none = COUNTS | {"undivided": 0, "flags_undivided": 0}
     told = text_of(section(members=24, rigid=none | {"cells": 200})).partition("Blocks of µ")[2].partition("\n")[0]
     assert "is not divided" not in told
-    told = text_of(section(rigid=none | {"cases": 0, "flags": 0, "cells": 200})).partition("Blocks of µ")[2]
-    assert "the same flag in – and the same flag and side in – of the cases" in told
+    for answered, said in ((0, "more than g.\n"), (150, "gives the others the same flag in 98.00\u00a0%")):
+        counts = none | {"cases": answered, "unanswered": 200 - answered, "flags": 3, "cells": 200}
+        told = text_of(section(rigid=counts)).partition("Blocks of µ")[2]
+        assert f"In {200 - answered} cases there is nothing to compare" in told
+        assert said in told
     line = dependence(results_of(members=24, finer=run_again(undivided=0, flags_undivided=0)))
     assert line is not None
     assert "is not divided" not in line.text

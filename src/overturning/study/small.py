@@ -80,7 +80,7 @@ def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
     -------
     pandas.DataFrame
         A row for each case, in the order of the cube. Columns: the record's id, the cube's dimensions, its variables,
-        and what is known of the record; of a record, nothing in what `overturning.simulate` returns.
+        and what is known of the record. What `overturning.simulate` returns has no columns of a record.
     """
     first = [str(name) for name in cube["overturned"].dims]
     named = _by_name(cube).drop_vars("record_id") if "record_id" in cube else cube

@@ -1,6 +1,5 @@
 """How exact the answers are: the spread over the neighbourhood of each case, and part of the study run again."""
 
-import math
 from functools import partial
 from typing import Any, Final
 
@@ -146,19 +145,27 @@ def _beside_rigid(found: Rigid, agreed: bool) -> str:
     """In how many cells the exact rigid block has the study's answer."""
 
     def same(changed: int, sides: int, cases: int) -> tuple[str, ...]:
-        return tuple(percent(1 - wrong / cases if cases else math.nan, 2) for wrong in (changed, changed + sides))
+        return tuple(percent(1 - wrong / cases, 2) for wrong in (changed, changed + sides))
 
     compared = found.cases + found.unanswered
     drawn = f", {compared:,} of them drawn at random" if compared < found.cells else ""
+    text = f" Blocks of µ ≥ {HOLDS:g} with B/H below µ do not slide ({found.cells:,} cases{drawn})."
+    if found.unanswered:
+        text += (
+            f" In {counted(found.unanswered, 'case')} there is nothing to compare: an answer is missing, as that of "
+            "the rigid block is under a record in which the ground drops by more than g."
+        )
+    if not found.cases:
+        return text
     flag, side = same(found.flags, found.sides, found.cases)
-    sure = same(found.flags_undivided, found.sides_undivided, found.undivided)
-    told = agreed and found.undivided > 0
-    alike = f", where the neighbourhood is not divided in {' and '.join(sure)}" if told else ""
-    return (
-        f" Blocks of µ ≥ {HOLDS:g} with B/H below µ do not slide ({found.cells:,} cases{drawn}). Housner's rigid "
-        f"block, solved exactly, gives them the same flag in {flag} and the same flag and side in {side} of the cases"
-        f"{alike}."
+    text += (
+        f" Housner's rigid block, solved exactly, gives {'the others' if found.unanswered else 'them'} the same flag "
+        f"in {flag} and the same flag and side in {side} of the cases"
     )
+    if agreed and found.undivided:
+        sure = same(found.flags_undivided, found.sides_undivided, found.undivided)
+        text += f", where the neighbourhood is not divided in {' and '.join(sure)}"
+    return f"{text}."
 
 
 def _wilson(count: int, of: int, digits: int = 2) -> str:

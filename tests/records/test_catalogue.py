@@ -1,7 +1,7 @@
 import pytest
 
-from overturning.errors import ConfigError
-from overturning.records.catalogue import read_catalogue
+from overturning.errors import ConfigError, MissingDataError
+from overturning.records.catalogue import RecordEntry, find_paths, read_catalogue
 from tests.expect import refused
 
 HEAD = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
@@ -46,3 +46,13 @@ def test_comments_bom_and_empty_cells(tmp_path):
 def test_a_missing_table_is_named(tmp_path):
     with pytest.raises(ConfigError, match=r"none\.tsv"):
         read_catalogue(tmp_path / "none.tsv")
+
+
+def test_a_record_of_which_one_file_is_missing_is_refused(tmp_path):
+    for name in ("x.NS", "x.EW"):
+        (tmp_path / name).write_text("")
+    entry = RecordEntry(id="x", source="x.NS x.EW x.UD")
+    with refused(MissingDataError, "record x", "x.UD is not in"):
+        find_paths(entry, tmp_path)
+    (tmp_path / "x.UD").write_text("")
+    assert [path.name for path in find_paths(entry, tmp_path)] == ["x.NS", "x.EW", "x.UD"]

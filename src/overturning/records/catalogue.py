@@ -183,9 +183,13 @@ def find_files(entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
 
 
 def _located(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
-    """Each word of an entry's source with the files or archive that it stands for; a MissingDataError without any."""
+    """Each word of an entry's source with the files or archive that it stands for; a MissingDataError names the others.
+
+    A record whose vertical component is not where it belongs would otherwise be taken for one of two components.
+    """
     archives = [path for path in _files(data_dir, "*") if _archive_name(path)]
     located: list[tuple[str, Path]] = []
+    missing: list[str] = []
     for word in entry.source.split():
         if word.startswith(EXAMPLE):
             located.append((word.removeprefix(EXAMPLE), _example(entry, word.removeprefix(EXAMPLE))))
@@ -195,8 +199,9 @@ def _located(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
         plain = [path for path in beside if not _archive_name(path)]
         holding = named or plain or beside[:1] or [a for a in archives if _members_of(read_source(a), word)][:1]
         located += [(word, path) for path in holding]
-    if not located:
-        raise _missing(entry, data_dir)
+        missing += [] if holding else [word]
+    if missing:
+        raise _missing(entry, data_dir, missing)
     return located
 
 
@@ -222,9 +227,9 @@ def _members_of(archive: SourceFile, stem: str) -> list[SourceFile]:
     return [m for m in open_archive(archive) if m.name == stem or m.name.startswith(f"{stem}.")]
 
 
-def _missing(entry: RecordEntry, data_dir: Path) -> MissingDataError:
-    """An error that names the files of an entry, where they belong, and where to get them."""
-    which, remedy = f"{entry.source} is", "put the file there, or name the folder in the config"
+def _missing(entry: RecordEntry, data_dir: Path, words: list[str]) -> MissingDataError:
+    """An error that names the missing files of an entry, where they belong, and where to get them."""
+    which, remedy = f"{' '.join(words)} is", "put the file there, or name the folder in the config"
     if entry.format in ("k-net", "kik-net"):
         remedy = (
             "download them from NIED's K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account) and put them into "

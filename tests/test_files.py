@@ -1,6 +1,7 @@
 """Writing: whole or not at all, and in words a user understands where it cannot be."""
 
 import errno
+import re
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -9,8 +10,8 @@ import pytest
 
 from overturning import files
 from overturning.cli import main
-from overturning.errors import ArgumentError
-from overturning.files import atomic_write, check_output
+from overturning.errors import ArgumentError, ConfigError
+from overturning.files import atomic_write, check_output, read_mapping
 
 
 @pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "full"), RuntimeError("NetCDF: HDF error")])
@@ -79,3 +80,28 @@ def test_a_folder_that_is_not_there_is_not_made(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match=r"--animate .*fall\.avi: unknown kind of file; end it in \.html or \.gif"):
         check_output(tmp_path / "fall.avi", "--animate", ".html", ".gif")
     check_output(tmp_path / "fall.html", "--animate", ".html", ".gif")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a: 1\nb: 2\na: 3\n", "line 3: a stands twice; keep one"),
+        ("a:\n  b: {c: 1, c: 2}\n", "line 2: c stands twice; keep one"),
+        ("a: [10, 045]\n", "line 1: YAML takes 045 for 37; write it without leading zeros"),
+        ("a: 1:30\n", "line 1: YAML takes 1:30 for 90; write it without colons"),
+        ("a: 1:30.5\n", "line 1: YAML takes 1:30.5 for 90.5; write it without colons"),
+    ],
+)
+def test_what_yaml_would_take_for_something_else_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    (tmp_path / "s.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(ConfigError, match=re.escape(f"s.yaml, {said}")):
+        read_mapping(tmp_path / "s.yaml", "study", "see there")
+
+
+def test_what_yaml_takes_for_what_it_is_stays(tmp_path: Path) -> None:
+    text = "a: &x {b: 0, c: 0.5, d: -7, e: 1e3, f: .5, g: 1.5e+3, h: 0x10}\ni: {<<: *x, b: 1}\nj: .inf\n"
+    (tmp_path / "s.yaml").write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
+    data = read_mapping(tmp_path / "s.yaml", "study", "see there")
+    assert data["a"] == {"b": 0, "c": 0.5, "d": -7, "e": "1e3", "f": 0.5, "g": 1500.0, "h": 16}
+    assert data["i"] == data["a"] | {"b": 1}
+    assert data["j"] == float("inf")

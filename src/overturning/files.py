@@ -3,10 +3,12 @@
 import errno
 import hashlib
 import os
+import re
 import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -166,6 +168,36 @@ def _umask() -> int:
     return mask
 
 
+@cache
+def _loader() -> Any:
+    """A safe loader of YAML that refuses what others take for something else than is written, in silence."""
+    import yaml
+
+    class Loader(yaml.SafeLoader):
+        """Keys stand once in a mapping; numbers are decimal."""
+
+    def mapping(loader: Any, node: Any) -> Iterator[dict[Any, Any]]:
+        seen = set()
+        for key, _ in node.value:
+            if (name := key.value if isinstance(key, yaml.ScalarNode) else key) in seen:
+                raise yaml.MarkedYAMLError(problem=f"{name} stands twice; keep one", problem_mark=key.start_mark)
+            seen.add(name)
+        return loader.construct_yaml_map(node)
+
+    def number(loader: Any, node: Any) -> float:
+        octal = re.match(r"[-+]?0[0-9_]+$", node.value)
+        found: float = loader.construct_yaml_int(node) if "." not in node.value else loader.construct_yaml_float(node)
+        if octal or ":" in node.value:
+            what = f"YAML takes {node.value} for {found:g}; write it without {'leading zeros' if octal else 'colons'}"
+            raise yaml.MarkedYAMLError(problem=what, problem_mark=node.start_mark)
+        return found
+
+    Loader.add_constructor("tag:yaml.org,2002:map", mapping)
+    Loader.add_constructor("tag:yaml.org,2002:int", number)
+    Loader.add_constructor("tag:yaml.org,2002:float", number)
+    return Loader
+
+
 def read_mapping(path: Path, what: str, about: str, remedy: str = "check its name and permissions") -> dict[str, Any]:
     """Keys and values of a YAML file.
 
@@ -179,14 +211,15 @@ def read_mapping(path: Path, what: str, about: str, remedy: str = "check its nam
     Raises
     ------
     ConfigError
-        If it cannot be read or is no mapping of keys to values; names the file and, of wrong YAML, the line.
+        If it cannot be read or is no mapping of keys to values, has a key twice, or a number that YAML takes for
+        another than it seems, 045 for 37; names the file and, of wrong YAML, the line.
     """
     import yaml
 
     try:
         if path.stat().st_size > MOST_SETTINGS:
             raise ConfigError(f"{path}: larger than {MOST_SETTINGS} bytes; a {what} is smaller: {about}")
-        data = yaml.safe_load(path.read_text(encoding="utf-8-sig"))
+        data = yaml.load(path.read_text(encoding="utf-8-sig"), _loader())
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror}); {remedy}") from None
     except ConfigError:
@@ -195,8 +228,8 @@ def read_mapping(path: Path, what: str, about: str, remedy: str = "check its nam
         raise ConfigError(f"{path}: not a UTF-8 text; save it as UTF-8") from None
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
-        line = f", line {mark.line + 1}" if mark else ""
-        raise ConfigError(f"{path}{line}: not valid YAML ({getattr(error, 'problem', None) or 'unreadable'})") from None
+        line, why = f", line {mark.line + 1}" if mark else "", getattr(error, "problem", None) or "unreadable"
+        raise ConfigError(f"{path}{line}: {why if mark and '; ' in why else f'not valid YAML ({why})'}") from None
     except RecursionError:
         raise ConfigError(f"{path}: nested too deeply; {about}") from None
     except (ValueError, KeyError, AttributeError, TypeError) as error:

@@ -60,7 +60,7 @@ class Checkout(Project):
         """Rules that a run would carry out with some keys of the study changed; raises what would stop it."""
         return self.plan(**config).rules
 
-    def plan(self, look: bool = True, **config: Any) -> Plan:
+    def plan(self, look: bool = True, file: str | None = "", **config: Any) -> Plan:
         """What a run would do with some keys of the study changed; raises what would stop it, or who only looks."""
         from snakemake.api import SnakemakeApi
         from snakemake.logging import logger
@@ -71,7 +71,7 @@ class Checkout(Project):
             logger.handlers = [found]
             workflow = api.workflow(
                 types.ResourceSettings(cores=1, overwrite_scatter={"sweep": self._chunks}),
-                types.ConfigSettings(configfiles=[Path(self.file)], config=config),
+                types.ConfigSettings(configfiles=[] if file is None else [Path(file or self.file)], config=config),
                 types.StorageSettings(),
                 snakefile=Path("Snakefile"),
             )

@@ -2,6 +2,8 @@
 
 import fcntl
 import logging
+import re
+import shutil
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,6 +14,7 @@ from snakemake_interface_common.exceptions import WorkflowError
 from snakemake_interface_logger_plugins.common import LogEvent
 from snakemake_interface_logger_plugins.tests import TestLogHandlerBase
 
+from overturning.study.load import load_study
 from snakemake_logger_plugin_overturning import LogHandler
 from tests.workflow.conftest import SMALL, Checkout
 from verification.tables import ROOT
@@ -177,6 +180,32 @@ def test_missing_files_of_a_user_are_named_with_where_they_are(tmp_path: Path) -
 def test_a_wrong_key_is_named(checkout: Checkout) -> None:
     with pytest.raises(WorkflowError, match=r"study\.yaml: frictoin: unknown key; did you mean friction\?"):
         checkout.planned(frictoin=[1.0])
+
+
+def test_a_key_that_stands_twice_is_named(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "twice", SMALL + "friction: [0.5]\n")
+    with pytest.raises(WorkflowError, match=r"study\.yaml, line 8: friction stands twice; keep one"):
+        checkout.planned()
+
+
+def test_each_job_of_figures_has_its_own_pulses_alone(tmp_path: Path) -> None:
+    pulses = ", ".join(f"p{n}: sine amplitude_gal={n}00 period_s=1" for n in range(1, 7))
+    checkout = Checkout(
+        tmp_path / "pulses", SMALL.replace("use: [rinaldi, petrolia]", f"use: [rinaldi], pulses: {{{pulses}}}")
+    )
+    commands = [command for command in checkout.plan().commands if "record-figures" in command]
+    used = [re.search(r'"use": \[(.*?)\]', command) for command in commands]
+    assert sorted(found[1] for found in used if found) == ['"p4", "p5", "p6"', '"rinaldi", "p1", "p2", "p3"']
+
+
+def test_keys_of_the_command_line_replace_those_of_the_default_study(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "keys")
+    shutil.copyfile(ROOT / "config" / "near-fault.yaml", checkout.folder / "config" / "near-fault.yaml")
+    plan = checkout.plan(file=None, name="mine", records={"use": ["rinaldi"]})
+    (sweep,) = (command for command in plan.commands if "overturning sweep" in command)
+    assert "results/mine/" in sweep
+    values = list(load_study(ROOT / "config" / "near-fault.yaml").b_over_h)
+    assert f'"b_over_h": {values}' in sweep, "of near-fault.yaml"
 
 
 def test_another_workflow_uses_it_as_a_module(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.logging import logger
 
 from overturning.errors import OverturningError
-from overturning.files import atomic_write
+from overturning.files import atomic_write, read_mapping
 from overturning.statistics.fragility_files import measure_file
 from overturning.surveys.stones import read_survey
 from overturning.study.preflight import (
@@ -49,9 +49,14 @@ def load():
     given = workflow.config_settings.configfiles
     where = ", ".join(Path(file).name for file in given) or str(DEFAULT_STUDY)
     try:
+        for file in given:
+            # Snakemake takes a key that stands twice, and 045 for 37, without a word.
+            if Path(file).suffix != ".json":
+                read_mapping(Path(file), "study", "see config/README.md")
         # Snakemake has merged the files of --configfile and the keys of --config already; a workflow that uses this one
-        # as a module hands over a whole study.
-        whole = given or {"name", "records"} <= config.keys()
+        # as a module hands over a whole study, and not only what --config says.
+        said = workflow.config_settings.config
+        whole = given or ({"name", "records"} <= config.keys() and config != said)
         study = (
             check_study(config, where) if whole else load_study(DEFAULT_STUDY, config)
         )
@@ -162,7 +167,10 @@ def settings(*keys, use=RECORDS, **parts):
     Of a key among the parts the keys inside are named. Where that is too long for a command, of thousands of records, it
     is the name of a file that holds it.
     """
-    records = SETTINGS["records"] | {"use": list(use)}
+    # A study uses each pulse that stands in it, so those of other jobs are left out.
+    own = SETTINGS["records"]
+    pulses = {name: own["pulses"][name] for name in use if name in own["pulses"]}
+    records = own | {"use": list(use), "pulses": pulses}
     part = {key: SETTINGS[key] for key in keys if key != "records"}
     for key, inside in parts.items():
         part[key] = {name: SETTINGS[key][name] for name in inside}

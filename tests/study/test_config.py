@@ -3,10 +3,12 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from overturning.errors import ConfigError
+from overturning.commands.workflow import read
+from overturning.errors import ArgumentError, ConfigError
 from overturning.study.document import CATALOGUE, catalogue_schema_text, schema_text, with_tables
 from overturning.study.load import check_study, entries_of, load_study, study_from
 from overturning.study.values import AzimuthRange, Range, parse_quantity
+from tests.expect import refused
 
 CONFIG = Path(__file__).parents[2] / "config"
 SMALL = {"name": "small", "records": {"use": ["rinaldi"]}}
@@ -294,3 +296,23 @@ def test_number_in_the_unit_of_the_key(value: object, unit: str, expected: float
 def test_wrong_unit_or_no_number_is_refused(value: object) -> None:
     with pytest.raises(ValueError, match="m"):
         parse_quantity(value, "m")
+
+
+def test_a_step_for_a_record_that_the_study_lacks_is_named(tmp_path: Path) -> None:
+    study = '{"name": "small", "records": {"use": ["rinaldi"]}}'
+    with refused(ArgumentError, "--record gone: not of the study small; it has rinaldi"):
+        read(study, "gone", tmp_path / "gone.nc")
+
+
+@pytest.mark.parametrize(
+    "timed",
+    [{"step": "cut", "start_s": 5}, {"step": "baseline", "fit_from_s": 5}, {"step": "remove_mean", "first_s": 5}],
+)
+def test_times_after_a_start_that_nobody_knows_are_refused(timed: dict[str, object]) -> None:
+    auto = {"step": "highpass", "corner_hz": "auto"}
+    with refused(
+        ConfigError, "processing", f"{timed['step']} after highpass with corner_hz auto", "before it, or give"
+    ):
+        check_study(SMALL | {"processing": [auto, {"step": "detrend"}, timed]}, "small.yaml")
+    for steps in ([timed, auto], [auto | {"corner_hz": 0.1}, timed], [auto, {"step": "remove_mean"}]):
+        assert len(check_study(SMALL | {"processing": steps}, "small.yaml").processing or ()) == 2

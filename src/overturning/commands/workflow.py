@@ -50,13 +50,17 @@ def read(
     output: NetCDF,
 ) -> None:
     """Read one record of the table, process it, and write its motion."""
+    from overturning.errors import ArgumentError
     from overturning.records.processing import process
     from overturning.records.read import read_record
     from overturning.records.store import write_motion
     from overturning.study.load import entries_of, study_from
 
     settings = study_from(study)
-    entry = entries_of(settings, settings.name)[record]
+    entries = entries_of(settings, settings.name)
+    if record not in entries:
+        raise ArgumentError(f"--record {record}: not of the study {settings.name}; it has {', '.join(entries)}")
+    entry = entries[record]
     raw = read_record(entry, Path(settings.records.folder))
     done = process(raw, settings.processing, settings.site)
     write_motion(done, output, unprocessed=None if done is raw else raw)

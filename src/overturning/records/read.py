@@ -17,7 +17,7 @@ from overturning.records.formats.table import detect_format, format_named
 from overturning.records.processing import process
 from overturning.records.record import Record
 from overturning.records.source import Declarations, SourceFile, is_archive, open_archive, read_source
-from overturning.records.steps import Step
+from overturning.records.steps import Step, Steps
 from overturning.records.store import rounded
 from overturning.tables import what_is_wrong
 
@@ -257,7 +257,7 @@ def read(
 def _checked(processing: "Sequence[Step | dict[str, Any]]") -> tuple[Step, ...]:
     """Steps as a study has them, checked as one is."""
     try:
-        return TypeAdapter(tuple[Step, ...]).validate_python(processing)
+        return TypeAdapter(Steps).validate_python(processing)
     except ValidationError as problem:
         fault = problem.errors()[0]
         where = ".".join(map(str, ("processing", *fault["loc"])))

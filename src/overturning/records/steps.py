@@ -1,11 +1,12 @@
 """Processing steps: what a config may ask for, each with its parameters and bounds, and what it does to a component."""
 
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
@@ -247,3 +248,21 @@ Step = Annotated[
     Field(discriminator="step"),
 ]
 """Any of the steps, told apart by the key ``step``."""
+
+
+def _from_a_known_start(steps: Sequence[Step]) -> Sequence[Step]:
+    """Steps in an order in which their times count from a start that is known beforehand; else a ValueError."""
+    moved = False  # by zeros before it, as many as the corner asks for that is chosen by itself
+    for step in steps:
+        timed = isinstance(step, Cut | Baseline) or (isinstance(step, RemoveMean) and step.first_s is not None)
+        if timed and moved:
+            raise ValueError(
+                f"{step.step} after highpass with corner_hz auto, which moves the start by as much as the corner says: "
+                f"put {step.step} before it, or give corner_hz a number"
+            )
+        moved = moved or (isinstance(step, Highpass) and step.corner_hz == "auto")
+    return steps
+
+
+Steps = Annotated[tuple[Step, ...], AfterValidator(_from_a_known_start)]
+"""Steps in their order."""

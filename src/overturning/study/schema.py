@@ -21,7 +21,7 @@ from overturning.model.element import Keys, Name
 from overturning.model.geometry import native_size
 from overturning.model.scene import Scene, gravestone
 from overturning.records.site import Site
-from overturning.records.steps import Step
+from overturning.records.steps import Steps
 from overturning.study.evaluation import CONTRASTS, Asks, Crate, Figures, Population, Primary, Published, Survey
 from overturning.study.sections import (
     BodySettings,
@@ -68,7 +68,7 @@ class Study(Keys):
     )
     primary: Primary = Field(default=Primary(), description="the statistic that answers the question")
     records: Records = Field(description="the records")
-    processing: tuple[Step, ...] | None = Field(
+    processing: Steps | None = Field(
         default=None,
         description="processing steps in order; not given: by kind of file (processed files are left alone)",
     )

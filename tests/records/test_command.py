@@ -154,6 +154,9 @@ def test_add_refuses_what_cannot_stand_in_the_table(tmp_path, capsys):
     for text in ("Te\tMara", '"Te Mara"', "Te\nMara"):
         assert run("records", "add", path, *place, "--set", f"station={text}") == 1
         assert "a cell of the record table has no tab" in capsys.readouterr().err
+    for twice in (("--set", "event=A", "--set", "event=B"), ("--id", "a", "--set", "id=b")):
+        assert run("records", "add", path, *place, *twice) == 1
+        assert "given twice; keep one" in capsys.readouterr().err
     assert not table.exists()
     assert not folder.exists()
     assert run("records", "add", path, *place, "--set", 'station=Te "Mara"') == 0
@@ -241,6 +244,15 @@ def test_plot_draws_a_page_and_prints_the_corner_and_its_reason(tmp_path, capsys
     assert "there are 2 records" in capsys.readouterr().err
     assert run("records", "plot", path, "--corner", "low") == 1
     assert "--corner: 'low'" in capsys.readouterr().err
+    for corner in ("nan", "0", "-1", "inf"):
+        assert run("records", "plot", path, f"--corner={corner}") == 1
+        assert f"--corner: '{corner}'" in capsys.readouterr().err
+    (tmp_path / "again").mkdir()
+    (tmp_path / "again" / "good.V1A").write_text(path.read_text())
+    assert run("records", "plot", path, tmp_path / "again", "--output", tmp_path / "both") == 0
+    assert sorted(page.name for page in (tmp_path / "both").iterdir()) == ["good.V1A-2.svg", "good.V1A.svg"]
+    assert run("records", "plot", path, "--output", tmp_path / "x.pdf") == 0
+    assert (tmp_path / "x.pdf").read_bytes().startswith(b"%PDF")
 
 
 def test_channels_of_one_file_may_stop_apart_and_the_processing_says_so(tmp_path, capsys):
@@ -261,6 +273,11 @@ def test_one_takes_what_check_takes_and_a_pulse(tmp_path, capsys):
     assert run(*given, "--record", "rinaldi", "--unit", "g") == 1
     assert "no file of that name" in capsys.readouterr().err
     assert run(*given, "--record", path, "--sensor", "roof") == 1
+    capsys.readouterr()
+    for record, what in ((path, "a file"), ("sine amplitude_gal=800 period_s=1", "a pulse")):
+        for option in ("--table", "--folder"):
+            assert run(*given, "--record", record, option, tmp_path) == 1
+            assert f"is {what}, and of no record table; leave them out" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -212,6 +212,8 @@ def test_fdsn_server_that_is_none(tmp_path):
         {"start": "a", "end": "b", "event_id": "c"},
         {},
         {"server": "http://me@host", "start": "a", "end": "b"},
+        {"start": "2001-01-01", "end": "2001-01-02", "before_s": 10.0},
+        {"start": "2001-01-01", "end": "2001-01-02", "after_s": 0.0},
     ],
 )
 def test_fdsn_requests_that_make_no_sense(fields):

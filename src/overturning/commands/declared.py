@@ -99,8 +99,10 @@ class Shaking:
     ]
     amplitude: Annotated[float, typer.Option(help="factor on the motion")] = 1.0
     vertical: Annotated[bool, typer.Option(help="apply the vertical motion where the record has one")] = True
-    table: Annotated[Path, typer.Option(help="record table")] = Path("config/records.tsv")
-    folder: Annotated[Path, typer.Option(help="folder of the record files")] = Path("resources/records")
+    table: Annotated[Path | None, typer.Option(help="record table (default config/records.tsv)")] = None
+    folder: Annotated[
+        Path | None, typer.Option(help="folder of the record files of the table (default resources/records)")
+    ] = None
 
 
 @dataclass(frozen=True)

@@ -179,14 +179,18 @@ def _record(shaking: Shaking, given: Declared) -> "Record":
     from overturning.records.read import read_path, read_record
     from overturning.records.store import rounded
 
-    name, table = shaking.record, shaking.table
+    name, table = shaking.record, shaking.table or Path("config/records.tsv")
+    is_pulse = bool(name.split()) and name.split()[0] in SHAPES
+    if (is_pulse or Path(name).is_file()) and (shaking.table, shaking.folder) != (None, None):
+        what = "a pulse" if is_pulse else "a file"
+        raise ArgumentError(f"--table, --folder: --record {name!r} is {what}, and of no record table; leave them out")
     if Path(name).is_file():
         return rounded(process(read_path(Path(name), given.declarations()), None))
     if given != Declared():
         raise ArgumentError(
             f"--record {name!r}: no file of that name; what is said of files cannot be said of anything else"
         )
-    if name.split()[:1] and name.split()[0] in SHAPES:
+    if is_pulse:
         return rounded(pulse_record(parse_pulse(name)))
     if " " not in name and (Path(name).suffix or len(Path(name).parts) > 1):
         raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
@@ -195,4 +199,4 @@ def _record(shaking: Shaking, given: Declared) -> "Record":
         raise ConfigError(
             f"{table}: no record {name!r}, nor a file of that name or a pulse; {did_you_mean(name, entries)}"
         )
-    return rounded(process(read_record(entries[name], shaking.folder), None))
+    return rounded(process(read_record(entries[name], shaking.folder or Path("resources/records")), None))

@@ -67,7 +67,7 @@ def plot(
         typer.Option(
             "--output",
             "-o",
-            help="folder for the pages, each named as its file; or the page, .svg or .png, of one record",
+            help="folder for the pages, each named as its file; or the page, .svg, .png or .pdf, of one record",
         ),
     ] = Path(),
     corner: Annotated[
@@ -90,16 +90,22 @@ def plot(
     try:
         frequency: float | Literal["auto"] = "auto" if corner == "auto" else float(corner)
     except ValueError:
-        raise ArgumentError(f"--corner: {corner!r}; a frequency in Hz, or auto") from None
+        frequency = 0.0
+    if frequency != "auto" and not 0 < frequency < float("inf"):
+        raise ArgumentError(f"--corner: {corner!r}; a frequency in Hz, or auto")
     findings = check_paths(paths, declared)
-    records = {finding.files[0]: finding.record for finding in findings if finding.record is not None}
+    records = [(finding.files[0], finding.record) for finding in findings if finding.record is not None]
     refused = [finding for finding in findings if finding.record is None]
-    page = output.suffix in (".svg", ".png")
+    page = output.suffix.lower() in (".svg", ".png", ".pdf")
     if page and len(records) > 1:
         raise ArgumentError(f"--output: {output.name} is one page, but there are {len(records)} records; name a folder")
-    for name, record in records.items():
+    known: list[str] = []
+    for file, record in records:
         used = process(record, default_steps(record, frequency))
-        target = output if page else output / f"{name.replace(':', '-')}.svg"
+        name = file.replace(":", "-")
+        known.append(name)  # of files of one name in several folders, or several records in a file, each has its page
+        number = "" if known.count(name) == 1 else f"-{known.count(name)}"
+        target = output if page else output / f"{name}{number}.svg"
         with style():
             save(history_figure(record, used), target)
         typer.echo(f"{target}: {', '.join(map(summary, used.processing)) or 'left alone'}")
@@ -135,9 +141,10 @@ def add(
 
     if wrong := [pair for pair in values or () if "=" not in pair]:
         raise ArgumentError(f"--set {wrong[0]}: write column=value")
-    given = dict(pair.partition("=")[::2] for pair in values or ())
-    if record_id:
-        given["id"] = record_id
+    pairs = [*(pair.partition("=")[::2] for pair in values or ()), *([("id", record_id)] if record_id else [])]
+    given = dict(pairs)
+    if twice := next((name for name in given if [one for one, _ in pairs].count(name) > 1), ""):
+        raise ArgumentError(f"--set {twice}: given twice; keep one")
     record = add_line(paths, given, table, folder)
     place = ", ".join(text for text in (record.station, record.event) if text)
     typer.echo(f"{table}: {record.record_id}{f' ({place})' if place else ''}")
@@ -189,8 +196,8 @@ class Window:
     start: Annotated[str, typer.Option(help="start of the window, UTC: 2016-11-13T11:02:00")] = ""
     end: Annotated[str, typer.Option(help="end of the window, UTC")] = ""
     event: Annotated[str, typer.Option(help="event id of the server instead of a window")] = ""
-    before: Annotated[float, typer.Option(help="seconds before the event's origin")] = 30.0
-    after: Annotated[float, typer.Option(help="seconds after it")] = 270.0
+    before: Annotated[float | None, typer.Option(help="seconds before the event's origin (default 30)")] = None
+    after: Annotated[float | None, typer.Option(help="seconds after it (default 270)")] = None
 
 
 @fetch.command()

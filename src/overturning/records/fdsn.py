@@ -15,6 +15,8 @@ from overturning.records.formats.miniseed import read_inventory, read_stream
 from overturning.records.source import SourceFile, is_web_page
 
 CODES = ("network", "station", "location", "channel")
+BEFORE_S, AFTER_S = 30.0, 270.0
+"""Window about the origin of an event, s, where none is given."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +31,8 @@ class Request:
     start: str = ""  # ISO 8601 in UTC; empty with an event
     end: str = ""
     event_id: str = ""  # the window is then counted from its origin time
-    before_s: float = 30.0
-    after_s: float = 270.0
+    before_s: float | None = None  # not given: `BEFORE_S` and `AFTER_S`
+    after_s: float | None = None
 
     def __post_init__(self) -> None:
         for name in CODES:
@@ -40,6 +42,8 @@ class Request:
             raise ArgumentError("start, end: give both, or an event id instead")
         if not self.event_id and not (self.start and self.end):
             raise ArgumentError("start, end: give both")
+        if not self.event_id and (self.before_s, self.after_s) != (None, None):
+            raise ArgumentError("before, after: they count from an event's origin; leave them out beside start and end")
         if "@" in self.server:
             raise ArgumentError(f"server: no credentials in an address; {SET_CREDENTIALS}")
 
@@ -98,14 +102,18 @@ def _window(request: Request, events: Callable[[str], Any]) -> tuple[Any, Any]:
         except IndexError:
             why = f"event {request.event_id!r} has no origin; give start and end"
             raise MissingDataError(f"{request.server}: {why}") from None
-        return origin - request.before_s, origin + request.after_s
-    try:
-        start, end = obspy.UTCDateTime(request.start), obspy.UTCDateTime(request.end)
-    except (ValueError, TypeError):
-        said = f"{request.start!r}, {request.end!r}"
-        raise ArgumentError(f"start, end: {said}; times read like 2016-11-13T11:02:00") from None
+        before, after = request.before_s, request.after_s
+        start = origin - (BEFORE_S if before is None else before)
+        end = origin + (AFTER_S if after is None else after)
+    else:
+        try:
+            start, end = obspy.UTCDateTime(request.start), obspy.UTCDateTime(request.end)
+        except (ValueError, TypeError):
+            said = f"{request.start!r}, {request.end!r}"
+            raise ArgumentError(f"start, end: {said}; times read like 2016-11-13T11:02:00") from None
     if not 0 < end - start <= 86400:
-        raise ArgumentError(f"start, end: {end - start:g} s apart; a window is longer than nothing and at most a day")
+        which = "before, after" if request.event_id else "start, end"
+        raise ArgumentError(f"{which}: {end - start:g} s apart; a window is longer than nothing and at most a day")
     return start, end
 
 

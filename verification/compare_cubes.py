@@ -78,6 +78,9 @@ def changes(old: xr.Dataset, new: xr.Dataset) -> dict[str, str]:
     old, new = (cube.isel(record=[list(cube.record_id.values).index(name) for name in both]) for cube in (old, new))
     if not both or dict(old.sizes) != dict(new.sizes):
         raise ResultError(f"cubes of {dict(old.sizes)} and {dict(new.sizes)} cells; compare those of one study")
+    grid = [str(name) for name in old.overturned.dims if name != "record" and name in old.coords]
+    if name := next((name for name in grid if not np.array_equal(old[name].values, new[name].values)), ""):
+        raise ResultError(f"cubes of different {name} values; compare those of one study")
     flags = old.overturned.fillna(INT8_MISSING).astype(np.int8)
     before, after = flags.values, new.overturned.fillna(INT8_MISSING).astype(np.int8).values
     azimuths = (old.fall_azimuth.values, new.fall_azimuth.values) if "fall_azimuth" in old else None

@@ -44,6 +44,12 @@ def test_changes_are_counted() -> None:
     assert found["peak slip of what stands: change in %, median and 95 %"] == "-10, 10"
 
 
+def test_cubes_of_other_values_are_not_compared() -> None:
+    new = cube([[1, 1]] * 4).assign_coords(b_over_h=[0.2, 0.4])
+    with pytest.raises(ResultError, match="cubes of different b_over_h values; compare those of one study"):
+        changes(OLD, new)
+
+
 def test_what_is_firm_ends_at_another_flag_around_the_circle() -> None:
     # Beside the first azimuth of B/H 0.3 lies the last one, which stands: neither its fall nor the second's is firm.
     found = changes(OLD, cube([[1, 0], [1, 1], [1, 0], [1, 0]]))

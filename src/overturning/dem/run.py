@@ -113,7 +113,8 @@ def run_cases(
     Returns
     -------
     Results
-        An array for each variable of the cube, in the order of the cases; missing are −128 and NaN.
+        An array for each variable of the cube, in the order of the cases. A missing flag is −128, a missing number
+        NaN.
 
     Raises
     ------

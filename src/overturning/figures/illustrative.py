@@ -108,11 +108,8 @@ def trajectories(
     study: Study, motion: Motion, block: dict[str, float], directions_deg: Sequence[float]
 ) -> list["xr.Dataset"]:
     """Trajectories of a block of a study, one for each direction, degrees."""
-    model, unused = model_for(study), set[str]()
-    if not model.sized:
-        unused = {"b_over_h"}
-    elif isinstance(model, Planes) and not model.scene.sweeps_friction:
-        unused = {"friction"}
-    given = {name: value for name, value in block.items() if name not in unused}
+    model = model_for(study)
+    own = {"b_over_h": not model.sized, "friction": isinstance(model, Planes) and not model.scene.sweeps_friction}
+    given = {name: value for name, value in block.items() if not own.get(name)}
     options: dict[str, Any] = {**given, **vars(numerics_of(study))}
     return [trajectory(motion, model, **options, **{f"{model.direction}_deg": angle}) for angle in directions_deg]

@@ -169,7 +169,7 @@ def shape_of(body: "str | int | Shape") -> Shape:
         named: dict[str, Shape] = {shape.name: shape for shape in (Rectangle(), Circle())}
         if body not in named:
             raise ArgumentError(
-                f"body: {body!r}; give 'rectangle', 'circle' or a number of sides; a scene by load_scene, --scene"
+                f"body: {body!r}; give 'rectangle', 'circle', a number of sides, or a scene by load_scene or --scene"
             )
         return named[body]
     if isinstance(body, int):

@@ -271,6 +271,10 @@ def test_part_of_a_circle_is_drawn_where_it_was_computed_and_nowhere_else() -> N
             between = np.degrees(theta[:-1] + theta[1:])[seen] / 2
             assert np.abs((between[:, None] - azimuth + 90.0) % 180.0 - 90.0).min(axis=1).max() <= 5.0 + 1e-9
             assert seen.sum() == 16, "eight steps on either side"
+        band = [path.vertices[:, 1].min() for path in curves.axes[0].collections[0].get_paths()]
+        assert min(band) > 0.2, "nor does it run to the middle where nothing is known"
+        alone = boundary_figure(boundary(part.isel(azimuth=[2])), 0.4, np.nan, "A").axes[0].lines[-1]
+        assert (alone.get_marker(), np.degrees(alone.get_xdata()).tolist()) == (".", [20.0])
         plt.close("all")
 
 

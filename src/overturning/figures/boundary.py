@@ -29,16 +29,16 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
             np.where(beyond, top, one[name].to_numpy()) for name in ("boundary", "boundary_low", "boundary_high")
         )
         if np.isfinite(low).any():
-            # Where a band is not known it has no width; a gap would leave the layout without a size.
-            low, high = np.nan_to_num(low, nan=0.0), np.where(np.isnan(low), 0.0, high)
-            axes.fill_between(closed, low[around], high[around], color=colour, alpha=0.25, linewidth=0)
+            # A gap in what is filled would leave the layout without a size.
+            ends = (np.nan_to_num(end, nan=0.0)[around] for end in (low, high))
+            axes.fill_between(closed, *ends, where=np.isfinite(low)[around], color=colour, alpha=0.25, linewidth=0)
         axes.plot(
             closed, radius[around], color=colour, linestyle=DASHES[index % len(DASHES)], linewidth=1.5,
             label=friction_said(bounds, friction),
         )  # fmt: skip
         # A curve needs two neighbours; an azimuth alone is a point.
         known = np.isfinite(radius)
-        alone = known & ~np.roll(known, 1) & ~np.roll(known, -1)
+        alone = known & ~((np.roll(known, 1) | np.roll(known, -1)) & (known.size > 1))
         if alone.any():
             axes.plot(azimuth[alone], radius[alone], ".", color=colour, markersize=5)
         if beyond.any():

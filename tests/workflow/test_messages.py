@@ -2,13 +2,15 @@
 
 import fcntl
 import logging
+import os
 import re
-import shutil
 import sys
+import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from snakemake_interface_common.exceptions import WorkflowError
 from snakemake_interface_logger_plugins.common import LogEvent
@@ -16,6 +18,7 @@ from snakemake_interface_logger_plugins.tests import TestLogHandlerBase
 
 from overturning.study.load import load_study
 from snakemake_logger_plugin_overturning import LogHandler
+from tests.records.record_writers import geonet_text
 from tests.workflow.conftest import SMALL, Checkout
 from verification.tables import ROOT
 
@@ -171,6 +174,22 @@ def test_a_missing_file_is_named_before_the_run(tmp_path: Path) -> None:
     assert not checkout.results.exists(), "it is known before anything is computed"
 
 
+def test_a_file_that_takes_the_place_of_another_is_read_though_it_is_older(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "checkout", SMALL.replace("rinaldi, petrolia", "mine"))
+    with (checkout.folder / "config" / "records.tsv").open("a", encoding="utf-8") as rows:
+        rows.write("mine\tauto\tmine.V2A\n")
+    file = checkout.folder / "resources" / "records" / "mine.V2A"
+    file.parent.mkdir(parents=True)
+    samples = 100 * np.sin(np.arange(400) / 5)
+    for factor, date in ((1, 2e9), (2, 1e9)):
+        axes = {"N28W": (332, factor * samples), "S62W": (242, factor * samples)}
+        file.write_text(geonet_text(axes, 0.02), encoding="utf-8")
+        os.utime(file, (min(date, time.time()),) * 2)
+        assert "read" in checkout.planned()
+        assert checkout.run(file="motion/mine.nc").returncode == 0
+        assert "read" not in checkout.planned()
+
+
 def test_missing_files_of_a_user_are_named_with_where_they_are(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path / "checkout", (ROOT / "config" / "tottori.yaml").read_text(encoding="utf-8"))
     with pytest.raises(WorkflowError, match=r"(?s)TTRH020010061330\.NS2.*resources/records.*NIED"):
@@ -200,7 +219,6 @@ def test_each_job_of_figures_has_its_own_pulses_alone(tmp_path: Path) -> None:
 
 def test_keys_of_the_command_line_replace_those_of_the_default_study(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path / "keys")
-    shutil.copyfile(ROOT / "config" / "near-fault.yaml", checkout.folder / "config" / "near-fault.yaml")
     plan = checkout.plan(file=None, name="mine", records={"use": ["rinaldi"]})
     (sweep,) = (command for command in plan.commands if "overturning sweep" in command)
     assert "results/mine/" in sweep

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import sys
+from functools import cache
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -194,6 +195,13 @@ def handed(text, kind):
 def sources(command):
     """Hash of the package's sources that a subcommand is made of: a module of commands, or `module:function`."""
     return source_hash(f"overturning.commands.{command}")
+
+
+@cache
+def content(path):
+    """Hash of a file of the user's: one that takes its place may be older, as files out of an archive are."""
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def variant_of(wildcards):

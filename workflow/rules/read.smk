@@ -16,6 +16,7 @@ rule read:
     params:
         study=lambda wildcards: settings("processing", "site", use=[wildcards.record]),
         entry=lambda wildcards: ENTRIES[wildcards.record].model_dump_json(),
+        content=lambda wildcards: [content(path) for path in FILES[wildcards.record]],
         sources=sources("workflow:read"),
     shell:
         "overturning read --study {params.study:q} --record {wildcards.record} --output {output} 2> {log}"

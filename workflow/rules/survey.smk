@@ -22,6 +22,7 @@ rule survey:
     resources:
         mem_mb=500,
     params:
+        content=lambda wildcards: content(survey_of(wildcards).stones),
         record=lambda wildcards: survey_of(wildcards).record,
         background=lambda wildcards: survey_of(wildcards).background,
         sources=sources("survey"),
@@ -47,6 +48,7 @@ rule backwards:
     resources:
         mem_mb=800,
     params:
+        content=lambda wildcards: content(survey_of(wildcards).stones),
         motions=lambda wildcards, input: " ".join(
             f"--motion {each}" for each in input.motions
         ),

@@ -43,6 +43,7 @@ from tests.expect import lacking, refused
 from tests.study.small_study import cube_of, pulse, study
 
 WAVE = Motion.sine(6.0, 0.8)
+CONTACT: Any = overturning.Contact()
 
 
 def test_names_versions_and_help() -> None:
@@ -66,11 +67,11 @@ def test_every_public_name_is_in_the_reference() -> None:
     ("call", "message"),
     [
         (lambda: overturning.simulate(WAVE, "three-tier", azimuth_deg=[0]), "'three-tier'; give 'rectangle'"),
-        (lambda: overturning.simulate(WAVE, overturning.Contact(), azimuth_deg=[0]), "model: a Contact; give a scene"),
-        (lambda: overturning.Body(contact=overturning.Contact()), "contact: a Contact; a body in space has a Vertex"),  # type: ignore[arg-type]
-        (lambda: overturning.trajectory(WAVE, azimuth_deg=[0, 1]), "trajectory: 2 cases; give one value each"),  # type: ignore[arg-type]
+        (lambda: overturning.simulate(WAVE, CONTACT, azimuth_deg=[0]), "model: a Contact; give a scene"),
+        (lambda: overturning.Body(contact=CONTACT), "contact: a Contact; a body in space has a Vertex"),
+        (lambda: overturning.trajectory(WAVE, azimuth_deg=[0, 1]), "trajectory: 2 cases; give one value each"),
         (lambda: overturning.run_study("wtmc"), "give a list of them, run_study([record], …)"),
-        (lambda: overturning.run_study(WAVE), "give a list of them, run_study([record], …)"),  # type: ignore[arg-type]
+        (lambda: overturning.run_study(WAVE), "give a list of them, run_study([record], …)"),
         (lambda: overturning.read([]), "paths: none; name the files"),
     ],
 )
@@ -85,7 +86,7 @@ def test_a_stream_where_a_motion_belongs_gets_a_sentence() -> None:
     with pytest.raises(ArgumentError, match=r"an obspy Stream; make it a motion by Motion\.from_obspy"):
         overturning.simulate(Stream(), azimuth_deg=[0])
     with pytest.raises(ArgumentError, match=r"a ndarray; give a Motion"):
-        overturning.trajectory(np.zeros(3), azimuth_deg=0)  # type: ignore[arg-type]
+        overturning.trajectory(np.zeros(3), azimuth_deg=0)
 
 
 def test_read_simulate_and_study(tmp_path: Path) -> None:

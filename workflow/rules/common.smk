@@ -165,8 +165,8 @@ wildcard_constraints:
 def settings(*keys, use=RECORDS, **parts):
     """The part of the study that one step depends on, as a study: what is not in it cannot change that step's result.
 
-    Of a key among the parts the keys inside are named. Where that is too long for a command, of thousands of records, it
-    is the name of a file that holds it.
+    Of a key among the parts the keys inside are named. Where that is too long for a command, of thousands of records,
+    it is the name of a file that holds it.
     """
     # A study uses each pulse that stands in it, so those of other jobs are left out.
     own = SETTINGS["records"]

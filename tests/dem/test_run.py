@@ -14,7 +14,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.plan import Plan
 from overturning.dem.polygon.plan import PolygonPlan
 from overturning.dem.run import plan_of, run, run_cases
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import grid_over, simulate_arrays, simulate_grid
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
@@ -86,7 +86,12 @@ def test_a_grid_its_cases_and_their_paths_have_the_same_answers(model: Any) -> N
 def test_a_scene_with_its_own_friction_is_computed_once_for_all_of_the_grid() -> None:
     law = {"between": ("stone", "stone"), "friction": 0.3}
     scene = check_scene(shipped("gravestone").model_dump() | {"contacts": [law]})
-    arrays = simulate_arrays(MOTION, scene, azimuth_deg=[0.0, 180.0], friction=[0.1, 0.9])
+    model = Planes(scene)
+    grid = grid_over(model, azimuth_deg=[0.0, 180.0])
+    # As of a study of which another variant sweeps it; who simulates the scene alone is told that it has its own.
+    arrays = simulate_grid(model, MOTION, grid.changed(friction=np.array([0.1, 0.9])), Numerics())
+    with refused(ArgumentError, "friction: [0.1, 0.9]; scene gravestone has coefficients of its own", brief=True):
+        simulate_arrays(MOTION, scene, azimuth_deg=[0.0, 180.0], friction=[0.1, 0.9])
     swept = simulate_arrays(MOTION, azimuth_deg=[0.0, 180.0], friction=[0.3])
     for name, values in arrays.items():
         np.testing.assert_array_equal(values, np.repeat(swept[name], 2, axis=3), err_msg=name)

@@ -202,6 +202,7 @@ def test_no_falls(one_record: Make) -> None:
         (1, {"fault_normal": np.nan}, "station 0: mean fall direction ", "Alignment"),
         (1, {"azimuth": slice(4, 5)}, "with a single plane of motion nothing is said about direction", "Rayleigh"),
         (1, {"azimuth": slice(0, 6)}, "No plane between 75° and 180° was computed", "Rayleigh"),
+        (1, {"azimuth": [0, 1, 2, 6, 7, 8]}, "between 30° and 90° or between 120° and 180° was computed", "Rayleigh"),
         (1, {"azimuth": slice(2, 14)}, "are no samples at all. None", "No plane between"),
         (2, {"vertical": 1}, "Vertical motion is in 2 of 2 records.", "the others none"),
     ],

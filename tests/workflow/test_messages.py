@@ -6,6 +6,7 @@ import os
 import re
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -35,6 +36,18 @@ class TestInterface(TestLogHandlerBase):
 
     def get_log_handler_settings(self) -> Any:
         return None
+
+    @pytest.fixture(autouse=True)
+    def closed(self) -> Iterator[None]:
+        """A handler that is left open says into the next tests how far its run is."""
+        self.made: list[Any] = []
+        yield
+        for handler in self.made:
+            handler.close()
+
+    def _create_handler(self) -> Any:
+        self.made.append(super()._create_handler())
+        return self.made[-1]
 
 
 def handler_of(verbose: bool) -> LogHandler:

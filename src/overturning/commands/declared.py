@@ -4,12 +4,18 @@ import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Final, get_type_hints
 
 import typer
 
 if TYPE_CHECKING:
     from overturning.records.source import Declarations
+
+TABLE: Final = Path("config/records.tsv")
+"""Record table, where no other is named."""
+
+RESOURCES: Final = Path("resources/records")
+"""Folder of the record files of a table."""
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
@@ -99,9 +105,9 @@ class Shaking:
     ]
     amplitude: Annotated[float, typer.Option(help="factor on the motion")] = 1.0
     vertical: Annotated[bool, typer.Option(help="apply the vertical motion where the record has one")] = True
-    table: Annotated[Path | None, typer.Option(help="record table (default config/records.tsv)")] = None
+    table: Annotated[Path | None, typer.Option(help=f"record table (default {TABLE})")] = None
     folder: Annotated[
-        Path | None, typer.Option(help="folder of the record files of the table (default resources/records)")
+        Path | None, typer.Option(help=f"folder of the record files of the table (default {RESOURCES})")
     ] = None
 
 

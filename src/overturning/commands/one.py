@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from overturning.commands.declared import Declared, InPlane, InSpace, Outputs, Shaking, Stone, grouped
+from overturning.commands.declared import RESOURCES, TABLE, Declared, InPlane, InSpace, Outputs, Shaking, Stone, grouped
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -179,7 +179,7 @@ def _record(shaking: Shaking, given: Declared) -> "Record":
     from overturning.records.read import read_path, read_record
     from overturning.records.store import rounded
 
-    name, table = shaking.record, shaking.table or Path("config/records.tsv")
+    name, table = shaking.record, shaking.table or TABLE
     is_pulse = bool(name.split()) and name.split()[0] in SHAPES
     if (is_pulse or Path(name).is_file()) and (shaking.table, shaking.folder) != (None, None):
         what = "a pulse" if is_pulse else "a file"
@@ -199,4 +199,4 @@ def _record(shaking: Shaking, given: Declared) -> "Record":
         raise ConfigError(
             f"{table}: no record {name!r}, nor a file of that name or a pulse; {did_you_mean(name, entries)}"
         )
-    return rounded(process(read_record(entries[name], shaking.folder or Path("resources/records")), None))
+    return rounded(process(read_record(entries[name], shaking.folder or RESOURCES), None))

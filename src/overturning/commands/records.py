@@ -2,18 +2,18 @@
 
 from collections.abc import Iterable
 from dataclasses import astuple, dataclass
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from overturning.commands.declared import Declared, grouped
+from overturning.commands.declared import RESOURCES, TABLE, Declared, grouped
 
 if TYPE_CHECKING:
     from overturning.records.catalogue import RecordEntry
     from overturning.records.record import Record
 
-RESOURCES = Path("resources/records")
 app = typer.Typer(no_args_is_help=True, help="Check record files, or fetch them.")
 
 
@@ -99,13 +99,14 @@ def plot(
     page = output.suffix.lower() in (".svg", ".png", ".pdf")
     if page and len(records) > 1:
         raise ArgumentError(f"--output: {output.name} is one page, but there are {len(records)} records; name a folder")
-    known: list[str] = []
+    made: set[Path] = set()
     for file, record in records:
         used = process(record, default_steps(record, frequency))
         name = file.replace(":", "-")
-        known.append(name)  # of files of one name in several folders, or several records in a file, each has its page
-        number = "" if known.count(name) == 1 else f"-{known.count(name)}"
-        target = output if page else output / f"{name}{number}.svg"
+        numbered = (output / f"{name}-{number}.svg" for number in count(2))
+        # Of files of one name in several folders each has its page.
+        target = output if page else next(one for one in chain([output / f"{name}.svg"], numbered) if one not in made)
+        made.add(target)
         with style():
             save(history_figure(record, used), target)
         typer.echo(f"{target}: {', '.join(map(summary, used.processing)) or 'left alone'}")
@@ -130,7 +131,7 @@ def add(
             "--set", help="a column of the table: event='Kaikoura 2016', unit=gal; may be given several times"
         ),
     ] = None,
-    table: Annotated[Path, typer.Option(help="record table")] = Path("config/records.tsv"),
+    table: Annotated[Path, typer.Option(help="record table")] = TABLE,
     folder: Annotated[Path, typer.Option(help="folder of the record files, to which they are copied")] = RESOURCES,
 ) -> None:
     """Read the files of a record, put them into the folder, and write the table's line."""

@@ -103,7 +103,7 @@ def explorer_data(
         turn = sized["orientation"]
         edges = cell_edges(turn) if turn.size > 1 else turn + np.array([-2.5, 2.5])
     return {
-        "title": ", ".join([str(cube.attrs.get("title", "")), *variant_said(cube)]),
+        "title": ", ".join(filter(None, [str(cube.attrs.get("title", "")), *variant_said(cube)])),
         "space": not model.one_component,
         "mirrors": not model.one_component or period_of(cube) == PLANE_PERIOD,
         "records": records,

@@ -187,16 +187,22 @@ def compass(axes: Any, names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", 
     axes.spines["polar"].set_linewidth(0.6)
 
 
-def beyond_the_grid(azimuth_deg: FloatArray) -> FloatArray:
-    """Azimuths at which nothing is known: a step beyond both ends of each gap of more than two steps in a circle.
+def gaps_of(azimuth_deg: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Where each gap of more than two steps in a circle of azimuths begins and ends, and the step, degrees.
 
-    A step is the median distance of neighbours, of two in the middle the smaller one.
+    A step is the median distance of neighbours, of two middle ones the smaller one; a gap across north ends above 360.
     """
-    azimuth = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 10))
-    gap = np.diff(azimuth, append=azimuth[0] + 360.0)
+    azimuth: FloatArray = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 10))
+    gap: FloatArray = np.diff(azimuth, append=azimuth[0] + 360.0)
     step = float(np.quantile(gap, 0.5, method="lower"))
     wide = gap > 2.0 * step * (1.0 + 1e-9)
-    return np.round(np.concatenate([azimuth[wide] + step, azimuth[wide] + gap[wide] - step]) % 360.0, 10)
+    return azimuth[wide], azimuth[wide] + gap[wide], step
+
+
+def beyond_the_grid(azimuth_deg: FloatArray) -> FloatArray:
+    """Azimuths at which nothing is known: a step beyond both ends of each of the `gaps_of` a circle."""
+    begins, ends, step = gaps_of(azimuth_deg)
+    return np.round(np.concatenate([begins + step, ends - step]) % 360.0, 10)
 
 
 def radius_ticks(axes: Any, top: float, ticks: dict[float, str] | None = None, **look: Any) -> None:

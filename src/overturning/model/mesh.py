@@ -1,7 +1,7 @@
 """Vertices of a body from a mesh file: Wavefront OBJ, Stanford PLY, STL. Its faces tell only whether it is convex."""
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -133,8 +133,7 @@ def _ply(content: bytes) -> Mesh:
         raise ValueError("vertices must come first")
     names = [name for _, name in columns]
     if form == "ascii":
-        words = iter(body.decode("ascii").split())
-        take: Take = lambda _, size: [float(next(words)) for _ in range(size)]  # noqa: E731
+        take: Take = partial(_written, iter(body.decode("ascii").split()))
         table = np.array(take("", count * len(names))).reshape(count, len(names))
         vertices = table[:, [names.index(axis) for axis in "xyz"]]
     else:
@@ -142,11 +141,16 @@ def _ply(content: bytes) -> Mesh:
         layout = np.dtype([(name, order + _PLY_TYPES[kind]) for kind, name in columns])
         records = np.frombuffer(body, layout, count)
         vertices = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
-        take = partial(_take, io.BytesIO(body[records.nbytes :]), order)
+        take = partial(_packed, io.BytesIO(body[records.nbytes :]), order)
     return vertices, _ply_faces(take, many, kinds) if second == "face" else []
 
 
-def _take(stream: io.BytesIO, order: str, kind: str, size: int) -> list[float]:
+def _written(words: Iterator[str], _kind: str, size: int) -> list[float]:
+    """The next numbers of a text."""
+    return [float(next(words)) for _ in range(size)]
+
+
+def _packed(stream: io.BytesIO, order: str, kind: str, size: int) -> list[float]:
     """The next numbers of a kind."""
     layout = np.dtype(order + _PLY_TYPES[kind])
     return np.frombuffer(stream.read(size * layout.itemsize), layout, size).tolist() if size else []

@@ -40,6 +40,11 @@ def estimate(value: float, low: float, high: float) -> str:
     return number(value) + ("" if math.isnan(low) else f" ({interval(low, high)})")
 
 
+def tells_from_0(found: Any) -> bool:
+    """Whether the interval, `low` to `high`, of what was found leaves out 0; not where there is none."""
+    return bool(found.low > 0 or found.high < 0)
+
+
 def censored(value: float, low: float, high: float, least: float, most: float) -> tuple[str, str]:
     """A number and its interval with the digits that the interval allows, and where the data end: above 1.4.
 

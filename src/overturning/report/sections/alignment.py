@@ -6,7 +6,7 @@ import numpy as np
 
 from overturning.report.blocks import Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
 from overturning.report.results import Results
-from overturning.report.text import counted, degrees, estimate, interval, number
+from overturning.report.text import counted, degrees, estimate, interval, number, tells_from_0
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT
@@ -25,7 +25,7 @@ def alignment_sentences(results: Results, *, primary: bool) -> tuple[str, ...]:
     if difference is not None and difference.n:
         few = math.isnan(difference.low)
         ends = "too few earthquakes for an interval" if few else interval(difference.low, difference.high)
-        shown = "a" if difference.low > 0 or difference.high < 0 else "no"
+        shown = "a" if tells_from_0(difference) else "no"
         verdict = "" if few else f": {shown} difference between the two is shown"
         values.append(f"the difference {number(difference.value)} ({ends}){verdict}")
     if primary:

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import beyond_the_grid
+from overturning.figures.style import gaps_of
 from overturning.report.blocks import Answer, Figure, Note, Paragraph, Section
 from overturning.report.results import Results
 from overturning.report.sections.alignment import alignment_sentences, axes_shown
@@ -229,13 +229,13 @@ def _left_out(results: Results) -> str:
     if not results.model.one_component or results.one_axis:
         return ""
     axes = np.unique(results.cube["azimuth"].to_numpy().astype(np.float64) % 180.0)
-    if not beyond_the_grid(np.concatenate([axes, axes + 180.0])).size:
+    begins, ends, _ = gaps_of(np.concatenate([axes, axes + 180.0]))
+    gaps = [f"between {one:g}° and {other:g}°" for one, other in zip(begins, ends, strict=True) if one < 180.0]
+    if not gaps:
         return ""
-    gaps = np.diff(axes, append=axes[0] + 180.0)
-    first = axes[int(gaps.argmax())]
     return (
-        f" No plane between {first:g}° and {first + gaps.max():g}° was computed, so that no block could fall that way: "
-        "directions, axes and shares are those of the other planes."
+        f" No plane {' or '.join(gaps)} was computed, so that no block could fall that way: directions, axes and "
+        "shares are those of the other planes."
     )
 
 

@@ -7,7 +7,7 @@ import xarray as xr
 
 from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, table
 from overturning.report.results import Results
-from overturning.report.text import capitalised, counted, degrees, estimate, number, percent
+from overturning.report.text import capitalised, counted, degrees, estimate, number, percent, tells_from_0
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.earthquakes import Followed
@@ -66,9 +66,7 @@ def follow_sentences(found: dict[str, Followed], parts: list[str]) -> list[str]:
         mean, *_ = references.means[best, True]
         who = "fall" if group == "all records" else f"of the records {group.replace(' (control)', ' a pulse')}, fall"
         certain = (
-            "its interval leaves out 0"
-            if mean.low > 0 or mean.high < 0
-            else "but its interval takes in 0, so nothing is shown"
+            "its interval leaves out 0" if tells_from_0(mean) else "but its interval takes in 0, so nothing is shown"
         )
         if math.isnan(mean.low):
             certain = "too few for an interval"
@@ -110,7 +108,7 @@ def follow_answer(found: dict[str, Followed], parts: list[str]) -> list[str]:
         )
         ends: dict[str, list[str]] = {"with its head": [], "against its head": []}
         for part, one in zip(parts, references.means.get((best, False), [mean])[1:], strict=False):
-            if one.low > 0 or one.high < 0:
+            if tells_from_0(one):
                 ends["with its head" if one.low > 0 else "against its head"].append(f"{part} (cos Δ {_shown(one)})")
         if told := " and ".join(f"{way} at {' and '.join(of)}" for way, of in ends.items() if of):
             text += f" Stones fall {told}."

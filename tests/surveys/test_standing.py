@@ -11,7 +11,7 @@ from scipy.stats import norm
 from overturning.cli import main
 from overturning.statistics.fragility import fragility
 from overturning.statistics.fragility_files import write_fragility_csv
-from overturning.surveys.standing import CurveRow, Hazard, rate_bound, read_curves, standing
+from overturning.surveys.standing import CurveRow, Hazard, rate_bound, read_curves, read_hazard, standing
 
 
 def power_law(k0: float, k: float, low: float, high: float, count: int = 2) -> Hazard:
@@ -131,3 +131,45 @@ def test_a_wrong_hazard_is_told(
     with pytest.raises(SystemExit):
         main(["stood", *map(str, tables), "--years", "100"])
     assert said in capsys.readouterr().err
+
+
+def class_and_hazard(folder: Path, first: float) -> tuple[Path, Path]:
+    """A class whose stones differ by 0.5, records by 0.3; ν = 1e-4 x^−2.5 from a first level to 10 g."""
+    fields = "median", "log_spread", "record_spread", "other_spread"
+    values = 0.6, math.hypot(0.3, 0.5), 0.3, 0.5
+    curves, hazard, survey = (folder / f"{name}.csv" for name in ("fragility", "hazard", "survey"))
+    curves.write_text(f"stones,measure,unit,{','.join(fields)}\nall,PGA,g,{','.join(map(str, values))}\n", "utf-8")
+    rows = "".join(f"PGA,g,{level},{1e-4 * level**-2.5}\n" for level in np.geomspace(first, 10, 30))
+    hazard.write_text(f"measure,unit,level,annual_rate\n{rows}", "utf-8")
+    survey.write_text("fell,octant,count\nno,,1\n", "utf-8")
+    return curves, hazard
+
+
+def test_one_stone_of_a_class_that_stands_is_a_strong_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Under the largest hazard that is named 5 % of stones stand, each through earthquakes drawn one by one."""
+    curves, hazard = class_and_hazard(tmp_path, 0.01)
+    with pytest.raises(SystemExit):
+        main(["stood", str(curves), str(hazard), "--years", "800", "--stones", str(tmp_path / "survey.csv")])
+    row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("  all "))
+    factor, generator = float(row.split()[-1]), np.random.default_rng(5)
+    assert factor > 5 * 3.0 / (800 * float(row.split()[2]))
+    stands, weakest = 0, 0.05  # g; of the falls 0.3 % come from weaker shaking
+    for capacity in 0.6 * np.exp(0.5 * generator.normal(size=4000)):
+        earthquakes = generator.poisson(800 * factor * 1e-4 * weakest**-2.5)
+        shaking = weakest * generator.random(earthquakes) ** (-1 / 2.5)
+        stands += bool((np.log(shaking / capacity) + 0.3 * generator.normal(size=earthquakes) < 0).all())
+    assert stands / 4000 == pytest.approx(0.05, abs=0.012)
+
+
+def test_a_hazard_that_begins_too_high_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """1 % fall at the first level: what lies below it is the difference from a curve that begins lower."""
+    spread, rates = math.hypot(0.3, 0.5), []
+    for first in (0.155, 0.0155, 0.005):
+        curves, hazard = class_and_hazard(tmp_path, first)
+        with pytest.raises(SystemExit):
+            main(["stood", str(curves), str(hazard), "--years", "800"])
+        rates.append((standing(curve(0.6, spread), read_hazard(hazard)["PGA"], 800.0).rate, capsys.readouterr().out))
+    (high, said), (low, quiet), _ = rates
+    assert low - high > 0.08 * low
+    assert f"weaker shaking is not counted, and would add {low - high:.2g} falls a year" in said
+    assert "weaker shaking" not in quiet

@@ -7,20 +7,31 @@ import obspy
 from obspy.core.inventory import Channel, Inventory, Network, Station
 from obspy.core.inventory.response import InstrumentSensitivity, PolesZerosResponseStage, Response
 
+PI2 = np.pi**2
+POLES = (-0.037 + 0.037j, -0.037 - 0.037j)
 START = obspy.UTCDateTime(2001, 2, 3, 4, 5, 6, 500000)
 
 
-def response(gain: float, unit: str) -> Response:
-    """A gain and, for velocity, a flat pair of zeros and poles far below and above the band."""
+def of_broadband(frequency):
+    """Response to velocity of a seismometer with a corner period of 120 s, 0.707 of critically damped; 1 at 1 Hz."""
+    s, pole = 2j * np.pi * np.asarray(frequency), POLES[0]
+    return s**2 / ((s - pole) * (s - np.conj(pole))) * abs((2j * np.pi - pole) * (2j * np.pi - np.conj(pole))) / 4 / PI2
+
+
+def response(gain: float, unit: str, *, broadband: bool = False) -> Response:
+    """A gain alone, or that of `of_broadband`."""
+    zeros, poles = ([0j, 0j], list(POLES)) if broadband else ([], [])
+    norm = float(np.prod([abs(2j * np.pi - pole) for pole in poles])) / (4 * PI2) if broadband else 1.0
     stage = PolesZerosResponseStage(
-        1, gain, 1.0, unit, "COUNTS", "LAPLACE (RADIANS/SECOND)", 1.0, [], [], normalization_factor=1.0
+        1, gain, 1.0, unit, "COUNTS", "LAPLACE (RADIANS/SECOND)", 1.0, zeros, poles, normalization_factor=norm
     )
     return Response(instrument_sensitivity=InstrumentSensitivity(gain, 1.0, unit, "COUNTS"), response_stages=[stage])
 
 
 def write_inventory(
-    path: Path, channels: dict, *, station="TST1", gain: float = 400_000.0, unit: str = "M/S**2", depth: float = 0.0
-) -> Path:
+    path: Path, channels: dict, *, station="TST1", gain: float = 400_000.0, unit: str = "M/S**2", depth: float = 0.0,
+    broadband: bool = False,
+) -> Path:  # fmt: skip
     """StationXML; ``channels`` maps code to (azimuth, dip)."""
     listed = [
         Channel(
@@ -33,7 +44,7 @@ def write_inventory(
             azimuth=azimuth,
             dip=dip,
             sample_rate=100.0,
-            response=response(gain, unit),
+            response=response(gain, unit, broadband=broadband),
         )
         for code, (azimuth, dip) in channels.items()
     ]

@@ -15,7 +15,7 @@ from overturning.records.read import read, read_files, read_path, read_record
 from overturning.records.record import state_of
 from overturning.records.source import Declarations, SourceFile
 from tests.expect import refused
-from tests.records.seed_writers import START, trace, write_inventory, write_mseed, write_sac
+from tests.records.seed_writers import START, of_broadband, trace, write_inventory, write_mseed, write_sac
 
 quick = settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
 random = np.random.default_rng(11)
@@ -69,6 +69,32 @@ def test_a_velocity_sensor_is_deconvolved(tmp_path):
     assert np.abs(middle).max() == pytest.approx(0.1 * 2 * np.pi, rel=0.01)
     np.testing.assert_allclose(middle, 0.1 * 2 * np.pi * np.cos(2 * np.pi * time[1500:2500]), atol=0.01)
     assert state_of(record) == "raw, response of a velocity sensor removed"
+
+
+@pytest.mark.parametrize("frequency", [0.3, 5.0, 20.0, 35.0])
+def test_a_broadband_sensor_keeps_what_is_fast(tmp_path, frequency):
+    """Counts are a burst of acceleration a cos(2πft) through the closed form of the sensor, 1 Gal at its peak."""
+    time = np.arange(12_000) / 100
+    wave = 0.01 * np.cos(2 * np.pi * frequency * time) * np.exp(-(((time - 60) / 8) ** 2))
+    hertz = np.fft.rfftfreq(time.size, 0.01)
+    speed = np.zeros(hertz.size, complex)
+    speed[1:] = np.fft.rfft(wave)[1:] / (2j * np.pi * hertz[1:]) * of_broadband(hertz[1:])
+    counts = 1e9 * np.fft.irfft(speed, time.size)
+    write_inventory(tmp_path / "s.xml", {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}, gain=1e9, unit="M/S", broadband=True)
+    record = read_path(write_mseed(tmp_path / "x.mseed", {"HHN": np.round(counts), "HHE": np.round(counts / 2)}))
+    np.testing.assert_allclose(record.north, wave, atol=1e-4 * wave.max())
+    assert record.notes == []
+
+
+def test_a_velocity_sensor_beyond_its_range_is_told_and_an_accelerometer_in_velocity_refused(tmp_path):
+    counts = np.round(1e6 * np.sin(np.arange(4000) / 16)).astype(np.int32)  # 10 cm/s
+    write_inventory(tmp_path / "s.xml", {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}, gain=1e7, unit="M/S")
+    notes = read_path(write_mseed(tmp_path / "x.mseed", {"HHN": counts, "HHE": counts // 100})).notes
+    assert len(notes) == 1
+    assert "channel HHN of a velocity sensor reaches 10 cm/s: most saturate" in notes[0]
+    write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)}, gain=1e7, unit="M/S")
+    with refused(RecordError, "is of an accelerometer by its code (N), but in M/S in the StationXML"):
+        read_path(write_mseed(tmp_path / "x.mseed", {"HNN": counts, "HNE": counts}))
 
 
 def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):

@@ -21,6 +21,8 @@ ACCELERATION: Final = {f"{length}{per}": scale for length, scale in _LENGTHS.ite
 }
 """Names of units of acceleration, in m/s²."""
 VELOCITY: Final = {"M/S", "M/SEC"}
+FULL_SCALE: Final = 0.01
+"""Velocity from which on most velocity sensors are at the end of their range, m/s."""
 
 
 def read(source: SourceFile, declared: Declarations) -> list[Component]:
@@ -97,9 +99,17 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: str | N
             f"{channel} is of a velocity sensor by its code (H), but in {unit} in the StationXML; correct it, or "
             "declare the unit (unit m/s2 in the record table, --unit m/s2) if it is an acceleration"
         )
+    if unit in VELOCITY and trace.stats.channel[1:2] == "N" and len(trace.stats.channel) == 3:
+        raise RecordError(
+            f"{channel} is of an accelerometer by its code (N), but in {unit} in the StationXML; correct its units"
+        )
+    samples, removed, notes = np.asarray(trace.data, dtype=np.float64) / gain, "gain", []
     if unit in ACCELERATION:
-        samples, removed = np.asarray(trace.data, dtype=np.float64) / gain * ACCELERATION[unit], "gain"
+        samples *= ACCELERATION[unit]
     else:
+        if (speed := 0.5 * float(np.ptp(samples))) > FULL_SCALE:
+            what = f"channel {trace.stats.channel} of a velocity sensor reaches {100 * speed:.2g} cm/s"
+            notes = [f"{what}: most saturate from 1 or 2 cm/s on, and their acceleration is wrong then; look at it"]
         samples, removed = _deconvolved(trace, inventory, source.name), "response"
     return Component.of(
         source,
@@ -113,17 +123,22 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: str | N
         sensor=sensor_at(place["local_depth"]),
         unit=declared if declared and UNITS.get(declared) == ACCELERATION.get(unit) else "",
         extra={"removed": removed, "network": trace.stats.network},
+        notes=tuple(notes),
     )
 
 
 def _deconvolved(trace: Any, inventory: Any, name: str) -> FloatArray:
-    """Acceleration from a velocity sensor: response removed between 0.02 Hz and 0.8 of the Nyquist frequency."""
+    """Acceleration from a velocity sensor: response removed between 0.02 Hz and 0.8 of the Nyquist frequency.
+
+    The band bounds the division. A water level counts from the largest response to acceleration, which a broadband
+    sensor has at its corner period: 60 dB below that lies at 12 Hz for 120 s, and what is faster came out low.
+    """
     nyquist = 0.5 * trace.stats.sampling_rate
     band = (0.01, 0.02, 0.8 * nyquist, 0.95 * nyquist)
     copy = trace.copy()
     copy.data = np.asarray(copy.data, dtype=np.float64)
     try:
-        copy.remove_response(inventory, output="ACC", pre_filt=band, water_level=60, zero_mean=True)
+        copy.remove_response(inventory, output="ACC", pre_filt=band, water_level=300, zero_mean=True)
     except Exception as problem:
         why = f"response of {trace.id} cannot be removed ({problem})"
         raise RecordError(f"{name}: {why}; get level=response") from problem

@@ -32,11 +32,11 @@ def write_inventory(
     path: Path, channels: dict, *, station="TST1", gain: float = 400_000.0, unit: str = "M/S**2", depth: float = 0.0,
     broadband: bool = False,
 ) -> Path:  # fmt: skip
-    """StationXML; ``channels`` maps code to (azimuth, dip)."""
+    """StationXML; ``channels`` maps code (HNN, or 10.HNN with its location) to (azimuth, dip)."""
     listed = [
         Channel(
-            code,
-            "",
+            code.rpartition(".")[2],
+            code.rpartition(".")[0],
             35.2,
             133.4,
             10.0,
@@ -55,7 +55,9 @@ def write_inventory(
 
 def trace(samples, channel: str, *, station: str = "TST1", start=START, rate: float = 100.0) -> obspy.Trace:
     """A trace of samples as they are."""
-    header = {"network": "XX", "station": station, "channel": channel, "starttime": start, "sampling_rate": rate}
+    location, _, code = channel.rpartition(".")
+    header = {"network": "XX", "station": station, "location": location, "channel": code}
+    header |= {"starttime": start, "sampling_rate": rate}
     return obspy.Trace(np.asarray(samples), header=header)
 
 

@@ -11,6 +11,7 @@ from hypothesis.extra.numpy import arrays
 from overturning.errors import ArgumentError, RecordError
 from overturning.records.assembly import assemble
 from overturning.records.catalogue import RecordEntry
+from overturning.records.check import check_paths
 from overturning.records.component import channel_axis, parse_axis
 from overturning.records.read import read_files, read_path, read_record
 from overturning.records.record import Record
@@ -170,6 +171,30 @@ def test_the_location_of_a_channel_tells_a_borehole(tmp_path, form, place):
         with refused(RecordError, "of the borehole sensor"):
             put(tmp_path, text)
     assert put(tmp_path, text, sensor="borehole" if deep else "surface").north.size == A.size
+
+
+@pytest.mark.parametrize("form", ["cosmos", "csmip2"])
+def test_channels_of_several_places_in_a_structure_are_no_record(tmp_path, form):
+    """The north of the roof with the east of the third floor was a record, and nothing was said."""
+    (written,) = FORMS[form].files(*STEPS).values()
+
+    def text(*places: str) -> str:
+        channels = zip(re.split(r"(?m)(?<=----------\n)", written), places, strict=False)
+        located = ((re.sub("Location: free field", "", channel), place) for channel, place in channels)
+        chan = re.compile(r"(?m)^(Chan .*?(?:Deg|Up)|Sta Cha: .*?\))\s*$")
+        return "".join(chan.sub(rf"\1  (Sta Chn: 7)   Location: {place}", channel) for channel, place in located)
+
+    with refused(RecordError, "components of 'Roof - North' and '3rd Floor' and 'Ground'; they are not of one record"):
+        put(tmp_path, text("Roof - North", "3rd Floor", "Ground"))
+    (told,) = put(tmp_path, text(*["3rd Floor"] * 3)).notes
+    assert told == "a sensor at '3rd Floor' has the motion of a structure, not of the ground"
+    assert put(tmp_path, text(*["Ground Floor"] * 3)).notes == []
+    both = text(*["Ground Floor"] * 3) + text(*["Roof"] * 3)
+    (tmp_path / "both.v2").write_text(both)
+    assert [{c.location for c in f.components} for f in check_paths([tmp_path / "both.v2"])] == [
+        {"Ground Floor"},
+        {"Roof"},
+    ]
 
 
 def test_the_end_of_a_file_may_lack_its_line_end_or_have_more_but_no_digits_less(tmp_path):

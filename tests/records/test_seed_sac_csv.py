@@ -48,6 +48,17 @@ def test_orientation_comes_from_the_stationxml(tmp_path):
     np.testing.assert_allclose(record.up, -Z / 400_000, rtol=1e-12)  # dip +90 points down
 
 
+def test_sensors_of_two_locations_are_no_record(tmp_path):
+    both = {f"{location}.{code}": axes for location in ("00", "10") for code, axes in CHANNELS.items()}
+    write_inventory(tmp_path / "s.xml", both)
+    mixed = write_mseed(tmp_path / "x.mseed", {"00.HNN": N, "10.HNE": E})
+    with refused(RecordError, "components of '00' and '10'; they are not of one record"):
+        read_path(mixed)
+    # The first sensor has lost its north, and took that of the second.
+    write_mseed(tmp_path / "x.mseed", {"00.HNE": E, "00.HNZ": Z, "10.HNE": E, "10.HNN": N, "10.HNZ": Z})
+    assert [len(finding.components) for finding in check_paths([tmp_path]) if finding.record] == [3]
+
+
 def test_gaps_are_refused(tmp_path):
     import obspy
 

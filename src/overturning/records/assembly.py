@@ -13,7 +13,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import Reasons, RecordError
 from overturning.motion.direction import direction_cosines
 from overturning.motion.plausible import implausible
-from overturning.records.component import Component, check_peak, is_vertical_of_unknown_sense
+from overturning.records.component import Component, check_peak, in_a_structure, is_vertical_of_unknown_sense
 from overturning.records.record import Record, peaks_of
 from overturning.records.source import Declarations, VerticalSense
 
@@ -54,10 +54,10 @@ def _common_window(components: Sequence[Component], *, trust_data: bool = False)
 
     Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains. A RecordError
     says so where the rates differ, or starts by more than 0.5 s. So may lengths, where the components are of one file,
-    whose recorder stopped its channels one after the other; those of several files, and station and earthquake that
-    they name, or whether they are raw, only where ``trust_data`` is set.
+    whose recorder stopped its channels one after the other; those of several files, and station, earthquake and place
+    of the sensor that they name, or whether they are raw, only where ``trust_data`` is set.
     """
-    said = [(c.station, c.event, "processed" if c.processed else "raw") for c in components]
+    said = [(c.station, c.event, "processed" if c.processed else "raw", c.location) for c in components]
     for texts in zip(*said, strict=True):
         named = {" ".join(text.split()).casefold(): text for text in texts if text}
         if len(named) > 1 and not trust_data:
@@ -118,6 +118,7 @@ def assemble(
     name = components[0].file if components else record_id
     components, notes = _with_sense(components, declared.vertical_sense)
     notes += [note for component in components if (note := _stated_otherwise(component, declared))]
+    notes += dict.fromkeys(note for component in components if (note := in_a_structure(component.location)))
     trusted: list[str] = []
     differences = _checked_peaks(components, reasons, trusted if declared.trust_data else None)
     by_files = [c for c in components if not c.vertical]

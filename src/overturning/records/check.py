@@ -142,7 +142,9 @@ def _notes(record: Record, sensor: str) -> list[str]:
 def _axis(component: Component) -> str:
     sense = {1: "up", -1: "down", 0: "direction unknown"}[component.vertical]
     direction = f"azimuth {component.azimuth_deg:g}" if component.azimuth_deg is not None else sense
-    text = f"{component.axis}: {direction}, {component.samples.size} samples, peak {largest(component) * 100:.4g} Gal"
+    where = f" ({component.location})" if component.location else ""
+    size = f"{component.samples.size} samples, peak {largest(component) * 100:.4g} Gal"
+    text = f"{component.axis}{where}: {direction}, {size}"
     peak = component.peak
     if peak is None:
         return text + ", header states none"

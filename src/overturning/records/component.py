@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -94,6 +94,26 @@ def sensor_at(depth_m: float | None = None, text: str = "") -> Sensor:
     return "borehole" if named or (depth_m is not None and depth_m > DEEPEST_VAULT) else "surface"
 
 
+_RAISED: Final = re.compile(
+    r"\b(roof|penthouse|attic|mezzanine|deck|crest|girder|parapet|"
+    r"(second|third|fourth|fifth|[2-9](nd|rd|th)|[1-9]\d(st|nd|rd|th)) +(fl|level|stor))",
+    re.IGNORECASE,
+)
+
+
+def stated_location(line: str) -> str:
+    """What a line says of where its sensor stands; empty where it does not."""
+    found = re.search(r"\bLocation:\s*(.*)", line, re.IGNORECASE)
+    return " ".join(found[1].split()) if found else ""
+
+
+def in_a_structure(location: str) -> str:
+    """What is said of a sensor that stands high up in a structure by the words of its place; empty of any other."""
+    return (
+        f"a sensor at {location!r} has the motion of a structure, not of the ground" if _RAISED.search(location) else ""
+    )
+
+
 @dataclass(frozen=True)
 class StatedPeak:
     """The peak acceleration that a file's header states."""
@@ -124,6 +144,7 @@ class Component:
     longitude: float | None = None
     peak: StatedPeak | None = None
     sensor: Sensor = "surface"
+    location: str = ""  # where the sensor stands at its station, as the file has it: words, or a SEED code
     processed: bool = False  # whether the data has been corrected already, and is then left alone by default
     unit: str = ""  # the declared one, where the format leaves it open
     film: bool = False  # whether it was digitised from film, where each trace ends as far as it can be read

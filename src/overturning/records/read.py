@@ -177,7 +177,8 @@ def _named_alike(path: Path, other: Path) -> bool:
 def group_components(components: Iterable[Component]) -> list[list[Component]]:
     """Sort components into records, in the order of first appearance.
 
-    Those of one record have the same format, station, place, event and sensor, and starts at most 0.5 s apart.
+    Those of one record have the same format, station, place, event, sensor and location of it, and starts at most 0.5 s
+    apart.
     Components that say nothing about themselves (declared columns) belong together when they are of one file.
     """
     groups: list[list[Component]] = []
@@ -192,6 +193,8 @@ def group_components(components: Iterable[Component]) -> list[list[Component]]:
 
 def _together(group: Sequence[Component], component: Component) -> bool:
     first = group[0]
+    if first.location and component.location and first.location != component.location:
+        return False
     if first.file == component.file and first.sha256 == component.sha256:
         # In one file an axis that comes twice begins another record, except another sensor's.
         return first.sensor == component.sensor and not any(

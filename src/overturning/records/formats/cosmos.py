@@ -24,6 +24,7 @@ from overturning.records.component import (
     channel_axis,
     coded_azimuth,
     sensor_at,
+    stated_location,
 )
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
 from overturning.records.formats.lines import Lines, in_turn
@@ -105,6 +106,7 @@ def read(source: SourceFile, lines: Lines) -> tuple[Component, int]:
         origin=origin,
         place=(known.get(0), known.get(1)),
         sensor=sensor_at(text=text[8]),
+        location=stated_location(text[8]),
         peak=peak,
         processed=bool(header.text("corrected")),
         extra=({"magnitude": known[12]} if 12 in known else {}) | places | _agency(header),

@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from overturning.records.component import Component, agreed, coded_azimuth, sensor_at
+from overturning.records.component import Component, agreed, coded_azimuth, sensor_at, stated_location
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
 from overturning.records.formats.lines import FLOAT, Lines, in_turn
 from overturning.records.source import SourceFile
@@ -96,6 +96,7 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
         origin=origin,
         place=(latitude, longitude),
         sensor=sensor_at(text=block.lines[at]),
+        location=stated_location(block.lines[at]),
         peak=header.peak("peak", UNITS[_unit_of_peak(header)]) if header.text("peak") else None,
         processed=volume == 2,
         extra=places | agency,

@@ -121,6 +121,7 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: str | N
         station=trace.stats.station,
         place=(place["latitude"], place["longitude"]),
         sensor=sensor_at(place["local_depth"]),
+        location=trace.stats.location,
         unit=declared if declared and UNITS.get(declared) == ACCELERATION.get(unit) else "",
         extra={"removed": removed, "network": trace.stats.network},
         notes=tuple(notes),

@@ -68,6 +68,7 @@ def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations
         place=(known("stla"), known("stlo")),
         peak=StatedPeak(max(peaks) * scale, 2e-7 * max(peaks) * scale) if peaks else None,
         sensor=sensor_at(known("stdp")),
+        location=trace.stats.location,
         processed=bool(declared.processed),
         unit=unit,
         extra={"network": trace.stats.network, "declared": declared.of_samples} | places,

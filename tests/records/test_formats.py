@@ -217,6 +217,25 @@ def test_nsmn_is_in_the_code_page_of_the_place(tmp_path):
     check(read_path(tmp_path / "z.txt"), A / 100, B / 100, C / 100)
 
 
+@pytest.mark.parametrize("name", ["Chi-Chi, Taiwan", "Chi-Chi, Taiwan-06", "Northridge-01"])
+def test_peer_names_of_earthquakes_may_have_commas(tmp_path, name):
+    """Main shock and aftershocks were all of "Chi-Chi", at stations such as "Taiwan-06, 9/25/1999, TCU065"."""
+    title = f"{name}, 9/25/1999, TCU065, Taichung"
+    files = {f"{axis}.AT2": peer_text(A * 1e-3, 0.01, axis).replace("Test-01, 1/17/1994, Test Receiving Sta", title)
+             for axis in ("000", "090")}  # fmt: skip
+    record = put(tmp_path, files)
+    assert (record.event, record.station) == (f"{name} 9/25/1999", "TCU065, Taichung")
+
+
+@pytest.mark.parametrize(("year", "stated"), [("33", 1933), ("52", 1952), ("94", 1994), ("19", 2019), ("1952", 1952)])
+def test_years_of_two_digits_are_those_since_the_first_accelerogram(tmp_path, year, stated):
+    text = csmip_text({"90 Deg": (90, A / 1000), "360 Deg": (360, B / 1000)}, 100)
+    text = text.replace("(Origin:  To be determined)", f"Origin: 07/21/{year}, 11:52:14.0 GMT")
+    record = put(tmp_path, text.replace("Start time:  7/06/19", f"Start time:  7/21/{year}"))
+    assert record.extra["origin_time"] == f"{stated}-07-21T11:52:14Z"
+    assert record.start == f"{stated}-07-21T03:16:08Z"
+
+
 def test_bhrc_ends_each_component_with_a_mark(tmp_path):
     lines = bhrc_text({"L": A / 100, "V": C / 100, "T": B / 100}).splitlines()
     mark = lines.index("/&")

@@ -27,6 +27,10 @@ PLACE: Final = r"(\d+) +(\d+) +(\d+) *([NS]),? +(\d+) +(\d+) +(\d+) *([EW])"
 """Degrees, minutes and seconds of a latitude and a longitude."""
 
 
+FIRST_YEAR: Final = 33
+"""Years of two digits from here on are those of 19xx: the first accelerogram is of 1933."""
+
+
 def resolution(text: str) -> float:
     """Unit of the last printed digit of a number: 0.001 for ``927.174``, 10 for ``1.23E3``."""
     mantissa, _, exponent = text.strip().upper().replace("D", "E").partition("E")
@@ -118,7 +122,7 @@ class Header:
         if match is None:
             return None
         month, day, year, hour, minute = (int(match[i]) for i in range(1, 6))
-        year += 0 if year > 99 else 1900 if year >= 50 else 2000
+        year += 0 if year > 99 else 1900 if year >= FIRST_YEAR else 2000
         return self.lines.time(self.at(name), (year, month, day), hour, minute, self.number(name, match[6]))
 
     def place(self, name: str) -> tuple[float, float] | tuple[None, None]:
@@ -140,6 +144,8 @@ class Header:
         """Origin time, UTC, and epicentre, degrees, as `EARTHQUAKE` has them; None and empty where not stated."""
         stated = re.sub(r"\s+|,", "", re.sub(r",?\s+(?=\d+:)", "-", self.text("origin")))
         origin = stated_time(stated, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
+        if origin and origin.year >= 2000 + FIRST_YEAR:  # Python takes years up to 68 for those of this century
+            origin = origin.replace(year=origin.year - 100)
         return origin, epicentre(*self.place("hypocentre")) if any(self.place("hypocentre")) else {}
 
     def check_unit(self, name: str, pattern: str, read: str) -> None:

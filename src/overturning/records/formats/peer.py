@@ -31,9 +31,11 @@ def read(source: SourceFile) -> list[Component]:
     count, notes = header.promised("NPTS", samples.size)
     parts = [part.strip() for part in header.text("names").split(",")]
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()
+    # The new header sets the date apart, and before it names of earthquakes may have commas (Chi-Chi, Taiwan-06).
+    dated = next((i for i, part in enumerate(parts[:-1]) if re.fullmatch(r"\d+/\d+/\d+", part)), 0)
     event, station = parts[0], parts[1:-1]
-    if len(parts) >= 4 and re.fullmatch(r"\d+/\d+/\d+", parts[1]):  # the new header sets the date apart
-        event, station = f"{parts[0]} {parts[1]}", parts[2:-1]
+    if dated:
+        event, station = f"{', '.join(parts[:dated])} {parts[dated]}", parts[dated + 1 : -1]
     corners = header.match("corners")
     filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
     more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered, "notes": notes}

@@ -96,6 +96,25 @@ def test_a_high_pass_filter_leaves_no_drift_and_says_where_it_starts():
     assert done.processing[0]["effect"]["pgd"][0] > 10 * done.processing[0]["effect"]["pgd"][1]
 
 
+@pytest.mark.parametrize("offset", [0.3, -0.05])
+def test_a_high_pass_filter_refuses_an_offset_whose_steps_would_swing(offset):
+    """Filtered without its mean a sine keeps its velocity; with it the steps at its ends added as much again."""
+    shaken = sine(1.0) * np.hanning(TIME.size)
+    steps = [Highpass(corner_hz=0.1)]
+    with refused(RecordError, "record r: highpass of a component with an offset of", "put remove_mean before it"):
+        process(record(shaken + offset), steps)
+    for first in ([RemoveMean()], [RemoveMean(), Taper(length_s=2.0)], [Detrend(order=0)]):
+        speed = integrate(process(record(shaken + offset), [*first, *steps]).north, DT)
+        assert np.abs(speed).max() == pytest.approx(np.abs(integrate(shaken, DT)).max(), rel=0.01)
+    assert process(record(shaken + 1e-3 * offset), steps).samples > TIME.size, "too small to matter"
+    bowed = 0.3 * (TIME / TIME[-1] - 0.5) ** 2
+    assert process(record(shaken + bowed), None).processing[-1]["step"] == "highpass", (
+        "what is left of a bow is no offset"
+    )
+    pulse = np.where(np.abs(TIME - TIME[-1] / 2) < 5.0, 1.0, 0.0)
+    assert process(record(pulse), steps).samples > TIME.size, "a push between rest and rest is none either"
+
+
 def test_boore_2001_takes_away_the_offsets_that_were_put_in():
     """Offsets of 0.05 m/s² from 20 to 25 s and of 0.002 afterwards: the scheme's own model, so it finds them."""
     motion = sine(2.0)

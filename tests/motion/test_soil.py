@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.errors import ArgumentError
+from overturning.errors import ArgumentError, RecordError
 from overturning.motion.soil import QUIET, TAIL, Soil, through_soil
+from tests.expect import refused
 
 if importlib.util.find_spec("pystrata") is None and "OVERTURNING_NO_SKIP" not in os.environ:
     pytest.skip("pystrata is not installed (`make soil`)", allow_module_level=True)
@@ -95,6 +96,22 @@ def test_as_the_site_of_a_study() -> None:
     assert "north converged" in summary(done.processing[0])
     linear = process(record, (), Site(layers=[Layer(thickness_m=20, velocity_m_s=200)], rock=Rock(velocity_m_s=1000)))
     assert np.abs(linear.north).max() > np.abs(done.north).max()
+
+
+def test_a_borehole_s_motion_is_not_taken_for_outcropping_rock() -> None:
+    """The surface came out too weak: within, what goes up and what comes back cancel in part."""
+    from overturning.records.processing import process
+    from overturning.records.pulses import parse_pulse, pulse_record
+    from overturning.records.site import Layer, Rock, Site
+
+    pulse = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
+    deep = replace(pulse, extra={"declared": ["borehole sensor"], "processed": True})
+    layers, rock = [Layer(thickness_m=20, velocity_m_s=200)], Rock(velocity_m_s=1000)
+    with refused(RecordError, "record pulse: of a borehole", "write `motion: within` at the site"):
+        process(deep, (), Site(layers=layers, rock=rock))
+    within = process(deep, (), Site(layers=layers, rock=rock, motion="within"))
+    outcrop = process(pulse, (), Site(layers=layers, rock=rock))
+    assert np.abs(within.north).max() > 1.3 * np.abs(outcrop.north).max()
 
 
 def test_a_record_that_is_given_to_a_study_goes_through_its_site() -> None:

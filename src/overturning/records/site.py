@@ -6,6 +6,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from overturning.errors import RecordError
 from overturning.records.record import Record
 
 
@@ -53,7 +54,15 @@ class Site(_Part):
     )
 
     def apply(self, record: Record) -> tuple[Record, str]:
-        """The record at the surface, and where a layer has a curve what became of the iteration."""
+        """The record at the surface, and where a layer has a curve what became of the iteration.
+
+        A RecordError where a borehole's record is taken for outcropping rock: what the surface reflects is in it.
+        """
+        if self.motion == "outcrop" and "borehole sensor" in record.extra.get("declared", ()) and not record.trusted:
+            raise RecordError(
+                f"record {record.record_id}: of a borehole, where rock moves with what the surface reflects, too, but "
+                "the site takes it for outcropping rock; write `motion: within` at the site, or say trust_data"
+            )
         from overturning.motion.soil import TAIL, Soil, through_soil
 
         tail = (0, round(TAIL / record.sampling_interval))

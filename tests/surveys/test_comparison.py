@@ -7,8 +7,9 @@ import pytest
 from scipy.stats import chisquare
 
 from overturning.errors import ArgumentError
-from overturning.report.sections.surveys import survey_sentences
-from overturning.surveys.comparison import compare_survey
+from overturning.report.blocks import Table, each_block
+from overturning.report.sections.surveys import survey_section, survey_sentences
+from overturning.surveys.comparison import SurveyResult, compare_survey
 from overturning.surveys.prediction import SIDES, SitePrediction, observed_side
 from overturning.surveys.stones import OCTANTS, Stone
 
@@ -195,6 +196,27 @@ def test_an_azimuth_without_any_outcome_is_not_one_towards_which_nothing_falls(m
     towards = np.where(prediction.azimuth < 180, 1.0, 0.0)
     towards[prediction.azimuth % 180 == 90] = towards[prediction.azimuth % 180 != 90].mean()
     assert prediction.density() == pytest.approx(towards / towards.sum())
+
+
+def test_falls_about_the_normals_of_known_faces_are_no_test_of_fit(site) -> None:
+    """Stones drawn from the prediction itself, edge by edge: each within some degrees of the normal of its edge."""
+    generator, chances = np.random.default_rng(8), SitePrediction(site).sides(facing(45))[1:]
+    edges = generator.choice(4, size=40, p=chances / chances.sum())
+    azimuths = 45 + 90 * edges + generator.normal(0, 8, size=40)
+    known = [fallen(a, b_over_h=0.3, b_over_h_side=0.3, face_azimuth_deg=45) for a in azimuths]
+    found = compare_survey(known, site)
+    assert max(found.fit_octants.p_value, found.fit_exact.p_value) < 0.01  # evenly over 90° they are not
+    said = survey_sentences(found)[0]
+    assert said.startswith("The prediction does better")
+    assert said.endswith("fall any way reach).")
+    (tests,) = (one for one in each_block(survey_section(SurveyResult("", "", "", found))) if one_of_tests(one))
+    assert [row[0] for row in tests.rows] == ["Do stones fall any way?"]
+    unknown = compare_survey([fallen(a) for a in azimuths], site)
+    assert "the directions differ from it by more than chance" in survey_sentences(unknown)[0]
+
+
+def one_of_tests(block: object) -> bool:
+    return isinstance(block, Table) and block.heads[0] == "question"
 
 
 def test_confusion_matrix(make_cube, sector) -> None:

@@ -48,7 +48,7 @@ def survey_section(result: SurveyResult, station: str = "", figure: Path | None 
         about_tests = Note(
             "p: how often chance alone would give a statistic at least as large if the answer were yes; a small p says "
             "no. Octants are grouped, so their tests are too, with p simulated for counts as small as these; exact "
-            "azimuths need no groups."
+            f"azimuths need no groups. {_UNTESTED if _knows_faces(found) else ''}".rstrip()
         )
         blocks += [
             Row((Figure(figure, alt, caption), octants), shares=(1.0, 1.0)) if figure else octants,
@@ -83,6 +83,17 @@ def _p_is(value: float) -> str:
     return f"p\u00a0{text}" if text.startswith("<") else f"p\u00a0=\u00a0{text}"
 
 
+_UNTESTED: Final = (
+    "Stones whose face is known fall about the normals of its edges, how closely is not predicted: they are expected "
+    "evenly over the 90° about each, to which their directions are no test of fit."
+)
+
+
+def _knows_faces(found: SurveyComparison) -> bool:
+    """Whether the directions of some falls are predicted edge by edge only."""
+    return found.turned_every_way < found.fallen
+
+
 def survey_sentences(found: SurveyComparison) -> list[str]:
     """What was seen, and whether the prediction does better than "any way"; the answer first."""
     seen = f"{counted(found.fallen, 'stone')} fell, {found.stood} stood."
@@ -105,9 +116,10 @@ def survey_sentences(found: SurveyComparison) -> list[str]:
     if against:
         told = found.log_likelihood_ratio > 0 and p < SIGNIFICANT
         fit = f"{'all the same ' if told else ''}the directions differ from it by more than chance ({against})"
+    fit = "" if _knows_faces(found) else f"; {fit}"
     sentences = [
         f"{better} (log likelihood ratio {number(found.log_likelihood_ratio)}, which {reach} of surveys of stones that "
-        f"fall any way reach); {fit}.",
+        f"fall any way reach){fit}.",
         seen,
     ]
     if found.turned_every_way:
@@ -130,13 +142,16 @@ def _octants(found: SurveyComparison) -> Table:
 
 
 def _tests(found: SurveyComparison) -> Table:
-    """Tests: question, name, stones, statistic, p; dashes where no stone has what a test needs."""
-    tests = {
+    """Tests: question, name, stones, statistic, p; dashes where no stone has what a test needs.
+
+    Of a survey with known faces there is no test of fit, which would find that falls keep to the normals.
+    """
+    fits = {
         "Does the prediction fit the octants?": found.fit_octants,
         "Does it fit them in their order?": found.fit_octants_watson,
         "Does it fit the exact azimuths?": found.fit_exact,
-        "Do stones fall any way?": found.uniform_octants,
     }
+    tests = ({} if _knows_faces(found) else fits) | {"Do stones fall any way?": found.uniform_octants}
     rows = [
         (question, test.name, test.n, *((short(test.statistic), _p(test.p_value)) if test.n else "––"))
         for question, test in tests.items()

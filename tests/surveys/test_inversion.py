@@ -10,7 +10,8 @@ from overturning.dem.run import run
 from overturning.errors import ArgumentError, ResultError
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
-from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior
+from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior, sizes_taken
+from overturning.study.evaluation import Population
 from overturning.surveys import responses as computed
 from overturning.surveys.inversion import Inversion, found
 from overturning.surveys.library import Candidate, candidates, shipped_records
@@ -122,6 +123,16 @@ def test_a_survey_that_no_motion_explains_is_said_not_to_fit(inversion: Inversio
     even = inversion.answer("even.csv", [column(SIZES[0], 0, 12), column(SIZES[2], count=12)])
     assert even.fit > 0.1
     assert not any("fits" in text for text in cautions(even))
+
+
+def test_sizes_that_are_not_given_are_said_and_are_those_that_are_drawn() -> None:
+    tall, shaped = Stone(True, 60, False, 4, b_over_h=0.2, round=True), Stone(True, 60, False, 2, height=0.75)
+    assert sizes_taken([column(SIZES[0])]) == ""
+    said = sizes_taken([column(SIZES[0]), tall, shaped])
+    assert "4 stones without a height taken to be 0.6 to 0.9 m high, 2 stones without B/H 0.3 to 0.4 m wide" in said
+    heights, shapes = (StoneKind.of(one).weights(Population()) for one in (tall, shaped))
+    assert 0.6 < np.exp(np.log(HEIGHTS) @ heights.sum(axis=1)) < 0.9
+    assert 0.3 < 0.75 * np.exp(np.log(SHAPES) @ shapes.sum(axis=0)) < 0.4
 
 
 def test_fixed_stones_say_less(inversion: Inversion) -> None:

@@ -34,7 +34,7 @@ def backwards(
     from overturning.files import check_output
     from overturning.records.store import read_motion
     from overturning.report.plain import plain_lines
-    from overturning.report.sections.surveys import backwards_section, draw_posterior
+    from overturning.report.sections.surveys import backwards_section, draw_posterior, sizes_taken
     from overturning.surveys.inversion import Inversion
     from overturning.surveys.library import candidates
     from overturning.surveys.posterior import write_backwards
@@ -57,6 +57,8 @@ def backwards(
     responses = Responses(library, [StoneKind.of(stone) for stone in rows], threads=threads, progress=progress)
     result = Inversion(responses, background, fixed).answer(stones.name, rows)
     print(*plain_lines(backwards_section(result)), sep="\n")
+    if taken := sizes_taken(rows):
+        print(taken)
     if output is not None:
         write_backwards(result, output)
     if figure is not None:

@@ -1,6 +1,7 @@
 """Surveys beside the prediction for their site, and what they say of the motion, for report and terminal."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -11,11 +12,12 @@ from overturning.figures.write import save
 from overturning.report.blocks import Answer, Block, Caution, Figure, Note, Paragraph, Row, Section, Table, table
 from overturning.report.results import Results
 from overturning.report.text import counted, degrees, number, percent
+from overturning.study.evaluation import Population
 from overturning.surveys.comparison import SurveyComparison, SurveyResult
 from overturning.surveys.inversion import NO_FIT, POWER
 from overturning.surveys.posterior import LEVEL, Backwards
 from overturning.surveys.prediction import SIDES
-from overturning.surveys.stones import OCTANTS
+from overturning.surveys.stones import OCTANTS, Stone
 from overturning.units import CM
 
 SIGNIFICANT: Final = 0.05
@@ -183,6 +185,20 @@ def draw_posterior(found: Backwards, path: Path) -> Path:
     return path
 
 
+_POPULATION: Final = Population()
+_HEIGHT, _WIDTH = (f"{one.low:g} to {one.high:g} m" for one in (_POPULATION.height, _POPULATION.width))
+_DRAWN: Final = f"A stone without a height is taken to be {_HEIGHT} high, one without B/H {_WIDTH} wide."
+
+
+def sizes_taken(stones: Sequence[Stone]) -> str:
+    """How many stones of a survey have no height or no B/H, and what they are taken to be; empty where all have."""
+    high = sum(one.count for one in stones if math.isnan(one.height))
+    wide = sum(one.count for one in stones if math.isnan(one.slenderness[0]))
+    parts = [f"{counted(high, 'stone')} without a height taken to be {_HEIGHT} high"] if high else []
+    parts += [f"{counted(wide, 'stone')} without B/H {_WIDTH} wide"] if wide else []
+    return f"The strength hangs on sizes that the survey does not give: {', '.join(parts)}." if parts else ""
+
+
 def backwards_section(found: Backwards, figure: Path | None = None) -> Section:
     """What a survey says of the motion, with its figure where it has one."""
     one = found.posterior
@@ -201,9 +217,9 @@ def backwards_section(found: Backwards, figure: Path | None = None) -> Section:
         "turned every way, was equally likely before. Peaks are the largest over all azimuths. No motion of the "
         "library is taken to be the true one: stones that are written down alike differ, the motion differs over the "
         f"site, and directions count to the power {POWER:g}, so that such intervals hold the truth of simulated "
-        f"surveys under records that are left out (docs/surveys.md). {percent(found.fixed)} of the stones are taken to "
-        "be fixed. Whether fallen bodies tell the intensity at all is doubted (Aslam et al. 1980, J. Struct. Div. "
-        "ASCE 106(2), 377)."
+        f"surveys under records that are left out (docs/surveys.md). {_DRAWN} {percent(found.fixed)} of the stones are "
+        "taken to be fixed. Whether fallen bodies tell the intensity at all is doubted (Aslam et al. 1980, J. Struct. "
+        "Div. ASCE 106(2), 377)."
     )
     blocks += [table(("motion", "probability", "before"), rows, "t%%"), Note(about)]
     return Section(f"What moved the ground: {found.name}", tuple(blocks))

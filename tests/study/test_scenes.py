@@ -21,7 +21,7 @@ from overturning.report.results import Results
 from overturning.report.sections.scene import scene as scene_section
 from overturning.report.sections.scene import spread_sentence
 from overturning.statistics.elements import compare_stones, contrast, falls_by_element
-from overturning.study.cube import open_cube
+from overturning.study.cube import open_cube, variant_said
 from overturning.study.ensemble import draw_members
 from overturning.study.load import check_study
 from overturning.study.recheck import recheck
@@ -97,6 +97,7 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         assert rows["shaft"].first == rows["shaft"].falls == rows["any element"].falls
         assert rows["lower-base"].falls == 0
     with open_cube(nominal) as shaft, open_cube(paths["alone"]) as alone:
+        assert variant_said(alone) == ["variant alone"]
         assert str(shaft["element"].item()) == "shaft"
         assert shaft["overturned"].dims == alone["overturned"].dims
         found = compare_stones(shaft, alone)
@@ -117,6 +118,10 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         # Its own shape is not that of the swept shaft, so its outcome is the same for each B/H.
         values = monolith["peak_rotation"].to_numpy()
         np.testing.assert_array_equal(values[:, :, :, 0], values[:, :, :, 1])
+        assert variant_said(monolith)[0] == (
+            "variant monolith (H and B/H are those of the study's shaft; the monolith has 1.85 times that height and "
+            "a B/H of 0.463 whatever the shaft has)"
+        )
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
     results = Results(study, cubes["nominal"], cubes, cubes["nominal"], tmp_path, tmp_path, [], None, ())
     shown = scene_section(results)

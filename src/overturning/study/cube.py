@@ -10,7 +10,7 @@ from overturning.errors import ArgumentError, ResultError
 from overturning.files import checksum_matches
 from overturning.model.falls import model_of
 from overturning.study.load import check_study, load_study
-from overturning.study.scenes import NOMINAL, model_for, scene_of, setting_of
+from overturning.study.scenes import NOMINAL, model_for, scene_of, setting_of, sizes_said
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -192,9 +192,15 @@ def coefficient_said(study: Study, friction: float, variant: str = NOMINAL) -> s
 
 
 def variant_said(cube: "xr.Dataset") -> list[str]:
-    """Which variant of its study a cube is of, for a title: nothing of the study itself, or of no study."""
+    """Which variant of its study a cube is of, for a title: nothing of the study itself, or of no study.
+
+    With what heights and B/H mean there, where its stone has others than the study's.
+    """
     name = str(cube.attrs.get("variant", NOMINAL))
-    return [] if name == NOMINAL else [f"variant {name}"]
+    if name == NOMINAL:
+        return []
+    sizes = sizes_said(study_of(cube), name)
+    return [f"variant {name}{f' ({sizes})' if sizes else ''}"]
 
 
 def motions_beside(path: Path, study: Study, variant: str) -> Path:

@@ -113,6 +113,15 @@ class Sizes:
         return b_over_h if self.digits is None else np.round(b_over_h, self.digits)
 
 
+def sizes_said(study: Study, variant: str) -> str:
+    """What the heights and B/H of a study mean in a variant whose stone has others; nothing where they are its own."""
+    sizes = Sizes.of(study, variant)
+    own, stone = study.scene.reference_name, scene_of(study, variant).reference_name
+    said = [] if sizes.factor == 1.0 else [f"{sizes.factor:.3g} times that height"]
+    said += [] if sizes.own_ratio is None else [f"a B/H of {sizes.own_ratio:.3g} whatever the {own} has"]
+    return f"H and B/H are those of the study's {own}; the {stone} has {' and '.join(said)}" if said else ""
+
+
 def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None) -> Numerics:
     """How a study is computed."""
     given = study.simulation

@@ -16,7 +16,7 @@ from overturning.statistics.by_record import each_record
 from overturning.statistics.elements import falls_by_element
 from overturning.statistics.spread import divided, of_first_batch
 from overturning.study.ensemble import BATCH
-from overturning.study.scenes import NOMINAL, scene_of
+from overturning.study.scenes import NOMINAL, scene_of, sizes_said
 from overturning.study.sections import Ensemble
 
 
@@ -49,6 +49,7 @@ def scene(results: Results) -> Section | None:
         "lower by more than a tenth of its height or what the scene file sets, or without what carried it. Cases "
         "without an outcome are not counted. Elsewhere in this report “the block” is the reference element of the "
         "study's own scene."
+        f"{''.join(f' Variant {name}: {said}.' for name in study.variants if (said := sizes_said(study, name)))}"
     )
     towards = f"{results.words.rose} {results.words.which}"
     heads = ("scene", "element", "cases", "falls", "share", "falls first in", "median time, s")

@@ -75,13 +75,16 @@ def test_the_verdict_is_that_of_the_primary_statistic() -> None:
     assert "closer" not in other
 
 
-def shares(primary: Primary, own: list[float], variant: list[float]) -> str:
-    """The sentence of a study whose stones fall in so many of twenty planes under each record."""
+def shares(primary: Primary, own: list[float], variant: list[float], vertical: list[int] | None = None) -> str:
+    """The sentence of a study whose stones fall in so many of twenty planes under each record, some with `vertical`."""
 
     def cube(values: list[float]) -> xr.Dataset:
         falls = np.arange(20) < 20 * np.array(values)[:, None]
         events = ("record", [str(number) for number in range(len(values))])
-        return xr.Dataset({"overturned": (("record", "azimuth"), falls.astype(float))}, {"event": events})
+        applied = ("record", vertical or [1] * len(values))
+        return xr.Dataset(
+            {"overturned": (("record", "azimuth"), falls.astype(float))}, {"event": events, "vertical": applied}
+        )
 
     cubes = {"nominal": cube(own), "other": cube(variant)}
     rates = {
@@ -125,6 +128,16 @@ def test_a_share_is_compared_with_that_of_a_variant_earthquake_by_earthquake(sta
     wide = [0.95, 0.5, 0.1, 0.9, 0.2, 0.3, 0.7, 0.4]
     assert all("." not in one for one in numbers(shares(Primary(statistic=statistic), wide, variant)))
     assert "too few" in alone
+
+
+def test_what_vertical_motion_changes_is_asked_of_the_records_that_have_one() -> None:
+    """The others, the same with and without, made a difference of ten points one of five, with as many earthquakes."""
+    own, primary = [0.9, 0.5, 0.6, 0.3], Primary(statistic="share", against="other")
+    said = shares(primary, own, [0.8, 0.4, 0.6, 0.3], vertical=[1, 1, 0, 0])
+    assert "a mean over earthquakes of the 2 records with vertical motion, is 10.0" in said
+    assert "2 earthquakes, too few" in said
+    assert "with vertical motion, is" not in shares(primary, own, own)
+    assert "None of these records has vertical motion" in shares(primary, own, own, vertical=[0] * 4)
 
 
 def test_planes_near_the_fault_normal_are_told_from_those_near_the_fault() -> None:

@@ -120,6 +120,15 @@ def test_a_fall_normal_to_the_fault_is_said(one_record: Make) -> None:
     assert numbers(axes)[-2:] == ["8", "8"]
 
 
+def test_records_that_a_comparison_leaves_out_are_named(one_record: Make) -> None:
+    """An earthquake whose fault is not known has falls all the same; a record may be of neither group."""
+    known = build_report(one_record(3, fault_normal=xr.DataArray([60.0, 60.0, np.nan], dims="record")))
+    assert "2 of 3 earthquakes, with falls and a known fault" in text_of(known.blocks[0])
+    told = text_of(answer(one_record(3, pulse=xr.DataArray([1.0, 0.0, np.nan], dims="record"))))
+    assert "Whether record_id 2 has a velocity pulse is not stated" in told
+    assert "is not stated" not in text_of(known.blocks[0])
+
+
 def test_alignment_by_shape_is_the_mean_over_earthquakes(report: Report, one_record: Make) -> None:
     shapes = tables(section(report, "Where blocks fall"))[-1]
     assert shapes.sortable

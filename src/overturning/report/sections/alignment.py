@@ -53,7 +53,7 @@ def _alignment(summary: AxisSummary) -> str:
     sure = "" if math.isnan(one.low) else f"95 % interval {interval(one.low, one.high)}; "
     count = counted(one.n, "earthquake")
     if one.n < summary.earthquakes:
-        count = f"{one.n} of {counted(summary.earthquakes, 'earthquake')} with falls"
+        count = f"{one.n} of {counted(summary.earthquakes, 'earthquake')}, with falls and a known fault"
     return f"{number(one.value)} ({sure}{count})" if one.n else "not known"
 
 
@@ -135,7 +135,8 @@ def falls(results: Results) -> Section | None:
         )
         blocks += [*_beside_the_answer(results), _summary(results.axes), Note(about)]
         note = Note(
-            f"Counted are the earthquakes with falls of {results.words.blocks}; the alignment is the mean over these. "
+            "Earthquakes are those of known faults; counted are those with falls of "
+            f"{results.words.blocks}, over which the alignment is the mean. "
             "No p-value is given here: with so many shapes some would look small by chance."
         )
         blocks.append(Disclosure("Alignment with the fault normal by B/H and friction", (_by_shape(results), note)))
@@ -188,5 +189,5 @@ def _summary(axes: dict[str, AxisSummary]) -> Table:
         )
         for name, s in axes.items()
     ]
-    heads = ("records", "earthquakes", "with falls", "alignment", "interval", "mean axis from normal", "interval")
-    return table((*heads, "closer to normal"), rows, "tnn2n°")
+    heads = ("records", "earthquakes", "with falls and a known fault", "alignment", "interval", "mean axis from normal")
+    return table((*heads, "interval", "closer to normal"), rows, "tnn2n°")

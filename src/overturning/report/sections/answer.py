@@ -13,13 +13,21 @@ from overturning.report.blocks import Answer, Figure, Note, Paragraph, Section
 from overturning.report.results import Results
 from overturning.report.sections.alignment import alignment_sentences, axes_shown
 from overturning.report.sections.causes import finding_sentence
-from overturning.report.sections.contrast import contrast_sentences, contrast_shown, setting_said
+from overturning.report.sections.contrast import (
+    NO_VERTICAL,
+    compared,
+    compared_said,
+    contrast_sentences,
+    contrast_shown,
+    setting_said,
+)
 from overturning.report.sections.exactness import dependence
 from overturning.report.sections.records import record_directions
 from overturning.report.sections.space import follow_answer, follow_shown, plane_answer
 from overturning.report.sections.surveys import survey_sentences
 from overturning.report.text import capitalised, counted, number, percent
 from overturning.statistics.bootstrap import mean_over_earthquakes
+from overturning.statistics.by_record import record_groups
 from overturning.statistics.falls import changes_to_the_next, overturns
 from overturning.study.cube import earthquakes_said
 from overturning.study.evaluation import CONTRASTS, Asks
@@ -164,12 +172,16 @@ def primary_sentence(results: Results) -> str:
         falls = overturns(results.reference_cube(variant))
         return falls.mean([name for name in falls.dims if name != "record"]).compute().to_numpy().astype(np.float64)
 
-    own, what = of_record(NOMINAL), _SHARES[primary.statistic]
-    less = of_record(against) if against else np.zeros(own.size)
-    found = mean_over_earthquakes(own - less, results.cube["event"].to_numpy().astype(str))
+    values, what, of = of_record(NOMINAL), _SHARES[primary.statistic], ""
+    events = results.cube["event"].to_numpy().astype(str)
     if against:
+        places, of = compared(results, against), compared_said(results, against)
+        if not places.size:
+            return f"Primary statistic, fixed beforehand: {what}. {NO_VERTICAL}"
+        values, events = (values - of_record(against))[places], events[places]
         this, that = setting_said(results, NOMINAL, against), setting_said(results, against, NOMINAL)
         what += f" {this}, less that {that}"
+    found = mean_over_earthquakes(values, events)
     # A share of one decimal where its interval is no wider than some per cent, or there is none.
     digits = int(math.isnan(found.low) or found.high - found.low < 0.1)
     unit = "percentage points" if against else "%"
@@ -179,7 +191,7 @@ def primary_sentence(results: Results) -> str:
     else:
         ends = " to ".join(number(100 * end, digits) for end in (found.low, found.high))
         sure = f"95 % interval {ends}{'' if against else ' %'}; {counted(found.n, 'earthquake')}"
-    text = f"Primary statistic, fixed beforehand: {what}, a mean over earthquakes, is {shown} ({sure})"
+    text = f"Primary statistic, fixed beforehand: {what}, a mean over earthquakes{of}, is {shown} ({sure})"
     if not against or math.isnan(found.low):
         return f"{text}."
     ways = {f"more fall {this}": found.low > 0, f"fewer fall {this}": found.high < 0}
@@ -211,7 +223,21 @@ def _counted(results: Results) -> str:
     return (
         f"{counted(records, 'record')} of {counted(results.earthquake_count, 'earthquake')}.{names} Records of one "
         f"earthquake are not independent, so earthquakes are counted, not records; {results.model.direction}s of one "
-        f"record are the same motion seen from many sides, so they are no samples at all.{_left_out(results)}{vertical}"
+        f"record are the same motion seen from many sides, so they are no samples at all.{_in_no_group(results)}"
+        f"{_left_out(results)}{vertical}"
+    )
+
+
+def _in_no_group(results: Results) -> str:
+    """Which records are in none of the groups that are compared, where there are such."""
+    neither = ~np.any(list(record_groups(results.cube).values()), axis=0)
+    names = [name.id for name, alone in zip(results.names, neither, strict=True) if alone]
+    if not names:
+        return ""
+    return (
+        f" Whether {', '.join(names)} {'has' if len(names) == 1 else 'have'} a velocity pulse is not stated, so that "
+        "alignments, axes and roses, of records with and without one, leave "
+        f"{'it' if len(names) == 1 else 'them'} out."
     )
 
 

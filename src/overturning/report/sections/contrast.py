@@ -2,8 +2,10 @@
 
 import math
 from functools import partial
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from overturning.figures.fall_rate import contrast_figure
 from overturning.report.blocks import Figure
@@ -12,23 +14,53 @@ from overturning.report.text import counted, number, percent
 from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
 from overturning.statistics.elements import Contrast, compare_stones, contrast
 from overturning.statistics.falls import overturns
-from overturning.study.scenes import NOMINAL, applies_vertical, contact_of, setting_of
+from overturning.study.scenes import NOMINAL, applies_vertical, contact_of, setting_of, sizes_said
+from overturning.study.schema import Study
+
+NO_VERTICAL: Final = "None of these records has vertical motion: with and without it all cases are the same."
+
+
+def _differences(study: Study, variant: str, against: str) -> list[str]:
+    """In what two settings differ: scene, contact, vertical, site."""
+    one, other = setting_of(study, variant), setting_of(study, against)
+    told = {
+        "scene": (one.scene or study.scene) != (other.scene or study.scene),
+        "contact": contact_of(study, variant) != contact_of(study, against),
+        "vertical": applies_vertical(study, variant) != applies_vertical(study, against),
+        "site": one.site != other.site,
+    }
+    return [name for name, differs in told.items() if differs]
 
 
 def setting_said(results: Results, variant: str, against: str) -> str:
     """Under which setting a stone falls, as part of a sentence, told apart from another one by what they differ in."""
-    study, differ = results.study, list[str]()
+    study, differ = results.study, _differences(results.study, variant, against)
     itself = "in the study itself" if variant == NOMINAL else f"in the variant {variant}"
     own, other = (setting_of(study, name).scene or study.scene for name in (variant, against))
-    if own != other:
-        differ.append(itself if own.name == other.name else f"in the {own.name} scene")
-    if contact_of(study, variant) != contact_of(study, against):
-        differ.append(itself)
-    if applies_vertical(study, variant) != applies_vertical(study, against):
-        differ.append(f"{'with' if applies_vertical(study, variant) else 'without'} vertical motion")
-    if setting_of(study, variant).site != setting_of(study, against).site:
-        differ.append("on the ground as recorded" if variant == NOMINAL else itself)
-    return differ[0] if len(differ) == 1 else itself
+    if differ == ["scene"]:
+        return itself if own.name == other.name else f"in the {own.name} scene"
+    if differ == ["vertical"]:
+        return f"{'with' if applies_vertical(study, variant) else 'without'} vertical motion"
+    return "on the ground as recorded" if differ == ["site"] and variant == NOMINAL else itself
+
+
+def compared(results: Results, variant: str) -> NDArray[np.intp]:
+    """Places of the records under which the study and a variant can differ.
+
+    Where they differ in vertical motion alone these are the records that have one: under the others both are the same
+    computation, which says nothing of what vertical motion changes.
+    """
+    every = np.arange(results.cube.sizes["record"])
+    if _differences(results.study, NOMINAL, variant) != ["vertical"]:
+        return every
+    applied = [results.reference_cube(name)["vertical"].to_numpy() == 1 for name in (NOMINAL, variant)]
+    return every[np.logical_or(*applied)]
+
+
+def compared_said(results: Results, variant: str) -> str:
+    """Of which records a comparison with a variant is, after a number of earthquakes; nothing where of all."""
+    count, every = compared(results, variant).size, results.cube.sizes["record"]
+    return "" if count == every else f" of the {counted(count, 'record')} with vertical motion"
 
 
 def contrast_sentences(results: Results, variant: str | None = None) -> tuple[str, ...]:
@@ -36,17 +68,21 @@ def contrast_sentences(results: Results, variant: str | None = None) -> tuple[st
     other = variant or results.study.primary.against
     if other is None:
         return ()
-    counts = compare_stones(*(results.reference_cube(name) for name in (NOMINAL, other)))
+    places = compared(results, other)
+    if not places.size:
+        return (NO_VERTICAL,)
+    counts = compare_stones(*(results.reference_cube(name).isel(record=places) for name in (NOMINAL, other)))
     said = setting_said(results, NOMINAL, other), setting_said(results, other, NOMINAL)
-    return contrast_told(contrast(counts, results.cube["event"].to_numpy().astype(str)), *said)
+    events = results.cube["event"].to_numpy().astype(str)[places]
+    return contrast_told(contrast(counts, events), *said, of=compared_said(results, other))
 
 
-def contrast_told(found: Contrast, this: str, that: str) -> tuple[str, ...]:
-    """What a contrast says of a stone that falls ``this`` or ``that`` way, each as of `setting_said`."""
+def contrast_told(found: Contrast, this: str, that: str, of: str = "") -> tuple[str, ...]:
+    """What a contrast says of a stone that falls ``this`` or ``that`` way, as of `setting_said`; `of` which records."""
     if not found.both.n:
         return ("In no case is the outcome known under both.",)
     first = (
-        f"Case by case, over {counted(found.both.n, 'earthquake')}: the stone falls only {this} in "
+        f"Case by case, over {counted(found.both.n, 'earthquake')}{of}: the stone falls only {this} in "
         f"{_share(found.only_this)} of the cases, only {that} in {_share(found.only_other)}, under both in "
         f"{_share(found.both)}."
     )
@@ -74,18 +110,19 @@ def _share(mean: Mean) -> str:
 def contrast_shown(results: Results) -> Figure | None:
     """Share of the cases in which the stone falls, by slenderness, under both settings; none of a single B/H."""
     against, ratio = results.study.primary.against, results.cube["b_over_h"].to_numpy()
-    if against is None or ratio.size < 2:
+    if against is None or ratio.size < 2 or not (places := compared(results, against)).size:
         return None
     shares: dict[str, list[Mean]] = {}
-    events = results.cube["event"].to_numpy().astype(str)
+    events = results.cube["event"].to_numpy().astype(str)[places]
     for variant, other in ((NOMINAL, against), (against, NOMINAL)):
-        falls = overturns(results.reference_cube(variant))
+        falls = overturns(results.reference_cube(variant).isel(record=places))
         of_record = falls.mean([name for name in falls.dims if name not in ("record", "b_over_h")]).compute()
         columns = of_record.transpose("b_over_h", "record").to_numpy().astype(np.float64)
         shares[setting_said(results, variant, other)] = [mean_over_earthquakes(column, events) for column in columns]
     drawing = results.drawn("contrast", partial(contrast_figure, shares, ratio.astype(np.float64)))
+    sizes = sizes_said(results.study, against)
     caption = (
         "Share of the cases in which the stone falls, by slenderness: mean over earthquakes, with its 95 % interval by "
-        "bootstrap where there are enough."
+        f"bootstrap where there are enough.{f' {sizes}.' if sizes else ''}"
     )
     return Figure(drawing, "share of the cases that overturn under both settings, by slenderness", caption, width=0.7)

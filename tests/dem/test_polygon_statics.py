@@ -5,6 +5,7 @@ import pytest
 
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.simulate import simulate_arrays
+from overturning.errors import ArgumentError
 from tests.dem.polygon_scenes import SHIPPED, block, one_case, run, scene, shaken, shipped, still
 
 GRAVITY = 9.80665
@@ -80,6 +81,13 @@ def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None
         speed = np.hypot(poses[:, 1, 3], poses[:, 1, 4])
         assert (speed[-1] - speed[50]) / (time[-1] - time[50]) == pytest.approx(exact, rel=1e-3)
         assert poses[-1, 1, 0] < poses[0, 1, 0]
+
+
+def test_a_slope_is_refused_where_quiet_time_is_left_out() -> None:
+    """With µ = 0.4 a block slides on a slope of 0.2 from (µ − 0.2)/(1 + 0.2 µ) g on: it was said to be at rest."""
+    with pytest.raises(ArgumentError, match="inclined face"):
+        simulate_arrays(still(1), _on_slope(0.2, 0.4, 0.3), azimuth_deg=[0], friction=[0.4])
+    simulate_arrays(still(1), _on_slope(0.2, 0.4, 0.3), azimuth_deg=[0], friction=[0.4], leave_out=False)
 
 
 @pytest.mark.parametrize("slenderness", [0.297, 0.303])

@@ -64,6 +64,8 @@ def test_byte_order_mark_and_crlf(tmp_path: Path) -> None:
         ("octant,fell\nN,no\n", "has no fall direction"),
         ("octant,fell\n,yes\n", "needs azimuth_deg or octant"),
         ("octant,fell\nN,perhaps\n", "write yes or no"),
+        # 1° of declination more would move all stones of a survey by 45°: 22° is N, 23° is NE.
+        ("octant,magnetic_declination_deg\nN,22\n", "22° from true north, lies across two octants"),
         ("octant,count\nN,1.5\n", "whole number"),
         ("octant,count\nN,0\n", "count '0'"),
         ("octant,count\nN\n", "line 2: 1 cells, the header names 2"),

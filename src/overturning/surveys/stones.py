@@ -105,6 +105,11 @@ class SurveyRow(BaseModel):
         if exact and self.octant is not None:
             named = f"azimuth_deg {self.azimuth_deg:g} and octant {OCTANTS[self.octant]}"
             raise ValueError(f"{named}: give azimuth_deg or octant, not both")
+        if octant and abs(self.magnetic_declination_deg) > 11.25:  # a quarter of its width
+            raise ValueError(
+                f"octant: one from magnetic north, {self.magnetic_declination_deg:g}° from true north, lies across two "
+                "octants; give azimuth_deg, or the octant from true north and no magnetic_declination_deg"
+            )
         if self.fell and not (exact or octant):
             raise ValueError("fell: a stone that fell needs azimuth_deg or octant")
         if self.fell is False and (exact or octant):

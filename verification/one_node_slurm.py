@@ -1,8 +1,8 @@
 """A SLURM cluster of one node on the loopback address, started without systemd and ended with the block.
 
 Its configuration must lie at /etc/slurm/slurm.conf: a job step drops SLURM_CONF from its environment. An earlier file
-there is put back. It has no accounting: Snakemake needs `--slurm-no-account --slurm-status-command squeue` to notice
-that a job has ended.
+there is put back, unless a killed process left it: with it each start of Snakemake would wait ten seconds. It has no
+accounting: Snakemake needs `--slurm-no-account --slurm-status-command squeue` to notice that a job has ended.
 """
 
 import os
@@ -24,6 +24,8 @@ OPTIONS: Final = ("--slurm-no-account", "--slurm-status-command", "squeue")
 
 _PROGRAMS: Final = ("munged", "slurmctld", "slurmd", "sbatch", "squeue")
 _WAIT: Final = 30.0  # s, for the node to be idle
+
+_MARK: Final = "# A cluster of one node for a test of overturning; to be removed where none runs.\n"
 
 _TEMPLATE: Final = """\
 ClusterName=one
@@ -96,16 +98,16 @@ def _free_ports(count: int) -> list[int]:
 
 @contextmanager
 def _configured(text: str) -> Iterator[None]:
-    before = CONFIGURATION.read_bytes() if CONFIGURATION.is_file() else None
+    before = CONFIGURATION.read_bytes() if CONFIGURATION.is_file() else b""
     CONFIGURATION.parent.mkdir(exist_ok=True)
-    CONFIGURATION.write_text(text, encoding="utf-8")
+    CONFIGURATION.write_text(_MARK + text, encoding="utf-8")
     try:
         yield
     finally:
-        if before is None:
-            CONFIGURATION.unlink()
-        else:
+        if before and not before.startswith(_MARK.encode()):
             CONFIGURATION.write_bytes(before)
+        else:
+            CONFIGURATION.unlink()
 
 
 @contextmanager

@@ -20,9 +20,9 @@ from overturning.study.scenes import grid_of
 from overturning.study.sources import _imports
 from tests.expect import lacking
 from tests.workflow.conftest import SMALL, Checkout
+from verification import one_node_slurm
 from verification.faults.__main__ import objection
 from verification.faults.kinds import KINDS, Kind
-from verification.one_node_slurm import missing
 from verification.scale.same_bytes import Run, on_slurm, without_snakemake
 from verification.tables import ROOT
 
@@ -255,8 +255,24 @@ def test_settings_too_long_for_a_command_go_through_a_file(tmp_path: Path, monke
 
 
 def test_a_study_on_slurm_has_the_bytes_of_this_machine(finished: Checkout, slurm: Future[list[Run]]) -> None:
-    if why := missing():
+    if why := one_node_slurm.missing():
         lacking(why)
     (run,) = slurm.result()
     assert run.sha256 == sha256(finished.cube.read_bytes()).hexdigest()
     assert run.kept == 4, "of which figures may be drawn later"
+
+
+@pytest.mark.parametrize(("killed", "stays"), [(False, True), (True, False)])
+def test_a_configuration_of_slurm_is_put_back_but_not_what_a_killed_test_left(
+    killed: bool, stays: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "slurm" / "slurm.conf"
+    monkeypatch.setattr(one_node_slurm, "CONFIGURATION", file)
+    with one_node_slurm._configured("ClusterName=one\n"):
+        written = file.read_text(encoding="utf-8")
+    assert "ClusterName=one\n" in written
+    assert not file.exists()
+    file.write_text(written if killed else "ClusterName=mine\n", encoding="utf-8")
+    with one_node_slurm._configured("ClusterName=one\n"):
+        pass
+    assert file.exists() == stays

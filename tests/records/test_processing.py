@@ -107,6 +107,9 @@ def test_a_high_pass_filter_refuses_an_offset_whose_steps_would_swing(offset):
         speed = integrate(process(record(shaken + offset), [*first, *steps]).north, DT)
         assert np.abs(speed).max() == pytest.approx(np.abs(integrate(shaken, DT)).max(), rel=0.01)
     assert process(record(shaken + 1e-3 * offset), steps).samples > TIME.size, "too small to matter"
+    white = 3.0 * np.random.default_rng(5).standard_normal((20, 500))
+    for noise in white:
+        assert process(record(noise), None).samples > noise.size, "nor does chance count after its mean was removed"
     bowed = 0.3 * (TIME / TIME[-1] - 0.5) ** 2
     assert process(record(shaken + bowed), None).processing[-1]["step"] == "highpass", (
         "what is left of a bow is no offset"

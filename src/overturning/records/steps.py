@@ -134,7 +134,8 @@ class Highpass(Filter):
         filtered, interval = super().apply(samples, record), record.sampling_interval
         ends = max(1, round(1.0 / interval))
         levels = [float(np.median(samples[:ends])), float(np.median(samples[-ends:])), float(samples.mean())]
-        if min(levels) > 0 or max(levels) < 0:
+        before = {entry["step"] for entry in record.processing}
+        if not before & {"remove_mean", "detrend", "highpass"} and (min(levels) > 0 or max(levels) < 0):
             offset = min(levels, key=abs)
             steps = super().apply(np.full_like(samples, offset), record)
             swing, speed = (float(np.abs(integrate(each, interval)).max()) for each in (steps, filtered - steps))

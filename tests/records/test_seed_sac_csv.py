@@ -59,6 +59,20 @@ def test_sensors_of_two_locations_are_no_record(tmp_path):
     assert [len(finding.components) for finding in check_paths([tmp_path]) if finding.record] == [3]
 
 
+def test_a_channel_that_breaks_off_before_the_strong_motion_is_refused(tmp_path):
+    """All three were cut to what the shortest one has: 4 Gal of a motion of 100, and reading it said nothing."""
+    write_inventory(tmp_path / "s.xml", CHANNELS)
+    rise = np.linspace(0, 1, N.size) ** 2
+    path = write_mseed(tmp_path / "x.mseed", {"HNN": N * rise, "HNE": E * rise, "HNZ": (Z * rise)[:100]})
+    with refused(RecordError, "HNZ breaks off after 100 of 500 samples, before the largest motion along HN"):
+        read_path(path)
+    assert read_path(path, Declarations(trust_data=True)).samples == 100
+    path = write_mseed(
+        tmp_path / "x.mseed", {"HNN": N * rise[::-1], "HNE": E * rise[::-1], "HNZ": (Z * rise[::-1])[:100]}
+    )
+    assert read_path(path).samples == 100, "the coda of a record may be short"
+
+
 def test_gaps_are_refused(tmp_path):
     import obspy
 

@@ -20,6 +20,9 @@ from overturning.records.source import Declarations, VerticalSense
 MAXIMUM_SPREAD = 0.5
 """Largest difference in start or in length between components of one record, s."""
 
+LEAST_PEAK = 0.8
+"""Share of a component's peak that the common window must hold, where lengths are further apart than that."""
+
 MINIMUM_SINE = 0.9
 """Smallest sine of the angle between two horizontal axes that may be turned to north and east."""
 
@@ -99,7 +102,23 @@ def _common_window(components: Sequence[Component], *, trust_data: bool = False)
     for component, offset in zip(components, offsets, strict=True):
         start = component.start and component.start + timedelta(seconds=offset * interval)
         cut.append(replace(component, samples=component.samples[offset : offset + length], start=start))
+    if spread > MAXIMUM_SPREAD and not trust_data:
+        _check_largest_is_kept(components, cut)
     return cut
+
+
+def _check_largest_is_kept(whole: Sequence[Component], window: Sequence[Component]) -> None:
+    """Refuse a common window that holds less than `LEAST_PEAK` of a component's, as where another one broke off."""
+    for component, kept in zip(whole, window, strict=True):
+        level = component.samples.mean()
+        peak, left = (float(np.abs(samples - level).max()) for samples in (component.samples, kept.samples))
+        if left < LEAST_PEAK * peak:
+            short, size = min(whole, key=lambda one: one.samples.size), component.samples.size
+            raise RecordError(
+                f"{short.file}: {short.axis} breaks off after {short.samples.size} of {size} samples, before the "
+                f"largest motion along {component.axis} ({100 * left:.4g} Gal until then, {100 * peak:.4g} later); get "
+                "the file again, leave that component out, or say --trust-data to keep the common part"
+            )
 
 
 def assemble(

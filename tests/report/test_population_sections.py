@@ -53,6 +53,22 @@ def test_rates_with_intervals_by_record_and_no_turn_from_planes(cemetery: Result
     assert "stand shifted" not in said(population(replace(cemetery, cube=cube, populations={"nominal": found})))
 
 
+def test_planes_that_were_not_computed_are_said_beside_the_rates(cemetery: Results) -> None:
+    assert "No plane" not in said(population(cemetery))
+    part = replace(cemetery, cube=cemetery.cube.isel(azimuth=slice(0, 6)))
+    told = "No plane between 75° and 180° was computed: a face that looks there falls as in the nearest plane."
+    assert told in said(population(part))
+
+
+def test_stones_beyond_the_grid_are_warned_of(cemetery: Results) -> None:
+    """All of them are taller than the study's one height."""
+    assert "100 % of the stones are larger or smaller" in said(population(cemetery))
+    found = cemetery.populations["nominal"].assign_attrs(outside=0.1)
+    inside = said(population(replace(cemetery, populations={"nominal": found})))
+    assert "larger or smaller" not in inside
+    assert "10 % of them lie beyond the study's grid" in inside
+
+
 def test_the_rule_of_field_surveys_beside_the_instrumental_intensity(cemetery: Results) -> None:
     """Three motions of intensity 6.2 with a rate of 0.5 keep the rule, three of 5.2 with 0.95 do not."""
     one = cemetery.populations["nominal"]

@@ -295,6 +295,10 @@ def test_published_values(one_record: Make) -> None:
     assert findings.heads[3:5] == ("along: overturns", "record_id 0, 150°: stands")
     assert findings.rows == (("nominal", "0.6", "1", "overturns", "stands", "holds"),)
     assert "With the nominal contact the published outcomes are found for H = 0.6 m (1 of 1)" in text_of(found)
+    # The primary statistic of such a study is the alignment where it names none: its Answer was a KeyError.
+    told_first = text_of(answer(replace(results, study=results.study.model_copy(update={"asks": "survey"}))))
+    assert told_first.splitlines()[1].startswith("Primary statistic, fixed beforehand: the alignment of fall axes")
+    assert "Over all its azimuths and sizes the block overturns" in told_first
     level = results.study.model_copy(update={"variants": {"level": Variant(vertical=False)}})
     told = published(replace(results, study=level, cubes=results.cubes | {"level": results.cube}))
     assert told is not None
@@ -378,6 +382,9 @@ def test_a_mean_is_not_given_where_falls_go_every_way(opened: Results) -> None:
     )  # fmt: skip
     (cells,) = record_directions(replace(opened, cube=uniform))
     assert cells[:4] == ("–", "0.00", "–", "0.00")
+    part = uniform.isel(azimuth=slice(0, 3))  # alike, too, but their mean axis is one
+    (cells,) = record_directions(replace(opened, cube=part))
+    assert cells[4:] == ("–", "–", "≥ 1.00")
     one_way = uniform.assign(overturned=uniform["overturned"].where(uniform["azimuth"] % 180 == 30, 0)[..., [0], :])
     (cells,) = record_directions(replace(opened, cube=one_way))
     assert cells[1] == cells[3] == "1.00"

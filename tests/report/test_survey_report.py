@@ -6,7 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.report.reading import report_of
+from overturning.report.results import gaps_said
+from overturning.report.sections.surveys import survey_section
+from overturning.study.cube import open_cube
+from overturning.surveys.comparison import read_survey_result
+from tests.report.reading import report_of, text_of
 from tests.report.test_commands_on_results import run
 from tests.report.tiny_studies import make_results, pulse_record
 
@@ -74,6 +78,15 @@ def test_the_report_has_each_survey(surveyed: Path, reported: tuple[str, bytes])
     assert [path.name for path in (surveyed / "figures" / "maps").iterdir()] == ["1.svg"]
     assert 'aria-label="map: event of site"' in page
     assert b"%PDF" in paper[:8]
+
+
+def test_planes_that_were_not_computed_are_said_beside_a_prediction(surveyed: Path) -> None:
+    result = read_survey_result(surveyed / "survey" / "1.json")
+    with open_cube(surveyed / "cube.nc") as cube:
+        whole, part = gaps_said(cube), gaps_said(cube.isel(azimuth=slice(0, 6)))
+    assert whole == ""
+    said = "No plane between 75° and 180° was computed: there the prediction is that of the nearest planes."
+    assert said in text_of(survey_section(result, gaps=part))
 
 
 def test_the_terminal_says_the_same(

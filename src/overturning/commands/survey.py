@@ -21,6 +21,7 @@ def survey(
     """Compare the directions in which stones fell with those that the cube predicts."""
     from overturning.files import check_output
     from overturning.report.plain import plain_lines
+    from overturning.report.results import gaps_said
     from overturning.report.sections.surveys import survey_section
     from overturning.study.cube import open_cube, record_number
     from overturning.surveys.comparison import compare_survey, survey_result, write_survey
@@ -32,10 +33,10 @@ def survey(
     with open_cube(cube, chunks={"record": 1}) as data:
         site = data.isel(record=[record_number(data, record)]).load()
         name = str(site["record_id"].item())
-        comparison = compare_survey(rows, site, background=background)
+        comparison, gaps = compare_survey(rows, site, background=background), gaps_said(site)
     result = survey_result(stones, name, comparison)
     print(f"{result.stones} against {result.record}")
-    print(*plain_lines(survey_section(result)), sep="\n")
+    print(*plain_lines(survey_section(result, gaps=gaps)), sep="\n")
     if output is not None:
         write_survey(result, output)
     if figure is not None:

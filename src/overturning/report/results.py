@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from overturning.figures.style import style
+from overturning.figures.style import gaps_of, style
 from overturning.figures.write import save
 from overturning.files import without_folders
 from overturning.model.falls import model_of
@@ -231,6 +231,15 @@ CLASSES = 3
 
 MOST_MAPS = 4
 """Maps that stand at the beginning; those of further records stand with the records."""
+
+
+def gaps_said(cube: xr.Dataset) -> str:
+    """Between which planes of a cube none was computed, on a circle of which it has a part; nothing of a whole one."""
+    if "azimuth" not in cube.dims:
+        return ""
+    axes = np.unique(cube["azimuth"].to_numpy().astype(np.float64) % 180.0)
+    begins, ends, _ = gaps_of(np.concatenate([axes, axes + 180.0]))
+    return " or ".join(f"between {one:g}° and {end:g}°" for one, end in zip(begins, ends, strict=True) if one < 180.0)
 
 
 def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:

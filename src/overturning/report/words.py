@@ -72,8 +72,8 @@ WORDS: Final[dict[type[Model], Words]] = {
         map="Angle: the azimuth towards which the block falls, north up, clockwise. Radius: slenderness B/H. {chance}"
         "The two halves of a map mirror each other: a block that falls to one side falls away from the other.",
         means=f"Over the blocks that only just fall under a record, each plane once. {_MEANS}. Easiest axis: along it "
-        "the lowest block at the highest friction overturns up to the largest B/H; easier by: that B/H over the one of "
-        "the hardest azimuth.",
+        "the lowest block at the highest friction overturns up to the largest B/H, of several such planes their mean "
+        "axis; easier by: that B/H over the one of the hardest azimuth.",
         apart="in {} most of these fall, but not all to the same side.",
         stone_falls="falls if it falls in one of the planes of its faces",
         stone_stays="Whether stones turned about their vertical axis no plane can tell, nor how far they slid: both "

@@ -149,7 +149,7 @@ def _beside_the_answer(results: Results) -> list[Block]:
     if results.study.asks == "direction":
         shown = results.study.primary.statistic == "alignment"
         return [*map(Paragraph, said), *([] if shown else [axes_shown(results)])]
-    if results.study.asks != "reference":
+    if results.study.asks != "reference" and results.study.primary.statistic != "alignment":
         said = [*alignment_sentences(results, primary=False), *said]
     return [*map(Paragraph, said), axes_shown(results)]
 

@@ -8,9 +8,8 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import gaps_of
 from overturning.report.blocks import Answer, Figure, Note, Paragraph, Section
-from overturning.report.results import Results
+from overturning.report.results import Results, gaps_said
 from overturning.report.sections.alignment import alignment_sentences, axes_shown
 from overturning.report.sections.causes import finding_sentence
 from overturning.report.sections.contrast import (
@@ -99,9 +98,14 @@ def _contrast(results: Results) -> Told:
 
 
 def _survey(results: Results) -> Told:
-    """Published outcomes and surveys beside the study."""
-    first = (primary_sentence(results), *beside_the_normal(results.cube)) if results.study.published else ()
-    return (*first, *(sentence for one in results.surveys for sentence in survey_sentences(one.comparison)[:2])), None
+    """The primary statistic, published outcomes and surveys beside the study."""
+    if results.study.primary.statistic != "alignment":
+        first = [primary_sentence(results)]
+    else:
+        first = [_untold(results) or alignment_sentences(results, primary=True)[0]]
+    near = beside_the_normal(results.cube) if results.study.published else ()
+    surveys = (sentence for one in results.surveys for sentence in survey_sentences(one.comparison)[:2])
+    return (*first, *near, *surveys), None
 
 
 def beside_the_normal(cube: xr.Dataset) -> tuple[str, ...]:
@@ -254,13 +258,10 @@ def _left_out(results: Results) -> str:
     """That planes of a part of the circle were left out, where they were: nothing can fall along these."""
     if not results.model.one_component or results.one_axis:
         return ""
-    axes = np.unique(results.cube["azimuth"].to_numpy().astype(np.float64) % 180.0)
-    begins, ends, _ = gaps_of(np.concatenate([axes, axes + 180.0]))
-    gaps = [f"between {one:g}° and {other:g}°" for one, other in zip(begins, ends, strict=True) if one < 180.0]
-    if not gaps:
+    if not (gaps := gaps_said(results.cube)):
         return ""
     return (
-        f" No plane {' or '.join(gaps)} was computed, so that no block could fall that way: directions, axes and "
+        f" No plane {gaps} was computed, so that no block could fall that way: directions, axes and "
         "shares are those of the other planes."
     )
 

@@ -12,8 +12,8 @@ from overturning.arrays import FloatArray
 from overturning.figures.fall_rate import fall_rate_figure
 from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_ADDS, as_published
 from overturning.records.site import Site
-from overturning.report.blocks import Answer, Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
-from overturning.report.results import Results
+from overturning.report.blocks import Answer, Block, Caution, Disclosure, Figure, Note, Paragraph, Section, Table, table
+from overturning.report.results import Results, gaps_said
 from overturning.report.text import censored, counted, degrees, number, percent
 from overturning.report.words import Words
 from overturning.statistics.bootstrap import bootstrap
@@ -30,6 +30,15 @@ _DEGREES = (("5 upper", 5, 5.5), ("6 lower", 5.5, 6), ("6 upper", 6, 6.5), ("7",
 
 LEAST_FALLS: Final = 0.05
 """Fall rate from which the falls of a record have an axis to compare."""
+
+MUCH_OUTSIDE: Final = 0.2
+"""Share of the stones beyond the study's grid from which their rates are said not to be their own."""
+
+_BEYOND: Final = (
+    "{} of the stones are larger or smaller, slenderer or stouter, rougher or smoother than any block of the study and "
+    "do what its nearest one does: these rates and curves are not theirs. Widen height, b_over_h and friction of the "
+    "study."
+)
 
 BoolArray = NDArray[np.bool_]
 StrArray = NDArray[np.str_]
@@ -52,10 +61,12 @@ def population(results: Results) -> Section | None:
     scale = " Dashed: where JMA 5 upper, 6 lower, 6 upper and 7 begin; shaded: what surveys infer the last two from."
     caption = shown + (scale if np.isfinite(jma).any() else "")
     sentences = _as_recorded(found, tells_moved), *_over_intensity(rates, jma, horizontal, events)
+    outside = float(found.attrs["outside"])
     blocks: list[Block] = [
         *map(Paragraph, sentences),
+        *([Caution(_BEYOND.format(percent(outside)))] if outside > MUCH_OUTSIDE else []),
         Figure(results.drawn("fall-rate", draw), "fall rate over amplitude and intensity", caption),
-        Note(_assumed(stones, float(found.attrs["outside"]), results.words)),
+        Note(_assumed(stones, outside, results.words, gaps_said(results.cube))),
     ]
     if any(math.isfinite(one.median) for one in curves):
         blocks.append(_curves(curves))
@@ -144,11 +155,12 @@ def _share_of_motions(hits: BoolArray, own: BoolArray, events: StrArray) -> str:
     return percent(hits.sum() / own.sum()) + ("" if math.isnan(low) else f" ({100 * low:.0f} to {100 * high:.0f})")
 
 
-def _assumed(stones: Population, outside: float, words: Words) -> str:
+def _assumed(stones: Population, outside: float, words: Words, gaps: str) -> str:
     fixed = f"{percent(stones.fixed)} are fixed and, as in surveys, not counted: rate = fallen/(all − fixed)"
     fixed = fixed if stones.fixed else "none is fixed to its base"
     looks = "any way" if stones.face is None else f"towards {stones.face:g}° ± {stones.face_spread:g}°"
     beyond = f" {percent(outside)} of them lie beyond the study's grid and take its nearest value." if outside else ""
+    beyond += f" No plane {gaps} was computed: a face that looks there falls as in the nearest plane." if gaps else ""
     stays = words.stone_stays.format(100 * stones.shifted, stones.rotated)
     return (
         f"{stones.stones} stones of square footprint, {stones.width.low:g} to {stones.width.high:g} m wide and "

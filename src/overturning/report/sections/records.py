@@ -221,6 +221,7 @@ def record_directions(results: Results) -> list[tuple[str, ...]]:
     for index, cells in enumerate(means):
         best, ratio = float(easiest["easiest_axis"][index]), float(easiest["ratio"][index])
         bound = "" if math.isnan(ratio) or bool(easiest["bounded"][index]) else "≥ "
+        best = best if ratio > 1.0 + 1e-9 else math.nan  # where all planes are alike none is easiest
         apart = abs(float(wrap_axis(best - normal[index]))) if np.isfinite(normal[index]) else math.nan
         rows.append((*cells, degrees(best, 180), degrees(apart), bound + number(ratio)))
     return rows

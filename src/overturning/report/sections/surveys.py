@@ -10,7 +10,7 @@ import numpy as np
 from overturning.figures.style import short, style
 from overturning.figures.write import save
 from overturning.report.blocks import Answer, Block, Caution, Figure, Note, Paragraph, Row, Section, Table, table
-from overturning.report.results import Results
+from overturning.report.results import Results, gaps_said
 from overturning.report.text import counted, degrees, number, percent
 from overturning.study.evaluation import Population
 from overturning.surveys.comparison import SurveyComparison, SurveyResult
@@ -34,16 +34,23 @@ def surveys(results: Results) -> Section | None:
     """The study's surveys; none where it has none."""
     stations = {name.id: name.station for name in results.names}
     sections = tuple(
-        survey_section(result, stations[result.record], results.figures / "survey" / f"{number}.svg")
+        survey_section(
+            result, stations[result.record], results.figures / "survey" / f"{number}.svg", gaps_said(results.cube)
+        )
         for number, result in enumerate(results.surveys, 1)
     )
     return Section("Fallen stones beside the prediction", sections, anchor="surveys") if sections else None
 
 
-def survey_section(result: SurveyResult, station: str = "", figure: Path | None = None) -> Section:
-    """What is shown of a survey, with its figure where it has one; ``station`` is the name of its record's station."""
+def survey_section(result: SurveyResult, station: str = "", figure: Path | None = None, gaps: str = "") -> Section:
+    """What is shown of a survey, with its figure where it has one.
+
+    ``station`` is the name of its record's station, ``gaps`` what `gaps_said` says of the cube that predicts.
+    """
     found = result.comparison
     blocks: list[Block] = [Answer(tuple(survey_sentences(found)))]
+    if gaps:
+        blocks.append(Caution(f"No plane {gaps} was computed: there the prediction is that of the nearest planes."))
     if found.fallen:
         octants, alt = _octants(found), "observed and predicted stones by octant"
         caption = "Fallen stones by compass octant: observed (filled) and as many as the prediction expects (outline)."

@@ -21,6 +21,8 @@ ACCELERATION: Final = {f"{length}{per}": scale for length, scale in _LENGTHS.ite
 }
 """Names of units of acceleration, in m/s²."""
 VELOCITY: Final = {"M/S", "M/SEC"}
+LONGEST_TAPER: Final = 5.0
+"""Longest taper at each end before a response is removed, s."""
 FULL_SCALE: Final = 0.01
 """Velocity from which on most velocity sensors are at the end of their range, m/s."""
 
@@ -138,8 +140,11 @@ def _deconvolved(trace: Any, inventory: Any, name: str) -> FloatArray:
     band = (0.01, 0.02, 0.8 * nyquist, 0.95 * nyquist)
     copy = trace.copy()
     copy.data = np.asarray(copy.data, dtype=np.float64)
+    # Of both ends together, as obspy has it; its own 5 % are 90 s at each end of an hour, with a shock in them.
+    tapered = min(0.05, 2.0 * LONGEST_TAPER / (copy.stats.npts * copy.stats.delta))
+    known = {"pre_filt": band, "water_level": 300, "zero_mean": True, "taper_fraction": tapered}
     try:
-        copy.remove_response(inventory, output="ACC", pre_filt=band, water_level=300, zero_mean=True)
+        copy.remove_response(inventory, output="ACC", **known)
     except Exception as problem:
         why = f"response of {trace.id} cannot be removed ({problem})"
         raise RecordError(f"{name}: {why}; get level=response") from problem

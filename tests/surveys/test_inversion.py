@@ -1,6 +1,7 @@
 """From surveys back to the motion: on a library of which the outcome is known by rule, and on stones in the kernel."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -133,6 +134,15 @@ def test_sizes_that_are_not_given_are_said_and_are_those_that_are_drawn() -> Non
     heights, shapes = (StoneKind.of(one).weights(Population()) for one in (tall, shaped))
     assert 0.6 < np.exp(np.log(HEIGHTS) @ heights.sum(axis=1)) < 0.9
     assert 0.3 < 0.75 * np.exp(np.log(SHAPES) @ shapes.sum(axis=0)) < 0.4
+
+
+def test_a_survey_without_background_has_an_answer(inversion: Inversion) -> None:
+    """As `surveys: [{background: 0}]` asks for: nothing is impossible, since stones written down alike differ."""
+    stones = [column(SIZES[0], 0, 8), column(SIZES[2], 180, 1), column(SIZES[2], count=8)]
+    logs = replace(inversion, background=0.0).log_likelihood(stones)
+    assert np.isfinite(logs).all()
+    one, other = (inversion.posterior(each) for each in (logs, inversion.log_likelihood(stones)))
+    assert one.interval(one.pgv) == pytest.approx(other.interval(other.pgv), rel=0.3)
 
 
 def test_fixed_stones_say_less(inversion: Inversion) -> None:

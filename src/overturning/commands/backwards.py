@@ -16,7 +16,7 @@ def backwards(
     ] = None,
     alone: Annotated[bool, typer.Option("--alone", help="ask among the named motions only")] = False,
     fixed: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones fixed to their base")] = 0.0,
-    background: Annotated[float, typer.Option(min=0.001, max=0.99, help="share of stones that do anything")] = 0.05,
+    background: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones that do anything")] = 0.05,
     figure: Annotated[Path | None, typer.Option(help="figure to draw: .svg or .png")] = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="the posterior as a file (NetCDF), for a report")

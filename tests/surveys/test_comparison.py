@@ -100,6 +100,7 @@ def test_stones_beyond_the_study_s_slenderness_are_told(make_cube, sector) -> No
     assert found.beyond == 3
     assert "3 stones of B/H beyond the study's are taken to be of its nearest." in survey_sentences(found)
     within = compare_survey(inside, cube)
+    assert "Each plane is taken by itself" in " ".join(survey_sentences(within))
     assert within.beyond == 0
     assert "beyond" not in " ".join(survey_sentences(within))
 

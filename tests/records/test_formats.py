@@ -369,7 +369,10 @@ def test_components_of_two_stations_or_earthquakes_are_no_record(tmp_path, this,
     files["x2.AT2"] = files["x2.AT2"].replace(this, that)
     with refused(RecordError, this, that, "not of one record"):
         put(tmp_path, files)
-    check(put(tmp_path, files, trust_data=True), A * MG, B * MG, rtol=1e-6)
+    trusting = put(tmp_path, files, trust_data=True)
+    check(trusting, A * MG, B * MG, rtol=1e-6)
+    (told,) = trusting.extra["trusted"]
+    assert all(name in told for name in (this, that)), "what is trusted is said"
     files["x2.AT2"] = files["x2.AT2"].replace(that, f" {this.upper()}")
     check(put(tmp_path, files), A * MG, B * MG, rtol=1e-6)
 
@@ -448,7 +451,8 @@ def test_components_of_unlike_length_are_cut_and_far_apart_refused(tmp_path):
     check(put(tmp_path, pair(A, B[:160])), A[:160] * MG, B[:160] * MG, rtol=1e-6)
     with refused(RecordError, "210 and 159 samples, 0.51 s apart"):
         put(tmp_path, pair(A, B[:159]))
-    assert put(tmp_path, pair(A, B[:159]), trust_data=True).north.size == 159
+    trusting = put(tmp_path, pair(A, B[:159]), trust_data=True)
+    assert (trusting.north.size, len(trusting.extra["trusted"])) == (159, 1)
 
 
 def test_unlike_starts_are_aligned(tmp_path):

@@ -66,7 +66,9 @@ def test_a_channel_that_breaks_off_before_the_strong_motion_is_refused(tmp_path)
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N * rise, "HNE": E * rise, "HNZ": (Z * rise)[:100]})
     with refused(RecordError, "HNZ breaks off after 100 of 500 samples, before the largest motion along HN"):
         read_path(path)
-    assert read_path(path, Declarations(trust_data=True)).samples == 100
+    trusting = read_path(path, Declarations(trust_data=True))
+    assert trusting.samples == 100
+    assert all("breaks off" in why for why in trusting.extra["trusted"])
     path = write_mseed(
         tmp_path / "x.mseed", {"HNN": N * rise[::-1], "HNE": E * rise[::-1], "HNZ": (Z * rise[::-1])[:100]}
     )

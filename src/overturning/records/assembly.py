@@ -52,22 +52,29 @@ def _to_north_east(
     return north, east
 
 
-def _common_window(components: Sequence[Component], *, trust_data: bool = False) -> list[Component]:
+def _contradict(why: str, remedy: str, trusted: list[str] | None) -> None:
+    """Refuse what contradicts itself, or write down that it is trusted where it may be."""
+    if trusted is None:
+        raise RecordError(f"{why}; {remedy}")
+    trusted.append(why)
+
+
+def _common_window(components: Sequence[Component], trusted: list[str] | None = None) -> list[Component]:
     """Cut components to the samples that all of them have.
 
     Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains. A RecordError
     says so where the rates differ, or starts by more than 0.5 s. So may lengths, where the components are of one file,
     whose recorder stopped its channels one after the other; those of several files, and station, earthquake and place
-    of the sensor that they name, or whether they are raw, only where ``trust_data`` is set.
+    of the sensor that they name, or whether they are raw, only where they may be ``trusted``, which is written
+    down there.
     """
     said = [(c.station, c.event, "processed" if c.processed else "raw", c.location) for c in components]
     for texts in zip(*said, strict=True):
         named = {" ".join(text.split()).casefold(): text for text in texts if text}
-        if len(named) > 1 and not trust_data:
-            raise RecordError(
-                f"{components[0].file}: components of {' and '.join(map(repr, named.values()))}; they are not of one "
-                "record: give the files of one sensor together, or say --trust-data if it is one all the same"
-            )
+        if len(named) > 1:
+            why = f"{components[0].file}: components of {' and '.join(map(repr, named.values()))}"
+            remedy = "give the files of one sensor together, or say --trust-data if it is one all the same"
+            _contradict(why, f"they are not of one record: {remedy}", trusted)
     interval = components[0].sampling_interval
     for other in components[1:]:
         if not math.isclose(other.sampling_interval, interval, rel_tol=1e-6):
@@ -89,12 +96,10 @@ def _common_window(components: Sequence[Component], *, trust_data: bool = False)
     sizes = [c.samples.size for c in components]
     spread = (max(sizes) - min(sizes)) * interval
     one_file = len({c.sha256 for c in components}) == 1 or all(c.film for c in components)
-    if spread > MAXIMUM_SPREAD + 0.5 * interval and not (one_file or trust_data):
-        raise RecordError(
-            f"{components[0].file}: components have {' and '.join(map(str, sizes))} samples, "
-            f"{spread:.2f} s apart (at most {MAXIMUM_SPREAD} s); get the file again, or say --trust-data to keep the "
-            "common part"
-        )
+    if spread > MAXIMUM_SPREAD + 0.5 * interval and not one_file:
+        counts = f"{' and '.join(map(str, sizes))} samples, {spread:.2f} s apart (at most {MAXIMUM_SPREAD} s)"
+        remedy = "get the file again, or say --trust-data to keep the common part"
+        _contradict(f"{components[0].file}: components have {counts}", remedy, trusted)
     length = min(size - offset for size, offset in zip(sizes, offsets, strict=True))
     if length < 2:
         raise RecordError(f"{components[0].file}: components have no common window")
@@ -102,23 +107,24 @@ def _common_window(components: Sequence[Component], *, trust_data: bool = False)
     for component, offset in zip(components, offsets, strict=True):
         start = component.start and component.start + timedelta(seconds=offset * interval)
         cut.append(replace(component, samples=component.samples[offset : offset + length], start=start))
-    if spread > MAXIMUM_SPREAD and not trust_data:
-        _check_largest_is_kept(components, cut)
+    if spread > MAXIMUM_SPREAD:
+        _check_largest_is_kept(components, cut, trusted)
     return cut
 
 
-def _check_largest_is_kept(whole: Sequence[Component], window: Sequence[Component]) -> None:
+def _check_largest_is_kept(whole: Sequence[Component], window: Sequence[Component], trusted: list[str] | None) -> None:
     """Refuse a common window that holds less than `LEAST_PEAK` of a component's, as where another one broke off."""
     for component, kept in zip(whole, window, strict=True):
         level = component.samples.mean()
         peak, left = (float(np.abs(samples - level).max()) for samples in (component.samples, kept.samples))
         if left < LEAST_PEAK * peak:
             short, size = min(whole, key=lambda one: one.samples.size), component.samples.size
-            raise RecordError(
+            why = (
                 f"{short.file}: {short.axis} breaks off after {short.samples.size} of {size} samples, before the "
-                f"largest motion along {component.axis} ({100 * left:.4g} Gal until then, {100 * peak:.4g} later); get "
-                "the file again, leave that component out, or say --trust-data to keep the common part"
+                f"largest motion along {component.axis} ({100 * left:.4g} Gal until then, {100 * peak:.4g} later)"
             )
+            remedy = "get the file again, leave that component out, or say --trust-data to keep the common part"
+            _contradict(why, remedy, trusted)
 
 
 def assemble(
@@ -139,7 +145,8 @@ def assemble(
     notes += [note for component in components if (note := _stated_otherwise(component, declared))]
     notes += dict.fromkeys(note for component in components if (note := in_a_structure(component.location)))
     trusted: list[str] = []
-    differences = _checked_peaks(components, reasons, trusted if declared.trust_data else None)
+    may_be = trusted if declared.trust_data else None
+    differences = _checked_peaks(components, reasons, may_be)
     by_files = [c for c in components if not c.vertical]
     with reasons.of():
         components = _axes(components, declared.azimuths_deg, name)
@@ -152,7 +159,7 @@ def assemble(
         reasons.tell()
     window = components
     with reasons.of():
-        window = _common_window(components, trust_data=declared.trust_data)
+        window = _common_window(components, may_be)
     with reasons.of():
         if (why := _not_the_size_of_a_motion(window)) and not declared.trust_data:
             why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from overturning.model.body import Body
 from overturning.model.planes import Planes
 from overturning.report.blocks import Caution, Paragraph, Section
 from overturning.report.results import Results
@@ -145,6 +146,11 @@ def test_the_line_below_the_answer() -> None:
     assert isinstance(warning, Caution)
     assert "contact.stiffness" in warning.text
     assert "time_step" not in warning.text
+    in_space = results_of(stiffer=run_again(flags=5, flags_undivided=5))
+    in_space.model = Body()
+    spring = dependence(in_space)
+    assert isinstance(spring, Caution)
+    assert "Do not trust single cells (How exact" in spring.text, "its springs are those of its weight"
     assert dependence(results_of(chosen=0)) is None
     # Which way they fall is told first. What the neighbourhood is divided on counts, but does not warn; the others are
     # a share of such cases.

@@ -17,7 +17,7 @@ from overturning.report.blocks import Figure, Report, Section, each_block
 from overturning.report.build import build_report
 from overturning.report.results import Results
 from overturning.report.sections.answer import answer
-from overturning.report.sections.causes import cause, published
+from overturning.report.sections.causes import cause, finding_sentence, published
 from overturning.report.sections.contrast import setting_said
 from overturning.report.sections.exactness import ensemble
 from overturning.report.sections.records import maps, record_directions, records
@@ -299,6 +299,13 @@ def test_published_values(one_record: Make) -> None:
     told_first = text_of(answer(replace(results, study=results.study.model_copy(update={"asks": "survey"}))))
     assert told_first.splitlines()[1].startswith("Primary statistic, fixed beforehand: the alignment of fall axes")
     assert "Over all its azimuths and sizes the block overturns" in told_first
+    # At which friction is said where they are not found at every one.
+    cube, still = results.cube, 0.0 * results.cube["overturned"]
+    low = xr.concat([cube.assign(overturned=still, friction=[0.5]), cube], "friction", data_vars="minimal")
+    tall = xr.concat([cube.assign(friction=[0.5]), cube], "friction", data_vars="minimal").assign_coords(height=[1.2])
+    both = xr.concat([low[["overturned"]], tall[["overturned"]]], "height")
+    sentence = finding_sentence(replace(results, cubes={"nominal": both}), "nominal")
+    assert "are found for H = 0.6 m with µ = 1 and for H = 1.2 m (3 of 4)" in sentence
     level = results.study.model_copy(update={"variants": {"level": Variant(vertical=False)}})
     told = published(replace(results, study=level, cubes=results.cubes | {"level": results.cube}))
     assert told is not None

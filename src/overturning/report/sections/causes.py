@@ -184,8 +184,16 @@ def _settings(results: Results) -> str:
 def finding_sentence(results: Results, variant: str) -> str:
     """For which sizes of a variant the published outcomes are found; to stand within a sentence."""
     found, wanted = outcomes(results, variant), tuple(row.overturns for row in results.study.published)
-    heights = sorted({height for (height, _), overturns in found.items() if overturns == wanted})
-    where = f"for H = {', '.join(f'{height:g}' for height in heights)} m" if heights else "for none of the sizes"
+    frictions = {friction for _, friction in found}
+    sizes: dict[tuple[float, ...], list[str]] = {}
+    for height in sorted({height for height, _ in found}):
+        if there := tuple(sorted(one for one in frictions if found[height, one] == wanted)):
+            sizes.setdefault(there, []).append(f"{height:g}")
+    at = {
+        these: f" with µ = {', '.join(f'{one:g}' for one in these)}" for these in sizes if len(these) < len(frictions)
+    }
+    parts = [f"for H = {', '.join(heights)} m{at.get(these, '')}" for these, heights in sizes.items()]
+    where = " and ".join(parts) or "for none of the sizes"
     count = f"({sum(overturns == wanted for overturns in found.values())} of {len(found)})"
     return f"with the {variant} {_settings(results)} the published outcomes are found {where} {count}."
 

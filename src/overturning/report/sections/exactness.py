@@ -20,6 +20,9 @@ from overturning.study.sections import Ensemble
 
 _SETTINGS: Final = {"finer": "a smaller simulation.time_step", "stiffer": "a larger contact.stiffness"}
 
+_NEEDED: Final = "; a smaller time step or a stiffer contact is needed"
+"""In planes: the springs of a body in space are those of its weight."""
+
 
 def _repetitions(found: Convergence) -> dict[str, tuple[str, Repetition]]:
     """Each repetition with what it is called."""
@@ -42,8 +45,8 @@ def convergence(results: Results) -> Section | None:
     if warns:
         warning = (
             f"Warning: with {' and with '.join(warns)} more than {percent(WARN_ABOVE)} of the flags change even where "
-            "the neighbourhood is not divided. Do not trust single cells of this study; a smaller time step or a "
-            "stiffer contact is needed."
+            "the neighbourhood is not divided. Do not trust single cells of this study"
+            f"{_NEEDED if results.model.one_component else ''}."
         )
         blocks.append(Caution(warning))
     text, rigid = _text(found) + _settled(found), found.rigid
@@ -74,13 +77,13 @@ def dependence(results: Results) -> Paragraph | None:
     found = results.convergence
     if found is None or not found.chosen:
         return None
-    flags, ways, helps, agreed = [], [], [], list[float]()
+    flags, ways, agreed, warned = [], [], list[float](), list[str]()
     for kind, (name, part) in _repetitions(found).items():
         outcomes = [one for one in part.outcomes if one.cases]
         if outcomes:
             flags.append(f"in {percent(max(one.flags / one.cases for one in outcomes), 1)} of the cases with {name}")
             undivided = [one.flags_undivided / one.undivided for one in outcomes if one.undivided]
-            helps += [_SETTINGS[kind]] if max(undivided, default=0.0) > WARN_ABOVE else []
+            warned += [kind] if max(undivided, default=0.0) > WARN_ABOVE else []
             agreed += undivided
         if fallen := sum(one.fallen for one in outcomes):
             sides = sum(one.sides for one in outcomes)
@@ -95,11 +98,11 @@ def dependence(results: Results) -> Paragraph | None:
     text += f" Whether a block falls at all changes {' and '.join(flags)}"
     if results.study.ensemble.members and agreed:
         text += f"; where the neighbourhood of a case is not divided, in at most {percent(max(agreed), 1)}"
-    if not helps:
+    if not warned:
         return Paragraph(f"{text}. No single cell is more certain than that.")
-    return Caution(
-        f"{text}. Do not trust single cells; {' and '.join(helps)} would help (How exact these answers are, below)."
-    )
+    helps = " and ".join(_SETTINGS[kind] for kind in warned if kind == "finer" or results.model.one_component)
+    would = f"; {helps} would help" if helps else ""
+    return Caution(f"{text}. Do not trust single cells{would} (How exact these answers are, below).")
 
 
 def _text(found: Convergence) -> str:

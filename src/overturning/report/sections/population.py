@@ -286,5 +286,6 @@ def _limits(velocities: list[float], with_vertical: bool) -> str:
         "so this is what a layer changes and not what happened there. A factor multiplies what comes through the soil: "
         "stronger records would soften the soil more. Strong motion on soft clay takes an "
         f"equivalent-linear computation to strains where it is no longer trusted.{vertical} PGA is that of the larger "
-        "of north and east. Axes are compared where 5 % of the stones or more fall on both grounds."
+        "of north and east. Axes are compared where 5 % of the stones or more fall on both grounds. Means and medians "
+        "here are over records, not over earthquakes."
     )

@@ -17,9 +17,6 @@ from overturning.records.record import Record
 LARGEST_RATIO = 1000
 """Largest numerator or denominator of a resampling ratio."""
 
-LARGEST_SWING = 0.05
-"""Largest velocity that an offset's steps at the ends of a record may make in a high-pass filter, of the velocity."""
-
 
 def _refused(record: Record, key: str, why: str) -> RecordError:
     return RecordError(f"record {record.record_id}: {key}; {why}")
@@ -125,28 +122,25 @@ class Highpass(Filter):
     Zeros are put before and behind the record, 1.5 n/f_c seconds each, and stay: the filter acts there too, and without
     them the velocity would drift. The record's start moves accordingly. With the corner ``auto`` it is where the signal
     rises above the noise before the onset (`overturning.records.processing`). An offset, which would be a step beside
-    the zeros, is refused.
+    the zeros, is taken off first where no earlier step has done so.
     """
 
     step: Literal["highpass"] = "highpass"
 
     def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
-        filtered, interval = super().apply(samples, record), record.sampling_interval
-        ends = max(1, round(1.0 / interval))
-        levels = [float(np.median(samples[:ends])), float(np.median(samples[-ends:])), float(samples.mean())]
         before = {entry["step"] for entry in record.processing}
-        if not before & {"remove_mean", "detrend", "highpass"} and (min(levels) > 0 or max(levels) < 0):
-            offset = min(levels, key=abs)
-            steps = super().apply(np.full_like(samples, offset), record)
-            swing, speed = (float(np.abs(integrate(each, interval)).max()) for each in (steps, filtered - steps))
-            if swing > LARGEST_SWING * speed:
-                what = f"highpass of a component with an offset of {100 * offset:.3g} Gal"
-                why = f"its steps at both ends would swing at {100 * swing:.3g} cm/s; put remove_mean before it"
-                raise _refused(record, what, why)
-        return filtered
+        offset = 0.0 if before & {"remove_mean", "detrend", "highpass"} else _offset(samples, record.sampling_interval)
+        return super().apply(samples - offset, record)
 
     def shift(self, interval: float) -> float:  # noqa: D102
         return -self._pad(interval) * interval
+
+
+def _offset(samples: FloatArray, interval: float) -> float:
+    """Level that both ends of a component, a second each, and its mean have in common: 0 where their signs differ."""
+    end = max(1, round(1.0 / interval))
+    levels = [float(np.median(samples[:end])), float(np.median(samples[-end:])), float(samples.mean())]
+    return min(levels, key=abs) if min(levels) > 0 or max(levels) < 0 else 0.0
 
 
 class Lowpass(Filter):

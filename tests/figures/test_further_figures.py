@@ -208,6 +208,17 @@ def test_a_boundary_of_half_the_azimuths_of_a_scene_without_mirror_image() -> No
         plt.close(figure)
 
 
+def test_the_band_of_a_boundary_is_named() -> None:
+    found = boundary(cube().isel(record=0))
+    wide = found.assign(boundary_high=found["boundary"] + 0.05, boundary_low=found["boundary"] - 0.05)
+    alone = found.assign(boundary_high=found["boundary"], boundary_low=found["boundary"])
+    with style():
+        for one, named in ((wide, True), (alone, False)):
+            figure = boundary_figure(one, 0.4, 30.0, "A")
+            assert ("band: between the two halves of the ensemble" in figure.get_suptitle()) == named
+            plt.close(figure)
+
+
 def test_boundary_curves_close() -> None:
     with style():
         figure = boundary_figure(boundary(cube().isel(record=0)), 0.4, 30.0, "A")
@@ -266,7 +277,11 @@ def test_the_line_of_a_fit_without_intervals() -> None:
     with style():
         figure = intensity_plane_figure(cube(), intensity(), fit, 1.0)
         (line,) = [line for line in figure.axes[0].lines if str(line.get_label()).startswith("fit")]
+        assert line.get_label() == "fit of all µ together: probability ½", "its points are of one"
         plt.close(figure)
+        alone = intensity_plane_figure(cube().isel(friction=[0]), intensity(), fit, float(cube()["friction"][0]))
+        assert "fit: probability ½" in [line.get_label() for line in alone.axes[0].lines]
+        plt.close(alone)
     (shape, height), (pga, ratio) = (0.2, 0.6), line.get_data()
     over_west = np.log(pga / 100 / (9.80665 * shape))
     rows = np.stack(np.broadcast_arrays(over_west, np.log(ratio), np.log(shape), np.log(height)), axis=1)

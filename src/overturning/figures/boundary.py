@@ -64,5 +64,7 @@ def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, tit
     look: dict[str, Any] = {"color": "#555555", "marker": "^", "linestyle": "none", "markersize": 4}
     marks = [Line2D([], [], label="falls at the largest B/H of the study", **look)]
     beyond = marks if bool((loaded["falls_beyond"] == 1).any()) else []
-    caption(figure, f"{title}\nlargest B/H that falls, by azimuth of the motion", panels[0, 0], 3, last=beyond)
+    spread = bool((loaded["boundary_high"] > loaded["boundary_low"]).any())
+    band = "\nband: between the two halves of the ensemble" if spread else ""
+    caption(figure, f"{title}\nlargest B/H that falls, by azimuth of the motion{band}", panels[0, 0], 3, last=beyond)
     return figure

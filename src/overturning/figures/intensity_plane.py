@@ -44,8 +44,9 @@ def _draw_intensity_plane(
     height: float,
     b_over_h: float,
     fit: LogisticFit | None = None,
+    named: str = "fit: probability ½",
 ) -> None:
-    """Draw one block's plane: the points of `plane_points`, the limits, and the fit's line of probability one half."""
+    """Draw one block's plane: points as of `plane_points`, the limits, and the line of probability ½ of the fit."""
     pga, ratio, falls = points
     axes.set(xscale="log", yscale="log")
     west = float(west_acceleration(b_over_h))
@@ -69,7 +70,7 @@ def _draw_intensity_plane(
         shape, size = np.nan_to_num(over_shape) * np.log(b_over_h), np.nan_to_num(over_size) * np.log(height)
         with np.errstate(over="ignore"):  # far beyond the figure
             y = np.exp(-(constant + over_west * np.log(x / (STANDARD_GRAVITY * b_over_h)) + shape + size) / over_ratio)
-        axes.plot(x / GAL, y, color=SERIES[2], linewidth=1.6, label="fit: probability ½")
+        axes.plot(x / GAL, y, color=SERIES[2], linewidth=1.6, label=named)
     axes.set(xlim=(low_x / GAL, high_x / GAL), ylim=(low_y, high_y))
     for axis in (axes.xaxis, axes.yaxis):
         logarithmic(axis)
@@ -90,10 +91,12 @@ def intensity_plane_figure(cube: xr.Dataset, intensity: xr.Dataset, fit: Logisti
     chosen = np.sort(slender[np.argsort(-np.nan_to_num(share * (1 - share)), kind="stable")[:3]])
     heights = cube["height"].to_numpy()
     shown = heights[np.unique([0, heights.size - 1])]
+    # The fit takes all frictions together, of which the points are of one.
+    named = "fit: probability ½" if cube.sizes["friction"] == 1 else "fit of all µ together: probability ½"
     figure, panels = grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.6 * shown.size + 0.8)
     for row, height in enumerate(shown):
         for column, b_over_h in enumerate(chosen):
             points = plane_points(cube, intensity, float(height), float(b_over_h), friction)
-            _draw_intensity_plane(panels[row, column], points, float(height), float(b_over_h), fit)
+            _draw_intensity_plane(panels[row, column], points, float(height), float(b_over_h), fit, named)
     caption(figure, f"Every plane of every record, {friction_said(cube, friction)}", panels[0, 0], 3)
     return figure

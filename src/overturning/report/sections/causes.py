@@ -10,6 +10,7 @@ from overturning.report.results import Results
 from overturning.report.text import capitalised, counted, estimate, interval, number, percent, two_digits
 from overturning.statistics.criteria import BLIND, CRITERIA, PULSE_VALID, UNREAD, CriteriaScores, Score, criteria_scores
 from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
+from overturning.study.cube import coefficient_said
 from overturning.study.evaluation import Published
 from overturning.units import CM, GAL
 
@@ -35,7 +36,7 @@ def cause(results: Results) -> Section | None:
     fitted = not fit.note.startswith("no fit")
     caption = (
         "Each point is one plane of one record. Lines: the field's criteria, by which a block falls to the right of "
-        f"them{', and the fit to this study' if fitted else ''}."
+        f"them{', and the fit to this study' if fitted else ''}.{_frictions(results) if fitted else ''}"
     )
     blocks: list[Block] = [
         Figure(results.figures / "plane.svg", "falls in the plane of PGA and PGV/PGA", caption, width=0.92)
@@ -52,6 +53,14 @@ def cause(results: Results) -> Section | None:
         )
         blocks += [_table(fit), Note(note)]
     return Section("What makes a block fall", tuple(blocks), anchor="intensity")
+
+
+def _frictions(results: Results) -> str:
+    """That points and fit are not of the same frictions, where there are several."""
+    if results.cube.sizes["friction"] == 1:
+        return ""
+    most = coefficient_said(results.study, float(results.cube["friction"].max()))
+    return f" Points are of {most}; the fit takes all frictions together."
 
 
 def _table(fit: LogisticFit) -> Table:

@@ -160,6 +160,19 @@ def test_a_stone_that_begins_oblique_is_told_in_degrees() -> None:
     assert re.fullmatch(r"stands \(largest rotation 1\d(\.\d)?°\)", text), text
 
 
+def test_a_cylinder_that_rolls_on_is_not_said_to_rest() -> None:
+    """It rolls on its rim: half a minute of rest later it is turned otherwise, and rolls still."""
+    motion = Motion.sine(4.5, 0.8, azimuth_deg=20)
+    rest = np.zeros(round(30 / motion.sampling_interval))
+    later = Motion(*(np.append(each, rest) for each in motion.horizontal), sampling_interval=motion.sampling_interval)
+    given = {"height": 2.0, "b_over_h": 0.35, "orientation_deg": 0.0}
+    short, long = (trajectory(each, "circle", **given) for each in (motion, later))
+    assert abs(float(short.residual_twist) - float(long.residual_twist)) > 30
+    for path in (short, long):
+        assert outcome(path).endswith("cm by the end, where it still rocks or rolls")
+    assert outcome(trajectory(later, "rectangle", **given)).endswith("by the end")
+
+
 def test_no_trajectory() -> None:
     with pytest.raises(ArgumentError, match="at least one"):
         film_of([], Motion(np.zeros(2), np.zeros(2), sampling_interval=0.01), "none")

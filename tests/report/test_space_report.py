@@ -12,6 +12,8 @@ from overturning.report.blocks import Answer, Figure, Section, Table, each_block
 from overturning.report.build import build_report
 from overturning.report.pdf import render_pdf
 from overturning.report.results import open_results
+from overturning.report.sections.space import twists
+from overturning.study.sections import BodySettings
 from tests.report.reading import render_html
 from tests.report.tiny_studies import make_results, pulse_record
 
@@ -48,6 +50,13 @@ def test_it_has_the_sections_of_space_and_none_of_planes(folder: Path) -> None:
     assert paper.startswith(b"%PDF")
     with open_results(folder) as results:
         assert render_html(build_report(results)) == page
+
+
+def test_turns_of_cylinders_are_said_to_be_those_of_bodies_that_roll(folder: Path) -> None:
+    with open_results(folder) as results:
+        round_ones = results.study.model_copy(update={"body": BodySettings(plan="circle")})
+        for study, said in ((results.study, False), (round_ones, True)):
+            assert ("rolls on its rim" in repr(twists(replace(results, study=study)))) == said
 
 
 def test_where_every_body_falls_its_falls_still_have_directions(folder: Path) -> None:

@@ -200,7 +200,12 @@ def _space_outcome(path: "xr.Dataset") -> str:
     tilt, twist = float(path["peak_tilt"]), float(path["residual_twist"])
     slip = 100.0 * float(np.hypot(path["residual_slip_north"], path["residual_slip_east"]))
     side = "clockwise" if twist >= 0 else "anticlockwise"
-    return f"stands (largest tilt {tilt:.1f}°); turned {abs(twist):.1f}° {side}, slipped {slip:.1f} cm by the end"
+    # A cylinder rolls on for minutes, and where it will rest is not known.
+    tilt_at_end = np.hypot(float(path["tilt_north"][-1]), float(path["tilt_east"][-1]))
+    turning = max(tilt_at_end, float(np.abs(path["angular_velocity"][-1]).max())) > MOVED
+    still = ", where it still rocks or rolls" if turning else ""
+    moved = f"turned {abs(twist):.1f}° {side}, slipped {slip:.1f} cm by the end{still}"
+    return f"stands (largest tilt {tilt:.1f}°); {moved}"
 
 
 def _space_poses(path: "xr.Dataset") -> FloatArray:

@@ -194,6 +194,11 @@ def twists(results: Results) -> Section | None:
         f"{_above(whole.median)}°, a tenth by more than {number(whole.most, 1)}°, and one by "
         f"{number(whole.largest, 0)}°. Field surveys report such stones as rotated."
     )
+    if results.study.body is not None and results.study.body.plan == "circle":
+        text += (
+            " A cylinder that has rocked rolls on its rim for minutes, since rolling costs nothing here: its turn, and "
+            "its slip, are those at the end of its case, not those of a column at rest."
+        )
     rows = [
         (*shape, found.stones, found.median, found.most, found.largest)
         for shape, angles in turned.items()

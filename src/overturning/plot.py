@@ -126,13 +126,14 @@ def follow(cube: "xr.Dataset") -> "Figure":
 @_of_a_cube
 def plane(cube: "xr.Dataset") -> "Figure":
     """Falls over PGA and PGV/PGA at the largest friction, with the fit and the field's criteria; of planes."""
-    from overturning.figures.intensity_plane import intensity_plane_figure
+    from overturning.figures.intensity_plane import intensity_plane_figure, where_it_moves
     from overturning.statistics.logistic import overturning_fit
 
     _only(cube, "azimuth", "plane")
     whole = _whole(cube)
     measures = _measures(whole)
-    return intensity_plane_figure(whole, measures, overturning_fit(whole, measures), float(whole["friction"].max()))
+    fit = overturning_fit(*where_it_moves(whole, measures))
+    return intensity_plane_figure(whole, measures, fit, float(whole["friction"].max()))
 
 
 @_of_a_cube

@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,21 +12,24 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure as Drawing
 
+from overturning.figures.intensity_plane import plane_points, where_it_moves
 from overturning.model.scene import load_scene
 from overturning.model.status import Status
+from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.report.blocks import Figure, Report, Section, each_block
 from overturning.report.build import build_report
-from overturning.report.results import Results
+from overturning.report.results import Results, open_results
 from overturning.report.sections.answer import answer
-from overturning.report.sections.causes import cause, finding_sentence, published
+from overturning.report.sections.causes import cause, criteria, finding_sentence, published
 from overturning.report.sections.contrast import setting_said
 from overturning.report.sections.exactness import ensemble
 from overturning.report.sections.records import maps, record_directions, records
 from overturning.report.sections.scene import scene
-from overturning.statistics.logistic import LogisticFit
+from overturning.statistics.logistic import LogisticFit, overturning_rows
 from overturning.study.evaluation import Published
 from overturning.study.sections import ContactSettings, Variant
 from tests.report.reading import BAD, column, numbers, tables, text_of
+from tests.report.tiny_studies import make_results
 
 Make = Callable[..., Results]
 
@@ -127,6 +131,23 @@ def test_records_that_a_comparison_leaves_out_are_named(one_record: Make) -> Non
     told = text_of(answer(one_record(3, pulse=xr.DataArray([1.0, 0.0, np.nan], dims="record"))))
     assert "Whether record_id 2 has a velocity pulse is not stated" in told
     assert "is not stated" not in text_of(known.blocks[0])
+
+
+def test_across_a_pulse_nothing_moves_and_no_criterion_is_asked(tmp_path: Path) -> None:
+    """Pulses towards the north: of twelve planes that at 90° has PGA 0, and of PGV/PGA no number."""
+    made = [
+        replace(pulse_record(parse_pulse(f"sine amplitude_gal=500 period_s={period}")), record_id=name, event=name)
+        for name, period in (("short", 0.6), ("long", 1.0))
+    ]
+    with open_results(make_results(tmp_path, made, azimuth={"step": 15}, ensemble={"members": 0})) as results:
+        assert float(results.intensity["pga"].min()) == 0.0
+        planes, shapes = 2 * 11, (0.2, 0.3, 0.4)
+        predictors, *_ = overturning_rows(*where_it_moves(results.cube, results.intensity))
+        assert predictors.shape == (len(shapes) * planes, 4)
+        assert np.isfinite(predictors).all()
+        assert "predictors separate falls from stands" in text_of(cause(results))
+        assert {plane_points(results.cube, results.intensity, 0.6, one, 1.0)[0].size for one in shapes} == {planes}
+        assert "predicts best" in text_of(criteria(results))
 
 
 def test_alignment_by_shape_is_the_mean_over_earthquakes(report: Report, one_record: Make) -> None:

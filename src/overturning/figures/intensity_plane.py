@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, STANDS, caption, grid, labels, logarithmic
 from overturning.model.falls import model_of
+from overturning.model.planes import FALLS as FALLS_OF_A_CUBE
 from overturning.statistics.criteria import CRITERIA, west_acceleration
 from overturning.statistics.falls import fall_shares
 from overturning.statistics.logistic import LogisticFit
@@ -25,6 +26,20 @@ LOOKS: Final = (
 """Colour and dashes of each of `limits.CRITERIA`."""
 
 
+LEAST_PGA: Final = 1e-6
+"""PGA, m/s², up to which nothing moves but the rounding of motions, to 1e-9 m/s²."""
+
+
+def where_it_moves(cube: xr.Dataset, intensity: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
+    """Both without the planes along which nothing moves, as across a pulse: there PGV/PGA is 0/0."""
+    measured = intensity[["pga", "pgv"]].where(intensity["pga"] > LEAST_PGA)
+    pga = measured["pga"].sel(azimuth=cube["azimuth"], method="nearest")
+    moves = pga.notnull().drop_vars(["record", "azimuth"], errors="ignore")
+    if bool(moves.all()):
+        return cube, intensity
+    return cube.assign({name: cube[name].where(moves) for name in FALLS_OF_A_CUBE if name in cube}), measured
+
+
 def plane_points(
     cube: xr.Dataset, intensity: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -34,8 +49,8 @@ def plane_points(
     along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
     falls = planes["falls"].transpose("record", "azimuth").to_numpy().ravel()
     pga, pgv = (along[name].transpose("record", "azimuth").to_numpy().ravel() for name in ("pga", "pgv"))
-    known = np.isfinite(falls) & (pga > 0)
-    return pga[known], (pgv / np.where(pga > 0, pga, 1))[known], falls[known]
+    known = np.isfinite(falls) & (pga > LEAST_PGA)
+    return pga[known], (pgv / np.where(known, pga, 1))[known], falls[known]
 
 
 def _draw_intensity_plane(

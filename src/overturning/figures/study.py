@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.figures.alignment import axes_figure, follow_figure
-from overturning.figures.intensity_plane import intensity_plane_figure
+from overturning.figures.intensity_plane import intensity_plane_figure, where_it_moves
 from overturning.figures.rose import earthquake_roses_figure, rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
 from overturning.figures.style import style
@@ -36,7 +36,7 @@ def draw_whole(cube_path: Path, intensity_path: Path, folder: Path, write: Write
             slender = cube["b_over_h"].to_numpy().astype(np.float64)
             write(follow_figure(followed(cube, intensity), slender), folder / "follow")
         else:
-            fit = overturning_fit(cube, intensity)
+            fit = overturning_fit(*where_it_moves(cube, intensity))
             write(intensity_plane_figure(cube, intensity, fit, float(cube["friction"].max())), folder / "plane")
 
 

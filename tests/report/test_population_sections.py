@@ -60,6 +60,14 @@ def test_planes_that_were_not_computed_are_said_beside_the_rates(cemetery: Resul
     assert told in said(population(part))
 
 
+def test_stones_without_an_answer_are_counted(cemetery: Results) -> None:
+    assert "Rates are of the stones with an answer" not in said(population(cemetery))
+    found = cemetery.populations["nominal"].copy(deep=True)
+    found["unknown"][0] = 0.3
+    told = "Rates are of the stones with an answer: 10 % of them have none in the mean, 30 % under one record."
+    assert told in said(population(replace(cemetery, populations={"nominal": found})))
+
+
 def test_stones_beyond_the_grid_are_warned_of(cemetery: Results) -> None:
     """All of them are taller than the study's one height."""
     assert "100 % of the stones are larger or smaller" in said(population(cemetery))

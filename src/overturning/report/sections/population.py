@@ -60,7 +60,7 @@ def population(results: Results) -> Section | None:
     shown += " Red: the lognormal curve." if any(math.isfinite(one.median) for one in whole) else ""
     scale = " Dashed: where JMA 5 upper, 6 lower, 6 upper and 7 begin; shaded: what surveys infer the last two from."
     caption = shown + (scale if np.isfinite(jma).any() else "")
-    sentences = _as_recorded(found, tells_moved), *_over_intensity(rates, jma, horizontal, events)
+    sentences = _as_recorded(found, tells_moved), *_unanswered(found), *_over_intensity(rates, jma, horizontal, events)
     outside = float(found.attrs["outside"])
     blocks: list[Block] = [
         *map(Paragraph, sentences),
@@ -94,6 +94,15 @@ def _as_recorded(found: xr.Dataset, tells_moved: bool) -> str:
         f"{percent(high)} for the middle half of them, {percent(rate.min())} to {percent(rate.max())} for all"
         f"{stands if tells_moved and math.isfinite(shift) else ''}."
     )
+
+
+def _unanswered(found: xr.Dataset) -> list[str]:
+    """How many stones the rates leave out since a cell that answers for them has no outcome; nothing of none."""
+    unknown = found["unknown"].sel(amplitude=1.0)
+    if not float(unknown.max()) > 0.0:
+        return []
+    mean, most = percent(float(unknown.mean())), percent(float(unknown.max()))
+    return [f"Rates are of the stones with an answer: {mean} of them have none in the mean, {most} under one record."]
 
 
 def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, events: StrArray) -> list[str]:

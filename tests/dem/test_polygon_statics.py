@@ -5,7 +5,7 @@ import pytest
 
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.simulate import simulate_arrays
-from overturning.errors import ArgumentError
+from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import SHIPPED, block, one_case, run, scene, shaken, shipped, still
 
 GRAVITY = 9.80665
@@ -54,13 +54,13 @@ def _harmonic(blocks: int, share: float) -> list[dict[str, object]]:
     return made
 
 
-def _on_slope(tangent: float, width: float, height: float) -> dict[str, object]:
+def _on_slope(tangent: float, width: float, height: float, **keys: object) -> Scene:
     slope = {"name": "slope", "kind": "driven", "vertices": [[-5, 0], [5, 0], [5, 10 * tangent]]}
     stone = {
         "name": "stone", "width": width, "height": height, "at": [0, 5 * tangent],
         "rotation_deg": -float(np.degrees(np.arctan(tangent))),
     }  # fmt: skip
-    return scene(slope, stone)
+    return scene(slope, stone, **keys)
 
 
 @pytest.mark.parametrize("friction", [0.297, 0.303, 0.2])
@@ -83,11 +83,40 @@ def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None
         assert poses[-1, 1, 0] < poses[0, 1, 0]
 
 
-def test_a_slope_is_refused_where_quiet_time_is_left_out() -> None:
-    """With µ = 0.4 a block slides on a slope of 0.2 from (µ − 0.2)/(1 + 0.2 µ) g on: it was said to be at rest."""
-    with pytest.raises(ArgumentError, match="inclined face"):
-        simulate_arrays(still(1), _on_slope(0.2, 0.4, 0.3), azimuth_deg=[0], friction=[0.4])
-    simulate_arrays(still(1), _on_slope(0.2, 0.4, 0.3), azimuth_deg=[0], friction=[0.4], leave_out=False)
+def _slides_to(acceleration: np.ndarray, interval: float, friction: float, tangent: float) -> float:
+    """How far a particle slides along a slope that rises towards +x, m, by explicit steps; µ holds it or drags."""
+    cosine, sine = np.array([1.0, tangent]) / np.hypot(1.0, tangent)
+    times, step = np.arange(acceleration.size) * interval, interval / 400
+    place = velocity = 0.0
+    for a in np.interp(np.arange(0.5 * step, times[-1], step), times, acceleration):
+        velocity -= step * (a * cosine + GRAVITY * sine)
+        drag = step * friction * (GRAVITY * cosine - a * sine)
+        velocity -= np.sign(velocity) * min(abs(velocity), drag)
+        place += step * velocity
+    return place
+
+
+@pytest.mark.parametrize(("friction", "share"), [(0.4, 0.8), (0.4, 1.2), (0.4, 1.6), (0.22, 1.5)])
+def test_a_block_on_a_slope_is_followed_where_it_slides(friction: float, share: float) -> None:
+    """From (µ − t)/(1 + µ t) g on, less than µ g: a slope of 0.2, blocks from just below to well above it."""
+    threshold = (friction - 0.2) / (1.0 + 0.2 * friction)
+    time = np.arange(0.0, 6.0, 0.01)
+    wave = np.where((time > 2.5) & (time < 5.5), np.sin(2 * np.pi * (time - 2.5)), 0.0)
+    acceleration = share * threshold * GRAVITY * wave
+    expected = _slides_to(acceleration, 0.01, friction, 0.2) / np.hypot(1.0, 0.2)
+    motion = shaken(acceleration)
+    found = simulate_arrays(motion, _on_slope(0.2, 0.4, 0.3), azimuth_deg=[0], friction=[friction])
+    assert (found["status"].item() == 1) == (share < 1)
+    assert (abs(expected) > 0.002) == (share > 1)
+    assert found["residual_slip"].item() == pytest.approx(expected, rel=5e-3, abs=1e-4)
+
+
+def test_a_block_that_a_slope_does_not_hold_is_followed_under_no_motion() -> None:
+    """It drops by a tenth of its height, by less friction than the slope's tangent, given by the scene or swept."""
+    for keys in ({}, {"contacts": [{"between": ["stone", "stone"], "friction": 0.15}]}):
+        made = _on_slope(0.2, 0.4, 0.3, **keys)
+        found = simulate_arrays(still(4), made, azimuth_deg=[0], **({} if keys else {"friction": [0.15]}))
+        assert found["overturned"].item() == -1
 
 
 @pytest.mark.parametrize("slenderness", [0.297, 0.303])

@@ -113,16 +113,6 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
     variant = variant.reshape(-1)
     variants = [prepare(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
     _check_variants(scene, variants)
-    if numerics.leave_out and any(
-        abs(one.end.normal[0]) > 1e-3 * abs(one.end.normal[1])
-        for item in variants
-        for one in item.loaded
-        if item.threshold > 0.0
-    ):
-        raise ArgumentError(
-            f"scene {scene.name}: an element stands on an inclined face, where it slides below an acceleration of µ g; "
-            "say leave_out=False, in a study simulation: {leave_out: false}"
-        )
     row, ground = shaking(motion, cases)
     square = np.array([item.square for item in variants])
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]

@@ -100,10 +100,15 @@ class Prepared:
         return np.minimum(self.threshold, self.grip(friction))
 
     def grip(self, friction: FloatArray) -> FloatArray:
-        """Least coefficient of friction of what carries something, with the friction that is swept."""
+        """Least horizontal acceleration over g that lets something slide on what carries it, 0 where it slides at rest.
+
+        On a level face that is µ, on one of tangent t (µ − t)/(1 + µ t); `friction` is the one that is swept.
+        """
         least = np.full(friction.shape, np.inf)
-        for coefficient in self.laws.friction[[end.pair for end in self.loaded]]:
-            least = np.minimum(least, friction if coefficient < 0 else coefficient)
+        for end in self.loaded:
+            coefficient, (x, z) = self.laws.friction[end.pair], np.abs(end.end.normal)
+            held = friction if coefficient < 0 else np.full(friction.shape, coefficient)
+            least = np.minimum(least, np.maximum(held * z - x, 0.0) / np.maximum(z + held * x, 1e-300))
         return least
 
 

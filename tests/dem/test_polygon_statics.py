@@ -119,6 +119,23 @@ def test_a_block_that_a_slope_does_not_hold_is_followed_under_no_motion() -> Non
         assert found["overturned"].item() == -1
 
 
+@pytest.mark.parametrize(("width", "height", "peak", "duration"), [(2.0, 2.0, 18.0, 0.09), (0.8, 0.5, 20.0, 0.03)])
+def test_what_slides_when_its_record_ends_slides_on_to_rest(
+    width: float, height: float, peak: float, duration: float
+) -> None:
+    """A pulse without rest after it: a block had its slip of up to a tenth of a second later, a fifth of all."""
+    time = np.arange(0.0, duration + 1e-9, 0.005)
+    pulse = -peak * np.sin(np.pi * time / duration)
+    expected = _slides_to(np.append(pulse, np.zeros(300)), 0.005, 0.2, 0.0)
+    plinth = {"name": "plinth", "kind": "driven", "width": 3.0 * width, "height": 0.5, "at": [0, -0.5]}
+    found = simulate_arrays(
+        shaken(pulse, 0.005), scene(plinth, block("stone", width, height, "plinth")), azimuth_deg=[0], friction=[0.2]
+    )
+    assert found["overturned"].item() == 0
+    for name in ("residual_slip", "peak_slip"):
+        assert found[name].item() == pytest.approx(expected, rel=5e-3)
+
+
 @pytest.mark.parametrize("slenderness", [0.297, 0.303])
 def test_a_block_tips_on_a_slope_at_its_slenderness(slenderness: float) -> None:
     motion = still(6)

@@ -5,11 +5,11 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.ending import UPRIGHT, is_still
+from overturning.dem.kernel.ending import STILL_TO_SLIDE, UPRIGHT, is_still
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import stretch_of
-from overturning.dem.polygon.state import OPEN, Element, Pair
+from overturning.dem.polygon.state import OPEN, Element, Memory, Pair
 
 IN_PLACE: Final = 0.2
 """At rest an element has slid by no more than this share of the arm that its tipping has, so that its joints bear
@@ -17,6 +17,9 @@ nearly what they did."""
 
 BOTH: Final = 2
 """Ends of a joint."""
+
+DRAGS: Final = 1.0 - 1e-9
+"""An end slides whose friction is at least this share of the largest."""
 
 
 @njit(**INNER)
@@ -84,6 +87,34 @@ def one_hops(state: Any, j: int, scene: Any, rules: Any, gap: float) -> bool:
                 q, _, _ = rows.of_pair(state, scene, p)
                 touching += contacts(rows.load_pair(q, j))
         if touching == 0 and support_until(state, j, scene, i, gap) < np.inf:
+            return True
+    return False
+
+
+@njit(**INLINE)
+def drags(pair: Pair, end: Memory) -> bool:
+    """Whether friction drags on an end that touches, rather than holds it."""
+    return bool(end.carrier != OPEN and abs(end.tangent) >= DRAGS * pair.law.friction * end.normal)
+
+
+@njit(**INLINE)
+def level_speed(e: Element, z: float) -> float:
+    """Level velocity of a point of an element as high as z over its centre, but for its tilt, m/s."""
+    return float(e.velocity.x + e.velocity.w * (e.pose.cos * z))
+
+
+@njit(**INNER)
+def one_slides(state: Any, j: int, scene: Any) -> bool:
+    """Whether an element has way left to slide on what carries it that is worth waiting for; no friction stops none."""
+    for p in range(scene.layout.shape[0]):
+        q, a, b = rows.of_pair(state, scene, p)
+        pair = rows.load_pair(q, j)
+        if pair.stands == 0.0 or not (drags(pair, pair.history.one) or drags(pair, pair.history.two)):
+            continue
+        upper, lower = (a, b) if pair.stands > 0.0 else (b, a)
+        one, on = rows.load_element(upper, j), rows.load_element(lower, j)
+        speed = level_speed(one, one.home.base_z) - level_speed(on, one.home.support_z)
+        if speed * speed >= 2.0 * STILL_TO_SLIDE * scene.gravity * pair.law.friction > 0.0:
             return True
     return False
 

@@ -11,7 +11,15 @@ from overturning.dem.kernel.mechanics import larger
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.energy import closing_work, energy, kinetic, moving_energy
 from overturning.dem.polygon.faces import rotated
-from overturning.dem.polygon.resting import all_in_place, contacts, has_left, has_tipped, one_hops, support_until
+from overturning.dem.polygon.resting import (
+    all_in_place,
+    contacts,
+    has_left,
+    has_tipped,
+    one_hops,
+    one_slides,
+    support_until,
+)
 from overturning.dem.polygon.state import Element, Pose, Standing
 from overturning.model.status import Status
 
@@ -54,7 +62,8 @@ def verdict(state: Any, j: int, scene: Any, stands_from: Any, end: float) -> int
     if fallen == 0 and not slid and all_in_place(state, j, scene, rules, gap):
         spare = energy(state, j, scene) - case.energy
         # Nothing can fall then; the largest rotations are known once what is left cannot reach them again.
-        if spare < 0.5 * limits.least_barrier and not may_rise(state, j, rules, spare):
+        over = spare < 0.5 * limits.least_barrier and not may_rise(state, j, rules, spare)
+        if over and not one_slides(state, j, scene):
             return Status.SIMULATED
     if case.sample < case.after:
         return GOES_ON

@@ -23,8 +23,8 @@ from overturning.statistics.circular import (
     sector,
     watson_u2_test,
 )
-from overturning.surveys.prediction import BACKGROUND, SIDES, SitePrediction, knows_face, observed_side
-from overturning.surveys.stones import Stone
+from overturning.surveys.prediction import SIDES, SitePrediction, knows_face, observed_side
+from overturning.surveys.stones import BACKGROUND, Stone
 
 _TESTS: Final = ("fit_octants", "fit_octants_watson", "fit_exact", "uniform_octants")
 _ARRAYS: Final = ("octant_observed", "octant_predicted", "confusion")

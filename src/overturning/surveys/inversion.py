@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import sector
 from overturning.surveys.posterior import TURN_DEG, TURNS, Backwards, Posterior
-from overturning.surveys.prediction import BACKGROUND
 from overturning.surveys.responses import (
     LEVELS,
     ORIENTATION_STEP_DEG,
@@ -22,7 +21,7 @@ from overturning.surveys.responses import (
     StoneKind,
     blind,
 )
-from overturning.surveys.stones import Stone
+from overturning.surveys.stones import BACKGROUND, Stone
 
 POWER: Final = 0.3
 """Power of the likelihood of the directions.

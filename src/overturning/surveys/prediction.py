@@ -12,14 +12,10 @@ from overturning.model.planes import fall_probability, plane_weight
 from overturning.model.symmetry import FULL_TURN, nearest
 from overturning.statistics.circular import sector
 from overturning.statistics.falls import falls_towards, whole_circle
-from overturning.surveys.stones import Stone
+from overturning.surveys.stones import BACKGROUND, Stone
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 """Outcomes of a stone whose face is known: towards the face's azimuth, then clockwise by 90° each."""
-
-BACKGROUND = 0.05
-"""Share of stones taken to fall any way (pushed by a neighbour, on a bad footing): without it a single stone in a
-direction of probability zero would rule the model out for ever."""
 
 
 class SitePrediction:

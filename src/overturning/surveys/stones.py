@@ -14,6 +14,10 @@ from overturning.tables import read_rows
 OCTANTS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 """Compass octants in their order; octant i is centred on 45° i."""
 
+BACKGROUND = 0.05
+"""Share of stones taken to fall any way (pushed by a neighbour, on a bad footing): without it a single stone in a
+direction of probability zero would rule the model out for ever."""
+
 _YES, _NO = {"yes", "fell", "true", "1", "y"}, {"no", "stood", "false", "0", "n"}
 
 

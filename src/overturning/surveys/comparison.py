@@ -83,7 +83,7 @@ class SurveyComparison:
 def _density(site: SitePrediction, stone: Stone) -> FloatArray:
     """Fall directions of a stone; where its face is known one sector of 90° about each of its four normals."""
     if not knows_face(stone):
-        return site.density(stone.b_over_h)
+        return site.density(*stone.slenderness)
     sides = site.sides(stone)[1:]
     quarter = sector(site.azimuth - stone.face_azimuth_deg, 4)
     mass = np.array([site.share[quarter == i].sum() for i in range(4)])

@@ -45,15 +45,11 @@ class SitePrediction:
             raise ArgumentError("cube: of bodies in space; a survey is compared with a study in planes")
         site = cube.isel(record=0) if "record" in cube.dims else cube
         dims = ("azimuth", "b_over_h", "height", "friction")
-        # An azimuth of which nothing is known is like the others: it is not one towards which nothing falls.
-        mean = falls_towards(site, ensemble=True).transpose(*dims).mean(("height", "friction"))
-        mean = mean.fillna(mean.mean("azimuth")).fillna(0.0)
         self.background = background
-        self.b_over_h: FloatArray = mean["b_over_h"].values.astype(np.float64)
-        self.azimuth: FloatArray = mean["azimuth"].values.astype(np.float64)
+        self.b_over_h: FloatArray = site["b_over_h"].values.astype(np.float64)
+        self.azimuth: FloatArray = falls_towards(site)["azimuth"].values.astype(np.float64)
         self.share: FloatArray = plane_weight(self.azimuth, FULL_TURN)
-        # Falls towards that azimuth.
-        self.towards: FloatArray = mean.values.astype(np.float64)
+        self._densities: dict[str, FloatArray] = {}
         # Of each plane and block (height and friction) the probability of falling towards its azimuth and away from it,
         # and when it falls; NaN where not known.
         site = whole_circle(site)
@@ -68,10 +64,10 @@ class SitePrediction:
         # Each azimuth's sector reaches half way to its neighbours; `start` is where the first one begins.
         self.start = float((self.azimuth[0] + self.azimuth[-1] - 360) / 2)
 
-    def _at(self, azimuth_deg: float, b_over_h: float) -> tuple[FloatArray, FloatArray]:
-        """Interpolated probability of falling towards an azimuth and away, and the nearest cell's time of the fall.
+    def _at(self, azimuth_deg: FloatArray, b_over_h: float) -> tuple[FloatArray, FloatArray]:
+        """Interpolated probability of falling towards n azimuths and away, and the nearest cells' times of the fall.
 
-        Of each block: shapes (2, blocks) and (blocks,).
+        Of each block: shapes (2, blocks, n) and (blocks, n).
         """
         place = np.interp(b_over_h, self.b_over_h, np.arange(self.b_over_h.size))
         low = int(place)
@@ -79,8 +75,8 @@ class SitePrediction:
         by_azimuth = self.blocks[:, low] + (place - low) * (self.blocks[:, high] - self.blocks[:, low])
         lines = by_azimuth.reshape(self.plane.size, -1).T
         p = np.array([np.interp(azimuth_deg, self.plane, line, period=360) for line in lines])
-        cell = nearest(self.plane, [azimuth_deg], FULL_TURN).cell[0]
-        return p.reshape(by_azimuth.shape[1:]), self.times[cell, round(float(place))]
+        cell = nearest(self.plane, azimuth_deg, FULL_TURN).cell
+        return p.reshape(*by_azimuth.shape[1:], -1), self.times[cell, round(float(place))].T
 
     def is_beyond(self, stone: Stone) -> bool:
         """Whether a B/H of a stone lies outside of the cube's, which has its nearest value there."""
@@ -91,20 +87,34 @@ class SitePrediction:
         """Place of the nearest azimuth."""
         return int(nearest(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
 
-    def density(self, b_over_h: float = math.nan) -> FloatArray:
+    def density(self, b_over_h: float = math.nan, b_over_h_side: float = math.nan) -> FloatArray:
         """Probability of each azimuth's sector, given that a stone of unknown orientation fell; sums to 1.
 
-        Stones are taken to be turned every way alike; without ``b_over_h`` all slendernesses of the cube count the
-        same.
+        It is the mean over all faces of what `sides` says; without ``b_over_h`` all slendernesses of the cube count the
+        same, and without ``b_over_h_side`` the footprint is square.
         """
+        of = f"{b_over_h} {b_over_h_side}"
+        if of in self._densities:
+            return self._densities[of]
+        shapes = [(b_over_h, b_over_h if math.isnan(b_over_h_side) else b_over_h_side)]
         if math.isnan(b_over_h):
-            values = self.towards.mean(axis=1)
-        else:
-            values = np.array([np.interp(b_over_h, self.b_over_h, line) for line in self.towards])
+            shapes = [(one, one) for one in self.b_over_h.tolist()]
+        # A stone falls towards an azimuth that faces it, or looks to its right, backwards or to its left.
+        falls = [
+            np.sum([self._model(self.azimuth - 90.0 * turn, shape)[1 + turn] for turn in range(4)], axis=0)
+            for shape in shapes
+        ]
+        known = np.isfinite(falls)
+        values = np.where(known, falls, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+        # An azimuth of which nothing is known is like the others: it is not one towards which nothing falls.
+        told = known.any(axis=0)
+        values[~told] = values[told].mean() if told.any() else 0.0
         mass = values * self.share
         total = mass.sum()
         model = mass / total if total > 0 else self.share
-        return np.asarray((1 - self.background) * model + self.background * self.share)
+        found = np.asarray((1 - self.background) * model + self.background * self.share)
+        self._densities[of] = found
+        return found
 
     def sides(self, stone: Stone) -> FloatArray:
         """Probabilities of `SIDES` for a stone whose face azimuth and B/H are known; they sum to 1.
@@ -114,21 +124,26 @@ class SitePrediction:
         ensemble's neighbourhood; where the stone would fall in both, `edge_chances` says over which edge. Rolling on a
         corner, which only a model in space shows (Contento, Zulli & Di Egidio 2013, doi 10.5772/54863), is left out.
         """
-        planes = [self._at(stone.face_azimuth_deg + 90.0 * i, shape) for i, shape in enumerate(stone.slenderness)]
+        blind = np.concatenate([[0.5], np.full(4, 0.125)])
+        model = self._model(np.array([stone.face_azimuth_deg]), stone.slenderness)[:, 0]
+        if not np.isfinite(model).all():
+            return blind
+        return np.asarray((1 - self.background) * model + self.background * blind)
+
+    def _model(self, face_deg: FloatArray, slenderness: tuple[float, float]) -> FloatArray:
+        """What `sides` says of stones that face n azimuths, without background; NaN where nothing is known."""
+        planes = [self._at(face_deg + 90.0 * i, shape) for i, shape in enumerate(slenderness)]
         p = np.array([probability for probability, _ in planes])
         known = np.isfinite(p).all(axis=(0, 1))
-        blind = np.concatenate([[0.5], np.full(4, 0.125)])
-        if not known.any():
-            return blind
-        p = p[..., known]
-        over = edge_chances(np.minimum(p.sum(axis=1), 1.0), np.array([times[known] for _, times in planes]))
+        p = np.where(known, p, 0.0)
+        over = edge_chances(np.minimum(p.sum(axis=1), 1.0), np.array([times for _, times in planes]))
         model = [1 - over.sum(axis=0)]
         for ends, falls in zip(p, over, strict=True):
             both = ends.sum(axis=0)
             model += list(falls * np.divide(ends, both, out=np.full(ends.shape, 0.5), where=both > 0))
-        stood, forwards, backwards, right, left = (float(values.mean()) for values in model)
-        sides = np.array([stood, forwards, right, backwards, left])
-        return np.asarray((1 - self.background) * sides + self.background * blind)
+        stood, forwards, backwards, right, left = (np.where(known, one, 0.0).sum(axis=0) for one in model)
+        with np.errstate(invalid="ignore"):
+            return np.stack([stood, forwards, right, backwards, left]) / known.sum(axis=0)
 
     def octants(self, density: FloatArray) -> FloatArray:
         """Probability of each compass octant, from a density over the azimuths' sectors (shared out at the borders)."""

@@ -136,8 +136,7 @@ def survey_sentences(found: SurveyComparison) -> list[str]:
         known = "Their" if every else f"For {found.turned_every_way} of them the"
         of = ", of every B/H of the study where none is given" if every else ""
         faces = f"{known} faces or B/H are not given, so the prediction assumes stones turned every way{of}."
-        alone = "Each plane is taken by itself: where a stone would fall in both of its planes, no first one decides."
-        sentences += [faces, alone]
+        sentences.append(faces)
     if found.beyond:
         sentences.append(f"{counted(found.beyond, 'stone')} of B/H beyond the study's are taken to be of its nearest.")
     background = percent(found.background)

@@ -118,6 +118,12 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         # Its own shape is not that of the swept shaft, so its outcome is the same for each B/H.
         values = monolith["peak_rotation"].to_numpy()
         np.testing.assert_array_equal(values[:, :, :, 0], values[:, :, :, 1])
+        # Its centroid lies over the middle of a base 0.545 m wide, and its α is none of the shaft's.
+        x, y = np.array(load_scene("monolith").elements[1].vertices).T
+        across = x * np.roll(y, -1) - np.roll(x, -1) * y
+        centre = ((y + np.roll(y, -1)) * across).sum() / (3 * across.sum())
+        np.testing.assert_allclose(monolith["critical_angle"], np.degrees(np.arctan(0.2725 / centre)))
+        assert "the monolith has 1.85 times that height and a B/H of 0.463" in monolith["b_over_h"].attrs["comment"]
         assert variant_said(monolith)[0] == (
             "variant monolith (H and B/H are those of the study's shaft; the monolith has 1.85 times that height and "
             "a B/H of 0.463 whatever the shaft has)"

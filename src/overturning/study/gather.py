@@ -21,7 +21,7 @@ from overturning.records.record import Record, provenance
 from overturning.study.load import portable
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
 from overturning.study.parts import opened_part, record_of
-from overturning.study.scenes import NOMINAL, applies_vertical, grid_of, model_for
+from overturning.study.scenes import NOMINAL, Sizes, applies_vertical, grid_of, model_for, sizes_said
 from overturning.study.schema import Study
 from overturning.study.sweep import variables_of
 
@@ -71,7 +71,11 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
     _add_records(cube, records, applies_vertical(study, variant))
     add_grid(cube, grid)
     cube[model.direction].setncatts(model.direction_attributes)
-    if (critical := critical_angle(model, grid)) is not None:  # that of a single block follows from its B/H
+    if said := sizes_said(study, variant):
+        cube["height"].comment = cube["b_over_h"].comment = said
+    own = Sizes.of(study, variant).own_ratio
+    sized = grid if own is None else grid.changed(b_over_h=np.full(grid["b_over_h"].size, own))
+    if (critical := critical_angle(model, sized)) is not None:  # that of a single block follows from its B/H
         dimensions, values, attributes = critical
         angles = cube.createVariable("critical_angle", "f8", dimensions, fill_value=np.nan)
         angles.setncatts(attributes)

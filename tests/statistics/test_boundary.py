@@ -92,3 +92,14 @@ def test_nothing_falls_where_an_outcome_is_missing_too(make_cube) -> None:
     easiest = easiest_azimuth(boundary(cube), cube["b_over_h"])
     assert easiest["easiest_axis"].isnull().all()
     assert easiest["ratio"].isnull().all()
+
+
+def test_a_plane_of_which_nothing_is_known_is_not_the_hardest(make_cube) -> None:
+    """Up to B/H = 0.3 ± 0.1 all fall: three times as easily along 60° as across, whatever plane 30 does."""
+    cube = make_cube(lambda a, _, s, __: np.where(s <= 0.3 + 0.1 * np.cos(np.radians(2 * (a - 60))), 1, 0))
+    cube["overturned"][{"azimuth": cube["azimuth"] % 180 == 30}] = np.nan
+    easiest = easiest_azimuth(boundary(cube), cube["b_over_h"])
+    assert np.unique(easiest["ratio"]) == pytest.approx([3.0])
+    assert easiest["bounded"].all()
+    cube["overturned"][:] = cube["overturned"] * 0
+    assert easiest_azimuth(boundary(cube), cube["b_over_h"])["ratio"].isnull().all()

@@ -55,7 +55,7 @@ def boundary(cube: xr.Dataset) -> xr.Dataset:
         As lazy as the cube: ``boundary``, missing where there is none; ``boundary_low`` and ``boundary_high``, the
         lower and the upper of each scramble alone (equal to it without ensemble); ``falls_beyond`` where the block
         still falls at the largest B/H, so that the boundary lies above the grid, and ``stands_throughout`` where it
-        never falls.
+        never falls; not where nothing is known of it.
     """
     if "b_over_h" not in cube.dims:
         raise ArgumentError("probability: no dimension b_over_h; a boundary is sought along it")
@@ -82,7 +82,8 @@ def boundary(cube: xr.Dataset) -> xr.Dataset:
         "boundary_high": (high, "overturning boundary, upper of two scrambles"),
     }
     made = {name: one.where(~beyond).assign_attrs(long_name=text, units="1") for name, (one, text) in named.items()}
-    return xr.Dataset({**made, "falls_beyond": beyond, "stands_throughout": (falls.fillna(0.0) < HALF).all("b_over_h")})
+    stands = (falls.fillna(0.0) < HALF).all("b_over_h") & falls.notnull().any("b_over_h")
+    return xr.Dataset({**made, "falls_beyond": beyond, "stands_throughout": stands})
 
 
 def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
@@ -112,14 +113,14 @@ def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
     highest, lowest = edge.max("azimuth"), edge.min("azimuth")
 
     def axis(line: FloatArray, standing: NDArray[np.bool_]) -> float:
-        if standing.all() or not np.isfinite(line).any():
+        if (standing | np.isnan(line)).all():
             return np.nan
         ties = np.abs(line - np.nanmax(line)) < 1e-9
         return resultant(planes["azimuth"].values[ties], weight[ties], axial=True)[0]
 
     stands = planes["stands_throughout"]
     easiest = xr.apply_ufunc(axis, edge, stands, input_core_dims=[["azimuth"], ["azimuth"]], vectorize=True)
-    never = stands.all("azimuth")
+    never = (stands | edge.isnull()).all("azimuth")
     return xr.Dataset(
         {
             "easiest_axis": easiest.assign_attrs(long_name="axis of easiest overturning", units="degree"),

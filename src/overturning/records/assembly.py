@@ -63,10 +63,9 @@ def _common_window(components: Sequence[Component], trusted: list[str] | None = 
     """Cut components to the samples that all of them have.
 
     Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains. A RecordError
-    says so where the rates differ, or starts by more than 0.5 s. So may lengths, where the components are of one file,
-    whose recorder stopped its channels one after the other; those of several files, and station, earthquake and place
-    of the sensor that they name, or whether they are raw, only where they may be ``trusted``, which is written
-    down there.
+    says so where the rates differ, or starts by more than 0.5 s. Lengths may differ in one file, whose recorder stopped
+    its channels one after the other. Unlike lengths of several files, and stations, earthquakes or places of the sensor
+    that differ, or raw beside processed data, are refused unless they may be ``trusted``, and are written down there.
     """
     said = [(c.station, c.event, "processed" if c.processed else "raw", c.location) for c in components]
     for texts in zip(*said, strict=True):

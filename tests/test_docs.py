@@ -190,7 +190,8 @@ def test_the_tutorial_shows_what_its_command_prints(command, monkeypatch, capsys
     with pytest.raises(SystemExit) as stop:
         main(words.partition("\\")[0].split())  # what follows in a second line are files to write
     assert not stop.value.code
-    lines = [line[4:].partition(" …") for line in shown.splitlines() if not line.startswith(("    film", "    figure"))]
+    made = ("    film", "    figure")
+    lines = [line[4:].partition(" …") for line in shown.splitlines() if not line.startswith(made)]
     printed = capsys.readouterr().out.splitlines()
     assert len(printed) == len(lines) > 2
     for found, (line, cut, _) in zip(printed, lines, strict=True):

@@ -126,8 +126,9 @@ def follow(cube: "xr.Dataset") -> "Figure":
 @_of_a_cube
 def plane(cube: "xr.Dataset") -> "Figure":
     """Falls over PGA and PGV/PGA at the largest friction, with the fit and the field's criteria; of planes."""
-    from overturning.figures.intensity_plane import intensity_plane_figure, where_it_moves
+    from overturning.figures.intensity_plane import intensity_plane_figure
     from overturning.statistics.logistic import overturning_fit
+    from overturning.statistics.moving import where_it_moves
 
     _only(cube, "azimuth", "plane")
     whole = _whole(cube)

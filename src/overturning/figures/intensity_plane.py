@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, STANDS, caption, grid, labels, logarithmic
 from overturning.model.falls import model_of
-from overturning.model.planes import FALLS as FALLS_OF_A_CUBE
 from overturning.statistics.criteria import CRITERIA, west_acceleration
 from overturning.statistics.falls import fall_shares
 from overturning.statistics.logistic import LogisticFit
+from overturning.statistics.moving import LEAST_PGA
 from overturning.study.cube import friction_said
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -24,20 +24,6 @@ LOOKS: Final = (
     (SERIES[4], "solid"),
 )
 """Colour and dashes of each of `limits.CRITERIA`."""
-
-
-LEAST_PGA: Final = 1e-6
-"""PGA, m/s², up to which nothing moves but the rounding of motions, to 1e-9 m/s²."""
-
-
-def where_it_moves(cube: xr.Dataset, intensity: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
-    """Both without the planes along which nothing moves, as across a pulse: there PGV/PGA is 0/0."""
-    measured = intensity[["pga", "pgv"]].where(intensity["pga"] > LEAST_PGA)
-    pga = measured["pga"].sel(azimuth=cube["azimuth"], method="nearest")
-    moves = pga.notnull().drop_vars(["record", "azimuth"], errors="ignore")
-    if bool(moves.all()):
-        return cube, intensity
-    return cube.assign({name: cube[name].where(moves) for name in FALLS_OF_A_CUBE if name in cube}), measured
 
 
 def plane_points(

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.figures.alignment import axes_figure, follow_figure
-from overturning.figures.intensity_plane import intensity_plane_figure, where_it_moves
+from overturning.figures.intensity_plane import intensity_plane_figure
 from overturning.figures.rose import earthquake_roses_figure, rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
 from overturning.figures.style import style
@@ -14,6 +14,7 @@ from overturning.figures.write import Write, emptied, save
 from overturning.model.falls import model_of
 from overturning.statistics.earthquakes import axes_by_group, followed, summarise_axes
 from overturning.statistics.logistic import overturning_fit
+from overturning.statistics.moving import where_it_moves
 from overturning.study.cube import open_records
 
 

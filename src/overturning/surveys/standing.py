@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BaseModel, Field
+from scipy.optimize import brentq
 from scipy.special import log_ndtr, ndtr
 
 from overturning.arrays import FloatArray
@@ -23,6 +24,9 @@ LEAST_SPREAD: Final = 1e-3
 
 BOUND: Final = 0.95
 """Probability with which the rate of stones that stood lies below its bound."""
+
+LARGEST_FACTOR: Final = 1e6
+"""On the hazard; where stones of a class would stand under so many times of it, none is bounded."""
 
 
 class CurveRow(BaseModel, extra="forbid"):
@@ -176,6 +180,35 @@ def rate_bound(years: float) -> float:
     rate).
     """
     return -math.log1p(-BOUND) / years
+
+
+def hazard_bound(curve: CurveRow, hazard: Hazard, years: float, bound: float) -> float:
+    """Times the hazard under which but 5 % of a class stand so many years: a stone that stands says that it is less.
+
+    Each stone keeps what sets it apart, and those that stand are the strong ones, so that this is more than the
+    ``bound`` of the rate over the mean rate of the class; it is that where the parts of the spread are not known. NaN
+    where no stone bounds it.
+    """
+    rate = standing(curve, hazard, years).rate
+    if math.isnan(bound) or not rate > 0:
+        return math.nan
+
+    def too_many(log_factor: float) -> float:
+        return standing(curve, hazard, years * math.exp(log_factor)).share - (1 - BOUND)
+
+    # Years count as the hazard does: twice the time is twice the hazard.
+    first, last = math.log(bound / rate), math.log(LARGEST_FACTOR * max(1.0, bound / rate))
+    if math.isnan(too_many(first)) or too_many(first) <= 0:
+        return bound / rate
+    return math.exp(brentq(too_many, first, last)) if too_many(last) < 0 else math.nan
+
+
+def weaker_falls(curve: CurveRow, hazard: Hazard) -> float:
+    """Falls a year from a tenth of the hazard's first level up to it, were the curve to go on there as it begins."""
+    steepness = np.log(hazard.rate[0] / hazard.rate[1]) / np.log(hazard.level[1] / hazard.level[0])
+    level = hazard.level[0] * np.array([0.1, 1.0])
+    below = Hazard(hazard.measure, hazard.unit, level, hazard.rate[0] * (level / level[1]) ** -steepness)
+    return float(below.falls(curve.median, curve.log_spread)[0])
 
 
 def read_curves(path: Path) -> list[CurveRow]:

@@ -111,8 +111,8 @@ class SurveyRow(BaseModel):
             raise ValueError(f"{named}: give azimuth_deg or octant, not both")
         if octant and abs(self.magnetic_declination_deg) > 11.25:  # a quarter of its width
             raise ValueError(
-                f"octant: one from magnetic north, {self.magnetic_declination_deg:g}° from true north, lies across two "
-                "octants; give azimuth_deg, or the octant from true north and no magnetic_declination_deg"
+                f"octant: one from magnetic north, {self.magnetic_declination_deg:g}° from true north, lies across "
+                "two octants; give azimuth_deg, or the octant from true north and no magnetic_declination_deg"
             )
         if self.fell and not (exact or octant):
             raise ValueError("fell: a stone that fell needs azimuth_deg or octant")

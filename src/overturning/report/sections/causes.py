@@ -5,12 +5,12 @@ from typing import Final
 
 import numpy as np
 
-from overturning.figures.intensity_plane import where_it_moves
 from overturning.report.blocks import Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
 from overturning.report.results import Results
 from overturning.report.text import capitalised, counted, estimate, interval, number, percent, two_digits
 from overturning.statistics.criteria import BLIND, CRITERIA, PULSE_VALID, UNREAD, CriteriaScores, Score, criteria_scores
 from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
+from overturning.statistics.moving import where_it_moves
 from overturning.study.cube import coefficient_said
 from overturning.study.evaluation import Published
 from overturning.units import CM, GAL

@@ -64,7 +64,8 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
     chance = fall_probability(whole)[["towards", "away"]].compute()
     blocks = list(np.ndindex(chance["height"].size, chance["friction"].size))
     rows, columns = rows_and_columns(chance["height"].size, chance["friction"].size)
-    apart = ConstrainedLayoutEngine(h_pad=0.11)  # the letters below a panel stay clear of the title of the next
+    # The letters below a panel stay clear of the title of the next.
+    apart = ConstrainedLayoutEngine(h_pad=0.11 if rows > 1 else 0.02)
     width, height = PANEL[columns] * columns + 0.85 * spread, (PANEL[columns] + 0.2) * rows + 0.8
     figure, panels = style.grid(rows, columns, width, height, used=len(blocks), polar=True, layout=apart)
     shown = out_to_the_first_ring_without_falls(chance, chance["towards"] + chance["away"], abs(whole["overturned"]))
@@ -87,8 +88,9 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
     marks = [style.patch(colour, kind) for kind, colour in _KINDS.items()]
     if spread:
         last = next(axes for axes in panels[0][::-1] if axes.get_visible())
-        bar = figure.colorbar(mesh, cax=last.inset_axes([1.22, 0.0, 0.06, 1.0]))
-        bar.set_label("probability of falling\ntowards the azimuth", fontsize=8)
+        bar = figure.colorbar(mesh, cax=last.inset_axes([1.16, 0.0, 0.05, 1.0]))
+        between = " " if columns == 1 else "\n"
+        bar.set_label(f"probability of falling{between}towards the azimuth", fontsize=8)
         bar.ax.tick_params(labelsize=8)
         del marks[2]
     if bool(chance["towards"].notnull().all()):

@@ -6,12 +6,14 @@ import shlex
 import subprocess
 from collections.abc import Callable
 from contextlib import chdir
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from overturning.cli import main
+from overturning.study.load import study_from
 from verification.project import CUBE, Project
 
 SMALL = """\
@@ -61,7 +63,7 @@ class Checkout(Project):
         return self.plan(**config).rules
 
     def plan(self, look: bool = True, file: str | None = "", **config: Any) -> Plan:
-        """What a run would do with some keys of the study changed; raises what would stop it, or who only looks."""
+        """What a run would do with some keys of the study changed; raises what would stop it, or one of its steps."""
         from snakemake.api import SnakemakeApi
         from snakemake.logging import logger
         from snakemake.settings import types
@@ -77,6 +79,9 @@ class Checkout(Project):
             )
             plan = workflow.dag(types.DAGSettings(force_incomplete=True))
             plan.execute_workflow(executor="dryrun", execution_settings=types.ExecutionSettings(lock=False))
+            for word in chain.from_iterable(map(shlex.split, found.commands)):
+                if word.startswith("{"):  # the part of a study that a step is given must be a study
+                    study_from(word)
         return found
 
     def carry_out(self, commands: list[str]) -> None:

@@ -220,10 +220,12 @@ def test_a_key_that_stands_twice_is_named(tmp_path: Path) -> None:
         checkout.planned()
 
 
-def test_each_job_of_figures_has_its_own_pulses_alone(tmp_path: Path) -> None:
+def test_each_job_of_figures_has_its_own_pulses_and_published_values_alone(tmp_path: Path) -> None:
     pulses = ", ".join(f"p{n}: sine amplitude_gal={n}00 period_s=1" for n in range(1, 7))
+    published = "published: [{record: rinaldi, azimuth: 32, b_over_h: 0.4, overturns: true}]\n"
     checkout = Checkout(
-        tmp_path / "pulses", SMALL.replace("use: [rinaldi, petrolia]", f"use: [rinaldi], pulses: {{{pulses}}}")
+        tmp_path / "pulses",
+        SMALL.replace("use: [rinaldi, petrolia]", f"use: [rinaldi], pulses: {{{pulses}}}") + published,
     )
     commands = [command for command in checkout.plan().commands if "record-figures" in command]
     used = [re.search(r'"use": \[(.*?)\]', command) for command in commands]
@@ -231,8 +233,8 @@ def test_each_job_of_figures_has_its_own_pulses_alone(tmp_path: Path) -> None:
 
 
 def test_keys_of_the_command_line_replace_those_of_the_default_study(tmp_path: Path) -> None:
-    checkout = Checkout(tmp_path / "keys")
-    plan = checkout.plan(file=None, name="mine", records={"use": ["rinaldi"]})
+    checkout, stones = Checkout(tmp_path / "keys"), {"shifted": 0.02, "period": [1.0]}  # which in space alone are told
+    plan = checkout.plan(file=None, name="mine", records={"use": ["rinaldi"]}, body={}, population=stones)
     (sweep,) = (command for command in plan.commands if "overturning sweep" in command)
     assert "results/mine/" in sweep
     values = list(load_study(ROOT / "config" / "near-fault.yaml").b_over_h)

@@ -168,11 +168,14 @@ def settings(*keys, use=RECORDS, **parts):
     Of a key among the parts the keys inside are named. Where that is too long for a command, of thousands of records,
     it is the name of a file that holds it.
     """
-    # A study uses each pulse that stands in it, so those of other jobs are left out.
+    # A study uses each pulse that stands in it, and what is published is of its records: those of other jobs are left
+    # out.
     own = SETTINGS["records"]
     pulses = {name: own["pulses"][name] for name in use if name in own["pulses"]}
     records = own | {"use": list(use), "pulses": pulses}
     part = {key: SETTINGS[key] for key in keys if key != "records"}
+    if "published" in part:
+        part["published"] = [row for row in part["published"] if row["record"] in use]
     for key, inside in parts.items():
         part[key] = {name: SETTINGS[key][name] for name in inside}
     return handed(json.dumps({"name": STUDY.name, "records": records, **part}), "yaml")

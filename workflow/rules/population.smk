@@ -17,7 +17,7 @@ rule fragility:
     resources:
         mem_mb=800,
     params:
-        study=settings("population"),
+        study=settings("body", "orientation", "population"),
         folder=lambda wildcards, output: Path(output[0]).parent,
         sources=sources("workflow:fragility"),
     shell:

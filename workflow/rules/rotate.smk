@@ -15,7 +15,7 @@ rule rotate:
         mem_mb=800,
     params:
         folder=lambda wildcards, input: Path(input.motions[0]).parent,
-        study=settings("azimuth", *(["population"] if PERIODS else [])),
+        study=settings("azimuth", **({"population": ["period"]} if PERIODS else {})),
         sources=sources("workflow:rotate"),
     shell:
         "overturning rotate --study {params.study:q} --motions {params.folder} --output {output} 2> {log}"

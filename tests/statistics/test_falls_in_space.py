@@ -10,6 +10,7 @@ from scipy.stats import bootstrap, circmean
 
 from overturning.model.body import Body
 from overturning.model.falls import model_of
+from overturning.report.sections.space import follow_answer, follow_sentences
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import (
     axes_by_earthquake,
@@ -200,6 +201,21 @@ def test_falls_towards_the_epicentre_follow_the_radial_axis_against_its_head() -
     nowhere = cube.assign_coords(epicentre_latitude=("record", np.full(5, np.nan)))
     (found,) = followed(nowhere, intensity, [slice(0, 3)]).values()
     assert ("radial direction", True) not in found.means
+
+
+def test_a_reference_known_of_few_records_is_not_closest_by_those_alone() -> None:
+    """Falls go along the fault normal of the one record that has one, and 30° from the peak velocity of the others."""
+    cube = space_cube(normals=np.array([40.0, *[np.nan] * 4]))
+    azimuth = np.broadcast_to(np.full(5, 40.0).reshape(-1, 1, 1, 1, 1, 1), cube["overturned"].shape)
+    cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
+    pgv, other = np.array([40.0, 70.0, 70.0, 70.0, 70.0]), ("record", np.full(5, 130.0))
+    intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
+    (found,) = followed(cube, intensity, [slice(0, 3)]).values()
+    normal, peak = (found.means[name, True][0] for name in ("fault normal", "peak velocity"))
+    assert (normal.n, normal.value > peak.value) == (1, True)
+    assert found.closest[0] == "peak velocity", "which under that one record is as close"
+    assert "fault normal 1.00 over 1 earthquake" in follow_sentences({"all records": found}, [])[0]
+    assert follow_answer({"all records": found}, [])[0].endswith("with the fault normal 1.00 over 1 earthquake.")
 
 
 def test_two_references_are_compared_earthquake_by_earthquake() -> None:

@@ -211,7 +211,8 @@ class Followed:
         By name of the reference and whether it is taken as an axis (all are; peaks and the radial direction, which
         have a head, as directions too): `Mean` of the cosine of `fall_alignment` of each record, one for each part.
     closest : tuple of str
-        The two references to whose axes falls lie closest in the first part; fewer where fewer are known.
+        The two references to whose axes falls lie closest in the first part, of those known for as many records as any:
+        a mean over others says nothing of which is closer. Fewer where fewer are known.
     closer : list of Mean
         Of each part by how much the cosine for the first of these is larger, record by record.
     """
@@ -254,7 +255,8 @@ def followed(
     found = {}
     for group, members in record_groups(cube).items():
         means = {key: [mean(members, one) for one in values] for key, values in along.items()}
-        known = [name for name, axial in means if axial and means[name, True][0].n]
+        told = {name: int(np.isfinite(along[name, True][0][members]).sum()) for name, axial in means if axial}
+        known = [name for name, records in told.items() if records == max(told.values()) > 0]
         first, *others = sorted(known, key=lambda name: -means[name, True][0].value) or [""]
         pairs = zip(along[first, True], along[others[0], True], strict=True) if others else ()
         closer = [mean(members, one - other) for one, other in pairs]

@@ -71,7 +71,7 @@ def follow_sentences(found: dict[str, Followed], parts: list[str]) -> list[str]:
         if math.isnan(mean.low):
             certain = "too few for an interval"
         rest = ", ".join(
-            f"{name} {number(means[0].value)}"
+            f"{name} {number(means[0].value)}{_of_fewer(means[0], mean)}"
             for (name, axial), means in references.means.items()
             if axial and name != best and means[0].n
         )
@@ -101,7 +101,8 @@ def follow_answer(found: dict[str, Followed], parts: list[str]) -> list[str]:
         mean, *_ = references.means[best, True]
         who = "F" if group == "all records" else f"{capitalised(group.replace(' (control)', ' a pulse'))} f"
         normal = references.means.get(("fault normal", True), [Mean(0, *(math.nan,) * 3)])[0]
-        less = f"; with the fault normal {number(normal.value)}" if normal.n and best != "fault normal" else ""
+        less = f"; with the fault normal {number(normal.value)}{_of_fewer(normal, mean)}"
+        less = less if normal.n and best != "fault normal" else ""
         text = (
             f"{who}all axes lie closest to that of the {best}: mean cos 2Δ {_shown(mean)}, "
             f"{counted(mean.n, 'earthquake')}{less}."
@@ -114,6 +115,11 @@ def follow_answer(found: dict[str, Followed], parts: list[str]) -> list[str]:
             text += f" Stones fall {told}."
         said.append(text)
     return said
+
+
+def _of_fewer(one: Mean, best: Mean) -> str:
+    """Over how many earthquakes a mean is that is not over those of the best."""
+    return "" if one.n == best.n else f" over {counted(one.n, 'earthquake')}"
 
 
 def _end(mean: Mean) -> str:

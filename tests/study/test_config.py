@@ -7,6 +7,8 @@ from overturning.commands.workflow import read
 from overturning.errors import ArgumentError, ConfigError
 from overturning.study.document import CATALOGUE, catalogue_schema_text, schema_text, with_tables
 from overturning.study.load import check_study, entries_of, load_study, study_from
+from overturning.study.scenes import contact_of
+from overturning.study.sections import ContactSettings
 from overturning.study.values import AzimuthRange, Range, parse_quantity
 from tests.expect import refused
 
@@ -175,6 +177,7 @@ IN_SPACE = [
     ({"height": [60]}, "60 m; a stone is 0.01 to 50 m high; is that in centimetres"),
     ({"azimuth": {"step": 30}}, "azimuth: a body in space moves in all directions at once; give orientation"),
     ({"scene": {"name": "x"}}, "scene"),
+    (STACK, "variants.stack.scene: only a study with a scene can have another one"),
     ({"density": 2000}, "density: nothing depends on it in space"),
     ({"surveys": [{"stones": "a.csv"}]}, "surveys: surveys are compared with a study in planes"),
     ({"contact": {"stiffness": 1e6}}, "in space stiffness is auto"),
@@ -244,6 +247,17 @@ def test_what_goes_together_is_taken() -> None:
     both = {"scene": ICY, "friction": [0.2, 1.0], "variants": {"stack": {"scene": "three-tier"}}}
     assert check_study(SMALL | both, "x").friction == (0.2, 1.0)
     assert check_study(SMALL | {"scene": "three-tier", "variants": block}, "x").variants["block"].contact is not None
+
+
+def test_the_contact_of_a_variant_is_the_studys_but_for_what_it_gives() -> None:
+    variants = {"ringing": {"contact": {"damping": 9}}, "hard": {"contact": {"stiffness": "auto"}}}
+    own = {"stiffness": 1e7, "stiffness_ratio": 0.5, "damping_ratio": 1.0}
+    study = check_study(SMALL | {"contact": own, "variants": variants}, "x")
+    assert contact_of(study, "ringing") == ContactSettings(stiffness=1e7, stiffness_ratio=0.5, damping=9)
+    assert contact_of(study, "hard") == ContactSettings(stiffness_ratio=0.5, damping_ratio=1.0)
+    for left_out in ((), {"contact"}):  # as a step of the workflow may be given it
+        part = check_study(study.model_dump(mode="json", exclude=left_out), "x")
+        assert part.variants == study.variants
 
 
 @pytest.mark.parametrize("key", ["[]", "../../etc/passwd", "", "<b>"])

@@ -72,7 +72,7 @@ def test_a_study_without_a_scene_has_the_shipped_gravestone_with_its_own_contact
     assert scene.single_block
     assert scene.materials["stone"].density == soft.materials["stone"].density == 2000
     assert scene.law(*scene.elements).contact == Contact(damping_ratio=0.5)
-    assert soft.law(*soft.elements).contact == Contact(stiffness=1e7)
+    assert soft.law(*soft.elements).contact == Contact(stiffness=1e7, damping_ratio=0.5)
     again = Study.model_validate(study.model_dump(mode="json"))
     assert again == study
     assert scene_of(again, "soft") == soft

@@ -116,7 +116,9 @@ class Study(Keys):
         Discriminator(lambda value: "literal" if isinstance(value, str) else "settings of verification"),
     ] = Field(default=Verification(), description="`none`, or which part of the study is run again more exactly")
     variants: dict[Name, Variant] = Field(
-        default={}, description="further settings of contact, scene or site by name, each with a cube of its own"
+        default={},
+        description="further settings of contact, scene, site or vertical motion by name, each with a cube of its own; "
+        "what one does not give is as in the study",
     )
     published: tuple[Published, ...] = Field(
         default=(), description="published values; the report compares the study with them"
@@ -168,6 +170,16 @@ class Study(Keys):
             raise ValueError("1 is missing: the report is of the records as recorded; add it")
         return amplitude
 
+    @field_validator("variants")
+    @classmethod
+    def _contact_of_the_study(cls, variants: dict[str, Variant], info: ValidationInfo) -> dict[str, Variant]:
+        own: ContactSettings = info.data.get("contact", ContactSettings())
+        # What is not given is filled in, so that a filled-in study is the same when it is read again.
+        return {
+            name: one.model_copy(update={"contact": one.contact and one.contact.over(own)})
+            for name, one in variants.items()
+        }
+
     @field_validator("surveys")
     @classmethod
     def _site_of_a_survey(cls, surveys: tuple[Survey, ...], info: ValidationInfo) -> tuple[Survey, ...]:
@@ -189,7 +201,7 @@ class Study(Keys):
     def _misfits(self) -> Iterator[str]:
         """What does not go together, the key first."""
         named = [name for name, variant in self.variants.items() if variant.scene is not None]
-        if named and "scene" not in self.model_fields_set:
+        if named and (self.body is not None or "scene" not in self.model_fields_set):
             yield f"variants.{named[0]}.scene: only a study with a scene can have another one beside it"
         contacts = {f"variants.{name}.": one.contact for name, one in self.variants.items() if one.contact is not None}
         contacts[""] = self.contact

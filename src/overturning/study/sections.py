@@ -72,6 +72,13 @@ class ContactSettings(Keys):
             raise ValueError(f"stiffness {self.stiffness:g} N/m; it must be above 0, or auto")
         return self
 
+    def over(self, others: "ContactSettings") -> "ContactSettings":
+        """These settings, what they do not give as others have it; either damping takes the place of both."""
+        damping = {"damping_ratio", "damping"}
+        replaced = self.model_fields_set | (damping if self.model_fields_set & damping else set())
+        kept = others.model_dump(exclude=replaced)
+        return ContactSettings(**kept | self.model_dump(include=self.model_fields_set))
+
 
 class Simulation(Keys):
     """How the cases are computed."""
@@ -111,7 +118,9 @@ class Variant(Keys):
         description="scene of this variant, scaled like the study's; B/H applies where its reference element has the "
         "same name",
     )
-    contact: ContactSettings | None = Field(default=None, description="contact of this variant; not given: the study's")
+    contact: ContactSettings | None = Field(
+        default=None, description="contact of this variant; what it does not give is as in the study's"
+    )
     site: Site | None = Field(default=None, description="ground of this variant, instead of the records' own")
     vertical: bool | None = Field(
         default=None,

@@ -135,6 +135,17 @@ def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
     assert fall_means(extra)["mean_axis"].values == pytest.approx(fall_means(regular)["mean_axis"].values, abs=0.01)
 
 
+def test_the_ends_of_a_part_of_the_circle_do_not_stand_for_the_rest_of_it(make_cube, sector) -> None:
+    """Of twelve planes from 30 to 85° those from 40° on fall, each once."""
+    part = np.arange(30, 90, 5)
+    assert plane_weight(part) == pytest.approx(np.full(12, 1 / 12))
+    assert plane_weight(part, whole_circle=True)[[0, 1, -1]] == pytest.approx([65 / 180, 5 / 180, 65 / 180])
+    cube = make_cube(sector(62.5, 24), azimuth=part.tolist())
+    assert fall_shares(cube).values == pytest.approx(10 / 12)
+    assert fall_means(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
+    assert plane_weight([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), "no part of a finer grid"
+
+
 def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cube) -> None:
     """It falls away from its wall: towards the azimuth of motions of 0 to 175°; from 180° on it stands."""
     cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, 1, 0))

@@ -54,11 +54,14 @@ def plane_index(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> NDArray
     return nearest(azimuth, planes, period).cell if azimuth.size else np.zeros(0, np.intp)
 
 
-def plane_weight(plane_azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> FloatArray:
+def plane_weight(
+    plane_azimuth_deg: ArrayLike, period: float = PLANE_PERIOD, *, whole_circle: bool = False
+) -> FloatArray:
     """Share of the half circle that each plane stands for: half the way to both neighbours (trapezoidal rule).
 
     A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so
-    that a study's extra azimuths do not count twice.
+    that a study's extra azimuths do not count twice. The planes at the ends of a grid over a part of the circle do not
+    stand for the rest of it, of which nothing is known: a gap more than twice as wide as any other counts as that one.
 
     Parameters
     ----------
@@ -66,6 +69,8 @@ def plane_weight(plane_azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> 
         Ascending azimuths of the planes, modulo the period.
     period : float
         As of `period_of`; 360 where the share is of the whole circle.
+    whole_circle : bool
+        Let them stand for it all the same, half of the gap each.
 
     Returns
     -------
@@ -76,6 +81,9 @@ def plane_weight(plane_azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> 
     if plane.size == 1:
         return np.ones(1)
     gap = np.diff(plane, append=plane[0] + period)
+    wide, widest = np.sort(gap)[-2:]
+    if widest > 2.0 * wide * (1.0 + 1e-9) and not whole_circle:
+        gap, period = np.minimum(gap, wide), period - widest + wide
     return (gap + np.roll(gap, 1)) / (2.0 * period)
 
 

@@ -48,7 +48,7 @@ class SitePrediction:
         self.background = background
         self.b_over_h: FloatArray = site["b_over_h"].values.astype(np.float64)
         self.azimuth: FloatArray = falls_towards(site)["azimuth"].values.astype(np.float64)
-        self.share: FloatArray = plane_weight(self.azimuth, FULL_TURN)
+        self.share: FloatArray = plane_weight(self.azimuth, FULL_TURN, whole_circle=True)
         self._densities: dict[str, FloatArray] = {}
         # Of each plane and block (height and friction) the probability of falling towards its azimuth and away from it,
         # and when it falls; NaN where not known.

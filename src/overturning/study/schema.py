@@ -77,8 +77,9 @@ class Study(Keys):
     )
     scene: SceneChoice = Field(
         default_factory=gravestone,
-        description="scene of polygons: name of a file in config/scenes, a path, or the scene itself; "
-        "not given: one block",
+        description="scene of polygons: name of a file in config/scenes, a path, or the scene itself; not given: one "
+        "block. With one `height` and `b_over_h` are its own where they are not given, and no ensemble is run without "
+        "`ensemble`",
         json_schema_extra={"default": "gravestone"},
     )
     body: BodySettings | None = Field(

@@ -4,7 +4,9 @@ import re
 from html import unescape
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 
 from overturning.report.results import gaps_said
 from overturning.report.sections.surveys import survey_section
@@ -85,8 +87,14 @@ def test_planes_that_were_not_computed_are_said_beside_a_prediction(surveyed: Pa
     with open_cube(surveyed / "cube.nc") as cube:
         whole, part = gaps_said(cube), gaps_said(cube.isel(azimuth=slice(0, 6)))
     assert whole == ""
-    said = "No plane between 75° and 180° was computed: there the prediction is that of the nearest planes."
+    said = "No plane between 75° and 180° was computed: there the prediction is made of what other planes say."
     assert said in text_of(survey_section(result, gaps=part))
+
+
+def test_half_a_circle_is_all_of_what_is_its_own_mirror_image_alone() -> None:
+    for period, said in ((180.0, ""), (360.0, "between 165° and 360°")):
+        azimuth = ("azimuth", np.arange(0, 180, 15), {"period": period})
+        assert gaps_said(xr.Dataset(coords={"azimuth": azimuth})) == said
 
 
 def test_the_terminal_says_the_same(

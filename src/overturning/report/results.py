@@ -17,6 +17,7 @@ from overturning.figures.write import save
 from overturning.files import without_folders
 from overturning.model.falls import model_of
 from overturning.model.model import Model
+from overturning.model.planes import period_of
 from overturning.report.words import Words, words_of
 from overturning.statistics import earthquakes
 from overturning.statistics.bootstrap import Mean
@@ -237,9 +238,10 @@ def gaps_said(cube: xr.Dataset) -> str:
     """Between which planes of a cube none was computed, on a circle of which it has a part; nothing of a whole one."""
     if "azimuth" not in cube.dims:
         return ""
-    axes = np.unique(cube["azimuth"].to_numpy().astype(np.float64) % 180.0)
-    begins, ends, _ = gaps_of(np.concatenate([axes, axes + 180.0]))
-    return " or ".join(f"between {one:g}° and {end:g}°" for one, end in zip(begins, ends, strict=True) if one < 180.0)
+    period = period_of(cube)
+    planes = np.unique(cube["azimuth"].to_numpy().astype(np.float64) % period)
+    begins, ends, _ = gaps_of(np.concatenate([planes + turn for turn in np.arange(0.0, 360.0, period)]))
+    return " or ".join(f"between {one:g}° and {end:g}°" for one, end in zip(begins, ends, strict=True) if one < period)
 
 
 def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:

@@ -8,6 +8,8 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
+from overturning.model.planes import period_of
+from overturning.model.symmetry import PLANE_PERIOD
 from overturning.report.blocks import Answer, Figure, Note, Paragraph, Section
 from overturning.report.results import Results, gaps_said
 from overturning.report.sections.alignment import alignment_sentences, axes_shown
@@ -260,10 +262,8 @@ def _left_out(results: Results) -> str:
         return ""
     if not (gaps := gaps_said(results.cube)):
         return ""
-    return (
-        f" No plane {gaps} was computed, so that no block could fall that way: directions, axes and "
-        "shares are those of the other planes."
-    )
+    none = ", so that no block could fall that way" if period_of(results.cube) == PLANE_PERIOD else ""
+    return f" No plane {gaps} was computed{none}: directions, axes and shares are those of the other planes."
 
 
 def _cases(results: Results) -> str:

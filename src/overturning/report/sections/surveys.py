@@ -50,7 +50,7 @@ def survey_section(result: SurveyResult, station: str = "", figure: Path | None 
     found = result.comparison
     blocks: list[Block] = [Answer(tuple(survey_sentences(found)))]
     if gaps:
-        blocks.append(Caution(f"No plane {gaps} was computed: there the prediction is that of the nearest planes."))
+        blocks.append(Caution(f"No plane {gaps} was computed: there the prediction is made of what other planes say."))
     if found.fallen:
         octants, alt = _octants(found), "observed and predicted stones by octant"
         caption = "Fallen stones by compass octant: observed (filled) and as many as the prediction expects (outline)."

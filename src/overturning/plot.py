@@ -65,12 +65,16 @@ def blocks(cube: "xr.Dataset", record: str | None = None, title: str | None = No
 
 def _map(cube: "xr.Dataset", record: str | None, title: str | None) -> "Figure":
     from overturning.figures.maps import map_figure
-    from overturning.figures.record import stone_of
 
     one = _one(cube, record)
-    if title is None:
-        title = _place(one) + (stone_of(one) if "study" in one.attrs else "")
-    return map_figure(one, title)
+    return map_figure(one, _place(one) + _stone(one) if title is None else title)
+
+
+def _stone(one: "xr.Dataset") -> str:
+    """Whose falls are shown, in a line of its own; nothing for what is of no study."""
+    from overturning.figures.record import stone_of
+
+    return stone_of(one) if "study" in one.attrs else ""
 
 
 @_of_a_cube
@@ -83,7 +87,7 @@ def boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     _only(one, "azimuth", "boundary")
     top = float(one["b_over_h"].max())
     bounds = statistics.boundary(one).assign_attrs(one.attrs)
-    return boundary_figure(bounds, top, float(one["fault_normal"]), _place(one))
+    return boundary_figure(bounds, top, float(one["fault_normal"]), _place(one) + _stone(one))
 
 
 @_of_a_cube

@@ -8,6 +8,7 @@ import numpy as np
 import psutil
 import pytest
 
+from overturning import plot
 from overturning.dem.run import run
 from overturning.errors import ConfigError, ResultError
 from overturning.model.cases import Cases
@@ -30,6 +31,7 @@ from overturning.study.schema import Study
 from tests.study.small_study import cube_of
 
 ROOT = Path(__file__).parents[2]
+AXES = "radius: slenderness B/H", "largest B/H that falls, by azimuth of the motion"
 
 
 @pytest.fixture(autouse=True)
@@ -108,6 +110,11 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         # Turned by 180° a symmetric scene falls the other way.
         sides = shaft["overturned"].to_numpy()
         np.testing.assert_array_equal(sides[:, 3:], -sides[:, :3])
+    # A map of the base stood under the name of the shaft, whose B/H it goes by.
+    for element, whose in (("shaft", ": shaft"), ("upper-base", ": upper-base, by H and B/H of the shaft")):
+        with open_cube(nominal, element=element) as one:
+            titles = [draw(one).get_suptitle().replace("\n", " ") for draw in (plot.polar, plot.boundary)]
+        assert titles == [f"S, E A shaft on two bases{whose} {axis}" for axis in AXES]
     for element in (None, "shaft"):
         with open_cube(nominal, chunks={"record": 1}, element=element) as lazy:
             assert lazy["overturned"].chunks is not None

@@ -49,8 +49,14 @@ def draw_records(
 
 
 def stone_of(cube: xr.Dataset) -> str:
-    """Whose falls a cube shows: scene and element, nothing for the default gravestone."""
+    """Whose falls a cube of one element shows: scene and element, nothing for the default gravestone.
+
+    Of an element other than the one whose sizes are swept it says whose H and B/H these are.
+    """
     scene = scene_of(study_of(cube), cube.attrs["variant"])
     if scene.name == gravestone().name:
         return ""
-    return f"\n{scene.title or scene.name}: {scene.shown_name}"
+    # A scene with one free element has no dimension of elements, and one that was chosen has lost it.
+    shown = str(cube["element"].item()) if "element" in cube.coords else scene.shown_name
+    sizes = "" if shown == scene.reference_name else f", by H and B/H of the {scene.reference_name}"
+    return f"\n{scene.title or scene.name}: {shown}{sizes}"

@@ -150,13 +150,16 @@ def _cells(one: "xr.Dataset", turn_step: float) -> tuple[dict[str, Any], int]:
         return np.asarray(found.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
 
     chance = fall_probability(one)
+    ensemble = one.get("probability_falls", one.get("probability_towards"))
     if "probability_falls" in one:
         chance["towards"] = one["probability_falls"].fillna(chance["towards"])
+    # Of a neighbourhood that was not run nothing is known, and the map has the cell's own flag in its place.
+    known = chance if ensemble is None else chance.where(ensemble.notnull())
     cells = {
         "flag": _base64(np.nan_to_num(values(one["overturned"]), nan=2.0).astype("i1")),
         "rotation": _packed(values(one[_ROTATION[model.direction]]), turn_step, "<u2"),
         "time": _packed(values(one["overturning_time"]), _TIME, "<u2"),
-        **{name: _packed(_told(values(chance[name])), 1 / PARTS_OF_ONE, "u1") for name in ("towards", "away")},
+        **{name: _packed(_told(values(known[name])), 1 / PARTS_OF_ONE, "u1") for name in ("towards", "away")},
     }
     if not model.one_component:
         cells["azimuth"] = _packed(values(one["fall_azimuth"]), _AZIMUTH, "<u2")

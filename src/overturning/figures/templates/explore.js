@@ -42,9 +42,11 @@ function cell(a, b) {
   let place = 0;
   [a, at.height, b, at.aspect, at.friction, at.element].forEach((index, k) => { place = place * sizes[k] + index; });
   const number = (name, step, missing) => held.data[name][place] === missing ? null : held.data[name][place] * step;
-  const flag = held.data.flag[place], falls = flag === 1 || flag === -1;
+  const flag = held.data.flag[place], falls = flag === 1 || flag === -1, ran = held.data.towards[place] !== 255;
+  // Where no neighbourhood was run maps have the flag of the cell itself.
+  const chance = (name, side) => ran ? number(name, S.chance, 255) : flag === 2 ? null : Number(flag === side);
   return {
-    flag: flag, towards: number("towards", S.chance, 255), away: number("away", S.chance, 255),
+    flag: flag, towards: chance("towards", 1), away: chance("away", -1), ran: ran,
     rotation: number("rotation", S.rotation, 65535), time: number("time", S.time, 65535),
     to: !falls ? null : cube.space ? number("azimuth", S.azimuth, 65535)
       : (cube.direction[a] + (flag < 0 ? 180 : 0)) % 360,
@@ -211,7 +213,7 @@ function sentence(a, b) {
   if (c.rotation !== null && c.flag === 0) text += ", largest " + (cube.space ? "tilt " : "rotation ")
     + (inDegrees() ? c.rotation.toFixed(1) + "°" : c.rotation.toFixed(2) + " α");
   text += ".";
-  if (cube.ensemble && c.towards !== null) text += " In its neighbourhood it falls " + (cube.space
+  if (cube.ensemble && c.ran) text += " In its neighbourhood it falls " + (cube.space
     ? "with a probability of " + percent(c.towards) + "."
     : "towards " + bearing(phi) + " with a probability of " + percent(c.towards)
       + ", towards " + bearing(phi + 180) + " with " + percent(c.away) + ".");

@@ -297,6 +297,10 @@ def test_figures_of_what_is_no_part_of_a_study() -> None:
     stone = {"height": 0.6, "b_over_h": 0.2}
     outcome = overturning.simulate(motion, "circle", orientation_deg=[0, 30], height=[0.6], b_over_h=[0.2, 0.3])
     assert overturning.plot.polar(outcome, title="A drum").get_suptitle().startswith("A drum\n")
+    outcome["overturned"][0, 0, 0], outcome["fall_azimuth"][0, 0, 0] = -128, np.nan  # it was drawn as one that stands
+    marks = overturning.plot.polar(outcome).legends[0].get_texts()
+    assert [mark.get_text() for mark in marks][:2] == ["stands", "not found"]
+    assert overturning.to_dataframe(outcome)["overturned"].isna().sum() == 1
     with pytest.raises(ArgumentError, match="response: a path in space"):
         overturning.plot.response(overturning.trajectory(motion, "circle", orientation_deg=0, **stone))
     assert len(overturning.plot.response(overturning.trajectory(motion, azimuth_deg=0, **stone)).axes) == 4

@@ -139,7 +139,7 @@ def simulate(
     xarray.Dataset
         The model's variables over `azimuth`, `height`, `b_over_h` and `friction`, in space over `orientation`,
         `height`, `b_over_h`, `aspect` and `friction`; over `element`, too, where the scene has more than one free
-        element and the variable is each element's.
+        element and the variable is each element's. What is missing is NaN, of flags, which are whole numbers, -128.
 
     Raises
     ------

@@ -6,9 +6,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import checksum_matches
 from overturning.model.falls import model_of
+from overturning.model.variables import INT8_MISSING
 from overturning.study.load import check_study, load_study
 from overturning.study.scenes import NOMINAL, model_for, scene_of, setting_of, sizes_said
 from overturning.study.schema import Study
@@ -126,6 +129,13 @@ def choose(
         element = scene_of(study_of(cube), cube.attrs["variant"]).shown_name
     _check_element(element, cube["element"].to_numpy().tolist(), path)
     return cube.sel(element=element)
+
+
+def with_gaps(cube: "xr.Dataset") -> "xr.Dataset":
+    """A cube whose flags are NaN where there is none; of `overturning.simulate` they are whole numbers, then -128."""
+    whole = (name for name, values in cube.data_vars.items() if values.dtype == np.int8)
+    gaps = {name: cube[name].where(there) for name in whole if not (there := cube[name] != INT8_MISSING).all()}
+    return cube.assign(gaps)
 
 
 def _check_element(element: str | None, known: Sequence[str], path: Path) -> None:

@@ -80,11 +80,12 @@ def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
     -------
     pandas.DataFrame
         A row for each case, in the order of the cube. Columns: the record's id, the cube's dimensions, its variables,
-        and what is known of the record. What `overturning.simulate` returns has no columns of a record.
+        and what is known of the record. What `overturning.simulate` returns has no columns of a record. Missing values
+        are NaN.
     """
     first = [str(name) for name in cube["overturned"].dims]
     named = _by_name(cube).drop_vars("record_id") if "record_id" in cube else cube
-    table = named.to_dataframe(dim_order=first).reset_index()
+    table = by_number.with_gaps(named).to_dataframe(dim_order=first).reset_index()
     known = [name for name in ("record", *first, *cube.data_vars) if name in table]
     return table[list(dict.fromkeys([*known, *table]))]
 

@@ -88,6 +88,19 @@ def test_a_block_slides_where_friction_is_less_than_its_slenderness(capsys: pyte
     assert "motion along N: falls" in capsys.readouterr().out
 
 
+def test_what_is_drawn_of_another_motion_than_the_record_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A block that falls under twice the record was drawn as falling under the record itself."""
+    figure = tmp_path / "response.svg"
+    twice = ("--amplitude", "2", "--response", str(figure))
+    run("--record", "sine amplitude_gal=400 period_s=1", "--azimuth", "0", *twice)
+    assert "pulse, sine pulse, motion × 2: B/H = 0.4" in capsys.readouterr().out
+    assert "motion × 2" in figure.read_text(encoding="utf-8")
+    run("--record", "wtmc", "--azimuth", "0", "--amplitude", "0.1", "--no-vertical")
+    assert "Kaikoura 2016, motion × 0.1, vertical motion left out: B/H = 0.4" in capsys.readouterr().out
+
+
 def test_the_slip_of_a_stone_of_a_stack_is_that_on_what_carries_it(capsys: pytest.CaptureFixture[str]) -> None:
     """The lowest base slides on the ground by 9 mm, the shaft on the upper base by a third of a millimetre."""
     run("--record", "sine amplitude_gal=600 period_s=1 cycles=3", "--azimuth", "0", "--scene", "three-tier",

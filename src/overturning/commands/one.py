@@ -37,15 +37,17 @@ def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs:
         else _in_planes(motion, shaking.amplitude, plane, stone)
     )
     place = ", ".join(part for part in (record.station or record.record_id, record.event) if part)
-    title = f"{place}: {found.what}"
+    # A figure of another motion than the recorded one must not stand for it.
+    times = f", motion × {shaking.amplitude:g}" if shaking.amplitude != 1 else ""
+    level = ", vertical motion left out" if motion.up is None and record.up is not None else ""
+    title = f"{place}{times}{level}: {found.what}"
     print(title, *found.lines, *record.notes, sep="\n  ")
     if outputs.animate is not None:
         from overturning.figures.film_movie import write_film_movie
         from overturning.figures.film_of_trajectory import film_of
         from overturning.figures.page import write_film_page
 
-        note = f" The motion is {shaking.amplitude:g} times the record." if shaking.amplitude != 1 else ""
-        film = film_of(found.paths, motion, title, note=f"The frame moves with the base.{note}")
+        film = film_of(found.paths, motion, title, note="The frame moves with the base.")
         write = write_film_page if outputs.animate.suffix.lower() == ".html" else write_film_movie
         write(film, outputs.animate)
         print(f"film: {outputs.animate}")

@@ -10,7 +10,7 @@ import pytest
 
 from overturning import plot
 from overturning.dem.run import run
-from overturning.errors import ConfigError, ResultError
+from overturning.errors import ArgumentError, ConfigError, ResultError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.geometry import native_size
@@ -115,6 +115,10 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         with open_cube(nominal, element=element) as one:
             titles = [draw(one).get_suptitle().replace("\n", " ") for draw in (plot.polar, plot.boundary)]
         assert titles == [f"S, E A shaft on two bases{whose} {axis}" for axis in AXES]
+    # The limit of West, a ≥ g B/H, lay at 0.2 g for a monolith that does not rock below 0.53 g.
+    for path, element, why in (("nominal", "upper-base", "not of the upper"), ("monolith", None, "a B/H of 0.463")):
+        with open_cube(paths[path], element=element) as one, pytest.raises(ArgumentError, match=f"plane: .*{why}"):
+            plot.plane(one)
     for element in (None, "shaft"):
         with open_cube(nominal, chunks={"record": 1}, element=element) as lazy:
             assert lazy["overturned"].chunks is not None

@@ -12,7 +12,7 @@ from overturning.figures.style import style
 from overturning.figures.write import Write, save
 from overturning.model.scene import gravestone
 from overturning.records.store import read_motion, read_unprocessed
-from overturning.study.cube import open_cube, shown_block, study_of
+from overturning.study.cube import open_cube, shown_block, shown_element, study_of
 from overturning.study.scenes import scene_of
 
 
@@ -56,7 +56,6 @@ def stone_of(cube: xr.Dataset) -> str:
     scene = scene_of(study_of(cube), cube.attrs["variant"])
     if scene.name == gravestone().name:
         return ""
-    # A scene with one free element has no dimension of elements, and one that was chosen has lost it.
-    shown = str(cube["element"].item()) if "element" in cube.coords else scene.shown_name
+    shown = shown_element(cube)
     sizes = "" if shown == scene.reference_name else f", by H and B/H of the {scene.reference_name}"
     return f"\n{scene.title or scene.name}: {shown}{sizes}"

@@ -213,6 +213,21 @@ def variant_said(cube: "xr.Dataset") -> list[str]:
     return [f"variant {name}{f' ({sizes})' if sizes else ''}"]
 
 
+def sizes_of_another(cube: "xr.Dataset") -> str:
+    """Of what the H and B/H of a cube of one element are, where not of the stone that falls there; nothing where so."""
+    study, variant = study_of(cube), cube.attrs["variant"]
+    reference = scene_of(study, variant).reference_name
+    if shown_element(cube) != reference:
+        return f"H and B/H are those of the {reference}, not of the {shown_element(cube)}"
+    return sizes_said(study, variant)
+
+
+def shown_element(cube: "xr.Dataset") -> str:
+    """The element whose falls a cube of one element holds: the one that was chosen, or the scene's only one."""
+    chosen = "element" in cube.coords
+    return str(cube["element"].item()) if chosen else scene_of(study_of(cube), cube.attrs["variant"]).shown_name
+
+
 def motions_beside(path: Path, study: Study, variant: str) -> Path:
     """The folder of the motions under which a cube was computed, beside it: of a variant with soil its own."""
     return path.parent / "motion" / (variant if setting_of(study, variant).site else "")

@@ -9,6 +9,7 @@ import psutil
 import pytest
 
 from overturning import plot
+from overturning.cli import main
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ConfigError, ResultError
 from overturning.model.cases import Cases
@@ -82,7 +83,7 @@ def test_a_study_without_a_scene_has_the_shipped_gravestone_with_its_own_contact
         scene_of(study, "hard")
 
 
-def test_a_cube_with_elements(tmp_path: Path) -> None:
+def test_a_cube_with_elements(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     study = _study(
         variants={"monolith": {"scene": "monolith"}, "alone": {"scene": "shaft-alone"}},
         azimuth={"start": 0, "stop": 360, "step": 60}, b_over_h=[0.2, 0.25], friction=[0.5, 0.9],
@@ -139,6 +140,9 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
             "variant monolith (H and B/H are those of the study's shaft; the monolith has 1.85 times that height and "
             "a B/H of 0.463 whatever the shaft has)"
         )
+        with pytest.raises(SystemExit):
+            main(["cube", "export", str(paths["monolith"]), str(tmp_path / "cases.csv")])
+        assert f"cases.csv: 24 cases, {variant_said(monolith)[0]}\n" in capsys.readouterr().out
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
     results = Results(study, cubes["nominal"], cubes, cubes["nominal"], tmp_path, tmp_path, [], None, ())
     shown = scene_section(results)

@@ -106,6 +106,7 @@ def test_the_command_reads_what_a_run_writes(tables: tuple[Path, Path], capsys: 
     assert f"{rate_bound(1000) / rate:.2g}" in text  # the hazard may be so many times as large, and no more
     assert "stout, PGA: the median lies beyond the records" in text
     assert "4 stones stood 1000 years: their rate of falls lies below 0.003 a year" in text
+    assert "in the line of their class alone" in text, "stones of any size had bounded the hazard for each class"
     survey.write_text("fell,octant,count\nno,,4\nyes,N,1\n", encoding="utf-8")
     with pytest.raises(SystemExit):
         main(["stood", *map(str, tables), "--years", "1000", "--stones", str(survey)])

@@ -76,7 +76,8 @@ def stood(
     if not math.isnan(bound):
         print(
             f"{counted(upright, 'stone')} stood {years:g} years: their rate of falls lies below {bound:.3g} a year "
-            f"with {percent(BOUND)} probability; they share their earthquakes and count as one"
+            f"with {percent(BOUND)} probability; they share their earthquakes and count as one. The hazard is bounded "
+            "in the line of their class alone, which is not sought by the sizes in the survey"
         )
     elif rows is not None:
         low, high = wilson(upright, upright + fell)

@@ -331,6 +331,16 @@ def test_the_response_shows_every_element_and_ends_with_the_curve() -> None:
     assert last <= float(path["time"][-1]) + 1e-9
 
 
+def test_the_slip_of_a_stone_on_others_is_drawn_as_that_over_the_ground() -> None:
+    """On slippery bases it slips by little of what it moves with these."""
+    scene = load_scene("three-tier", Path(__file__).parents[2])
+    path = trajectory(motion(), scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=0.2)
+    slips = response_figure([path], "A stack").axes[2]
+    (drawn,) = (np.abs(line.get_ydata()).max() for line in slips.lines if line.get_label() == "shaft")
+    assert drawn > 10 * 100 * float(path["peak_slip"].sel(element="shaft"))
+    assert slips.get_ylabel() == "slip over ground, cm"
+
+
 def test_a_pdf_that_is_made_smaller_keeps_the_lines_at_its_far_edges(tmp_path: Path) -> None:
     """Matplotlib leaves out lines beyond the page, whose size is not that of what is drawn on it."""
     import matplotlib as mpl

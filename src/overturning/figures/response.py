@@ -16,6 +16,9 @@ from overturning.units import CM, GAL
 
 ROWS = ("base acceleration, Gal", "rotation, °", "slip of the base, cm", "uplift, cm")
 
+OF_SEVERAL = (*ROWS[:2], "slip over ground, cm", "uplift over ground, cm")
+"""The same of several elements: what stands on another moves with all below it."""
+
 LIMIT_SHOWN = 3.0
 """The angle of no return is drawn within so many times the largest rotation of all: a wider one hides them."""
 
@@ -44,6 +47,7 @@ def response_figure(paths: Sequence[xr.Dataset], title: str) -> Figure:
     start, end = window(paths)
     largest = max(float(np.abs(np.degrees(free_elements(path)["rotation"])).max()) for path in paths)
     several = free_elements(paths[0]).sizes["element"] > 1
+    names = OF_SEVERAL if several else ROWS
     for column, path in enumerate(paths):
         time, upper = path["time"].to_numpy(), rows[0, column]
         upper.plot(time, path["ground_acceleration"].to_numpy() / GAL, color="#555555", linewidth=0.8)
@@ -60,7 +64,7 @@ def response_figure(paths: Sequence[xr.Dataset], title: str) -> Figure:
         for row, axes in enumerate(rows[:, column]):
             axes.axhline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
             axes.locator_params(axis="y", nbins=5)
-            style.labels(axes, "time, s" if row == len(ROWS) - 1 else "", ROWS[row] if column == 0 else "")
+            style.labels(axes, "time, s" if row == len(ROWS) - 1 else "", names[row] if column == 0 else "")
         heading = style.compass_name(path.attrs["azimuth_deg"])
         upper.set_title(
             fill(f"{heading}: {_does(path)}", int(18 * width / len(paths) / 1.25)), fontsize=9, parse_math=False

@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from overturning.commands.backwards import named_apart
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ResultError
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
+from overturning.records.store import write_motion
 from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior, sizes_taken
 from overturning.study.evaluation import Population
 from overturning.surveys import responses as computed
@@ -19,6 +21,7 @@ from overturning.surveys.library import Candidate, candidates, shipped_records
 from overturning.surveys.posterior import TURNS, read_backwards, write_backwards
 from overturning.surveys.responses import FRICTIONS, HEIGHTS, LEVELS, SHAPES, STOOD, WAYS, Responses, StoneKind
 from overturning.surveys.stones import Stone
+from tests.study.small_study import pulse
 
 SIZES = ((0.9, 0.2), (1.2, 0.25), (1.6, 0.3))
 """Heights, m, and B/H of the columns of a ruin."""
@@ -53,6 +56,14 @@ def column(size: tuple[float, float], azimuth: float = math.nan, count: int = 1)
     """A column that fell towards an azimuth, or stood."""
     height, shape = size
     return Stone(math.isfinite(azimuth), azimuth, False, count, b_over_h=shape, height=height, round=True)
+
+
+def test_motions_of_one_id_are_told_apart(tmp_path: Path) -> None:
+    """Of a record on rock and on soil the figure had one bar, and the table two lines of one name."""
+    paths = [tmp_path / name for name in ("a.nc", "soft/a.nc", "b.nc")]
+    for path, peak in zip(paths, (3.0, 5.0, 4.0), strict=True):
+        write_motion(pulse(path.stem, peak), path)
+    assert [one.name for one in candidates(named_apart(paths), alone=True)] == [*map(str, paths[:2]), "b"]
 
 
 def test_probabilities_of_a_stone_add_up(inversion: Inversion) -> None:

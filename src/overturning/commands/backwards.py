@@ -1,9 +1,14 @@
 """`overturning backwards`: what motion made the stones of a survey fall."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from overturning.records.record import Record
 
 
 def backwards(
@@ -32,7 +37,6 @@ def backwards(
     import time
 
     from overturning.files import check_output
-    from overturning.records.store import read_motion
     from overturning.report.plain import plain_lines
     from overturning.report.sections.surveys import backwards_section, draw_posterior, sizes_taken
     from overturning.surveys.inversion import Inversion
@@ -44,7 +48,7 @@ def backwards(
     check_output(figure, "--figure", ".svg", ".png")
     check_output(output, "--output")
     rows = read_survey(stones)
-    library = candidates((read_motion(path) for path in motion or ()), alone=alone)
+    library = candidates(named_apart(motion or ()), alone=alone)
     began = said = time.monotonic()
 
     def progress(done: int, total: int) -> None:
@@ -64,3 +68,13 @@ def backwards(
     if figure is not None:
         draw_posterior(result, figure)
         print(f"figure: {figure}")
+
+
+def named_apart(paths: Sequence[Path]) -> "list[Record]":
+    """Motions of a study by the ids of their records, those of one id, as a record's on rock and on soil, by files."""
+    from overturning.records.store import read_motion
+
+    records = [read_motion(path) for path in paths]
+    ids = [one.record_id for one in records]
+    files = zip(records, paths, strict=True)
+    return [replace(one, record_id=str(path)) if ids.count(one.record_id) > 1 else one for one, path in files]

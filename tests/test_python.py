@@ -230,6 +230,8 @@ def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_use
         overturning.plot.polar(cube, recrd="b")
     with pytest.raises(ArgumentError, match="2 records; name one as record"):
         overturning.plot.polar(cube)
+    with pytest.raises(ArgumentError, match="no record 'b'; it has a"):  # whose map was that of a
+        overturning.plot.polar(cube.sel(record="a"), "b")
     assert len(overturning.plot.polar(cube.sel(record="a")).axes) == len(overturning.plot.polar(cube, "a").axes)
     assert Motion.sine(6.0, 0.8).plot().axes[0].get_title() == pulse().plot().axes[0].get_title() == "north"
     mpl.use("Agg")
@@ -298,6 +300,8 @@ def test_figures_of_what_is_no_part_of_a_study() -> None:
     outcome = overturning.simulate(motion, "circle", orientation_deg=[0, 30], height=[0.6], b_over_h=[0.2, 0.3])
     assert overturning.plot.polar(outcome, title="A drum").get_suptitle().startswith("A drum\n")
     outcome["overturned"][0, 0, 0], outcome["fall_azimuth"][0, 0, 0] = -128, np.nan  # it was drawn as one that stands
+    with pytest.raises(ArgumentError, match="no record 'a'; it has none"):
+        overturning.plot.polar(outcome, "a")
     marks = overturning.plot.polar(outcome).legends[0].get_texts()
     assert [mark.get_text() for mark in marks][:2] == ["stands", "not found"]
     assert overturning.to_dataframe(outcome)["overturned"].isna().sum() == 1

@@ -226,7 +226,8 @@ def _whole(cube: "xr.Dataset") -> "xr.Dataset":
 def _one(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
     from overturning.study.cube import choose, record_number, with_gaps
 
-    one = cube.isel(record=record_number(cube, record)) if "record" in cube.dims else cube
+    number = record_number(cube, record)
+    one = cube.isel(record=number) if "record" in cube.dims else cube
     unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # of what is no part of a study
     one = one.assign_coords({name: value for name, value in unknown.items() if name not in one})
     return with_gaps(choose(one, Path("cube")).drop_vars("record", errors="ignore").load())

@@ -59,7 +59,7 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
     Any dataset with ``overturned`` over azimuth, height, b_over_h and friction will do; where it has the ensemble's
     probabilities, these are shown.
     """
-    spread = "probability_towards" in cube
+    spread = "probability_towards" in cube and bool(cube["probability_towards"].notnull().any())
     whole = closed(cube)
     chance = fall_probability(whole)[["towards", "away"]].compute()
     blocks = list(np.ndindex(chance["height"].size, chance["friction"].size))

@@ -74,7 +74,7 @@ class Declared:
     ] = ""
     vertical_sense: Annotated[
         str,
-        typer.Option(help="up, down or none (leave out), for a vertical axis that does not say which way it points"),
+        typer.Option(help="up or down, for a vertical axis that does not say which way it points; none leaves any out"),
     ] = ""
 
     def declarations(self) -> "Declarations":

@@ -281,10 +281,15 @@ def _axes(components: Sequence[Component], azimuths_deg: Sequence[float] | None,
 
 
 def _with_sense(components: Sequence[Component], sense: VerticalSense | None) -> tuple[list[Component], list[str]]:
-    """Vertical axes of unknown sense with the declared one, or left out; notes of what nobody, or wrongly, declared."""
+    """Vertical axes of unknown sense with the declared one, or left out; notes of what nobody, or wrongly, declared.
+
+    `none` leaves out those that say their sense, too.
+    """
     vertical = {"up": 1, "down": -1}.get(sense or "", 0)
     kept, notes = [], []
     for component in components:
+        if sense == "none" and component.vertical:
+            continue
         unknown = component.azimuth_deg is None and not component.vertical
         if not (unknown and is_vertical_of_unknown_sense(component.axis)):
             kept.append(component)

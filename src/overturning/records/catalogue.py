@@ -112,7 +112,7 @@ class RecordEntry(BaseModel):
     processed: bool | None = None
     """Whether the samples of a CSV or SAC file have been corrected already (`true`) or are raw (`false`)."""
     vertical_sense: VerticalSense | None = None
-    """Which way a vertical axis points that does not say so (`Vert`); `none` leaves it out."""
+    """Which way a vertical axis points that does not say so (`Vert`); `none` leaves any out."""
     sensor: Sensor = "surface"
     """`surface`, or `borehole`, whose motion is refused unless it is declared."""
     trust_data: bool = False

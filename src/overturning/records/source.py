@@ -184,7 +184,7 @@ class Declarations:
     sensor: Sensor | None = None  # None: that at the surface
     azimuths_deg: Sequence[float] | None = None  # of the two horizontal axes, in the order of the components
     correction_deg: float = 0.0  # added to the azimuths: misorientation plus magnetic declination, clockwise
-    vertical_sense: VerticalSense | None = None  # of a vertical axis that does not say it; ``none`` leaves it out
+    vertical_sense: VerticalSense | None = None  # of a vertical axis that does not say it; ``none`` leaves any out
     trust_data: bool = False  # go on where header and data differ, files are unlike long, or the size is no motion's
     metadata: Sequence[SourceFile] = ()  # StationXML files that go with MiniSEED or SAC files
 

@@ -77,6 +77,16 @@ def test_fetch_says_what_is_wrong_in_one_line(arguments, capsys, tmp_path):
     assert capsys.readouterr().err.startswith("error: ")
 
 
+def test_a_file_of_the_other_sensor_than_declared_is_not_passed_over(capsys, tmp_path):
+    path = columns_file(tmp_path / "x.csv")
+    words = ("--columns", "time:s north:gal east:gal", "--processed", "--sensor")
+    assert run("records", "check", path, *words, "surface") == 0
+    assert run("records", "check", path, *words, "borehole") == 1
+    said = capsys.readouterr().out
+    assert "refused: of the surface sensor; borehole is declared" in said
+    assert "0 read, 1 refused" in said
+
+
 def test_what_is_declared_and_cannot_be_is_named(tmp_path):
     for name, value in (
         ("format", "geonett"),

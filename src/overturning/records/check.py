@@ -41,13 +41,18 @@ def check_paths(paths: Sequence[Path], declared: Declarations | None = None) -> 
     sources, findings = _sources(paths)
     declared = (declared or Declarations()).with_metadata_of(sources)
     components: list[Component] = []
+    others: list[Component] = []
     for source in sources:
         if source in declared.metadata:
             continue
         try:
-            components += [c for c in read_files([source], declared) if declared.sensor in (None, c.sensor)]
+            for one in read_files([source], declared):
+                (components if declared.sensor in (None, one.sensor) else others).append(one)
         except OverturningError as problem:
             findings.append(Finding((source.name,), reason=str(problem)))
+    if others and not components:
+        files = tuple(dict.fromkeys(one.file for one in others))
+        findings.append(Finding(files, reason=f"of the {others[0].sensor} sensor; {declared.sensor} is declared"))
     if len(paths) == len(components) == 1 and paths[0].is_file():
         components = with_sisters(paths[0], declared)[0]
     for group in group_components(components):

@@ -12,6 +12,7 @@ from overturning import plot
 from overturning.cli import main
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ConfigError, ResultError
+from overturning.figures.explore import explorer_data
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.geometry import native_size
@@ -99,6 +100,7 @@ def test_a_cube_with_elements(tmp_path: Path, capsys: pytest.CaptureFixture[str]
         assert rows["shaft"].falls == int((cube["overturned"].sel(element="shaft") != 0).sum()) > 0
         assert rows["shaft"].first == rows["shaft"].falls == rows["any element"].falls
         assert rows["lower-base"].falls == 0
+        assert explorer_data(cube)["title"] == "stack, H and B/H of the shaft"
     with open_cube(nominal) as shaft, open_cube(paths["alone"]) as alone:
         assert variant_said(alone) == ["variant alone"]
         assert str(shaft["element"].item()) == "shaft"

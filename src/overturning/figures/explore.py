@@ -103,7 +103,7 @@ def explorer_data(
         turn = sized["orientation"]
         edges = cell_edges(turn) if turn.size > 1 else turn + np.array([-2.5, 2.5])
     return {
-        "title": ", ".join(filter(None, [str(cube.attrs.get("title", "")), *variant_said(cube)])),
+        "title": ", ".join(filter(None, [str(cube.attrs.get("title", "")), *variant_said(cube), *_whose(one)])),
         "space": not model.one_component,
         "mirrors": not model.one_component or period_of(cube) == PLANE_PERIOD,
         "records": records,
@@ -131,6 +131,13 @@ def _shown(one: "xr.Dataset", study: Study | None) -> dict[str, int]:
     element = scene_of(study_of(one), one.attrs["variant"]).shown_name if len(names) > 1 else names[0]
     block = {name: one[name].to_numpy().tolist().index(value) for name, (value,) in shown_block(one, study).items()}
     return {"height": 0, "friction": one.sizes["friction"] - 1, **block, "element": names.index(element)}
+
+
+def _whose(one: "xr.Dataset") -> list[str]:
+    """Of which element the heights and B/H are, of a cube of several."""
+    if one.sizes["element"] == 1:
+        return []
+    return [f"H and B/H of the {scene_of(study_of(one), one.attrs['variant']).reference_name}"]
 
 
 def _in_degrees(cube: "xr.Dataset", elements: int) -> list[bool]:

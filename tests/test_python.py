@@ -203,14 +203,19 @@ def shown_first(cube: xr.Dataset, folder: Path, friction: float) -> str:
     return str(overturning.plot.polar(beside, "b").axes[0].get_title())
 
 
+def of_two_frictions(cube: xr.Dataset) -> xr.Dataset:
+    several = xr.concat([cube.assign_coords(friction=[mu]) for mu in (0.5, 1.0)], "friction", data_vars="all")
+    several.attrs["study"] = json.dumps(json.loads(cube.attrs["study"]) | {"friction": [0.5, 1.0]})
+    return several
+
+
 def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_user(
     cube_file: Path, tmp_path: Path
 ) -> None:
     mpl.use("svg")
     before = dict(mpl.rcParams)
     kept, cube = plt.get_fignums(), overturning.open_cube(cube_file)
-    several = xr.concat([cube.assign_coords(friction=[mu]) for mu in (0.5, 1.0)], "friction", data_vars="all")
-    several.attrs["study"] = json.dumps(json.loads(cube.attrs["study"]) | {"friction": [0.5, 1.0]})
+    several = of_two_frictions(cube)
     for kind, draw in overturning.plot.KINDS.items():
         if kind == "follow":
             with pytest.raises(ArgumentError, match="follow: a cube without orientation has no such figure"):
@@ -249,6 +254,18 @@ def test_a_cube_under_soil_of_its_own_is_shown_with_its_own_motions(cube_file: P
     assert [figure.axes[0].get_title().split("\n")[1].partition(" towards")[0] for figure in shown] == peaks
     with pytest.raises(MissingDataError, match=r"of the motions as recorded; there is none of those of soft"):
         overturning.plot.plane(soft)
+
+
+def test_the_polar_map_of_a_cube_file_shows_all_that_is_named(
+    cube_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    several = of_two_frictions(overturning.open_cube(cube_file))
+    monkeypatch.setattr("overturning.study.small.open_cube", lambda *_, **__: several)
+    for words, titles in (((), ["1"]), (("0.5",), ["0.5"]), (("0.5", "1"), ["0.5", "1"])):
+        path = tmp_path / "a.svg"
+        named = [part for mu in words for part in ("--friction", mu)]
+        assert drawn("figure", "polar", str(cube_file), "--record", "b", *named, "-o", str(path)) == 0
+        assert re.findall(r"µ = ([\d.]+), H", path.read_text(encoding="utf-8")) == titles
 
 
 @pytest.mark.parametrize(("kind", "scale"), [(".png", 25.4 / 300), (".svg", 25.4 / 72), (".pdf", 25.4 / 72)])

@@ -34,6 +34,7 @@ def figure(
     from overturning.figures.style import style
     from overturning.figures.write import save
     from overturning.files import check_output
+    from overturning.study.cube import shown_block
     from overturning.study.small import open_cube
     from overturning.study.values import parse_quantity
 
@@ -60,6 +61,10 @@ def figure(
                     f"--{name} {unknown[0]:g}: not in {cube}; it has {', '.join(f'{v:g}' for v in known)}"
                 )
             data = data.sel({name: chosen}) if chosen else data
+        if kind == "polar" and (height or friction):  # all that is named, and of what is not the block shown first
+            named = {"height": height, "friction": friction}
+            data = data.sel({name: shown for name, shown in shown_block(data).items() if not named[name]})
+            draw = KINDS["blocks"]
         drawn = draw(data, record) if of_one else draw(data)
     with style(), warnings.catch_warnings():
         warnings.filterwarnings("error", "constrained_layout not applied")

@@ -103,6 +103,7 @@ def test_the_command_reads_what_a_run_writes(tables: tuple[Path, Path], capsys: 
     text = capsys.readouterr().out
     rate = 1e-4 * 0.6**-2 * math.exp(2 * 0.4**2)
     assert f"{rate:.3g}" in text
+    assert f"{100 * math.exp(-1000 * rate):.0f}\u00a0%" in text
     assert f"{rate_bound(1000) / rate:.2g}" in text  # the hazard may be so many times as large, and no more
     assert "stout, PGA: the median lies beyond the records" in text
     assert "4 stones stood 1000 years: their rate of falls lies below 0.003 a year" in text
@@ -111,6 +112,10 @@ def test_the_command_reads_what_a_run_writes(tables: tuple[Path, Path], capsys: 
     with pytest.raises(SystemExit):
         main(["stood", *map(str, tables), "--years", "1000", "--stones", str(survey)])
     assert "4 of 5 stones stand" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        main(["stood", *map(str, tables), "--years", "1"])
+    row = next(line for line in capsys.readouterr().out.splitlines() if "B/H" in line)
+    assert f"{100 * math.exp(-rate):.2f}\u00a0%" in row, "which stood as 1.00"
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ def stood(
     from overturning.errors import ResultError
     from overturning.report.blocks import Section, table
     from overturning.report.plain import plain_lines
-    from overturning.report.text import counted, estimate, percent
+    from overturning.report.text import counted, percent
     from overturning.study.ensemble import wilson
     from overturning.surveys.standing import (
         BOUND,
@@ -58,14 +58,14 @@ def stood(
             print(f"{row.stones}, {row.measure}: the median lies beyond the records, so nothing is said")
     lines = [
         (
-            *(one.stones, one.measure, f"{one.rate:.3g}", estimate(one.stands, one.low, one.high)),
+            *(one.stones, one.measure, f"{one.rate:.3g}", _within(one.stands, one.low, one.high)),
             *(one.share, one.beyond, "–" if math.isnan(most := hazard_bound(*of, years, bound)) else f"{most:.3g}"),
         )
         for of, one in zip(known, told, strict=True)
     ]
     heads = ("stones", "measure", "falls a year", f"P(stands {years:g} years)", "share of the class that stands")
     more = ("of the falls, beyond the records", "hazard at most so many times")
-    print(*plain_lines(Section("What has stood", (table((*heads, *more), lines, "tttt2%t"),))), sep="\n")
+    print(*plain_lines(Section("What has stood", (table((*heads, *more), lines, "tttt%%t"),))), sep="\n")
     for (row, curve), found in zip(known, told, strict=True):
         if (uncounted := weaker_falls(row, curve)) > NEGLIGIBLE * found.rate:
             print(
@@ -81,5 +81,14 @@ def stood(
         )
     elif rows is not None:
         low, high = wilson(upright, upright + fell)
-        share = estimate(upright / (upright + fell), float(low), float(high))
+        share = _within(upright / (upright + fell), float(low), float(high))
         print(f"{upright} of {upright + fell} stones stand, {share}; where some fell no bound is given")
+
+
+def _within(share: float, low: float, high: float) -> str:
+    """A share with its interval where it has one; no digit less than tells it from nothing and from all."""
+    import math
+
+    from overturning.report.text import percent
+
+    return percent(share) + ("" if math.isnan(low) else f" ({percent(low)} to {percent(high)})")

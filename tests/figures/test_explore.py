@@ -91,6 +91,18 @@ def test_the_numbers_are_those_of_the_cube() -> None:
     np.testing.assert_allclose(towards / 200, whole["probability_towards"], atol=0.0026)
 
 
+def test_a_fall_late_in_a_long_record_has_its_time() -> None:
+    """All later ones were at 655.34 s."""
+    whole = cube()
+    whole["overturning_time"][1] *= 180.0
+    data, shape = explorer_data(whole), tuple(whole.sizes[name] for name in DIMENSIONS)
+    steps = [record["cells"]["timeStep"] for record in data["records"]]
+    found = decoded(data, "time", "<u2", shape) * np.reshape(steps, (2, 1, 1, 1, 1))
+    assert found[1].max(initial=0.0, where=np.isfinite(found[1])) > 3000.0
+    np.testing.assert_allclose(found[0], whole["overturning_time"][0], atol=0.00501)
+    np.testing.assert_allclose(found[1], whole["overturning_time"][1], atol=0.03)
+
+
 def test_a_body_in_space_has_its_map_out_to_the_first_ring_without_falls() -> None:
     whole = space_cube()
     data = explorer_data(whole)

@@ -34,7 +34,7 @@ PARTS_OF_ONE: Final = 200
 Only what is 0 is no part, and only what is 1 all of them.
 """
 
-_TIME: Final = 1e-2  # s
+_TIME: Final = 1e-2  # s, at least
 _AZIMUTH: Final = 1e-2  # degrees
 _ROTATION: Final = {"azimuth": "peak_rotation", "orientation": "peak_tilt"}
 _OF_ALPHA: Final = 1e-3
@@ -114,7 +114,7 @@ def explorer_data(
         "degrees": degrees,
         "directionEdges": _plain(edges),
         "radiusEdges": _plain(cell_edges(sized["b_over_h"])),
-        "steps": {"rotation": turn_step, "time": _TIME, "azimuth": _AZIMUTH, "chance": 1 / PARTS_OF_ONE},
+        "steps": {"rotation": turn_step, "azimuth": _AZIMUTH, "chance": 1 / PARTS_OF_ONE},
         "longest": longest,
         "ensemble": "probability_towards" in one or "probability_falls" in one,
         "sketch": sketch,
@@ -162,10 +162,13 @@ def _cells(one: "xr.Dataset", turn_step: float) -> tuple[dict[str, Any], int]:
         chance["towards"] = one["probability_falls"].fillna(chance["towards"])
     # Of a neighbourhood that was not run nothing is known, and the map has the cell's own flag in its place.
     known = chance if ensemble is None else chance.where(ensemble.notnull())
+    time = values(one["overturning_time"])
+    time_step = max(_TIME, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1))  # of an hour, too
     cells = {
         "flag": _base64(np.nan_to_num(values(one["overturned"]), nan=2.0).astype("i1")),
         "rotation": _packed(values(one[_ROTATION[model.direction]]), turn_step, "<u2"),
-        "time": _packed(values(one["overturning_time"]), _TIME, "<u2"),
+        "time": _packed(time, time_step, "<u2"),
+        "timeStep": time_step,
         **{name: _packed(_told(values(known[name])), 1 / PARTS_OF_ONE, "u1") for name in ("towards", "away")},
     }
     if not model.one_component:

@@ -16,7 +16,8 @@ function hold(index, cells) {
   held.data = {
     flag: new Int8Array(bytes(cells.flag)),
     towards: new Uint8Array(bytes(cells.towards)), away: new Uint8Array(bytes(cells.away)),
-    rotation: words(cells.rotation), time: words(cells.time), azimuth: cells.azimuth ? words(cells.azimuth) : null,
+    rotation: words(cells.rotation), time: words(cells.time), timeStep: cells.timeStep,
+    azimuth: cells.azimuth ? words(cells.azimuth) : null,
   };
   const m = cells.motion;
   held.motion = m && {
@@ -47,7 +48,7 @@ function cell(a, b) {
   const chance = (name, side) => ran ? number(name, S.chance, 255) : flag === 2 ? null : Number(flag === side);
   return {
     flag: flag, towards: chance("towards", 1), away: chance("away", -1), ran: ran,
-    rotation: number("rotation", S.rotation, 65535), time: number("time", S.time, 65535),
+    rotation: number("rotation", S.rotation, 65535), time: number("time", held.data.timeStep, 65535),
     to: !falls ? null : cube.space ? number("azimuth", S.azimuth, 65535)
       : (cube.direction[a] + (flag < 0 ? 180 : 0)) % 360,
   };

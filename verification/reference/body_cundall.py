@@ -53,7 +53,7 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.ground import within_sample
-from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, Rows, aligned, arithmetic
+from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, Rows, aligned, arithmetic
 from overturning.dem.kernel.mechanics import larger, within_circle
 from overturning.dem.kernel.queue import run_queue
 from overturning.dem.numerics import Numerics
@@ -287,7 +287,7 @@ def loops(round_: bool) -> Any:
     loaded both.
     """
 
-    @njit(**INNER)
+    @njit(**OWNER)
     def advance(
         kind: Any,  # noqa: ARG001
         state: Any,

@@ -1,5 +1,6 @@
 """Where compiled kernels are kept, so that an edited kernel is never answered by a stale one."""
 
+import gc
 import hashlib
 import os
 import pickle
@@ -146,10 +147,14 @@ def _without_unused_code(context: Any) -> Iterator[None]:
         return executable(library, description, environment) if library.has_entry else object()
 
     usual, codegen._library_class, context.get_executable = codegen._library_class, _Linked, executable_of
+    collects = gc.isenabled()
+    gc.disable()  # what is compiled is many objects in use: looking for others took a tenth of the time
     try:
         yield
     finally:
         codegen._library_class, context.get_executable = usual, executable
+        if collects:
+            gc.enable()
 
 
 def keep_compiled(dispatcher: Any) -> Any:

@@ -31,8 +31,11 @@ refuse_calls_from_python()
 OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "boundscheck": False}
 """Of every jitted function: no fast-math, no contraction, so that the bits are the same everywhere."""
 
-INNER: Final[dict[str, Any]] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-"""Of those that compiled code alone calls: without the entries for Python and C, which are long for named tuples."""
+OWNER: Final[dict[str, Any]] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
+"""Of those that a queue calls and that may make arrays; without entries for Python and C, long for named tuples."""
+
+INNER: Final[dict[str, Any]] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
+"""Of those that compiled code alone calls: they take arrays that are `borrowed`, make none, and count no references."""
 
 INLINE: Final[dict[str, Any]] = {**INNER, "forceinline": True}
 """Of those called within a loop over the lanes."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import Ground
-from overturning.dem.kernel.lanes import INLINE, OPTIONS, aligned, borrowed
+from overturning.dem.kernel.lanes import INLINE, OPTIONS, OWNER, aligned, borrowed
 from overturning.model.status import Status
 
 
@@ -120,7 +120,8 @@ def implement(rules: type, *functions: Callable[..., Any]) -> None:
         def choose(given: Any, *_: Any, function: Callable[..., Any] = function) -> Callable[..., Any] | None:
             return function if given.instance_class is rules else None
 
-        overload(globals()[function.__name__], jit_options=INLINE, strict=False)(choose)  # type: ignore[arg-type]
+        options = OWNER if function.__name__ in {"workspace", "advance"} else INLINE
+        overload(globals()[function.__name__], jit_options=options, strict=False)(choose)  # type: ignore[arg-type]
 
 
 def by_type(table: Mapping[Any, Any]) -> Callable[[Any], Any]:

@@ -281,14 +281,11 @@ def _axes(components: Sequence[Component], azimuths_deg: Sequence[float] | None,
 
 
 def _with_sense(components: Sequence[Component], sense: VerticalSense | None) -> tuple[list[Component], list[str]]:
-    """Vertical axes of unknown sense with the declared one, or left out; notes of what nobody, or wrongly, declared.
-
-    `none` leaves out those that say their sense, too.
-    """
+    """Vertical axes of unknown sense with the declared one, or left out; notes of what nobody, or wrongly, declared."""
     vertical = {"up": 1, "down": -1}.get(sense or "", 0)
     kept, notes = [], []
     for component in components:
-        if sense == "none" and component.vertical:
+        if sense == "none" and component.vertical:  # which says its sense, and is left out all the same
             continue
         unknown = component.azimuth_deg is None and not component.vertical
         if not (unknown and is_vertical_of_unknown_sense(component.axis)):

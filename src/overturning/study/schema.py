@@ -1,8 +1,7 @@
 """The study configuration: the one source of defaults, of the JSON schema and of the key table in config/README.md."""
 
 import math
-from collections.abc import Iterator
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -15,14 +14,14 @@ from pydantic import (
     model_validator,
 )
 
-from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.model.cases import HIGHEST, LOWEST, checked_height
 from overturning.model.element import Keys, Name
 from overturning.model.geometry import native_size
 from overturning.model.scene import Scene, gravestone
 from overturning.records.site import Site
 from overturning.records.steps import Steps
-from overturning.study.evaluation import CONTRASTS, Asks, Crate, Figures, Population, Primary, Published, Survey
+from overturning.study.evaluation import Asks, Crate, Figures, Population, Primary, Published, Survey
+from overturning.study.misfits import misfits
 from overturning.study.sections import (
     BodySettings,
     ContactSettings,
@@ -37,15 +36,6 @@ from overturning.study.sections import (
 )
 from overturning.study.values import AzimuthRange, Density, Metre, Values
 from overturning.units import GRANITE_DENSITY
-
-_IN_PLANES_ONLY: Final = {
-    "scene": "a study has a scene in planes or a body in space; keep one",
-    "azimuth": "a body in space moves in all directions at once; give orientation, the azimuths that it faces",
-    "published": "a body in space faces no single azimuth; compare in a study in planes",
-    "surveys": "surveys are compared with a study in planes; leave them out here",
-    "density": "nothing depends on it in space, where the contact is relative to the weight; leave it out",
-}
-"""Keys that a study in space refuses, with the reason."""
 
 Slenderness = Annotated[float, Field(gt=0, le=10)]
 Height = Annotated[Metre, AfterValidator(checked_height), Field(ge=LOWEST, le=HIGHEST)]
@@ -195,112 +185,9 @@ class Study(Keys):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
-        if wrong := next(self._misfits(), ""):
+        if wrong := next(misfits(self), ""):
             raise ValueError(wrong)
         return self
-
-    def _misfits(self) -> Iterator[str]:
-        """What does not go together, the key first."""
-        named = [name for name, variant in self.variants.items() if variant.scene is not None]
-        if named and (self.body is not None or "scene" not in self.model_fields_set):
-            yield f"variants.{named[0]}.scene: only a study with a scene can have another one beside it"
-        contacts = {f"variants.{name}.": one.contact for name, one in self.variants.items() if one.contact is not None}
-        contacts[""] = self.contact
-        if self.body is not None:
-            yield from self._misfits_of_body(self.body, contacts)
-        elif self.orientation != Orientations():
-            yield "orientation: only a body in space has one; give `body`, or `azimuth` instead"
-        if self.body is None and self.population is not None:
-            own = self.population.model_dump(include={"shifted", "rotated"}).items()
-            if said := [name for name, value in own if value != Population.model_fields[name].default]:
-                yield f"population.{said[0]}: only stones in space are told shifted or rotated; give `body`"
-        yield from self._misfits_of_scenes(contacts)
-        if "nominal" in self.variants:
-            yield "variants: the name nominal is that of the study's own contact; choose another"
-        if bare := [name for name, variant in self.variants.items() if variant == Variant()]:
-            yield f"variants.{bare[0]}: it changes nothing; give contact, scene, site or vertical, or leave it out"
-        on_soil = [name for name, variant in self.variants.items() if variant.site is not None]
-        if self.site is not None and on_soil:
-            yield f"variants.{on_soil[0]}.site: the study has a site too; make that a variant as well"
-        yield from self._misfits_of_primary()
-        yield from self._misfits_of_question()
-        for key in ("height", "friction"):
-            if (one := getattr(self.figures, key)) is not None and one not in getattr(self, key):
-                yield f"figures.{key}: {one:g} is not computed; add it to {key}, or name one of them"
-        yield from self._misfits_of_observations()
-
-    def _misfits_of_observations(self) -> Iterator[str]:
-        for row in self.published:
-            if row.record not in self.records.use:
-                yield f"published: record {row.record!r} is not in records.use"
-            if row.azimuth not in self.azimuth.values():
-                yield f"published: azimuth {row.azimuth:g} is not computed; add it to azimuth.also"
-            if row.b_over_h not in self.b_over_h:
-                yield f"published: B/H {row.b_over_h:g} is not computed; add it to b_over_h"
-        for index, survey in enumerate(self.surveys):
-            if survey.record is None:
-                yield f"surveys.{index}.record: {len(self.records.use)} records; name the one of the survey's site"
-            elif survey.record not in self.records.use:
-                yield f"surveys.{index}.record: {survey.record!r} is not in records.use"
-
-    def _misfits_of_body(self, body: BodySettings, contacts: dict[str, ContactSettings]) -> Iterator[str]:
-        for key, reason in _IN_PLANES_ONLY.items():
-            if getattr(self, key) != (gravestone() if key == "scene" else Study.model_fields[key].default):
-                yield f"{key}: {reason}"
-        if self.population is not None and (body.plan != "rectangle" or 1.0 not in body.aspect):
-            yield "population: its stones are of square plan; give body {plan: rectangle, aspect: [1]}"
-        self.orientation.values(body)
-        if self.simulation.scheme not in (None, DEFAULT_SCHEME):
-            yield f"simulation.scheme: a body in space has {DEFAULT_SCHEME!r} alone; leave it out"
-        for where, contact in contacts.items():
-            if contact.stiffness != "auto" or contact.damping is not None:
-                yield f"{where}contact: in space stiffness is auto and the dashpot is given as damping_ratio"
-        if not body.shape().sized and self.ensemble.b_over_h not in (0.0, Ensemble.model_fields["b_over_h"].default):
-            yield "ensemble.b_over_h: the body of these vertices keeps its own in every run; leave it out"
-        if self.ensemble.initial_tilt:
-            yield "ensemble.initial_tilt: a body in space starts at rest; leave it at 0"
-
-    def _misfits_of_primary(self) -> Iterator[str]:
-        statistic, against = self.primary.statistic, self.primary.against
-        if statistic == "published" and not self.published:
-            yield "primary.statistic: nothing is published to compare with; give `published`"
-        if statistic == "fall_rate" and self.population is None:
-            yield "primary.statistic: there are no stones whose rate it is; give `population`"
-        if against is not None and statistic not in ("share", "fall_rate"):
-            yield f"primary.against: {statistic} is that of the study itself; leave it out"
-        if against is not None and against not in self.variants:
-            yield f"primary.against: {against!r} is none of the variants"
-
-    def _misfits_of_question(self) -> Iterator[str]:
-        if self.asks == "survey" and not (self.surveys or self.published):
-            yield "asks: survey, and there is nothing to compare with; give `surveys` or `published`"
-        if self.asks == "reference" and self.body is None:
-            yield "asks: reference, which only a body in space is free to follow; give `body`, or ask for direction"
-        if self.asks not in CONTRASTS:
-            return
-        if self.primary.against not in self.variants:
-            yield f"asks: {self.asks}, beside which variant? name one in primary.against"
-            return
-        other = getattr(self.variants[self.primary.against], self.asks)
-        if other is None or other == getattr(self.simulation, self.asks, None):
-            yield f"asks: {self.asks}, but variant {self.primary.against!r} has none of its own; change it there"
-
-    def _misfits_of_scenes(self, contacts: dict[str, ContactSettings]) -> Iterator[str]:
-        scenes = {f"variants.{name}.": one.scene or self.scene for name, one in self.variants.items()}
-        scenes[""] = self.scene
-        own = [where for where, scene in scenes.items() if scene != gravestone()]  # that takes contact and density
-        for where in own:
-            if contacts.get(where, ContactSettings()) != ContactSettings():
-                yield f"{where}contact: the scene has contact laws of its own; set them in the scene file"
-        if own and self.population is not None:
-            yield f"population: its stones are single blocks; leave out {own[-1]}scene, or population"
-        swept = any(scene.sweeps_friction for scene in scenes.values())
-        if not swept and self.friction != Study.model_fields["friction"].default:
-            yield "friction: the scene has coefficients of its own; leave it out"
-        if "" in own and self.density != GRANITE_DENSITY:
-            yield "density: the scene's materials have it; set it in the scene file"
-        if own and self.ensemble.members and self.ensemble.initial_tilt:
-            yield f"ensemble.initial_tilt: a scene starts at rest ({own[-1]}scene); leave it at 0"
 
     @property
     def several_blocks(self) -> bool:

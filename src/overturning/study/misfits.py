@@ -1,0 +1,128 @@
+"""What does not go together in a study, each value of which is right by itself."""
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+from overturning.dem.time_step import DEFAULT_SCHEME
+from overturning.model.scene import gravestone
+from overturning.study.evaluation import CONTRASTS, Population
+from overturning.study.sections import BodySettings, ContactSettings, Ensemble, Orientations, Variant
+from overturning.units import GRANITE_DENSITY
+
+_IN_PLANES_ONLY: Final = {
+    "scene": "a study has a scene in planes or a body in space; keep one",
+    "azimuth": "a body in space moves in all directions at once; give orientation, the azimuths that it faces",
+    "published": "a body in space faces no single azimuth; compare in a study in planes",
+    "surveys": "surveys are compared with a study in planes; leave them out here",
+    "density": "nothing depends on it in space, where the contact is relative to the weight; leave it out",
+}
+"""Keys that a study in space refuses, with the reason."""
+
+
+def misfits(study: Any) -> Iterator[str]:
+    """What does not go together in an `overturning.study.schema.Study`, the key first."""
+    named = [name for name, variant in study.variants.items() if variant.scene is not None]
+    if named and (study.body is not None or "scene" not in study.model_fields_set):
+        yield f"variants.{named[0]}.scene: only a study with a scene can have another one beside it"
+    contacts = {f"variants.{name}.": one.contact for name, one in study.variants.items() if one.contact is not None}
+    contacts[""] = study.contact
+    if study.body is not None:
+        yield from _of_body(study, study.body, contacts)
+    elif study.orientation != Orientations():
+        yield "orientation: only a body in space has one; give `body`, or `azimuth` instead"
+    if study.body is None and study.population is not None:
+        own = study.population.model_dump(include={"shifted", "rotated"}).items()
+        if said := [name for name, value in own if value != Population.model_fields[name].default]:
+            yield f"population.{said[0]}: only stones in space are told shifted or rotated; give `body`"
+    yield from _of_scenes(study, contacts)
+    if "nominal" in study.variants:
+        yield "variants: the name nominal is that of the study's own contact; choose another"
+    if bare := [name for name, variant in study.variants.items() if variant == Variant()]:
+        yield f"variants.{bare[0]}: it changes nothing; give contact, scene, site or vertical, or leave it out"
+    on_soil = [name for name, variant in study.variants.items() if variant.site is not None]
+    if study.site is not None and on_soil:
+        yield f"variants.{on_soil[0]}.site: the study has a site too; make that a variant as well"
+    yield from _of_primary(study)
+    yield from _of_question(study)
+    for key in ("height", "friction"):
+        if (one := getattr(study.figures, key)) is not None and one not in getattr(study, key):
+            yield f"figures.{key}: {one:g} is not computed; add it to {key}, or name one of them"
+    yield from _of_observations(study)
+
+
+def _of_observations(study: Any) -> Iterator[str]:
+    for row in study.published:
+        if row.record not in study.records.use:
+            yield f"published: record {row.record!r} is not in records.use"
+        if row.azimuth not in study.azimuth.values():
+            yield f"published: azimuth {row.azimuth:g} is not computed; add it to azimuth.also"
+        if row.b_over_h not in study.b_over_h:
+            yield f"published: B/H {row.b_over_h:g} is not computed; add it to b_over_h"
+    for index, survey in enumerate(study.surveys):
+        if survey.record is None:
+            yield f"surveys.{index}.record: {len(study.records.use)} records; name the one of the survey's site"
+        elif survey.record not in study.records.use:
+            yield f"surveys.{index}.record: {survey.record!r} is not in records.use"
+
+
+def _of_body(study: Any, body: BodySettings, contacts: dict[str, ContactSettings]) -> Iterator[str]:
+    for key, reason in _IN_PLANES_ONLY.items():
+        if getattr(study, key) != (gravestone() if key == "scene" else type(study).model_fields[key].default):
+            yield f"{key}: {reason}"
+    if study.population is not None and (body.plan != "rectangle" or 1.0 not in body.aspect):
+        yield "population: its stones are of square plan; give body {plan: rectangle, aspect: [1]}"
+    study.orientation.values(body)
+    if study.simulation.scheme not in (None, DEFAULT_SCHEME):
+        yield f"simulation.scheme: a body in space has {DEFAULT_SCHEME!r} alone; leave it out"
+    for where, contact in contacts.items():
+        if contact.stiffness != "auto" or contact.damping is not None:
+            yield f"{where}contact: in space stiffness is auto and the dashpot is given as damping_ratio"
+    if not body.shape().sized and study.ensemble.b_over_h not in (0.0, Ensemble.model_fields["b_over_h"].default):
+        yield "ensemble.b_over_h: the body of these vertices keeps its own in every run; leave it out"
+    if study.ensemble.initial_tilt:
+        yield "ensemble.initial_tilt: a body in space starts at rest; leave it at 0"
+
+
+def _of_primary(study: Any) -> Iterator[str]:
+    statistic, against = study.primary.statistic, study.primary.against
+    if statistic == "published" and not study.published:
+        yield "primary.statistic: nothing is published to compare with; give `published`"
+    if statistic == "fall_rate" and study.population is None:
+        yield "primary.statistic: there are no stones whose rate it is; give `population`"
+    if against is not None and statistic not in ("share", "fall_rate"):
+        yield f"primary.against: {statistic} is that of the study itself; leave it out"
+    if against is not None and against not in study.variants:
+        yield f"primary.against: {against!r} is none of the variants"
+
+
+def _of_question(study: Any) -> Iterator[str]:
+    if study.asks == "survey" and not (study.surveys or study.published):
+        yield "asks: survey, and there is nothing to compare with; give `surveys` or `published`"
+    if study.asks == "reference" and study.body is None:
+        yield "asks: reference, which only a body in space is free to follow; give `body`, or ask for direction"
+    if study.asks not in CONTRASTS:
+        return
+    if study.primary.against not in study.variants:
+        yield f"asks: {study.asks}, beside which variant? name one in primary.against"
+        return
+    other = getattr(study.variants[study.primary.against], study.asks)
+    if other is None or other == getattr(study.simulation, study.asks, None):
+        yield f"asks: {study.asks}, but variant {study.primary.against!r} has none of its own; change it there"
+
+
+def _of_scenes(study: Any, contacts: dict[str, ContactSettings]) -> Iterator[str]:
+    scenes = {f"variants.{name}.": one.scene or study.scene for name, one in study.variants.items()}
+    scenes[""] = study.scene
+    own = [where for where, scene in scenes.items() if scene != gravestone()]  # that takes contact and density
+    for where in own:
+        if contacts.get(where, ContactSettings()) != ContactSettings():
+            yield f"{where}contact: the scene has contact laws of its own; set them in the scene file"
+    if own and study.population is not None:
+        yield f"population: its stones are single blocks; leave out {own[-1]}scene, or population"
+    swept = any(scene.sweeps_friction for scene in scenes.values())
+    if not swept and study.friction != type(study).model_fields["friction"].default:
+        yield "friction: the scene has coefficients of its own; leave it out"
+    if "" in own and study.density != GRANITE_DENSITY:
+        yield "density: the scene's materials have it; set it in the scene file"
+    if own and study.ensemble.members and study.ensemble.initial_tilt:
+        yield f"ensemble.initial_tilt: a scene starts at rest ({own[-1]}scene); leave it at 0"

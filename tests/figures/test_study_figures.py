@@ -27,6 +27,7 @@ from overturning.figures.style import FALLS, PAGE_WIDTH, beyond_the_grid, compas
 from overturning.figures.write import save
 from overturning.model.planes import azimuth_weight
 from overturning.motion.motion import Motion
+from overturning.report.sections.records import MAP_WIDTH
 from overturning.statistics.boundary import boundary
 from overturning.statistics.circular import sector_shares
 from overturning.study.intensity import write_intensity
@@ -162,8 +163,8 @@ def test_cells_are_arcs_and_fill_the_page(cube: xr.Dataset, step: int) -> None:
         width = figure.get_figwidth() * figure.dpi
         plt.close(figure)
     assert np.degrees(np.diff(corners)).max() <= 2.0 + 1e-9
-    printed = 0.7 * 170.0 * panel.width / width
-    assert 80.0 <= printed <= 120.0, "mm across on paper, where the report shows it on 0.7 of the width of a page"
+    printed = 25.4 * PAGE_WIDTH * MAP_WIDTH * panel.width / width
+    assert 80.0 <= printed <= 120.0, "mm across on paper"
     assert bar.height <= panel.height + 1
     assert figure.get_figwidth() <= PAGE_WIDTH
 

@@ -18,7 +18,7 @@ from overturning.report.sections.answer import ANSWERS, beside_the_normal, prima
 from overturning.report.sections.causes import doubling_sentence
 from overturning.report.sections.contrast import contrast_told
 from overturning.report.sections.space import follow_sentences
-from overturning.report.text import counted, degrees, estimate, interval, number, percent
+from overturning.report.text import counted, degrees, estimate, interval, number, percent, share
 from overturning.report.words import WORDS
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.earthquakes import AxisSummary, Followed
@@ -245,6 +245,7 @@ def test_numbers() -> None:
     assert {share: percent(share) for share in least} == {share: f"{text}\u00a0%" for share, text in least.items()}
     assert (percent(0.99996, 1), percent(1 / 3000, 1)) == ("99.996\u00a0%", "0.03\u00a0%")
     assert [percent(one) for one in (0.0, 1e-12, 1 - 1e-12, 1.0)] == [f"{n}\u00a0%" for n in (0, 0, 100, 100)]
+    assert (share(0.35, 0.004, 0.998), share(0.35, NAN, NAN)) == ("35\u00a0% (0.4 to 99.8)", "35\u00a0%")
     assert (number(-0.001), number(-1.25, 1), number(NAN)) == ("0.00", "−1.2", "–")
     assert (degrees(359.6, 360), degrees(-30.2), degrees(NAN)) == ("0°", "−30°", "–")
     assert (interval(-0.5, 1.0), interval(NAN, NAN)) == ("−0.50 to 1.00", "–")

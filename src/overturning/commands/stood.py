@@ -26,7 +26,7 @@ def stood(
     from overturning.errors import ResultError
     from overturning.report.blocks import Section, table
     from overturning.report.plain import plain_lines
-    from overturning.report.text import counted, percent
+    from overturning.report.text import counted, percent, share
     from overturning.study.ensemble import wilson
     from overturning.surveys.standing import (
         BOUND,
@@ -58,7 +58,7 @@ def stood(
             print(f"{row.stones}, {row.measure}: the median lies beyond the records, so nothing is said")
     lines = [
         (
-            *(one.stones, one.measure, f"{one.rate:.3g}", _within(one.stands, one.low, one.high)),
+            *(one.stones, one.measure, f"{one.rate:.3g}", share(one.stands, one.low, one.high)),
             *(one.share, one.beyond, "–" if math.isnan(most := hazard_bound(*of, years, bound)) else f"{most:.3g}"),
         )
         for of, one in zip(known, told, strict=True)
@@ -81,14 +81,5 @@ def stood(
         )
     elif rows is not None:
         low, high = wilson(upright, upright + fell)
-        share = _within(upright / (upright + fell), float(low), float(high))
-        print(f"{upright} of {upright + fell} stones stand, {share}; where some fell no bound is given")
-
-
-def _within(share: float, low: float, high: float) -> str:
-    """A share with its interval where it has one; no digit less than tells it from nothing and from all."""
-    import math
-
-    from overturning.report.text import percent
-
-    return percent(share) + ("" if math.isnan(low) else f" ({percent(low)} to {percent(high)})")
+        standing_share = share(upright / (upright + fell), float(low), float(high))
+        print(f"{upright} of {upright + fell} stones stand, {standing_share}; where some fell no bound is given")

@@ -241,7 +241,8 @@ def gaps_said(cube: xr.Dataset) -> str:
     period = period_of(cube)
     planes = np.unique(cube["azimuth"].to_numpy().astype(np.float64) % period)
     begins, ends, _ = gaps_of(np.concatenate([planes + turn for turn in np.arange(0.0, 360.0, period)]))
-    return " or ".join(f"between {one:g}° and {end:g}°" for one, end in zip(begins, ends, strict=True) if one < period)
+    once = ((begin, end) for begin, end in zip(begins, ends, strict=True) if begin < period)
+    return " or ".join(f"between {begin:g}° and {end:g}°" for begin, end in once)
 
 
 def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:

@@ -40,6 +40,12 @@ def estimate(value: float, low: float, high: float) -> str:
     return number(value) + ("" if math.isnan(low) else f" ({interval(low, high)})")
 
 
+def share(value: float, low: float, high: float, digits: int = 0) -> str:
+    """A share with its interval where it has one, 35 % (28 to 43), each as `percent` writes it."""
+    ends = (percent(end, digits).removesuffix("\u00a0%") for end in (low, high))
+    return percent(value, digits) + ("" if math.isnan(low) else f" ({' to '.join(ends)})")
+
+
 def tells_from_0(found: Any) -> bool:
     """Whether the interval, `low` to `high`, of what was found leaves out 0; not where there is none."""
     return bool(found.low > 0 or found.high < 0)

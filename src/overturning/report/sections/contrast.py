@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from overturning.figures.fall_rate import contrast_figure
 from overturning.report.blocks import Figure
 from overturning.report.results import Results
-from overturning.report.text import counted, number, percent
+from overturning.report.text import counted, share
 from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
 from overturning.statistics.elements import Contrast, compare_stones, contrast
 from overturning.statistics.falls import overturns
@@ -102,9 +102,7 @@ def _share(mean: Mean) -> str:
     if not mean.high > 0 and not mean.value > 0:
         return "none"
     digits = int(math.isnan(mean.low) or mean.high - mean.low < 0.1)
-    if math.isnan(mean.low):
-        return percent(mean.value, digits)
-    return f"{percent(mean.value, digits)} ({' to '.join(number(100 * end, digits) for end in (mean.low, mean.high))})"
+    return share(mean.value, mean.low, mean.high, digits)
 
 
 def contrast_shown(results: Results) -> Figure | None:

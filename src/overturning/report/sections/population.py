@@ -14,7 +14,7 @@ from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_ADDS, as_publ
 from overturning.records.site import Site
 from overturning.report.blocks import Answer, Block, Caution, Disclosure, Figure, Note, Paragraph, Section, Table, table
 from overturning.report.results import Results, gaps_said
-from overturning.report.text import censored, counted, degrees, number, percent
+from overturning.report.text import censored, counted, degrees, number, percent, share
 from overturning.report.words import Words
 from overturning.statistics.bootstrap import bootstrap
 from overturning.statistics.circular import wrap_axis
@@ -161,7 +161,7 @@ def _share_of_motions(hits: BoolArray, own: BoolArray, events: StrArray) -> str:
     names, member = np.unique(events[records], return_inverse=True)
     counts = np.stack([np.bincount(member, each[records].sum(axis=1), names.size) for each in (hits, own)], axis=1)
     low, high = bootstrap(lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts)
-    return percent(hits.sum() / own.sum()) + ("" if math.isnan(low) else f" ({100 * low:.0f} to {100 * high:.0f})")
+    return share(hits.sum() / own.sum(), low, high)
 
 
 def _assumed(stones: Population, outside: float, words: Words, gaps: str) -> str:
@@ -192,8 +192,7 @@ def _curves(curves: list[Fragility]) -> Table:
 
 
 def _share(own: xr.Dataset, rate: str, ends: str) -> str:
-    (low, high), value = own[ends].to_numpy(), float(own[rate])
-    return "–" if math.isnan(value) else f"{percent(value)} ({100 * low:.0f} to {100 * high:.0f})"
+    return share(float(own[rate]), *own[ends].to_numpy())
 
 
 def _by_record(results: Results, found: xr.Dataset) -> Table:

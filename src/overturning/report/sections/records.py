@@ -1,7 +1,7 @@
 """The records: maps of a few, cases to watch, their peaks, where blocks fall under each, their figures."""
 
 import math
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from overturning.statistics.falls import overturns
 from overturning.statistics.illustrative import WHICH_SIDE
 from overturning.study.cube import processing_of
 from overturning.units import CM, GAL
+
+MAP_WIDTH: Final = 0.7
+"""Of a polar map on paper, as a part of the width of a page: two are as high as the page."""
 
 EXPLORER = "explore.html"
 """Name of the page of `overturning explore`, beside the report."""
@@ -49,7 +52,7 @@ def maps(results: Results) -> Section:
 
 def _map(results: Results, name: RecordName) -> Figure:
     alt = f"{name.heading}: where blocks fall, by {results.model.direction} and B/H"
-    return Figure(results.figures / "polar" / f"{name.id}.svg", alt, width=0.7)
+    return Figure(results.figures / "polar" / f"{name.id}.svg", alt, width=MAP_WIDTH)
 
 
 def illustrative(results: Results) -> Section | None:

@@ -16,7 +16,7 @@ from overturning.dem.block.state import (
     base_slip,
 )
 from overturning.dem.kernel.ground import within_sample
-from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.kernel.lanes import INLINE, select
 from overturning.dem.kernel.mechanics import larger, turned, within
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -104,7 +104,7 @@ def step(
         larger(peaks.angle, abs(angle)),
         larger(peaks.slip, abs(base_slip(block, x, sn))),
         larger(peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth),
-        tick if abs(angle) < block.alpha else peaks.last_upright,
+        select(abs(angle) < block.alpha, tick, peaks.last_upright),
     )
     moved = State(x, z, angle, c, sn, vx, vz, vw, ax, az, aw, left.corner, right.corner, tick)
     return moved, peaks, Account(account.work + dt * power, lost, 0.0, 0.0)

@@ -41,7 +41,7 @@ from overturning.dem.body.state import (
 )
 from overturning.dem.body.vectors import Matrix, apply, frame_of
 from overturning.dem.kernel.clock import BODY, Attempt, Clock, next_attempt
-from overturning.dem.kernel.lanes import INNER, arithmetic
+from overturning.dem.kernel.lanes import INNER, arithmetic, select
 
 load_body, load_shaking = ROWS.access(Body).load, ROWS.access(Shaking).load
 load_frame, store_frame, _ = ROWS.access(Matrix)
@@ -171,7 +171,7 @@ def remember_all(state: Any, one: Any, columns: int) -> None:
     for j in range(columns):
         new, rejected = load_next(one, j), load_rejected(state, j)
         store_memory(one, j, rejected.again > 0.0, new)
-        one[SLID + j] = one[SLID + j] if rejected.sooner > 0.0 else new.slid
+        one[SLID + j] = select(rejected.sooner > 0.0, one[SLID + j], new.slid)
 
 
 @cache

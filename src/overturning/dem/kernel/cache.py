@@ -8,25 +8,32 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from llvmlite.binding import Linkage
 from numba.core.codegen import JITCodeLibrary
 from numba.core.dispatcher import _DispatcherBase
 from numba.core.runtime import rtsys
 
+NEWEST_LLVM: Final = 22
+"""Version of LLVM up to which its options are known; it ends the process where one is not."""
 
-def prefer_full_width() -> None:
-    """Let LLVM use 512-bit vectors where the processor has them; by itself it stops at 256 bits on most of them.
 
-    Has no effect once Numba has compiled something, nor where the user chose a target with ``NUMBA_CPU_NAME`` or
-    ``NUMBA_CPU_FEATURES``. It changes the speed only, never the bits.
+def prefer_vector_code() -> None:
+    """Let LLVM use 512-bit vectors where the processor has them, and select where it would branch.
+
+    By itself it stops at 256 bits on most processors; this has no effect once Numba has compiled something, nor where
+    the user chose a target with ``NUMBA_CPU_NAME`` or ``NUMBA_CPU_FEATURES``. Jump threading turns selections by the
+    same condition into branches; in vector code, a store behind one becomes a masked store, for which some processors
+    without AVX-512 take ten cycles. Both change the speed only, never the bits.
     """
     import llvmlite.binding as llvm
     from numba import config as numba_config
 
     config: Any = numba_config
 
+    if llvm.llvm_version_info[0] <= NEWEST_LLVM:
+        llvm.set_option("overturning", "-jump-threading-threshold=0")
     if config.CPU_NAME is None and config.CPU_FEATURES is None:
         features = llvm.get_host_cpu_features()
         if features.get("avx512f"):

@@ -12,7 +12,7 @@ such a loop if
 Three forms that read as well do not become vector code, or become slow: a named tuple *of arrays* (each array would be
 a base of its own, which may overlap the others); choosing between two whole tuples before they are stored, or between
 numbers among a tuple's own arguments; and storing under a condition (a masked store). `Access.store_unless` selects
-number by number instead.
+number by number instead, by `select`.
 """
 
 from collections.abc import Collection, Iterator
@@ -20,12 +20,13 @@ from functools import cache
 from typing import Any, Final, NamedTuple, get_type_hints
 
 import numpy as np
+from llvmlite.ir.instructions import Instruction
 from numba import njit, types
 from numba.extending import intrinsic
 
-from overturning.dem.kernel.cache import prefer_full_width, refuse_calls_from_python
+from overturning.dem.kernel.cache import prefer_vector_code, refuse_calls_from_python
 
-prefer_full_width()  # before anything is compiled
+prefer_vector_code()  # before anything is compiled
 refuse_calls_from_python()
 
 OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "boundscheck": False}
@@ -78,6 +79,25 @@ def _borrowed(_: Any, value: Any) -> Any:
 borrowed: Final[Any] = intrinsic(_borrowed)
 
 
+def _select(_: Any, condition: Any, first: Any, second: Any) -> Any:
+    """The first number where the condition holds, else the second, without a branch wherever it is stored.
+
+    LLVM leaves out the store of a number where it has just been loaded from, and so stores under a condition; frozen,
+    the number is not known to be that one.
+    """
+
+    def make(_: Any, builder: Any, __: Any, values: Any) -> Any:
+        frozen = [Instruction(builder.block, value.type, "freeze", [value]) for value in values[1:]]
+        for one in frozen:
+            builder._insert(one)
+        return builder.select(values[0], *frozen)
+
+    return second(condition, first, second), make
+
+
+select: Final[Any] = intrinsic(_select)
+
+
 class Access(NamedTuple):
     """Compiled functions that take a tuple from a lane and put it there."""
 
@@ -109,9 +129,9 @@ def arithmetic(of: type) -> Arithmetic:
         "zero()": "0.0",
         "plus(a, b)": "a.{0} + b.{0}",
         "minus(a, b)": "a.{0} - b.{0}",
-        "largest(a, b)": "a.{0} if a.{0} > b.{0} else b.{0}",
+        "largest(a, b)": "select(a.{0} > b.{0}, a.{0}, b.{0})",
     }
-    space: dict[str, Any] = {}
+    space: dict[str, Any] = {"select": select}
     for head, form in forms.items():
         value = _construction(of, {path: form.format(path) for path in _paths(of)}, space)
         exec(f"def {head}:\n    return {value}", space)
@@ -171,10 +191,10 @@ class Rows:
         # names of constants, since a call for each would take a third of the time to compile.
         place = {p: f"array[row{number} + j]" for number, p in enumerate(inner)}
         space: dict[str, Any] = {f"row{number}": np.uintp(self._rows[of, prefix + p]) for number, p in enumerate(inner)}
-        space["unsigned"] = np.uintp
+        space |= {"unsigned": np.uintp, "select": select}
         value = _construction(kind, place, space)
         stores = [f"{at} = value.{p}" for p, at in place.items()]
-        choices = [f"{at} = {at} if keep else value.{p}" for p, at in place.items()]
+        choices = [f"{at} = select(keep, {at}, value.{p})" for p, at in place.items()]
         source = {
             "load(array, j)": [f"return {value}"],
             "store(array, j, value)": stores or ["pass"],

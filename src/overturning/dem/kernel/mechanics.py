@@ -7,7 +7,7 @@ import math
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.kernel.lanes import INLINE, select
 
 
 @njit(**INLINE)
@@ -35,7 +35,7 @@ def within(force: float, limit: float) -> float:
 @njit(**INLINE)
 def larger(peak: float, value: float) -> float:
     """The larger of a peak so far and a value; a value that is not a number leaves the peak as it is."""
-    return value if value > peak else peak
+    return select(value > peak, value, peak)
 
 
 @njit(**INLINE)

@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.clock import SCENE
-from overturning.dem.kernel.lanes import INLINE, INNER, arithmetic
+from overturning.dem.kernel.lanes import INLINE, INNER, arithmetic, select
 from overturning.dem.kernel.mechanics import within
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import End, Stretch, common_stretch
@@ -260,5 +260,5 @@ def keep(q: Any, own: Any) -> None:
     for j in range(rows.COLUMNS):
         step, verdict = rows.load_step(q, j), rows.load_case(own, j).verdict
         rows.keep_history(q, j, verdict.again > 0.0, step.corrected)
-        q[rows.SLID_ONE + j] = step.one.slid if verdict.sooner > 0.0 else q[rows.SLID_ONE + j]
-        q[rows.SLID_TWO + j] = step.two.slid if verdict.sooner > 0.0 else q[rows.SLID_TWO + j]
+        q[rows.SLID_ONE + j] = select(verdict.sooner > 0.0, step.one.slid, q[rows.SLID_ONE + j])
+        q[rows.SLID_TWO + j] = select(verdict.sooner > 0.0, step.two.slid, q[rows.SLID_TWO + j])

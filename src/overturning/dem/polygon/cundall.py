@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.ground import within_sample
-from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.lanes import INLINE, INNER, select
 from overturning.dem.kernel.mechanics import larger, within
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import End, Stretch, common_stretch
@@ -81,7 +81,7 @@ def advance(up: Any, e: Any, own: Any, gravity: float) -> None:
         work = old.work - dt * power(item, ground, lift, after(item.velocity, a, half))
         pose = moved(item.pose, v, dt)
         size = abs(pose.angle)
-        last = shaking.tick + 1.0 if size < item.inertia.critical else old.last_upright
+        last = select(size < item.inertia.critical, shaking.tick + 1.0, old.last_upright)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
         rows.store_pose(e, j, pose)
         rows.store_velocity(e, j, v)

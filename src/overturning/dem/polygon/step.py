@@ -6,7 +6,7 @@ from numba import njit
 
 from overturning.dem.kernel.clock import SCENE, Found, next_attempt
 from overturning.dem.kernel.ground import at_tick
-from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.lanes import INLINE, INNER, select
 from overturning.dem.kernel.mechanics import larger
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.centred import correct, couple, is_fine, keep
@@ -75,8 +75,8 @@ def arrive(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
         rows.keep_velocity(e, j, again, v)
         rows.keep_acceleration(e, j, again, a)
         rows.keep_course(e, j, again, course)
-        e[rows.MOVED + j] = 0.0 if again else far
-        e[rows.TURNED + j] = 0.0 if again else course.turned
+        e[rows.MOVED + j] = select(again, 0.0, far)
+        e[rows.TURNED + j] = select(again, 0.0, course.turned)
 
 
 @njit(**INNER)

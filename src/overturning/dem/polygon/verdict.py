@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.ending import GOES_ON
-from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.lanes import INLINE, INNER, select
 from overturning.dem.kernel.mechanics import larger
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.energy import closing_work, energy, kinetic, moving_energy
@@ -223,7 +223,7 @@ def note_standing(e: Any, on: Any, own: Any, scale: float, interval: float) -> N
         ox, oz = point_of(support, home.support_x, home.support_z)
         slip = support.cos * (x - ox) - support.sin * (z - oz)
         stood = (passed >= 0.0) & (old.side == 0.0) & (item.pose.z >= home.lowest)
-        upright = (sample + passed * scale) * interval if stood else old.upright_until
+        upright = select(stood, (sample + passed * scale) * interval, old.upright_until)
         rows.store_standing(
             e, j, Standing(upright, old.carried_until, old.side, larger(old.peak_slip, abs(slip)), slip)
         )
@@ -237,8 +237,8 @@ def note_carried(q: Any, a: Any, b: Any, own: Any, scale: float, interval: float
         pair, case = rows.load_pair(q, j), rows.load_case(own, j)
         touches = contacts(pair) > 0
         now = (case.sample + case.shaking.tick * scale) * interval
-        a[rows.CARRIED_UNTIL + j] = now if touches & (pair.stands > 0.0) else a[rows.CARRIED_UNTIL + j]
-        b[rows.CARRIED_UNTIL + j] = now if touches & (pair.stands < 0.0) else b[rows.CARRIED_UNTIL + j]
+        a[rows.CARRIED_UNTIL + j] = select(touches & (pair.stands > 0.0), now, a[rows.CARRIED_UNTIL + j])
+        b[rows.CARRIED_UNTIL + j] = select(touches & (pair.stands < 0.0), now, b[rows.CARRIED_UNTIL + j])
 
 
 @njit(**INNER)

@@ -132,7 +132,6 @@ def plane(cube: "xr.Dataset") -> "Figure":
     """Falls over PGA and PGV/PGA at the largest friction, with the fit and the field's criteria; of planes."""
     from overturning.figures.intensity_plane import intensity_plane_figure
     from overturning.statistics.logistic import overturning_fit
-    from overturning.statistics.moving import where_it_moves
     from overturning.study.cube import sizes_of_another
 
     _only(cube, "azimuth", "plane")
@@ -140,7 +139,7 @@ def plane(cube: "xr.Dataset") -> "Figure":
     if other := sizes_of_another(whole):
         raise ArgumentError(f"plane: limits and fit go by the stone's own height and B/H; {other}")
     measures = _measures(whole)
-    fit = overturning_fit(*where_it_moves(whole, measures))
+    fit = overturning_fit(whole, measures)
     return intensity_plane_figure(whole, measures, fit, float(whole["friction"].max()))
 
 

@@ -204,7 +204,9 @@ def test_a_boundary_of_half_the_azimuths_of_a_scene_without_mirror_image() -> No
         figure = boundary_figure(found, 0.4, np.nan, "A")
         (beyond,) = [line for line in figure.axes[0].lines if line.get_marker() == "^"]
         assert np.degrees(beyond.get_xdata()) == pytest.approx([30])
-        assert "falls at the largest B/H of the study" in [text.get_text() for text in figure.legends[0].get_texts()]
+        assert "falls at the largest B/H of known outcome" in [
+            text.get_text() for text in figure.legends[0].get_texts()
+        ]
         plt.close(figure)
 
 

@@ -26,7 +26,6 @@ from overturning.report.sections.exactness import ensemble
 from overturning.report.sections.records import maps, record_directions, records
 from overturning.report.sections.scene import scene
 from overturning.statistics.logistic import LogisticFit, overturning_rows
-from overturning.statistics.moving import where_it_moves
 from overturning.study.evaluation import Published
 from overturning.study.sections import ContactSettings, Variant
 from tests.report.reading import BAD, column, numbers, tables, text_of
@@ -143,7 +142,7 @@ def test_across_a_pulse_nothing_moves_and_no_criterion_is_asked(tmp_path: Path) 
     with open_results(make_results(tmp_path, made, azimuth={"step": 15}, ensemble={"members": 0})) as results:
         assert float(results.intensity["pga"].min()) == 0.0
         planes, shapes = 2 * 11, (0.2, 0.3, 0.4)
-        predictors, *_ = overturning_rows(*where_it_moves(results.cube, results.intensity))
+        predictors, *_ = overturning_rows(results.cube, results.intensity)
         assert predictors.shape == (len(shapes) * planes, 4)
         assert np.isfinite(predictors).all()
         assert "predictors separate falls from stands" in text_of(cause(results))

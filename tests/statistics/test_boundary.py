@@ -47,6 +47,19 @@ def test_falls_beyond_the_grid(make_cube, sector) -> None:
     assert easiest["ratio"].values == pytest.approx(0.5 / 0.1)
 
 
+def test_above_the_largest_known_outcome_nothing_is_said(make_cube, sector) -> None:
+    """Towards 60° what falls up to B/H 0.3 was not told above: the boundary lies above 0.3, not above 0.5."""
+    cube = make_cube(sector(60, 20))
+    untold = (cube["azimuth"] % 180 == 60) & (cube["b_over_h"] > 0.3)
+    bounds = boundary(cube.assign(overturned=cube["overturned"].where(~untold)))
+    assert bounds["falls_beyond"].sel(azimuth=60).all()
+    assert bounds["largest_known"].sel(azimuth=60).values == pytest.approx(0.3)
+    assert bounds["largest_known"].sel(azimuth=65).values == pytest.approx(0.5)
+    easiest = easiest_azimuth(bounds.sel(azimuth=[60, 150, 240, 330]), cube["b_over_h"])
+    assert easiest["highest_boundary"].values == pytest.approx(0.3)
+    assert not easiest["bounded"].any()
+
+
 def test_how_much_easier(make_cube) -> None:
     def rule(azimuth, height, slender, friction):
         limit = 0.25 + 0.2 * np.cos(np.radians(azimuth - 30)) ** 2

@@ -6,7 +6,7 @@ import xarray as xr
 
 from overturning.errors import ResultError
 from overturning.model.falls import model_of
-from overturning.model.planes import Planes, fall_probability, plane_index, plane_weight
+from overturning.model.planes import Planes, fall_probability, gaps_of, plane_index, plane_weight
 from overturning.statistics.elements import falls_by_element
 from overturning.statistics.falls import (
     changes_to_the_next,
@@ -144,6 +144,31 @@ def test_the_ends_of_a_part_of_the_circle_do_not_stand_for_the_rest_of_it(make_c
     assert fall_shares(cube).values == pytest.approx(10 / 12)
     assert fall_means(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
     assert plane_weight([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), "no part of a finer grid"
+
+
+def test_two_parts_of_the_circle_stand_for_themselves_only() -> None:
+    """Azimuths near both faces of a stone: the ends of both parts count like their middles."""
+    both = [*range(0, 25, 5), *range(90, 115, 5)]
+    assert plane_weight(both) == pytest.approx(np.full(10, 1 / 10))
+    not_computed, step = gaps_of(both)
+    assert (np.flatnonzero(not_computed).tolist(), step) == ([4, 9], 5.0)
+    assert np.flatnonzero(gaps_of(both, 360.0)[0]).tolist() == [4, 9]
+
+
+@pytest.mark.parametrize(
+    "whole",
+    [
+        sorted({*range(0, 180, 5), *range(61, 65)}),
+        sorted({*range(0, 180, 5), *range(60, 121)}),
+        sorted({*range(0, 180, 5), *range(61, 65), *range(71, 75)}),
+        [0, 60, 90],
+        [30],
+        [0, 90],
+    ],
+)
+def test_azimuths_added_to_a_grid_leave_no_gap_elsewhere(whole) -> None:
+    assert not gaps_of(whole)[0].any()
+    assert plane_weight(whole) == pytest.approx(plane_weight(whole, whole_circle=True))
 
 
 def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cube) -> None:

@@ -15,7 +15,7 @@ from overturning.study.cube import friction_said
 def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
     """Draw the curves of one height.
 
-    Where the block still falls at the largest B/H of the cube, ``top``, the curve is drawn there with triangles.
+    Where the block still falls at the largest B/H of known outcome, the curve is drawn there with triangles.
     """
     compass(axes)
     azimuth = np.radians(bounds["azimuth"].to_numpy().astype(np.float64))
@@ -24,9 +24,9 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
     for index, friction in enumerate(bounds["friction"].to_numpy()):
         one = bounds.isel(friction=index)
         beyond = one["falls_beyond"].to_numpy() == 1  # missing of azimuths that are not known
-        colour = SERIES[index % len(SERIES)]
+        largest, colour = one["largest_known"].to_numpy(), SERIES[index % len(SERIES)]
         radius, low, high = (
-            np.where(beyond, top, one[name].to_numpy()) for name in ("boundary", "boundary_low", "boundary_high")
+            np.where(beyond, largest, one[name].to_numpy()) for name in ("boundary", "boundary_low", "boundary_high")
         )
         if np.isfinite(low).any():
             # A gap in what is filled would leave the layout without a size.
@@ -42,7 +42,7 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
         if alone.any():
             axes.plot(azimuth[alone], radius[alone], ".", color=colour, markersize=5)
         if beyond.any():
-            axes.plot(azimuth[beyond], np.full(int(beyond.sum()), top), "^", color=colour, markersize=3)
+            axes.plot(azimuth[beyond], largest[beyond], "^", color=colour, markersize=3)
     slenderness_ticks(axes, top * 1.04, top)
 
 
@@ -62,7 +62,7 @@ def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, tit
         mark_fault_normal(axes, fault_normal_deg)
         axes.set_title(f"H = {height:g} m", pad=4)
     look: dict[str, Any] = {"color": "#555555", "marker": "^", "linestyle": "none", "markersize": 4}
-    marks = [Line2D([], [], label="falls at the largest B/H of the study", **look)]
+    marks = [Line2D([], [], label="falls at the largest B/H of known outcome", **look)]
     beyond = marks if bool((loaded["falls_beyond"] == 1).any()) else []
     spread = bool((loaded["boundary_high"] > loaded["boundary_low"]).any())
     band = "\nband: between the two halves of the ensemble" if spread else ""

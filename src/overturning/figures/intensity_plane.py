@@ -11,8 +11,7 @@ from overturning.figures.style import DASHED, FALLS, INK, SERIES, STANDS, captio
 from overturning.model.falls import model_of
 from overturning.statistics.criteria import CRITERIA, west_acceleration
 from overturning.statistics.falls import fall_shares
-from overturning.statistics.logistic import LogisticFit
-from overturning.statistics.moving import LEAST_PGA
+from overturning.statistics.logistic import LEAST_PGA, LogisticFit
 from overturning.study.cube import friction_said
 from overturning.units import GAL, STANDARD_GRAVITY
 

@@ -14,7 +14,6 @@ from overturning.figures.write import Write, emptied, save
 from overturning.model.falls import model_of
 from overturning.statistics.earthquakes import axes_by_group, followed, summarise_axes
 from overturning.statistics.logistic import overturning_fit
-from overturning.statistics.moving import where_it_moves
 from overturning.study.cube import open_records
 
 
@@ -37,7 +36,7 @@ def draw_whole(cube_path: Path, intensity_path: Path, folder: Path, write: Write
             slender = cube["b_over_h"].to_numpy().astype(np.float64)
             write(follow_figure(followed(cube, intensity), slender), folder / "follow")
         else:
-            fit = overturning_fit(*where_it_moves(cube, intensity))
+            fit = overturning_fit(cube, intensity)
             write(intensity_plane_figure(cube, intensity, fit, float(cube["friction"].max())), folder / "plane")
 
 

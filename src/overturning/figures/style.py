@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.model.planes import gaps_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -187,21 +188,11 @@ def compass(axes: Any, names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", 
     axes.spines["polar"].set_linewidth(0.6)
 
 
-def gaps_of(azimuth_deg: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Where each gap of more than two steps in a circle of azimuths begins and ends, and the step, degrees.
-
-    A step is the median distance of neighbours, of two middle ones the smaller one; a gap across north ends above 360.
-    """
-    azimuth: FloatArray = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 10))
-    gap: FloatArray = np.diff(azimuth, append=azimuth[0] + 360.0)
-    step = float(np.quantile(gap, 0.5, method="lower"))
-    wide = gap > 2.0 * step * (1.0 + 1e-9)
-    return azimuth[wide], azimuth[wide] + gap[wide], step
-
-
 def beyond_the_grid(azimuth_deg: FloatArray) -> FloatArray:
-    """Azimuths at which nothing is known: a step beyond both ends of each of the `gaps_of` a circle."""
-    begins, ends, step = gaps_of(azimuth_deg)
+    """Azimuths at which nothing is known: a step beyond both ends of each part of a circle that was not computed."""
+    azimuth: FloatArray = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 6))
+    not_computed, step = gaps_of(azimuth, 360.0)
+    begins, ends = azimuth[not_computed], np.roll(azimuth, -1)[not_computed]
     return np.round(np.concatenate([begins + step, ends - step]) % 360.0, 10)
 
 

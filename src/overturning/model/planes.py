@@ -54,6 +54,33 @@ def plane_index(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> NDArray
     return nearest(azimuth, planes, period).cell if azimuth.size else np.zeros(0, np.intp)
 
 
+def gaps_of(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> tuple[NDArray[np.bool_], float]:
+    """Which distances of neighbours on a circle are parts of it that were not computed, and the step elsewhere.
+
+    Parameters
+    ----------
+    azimuth_deg : array_like, shape (n,)
+        Ascending azimuths modulo the period, each once, degrees.
+    period : float
+        After so many degrees the first one comes again.
+
+    Returns
+    -------
+    not_computed : ndarray of bool, shape (n,)
+        Whether the distance from each azimuth to the next one is more than twice as wide as both of its neighbours and
+        as the step. The last distance is that to the first azimuth.
+    step : float
+        Half of what was computed lies between azimuths no farther apart than this, degrees: that of a regular grid,
+        also where azimuths were added between its points.
+    """
+    azimuth = np.round(np.asarray(azimuth_deg, dtype=np.float64), 6)
+    gap = np.diff(azimuth, append=azimuth[:1] + period)
+    wide: NDArray[np.bool_] = gap > 2.0 * np.maximum(np.roll(gap, 1), np.roll(gap, -1)) * (1.0 + 1e-9)
+    computed = np.sort(gap[~wide])
+    step = float(computed[np.searchsorted(np.cumsum(computed), 0.5 * computed.sum())])
+    return wide & (gap > 2.0 * step * (1.0 + 1e-9)), step
+
+
 def plane_weight(
     plane_azimuth_deg: ArrayLike, period: float = PLANE_PERIOD, *, whole_circle: bool = False
 ) -> FloatArray:
@@ -61,7 +88,7 @@ def plane_weight(
 
     A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so
     that a study's extra azimuths do not count twice. The planes at the ends of a grid over a part of the circle do not
-    stand for the rest of it, of which nothing is known: a gap more than twice as wide as any other counts as that one.
+    stand for the rest of it, of which nothing is known, but for half a step of it (`gaps_of`).
 
     Parameters
     ----------
@@ -78,12 +105,11 @@ def plane_weight(
         Sums to 1.
     """
     plane = np.round(np.asarray(plane_azimuth_deg, dtype=np.float64) % period, 6)
-    if plane.size == 1:
-        return np.ones(1)
-    gap = np.diff(plane, append=plane[0] + period)
-    wide, widest = np.sort(gap)[-2:]
-    if widest > 2.0 * wide * (1.0 + 1e-9) and not whole_circle:
-        gap, period = np.minimum(gap, wide), period - widest + wide
+    gap = np.diff(plane, append=plane[:1] + period)
+    if not whole_circle:
+        not_computed, step = gaps_of(plane, period)
+        period -= float((gap[not_computed] - step).sum())
+        gap[not_computed] = step
     return (gap + np.roll(gap, 1)) / (2.0 * period)
 
 

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from overturning.figures.style import gaps_of, style
+from overturning.figures.style import style
 from overturning.figures.write import save
 from overturning.files import without_folders
 from overturning.model.falls import model_of
 from overturning.model.model import Model
-from overturning.model.planes import period_of
+from overturning.model.planes import gaps_of, period_of
 from overturning.report.words import Words, words_of
 from overturning.statistics import earthquakes
 from overturning.statistics.bootstrap import Mean
@@ -240,9 +240,9 @@ def gaps_said(cube: xr.Dataset) -> str:
         return ""
     period = period_of(cube)
     planes = np.unique(cube["azimuth"].to_numpy().astype(np.float64) % period)
-    begins, ends, _ = gaps_of(np.concatenate([planes + turn for turn in np.arange(0.0, 360.0, period)]))
-    once = ((begin, end) for begin, end in zip(begins, ends, strict=True) if begin < period)
-    return " or ".join(f"between {begin:g}° and {end:g}°" for begin, end in once)
+    following = np.append(planes[1:], planes[:1] + period)
+    said = zip(planes, following, gaps_of(planes, period)[0], strict=True)
+    return " or ".join(f"between {begin:g}° and {end:g}°" for begin, end, not_computed in said if not_computed)
 
 
 def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:

@@ -54,8 +54,8 @@ def boundary(cube: xr.Dataset) -> xr.Dataset:
     Dataset
         As lazy as the cube: ``boundary``, missing where there is none; ``boundary_low`` and ``boundary_high``, the
         lower and the upper of each scramble alone (equal to it without ensemble); ``falls_beyond`` where the block
-        still falls at the largest B/H, so that the boundary lies above the grid, and ``stands_throughout`` where it
-        never falls; not where nothing is known of it.
+        still falls at the largest B/H of known outcome, ``largest_known``, so that the boundary lies above it, and
+        ``stands_throughout`` where it never falls; not where nothing is known of it.
     """
     if "b_over_h" not in cube.dims:
         raise ArgumentError("probability: no dimension b_over_h; a boundary is sought along it")
@@ -83,7 +83,8 @@ def boundary(cube: xr.Dataset) -> xr.Dataset:
     }
     made = {name: one.where(~beyond).assign_attrs(long_name=text, units="1") for name, (one, text) in named.items()}
     stands = (falls.fillna(0.0) < HALF).all("b_over_h") & falls.notnull().any("b_over_h")
-    return xr.Dataset({**made, "falls_beyond": beyond, "stands_throughout": stands})
+    largest = cube["b_over_h"].where(falls.notnull()).max("b_over_h")
+    return xr.Dataset({**made, "falls_beyond": beyond, "largest_known": largest, "stands_throughout": stands})
 
 
 def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
@@ -94,8 +95,8 @@ def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
     bounds : Dataset
         From `boundary`.
     b_over_h : array_like
-        The cube's values; where the block never falls the smallest, and where it falls at all the largest, stands for
-        the boundary, which is then only known to lie below or above.
+        The cube's values; where the block never falls the smallest, and where it falls at all the largest of known
+        outcome, stands for the boundary, which is then only known to lie below or above.
 
     Returns
     -------
@@ -107,9 +108,10 @@ def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
     grid = np.asarray(b_over_h, dtype=np.float64)
     period = period_of(bounds)
     index = plane_index(bounds["azimuth"].values, period)
-    planes = bounds[["boundary", "falls_beyond", "stands_throughout"]].isel(azimuth=index).compute()
+    planes = bounds[["boundary", "falls_beyond", "largest_known", "stands_throughout"]].isel(azimuth=index).compute()
     weight = plane_weight(planes["azimuth"].values, period)
-    edge = planes["boundary"].where(~planes["falls_beyond"], grid.max()).where(~planes["stands_throughout"], grid.min())
+    edge = planes["boundary"].where(~planes["falls_beyond"], planes["largest_known"])
+    edge = edge.where(~planes["stands_throughout"], grid.min())
     highest, lowest = edge.max("azimuth"), edge.min("azimuth")
 
     def axis(line: FloatArray, standing: NDArray[np.bool_]) -> float:

@@ -22,6 +22,9 @@ PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
 LEVEL = 0.95
 """Probability of the intervals."""
 
+LEAST_PGA = 1e-6
+"""PGA, m/s², up to which nothing moves but the rounding of motions, to 1e-9 m/s²."""
+
 MOST_ITERATIONS = 50
 SEPARATED = 30.0
 """Linear predictor beyond which a fitted probability is 0 or 1 to 13 digits: the data are separated."""
@@ -174,6 +177,8 @@ def overturning_rows(
 ) -> tuple[FloatArray, FloatArray, NDArray[np.intp], FloatArray]:
     """Rows of the fit, one per plane, height and B/H: predictors, share that falls over friction, earthquake, weight.
 
+    Planes along which nothing moves, as across a pulse, are left out: there PGV/PGA is 0/0.
+
     Parameters
     ----------
     cube : Dataset
@@ -204,13 +209,15 @@ def overturning_rows(
                 "intensity: azimuths of the cube are missing; compute it on the cube's azimuths"
             ) from error
         pga, pgv = (along[name].transpose("record", ...).to_numpy()[..., None, None] for name in ("pga", "pgv"))
+        moves = pga > LEAST_PGA
+        pga = np.where(moves, pga, np.nan)
         height, slender = (falls[name].to_numpy().astype(float) for name in ("height", "b_over_h"))
         height = height[:, None]
         answered = np.isfinite(falls.to_numpy()).sum(axis=-1)
         share = np.nansum(falls.to_numpy(), axis=-1, dtype=np.float64) / np.maximum(answered, 1)
         values = (pga / (STANDARD_GRAVITY * slender), pgv / pga, slender, height)
         weight = (planes["weight"].to_numpy() * where.size)[:, None, None] * answered / falls.sizes["friction"]
-        known = answered > 0
+        known = (answered > 0) & moves
         *table, weights = (np.broadcast_to(one, share.shape)[known] for one in (*map(np.log, values), weight))
         events = np.broadcast_to(number[places][:, None, None, None], share.shape)[known]
         parts.append((np.stack(table, axis=1), share[known], events, weights))

@@ -10,7 +10,6 @@ from overturning.report.results import Results
 from overturning.report.text import capitalised, counted, estimate, interval, number, percent, two_digits
 from overturning.statistics.criteria import BLIND, CRITERIA, PULSE_VALID, UNREAD, CriteriaScores, Score, criteria_scores
 from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
-from overturning.statistics.moving import where_it_moves
 from overturning.study.cube import coefficient_said
 from overturning.study.evaluation import Published
 from overturning.units import CM, GAL
@@ -33,7 +32,7 @@ def cause(results: Results) -> Section | None:
     """Falls in the plane of PGA and PGV/PGA, and the logistic fit; none where cases have no azimuth of their own."""
     if not results.model.one_component:
         return None
-    fit = overturning_fit(*where_it_moves(results.cube, results.intensity))
+    fit = overturning_fit(results.cube, results.intensity)
     fitted = not fit.note.startswith("no fit")
     caption = (
         "Each point is one plane of one record. Lines: the field's criteria, by which a block falls to the right of "
@@ -97,7 +96,7 @@ def criteria(results: Results) -> Section | None:
     """Hits and misses of each criterion, over all and by block; none where outcomes or azimuths are not known."""
     if not results.model.one_component:
         return None
-    found = criteria_scores(*where_it_moves(results.cube, results.intensity))
+    found = criteria_scores(results.cube, results.intensity)
     if found is None:
         return None
     about = Note(

@@ -21,6 +21,7 @@ import pandas as pd
 import psutil
 import typer
 import yaml
+from llvmlite.binding import get_host_cpu_features
 
 from overturning.study import sources
 from verification.registry import KERNEL, KERNELS, MEASURES, NO_MEASURE_HAS
@@ -133,6 +134,10 @@ def kept(results: Path = RESULTS) -> pd.DataFrame:
     return pd.read_csv(path, keep_default_na=False) if path.is_file() else pd.DataFrame(columns=columns)
 
 
+VECTORS = {"avx512f": 512, "avx2": 256}
+"""Width of a processor's vectors, bits, by what it has; the widest first."""
+
+
 def machine() -> str:
     """The machine and what runs on it, in a line."""
     names = (line.partition(": ")[2] for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
@@ -142,7 +147,9 @@ def machine() -> str:
     system = platform.freedesktop_os_release()["PRETTY_NAME"]
     parts = (f"{name} {version(name.lower())}" for name in ("Numba", "llvmlite", "NumPy"))
     cores = len(os.sched_getaffinity(0))
-    return f"{model}, {cores} cores, {memory:.0f} GiB; {system}; Python {platform.python_version()}, {', '.join(parts)}"
+    vectors = next((bits for name, bits in VECTORS.items() if get_host_cpu_features().get(name)), 128)
+    hardware = f"{model}, {cores} cores, vectors of {vectors} bits, {memory:.0f} GiB"
+    return f"{hardware}; {system}; Python {platform.python_version()}, {', '.join(parts)}"
 
 
 def machines(results: Path = RESULTS) -> dict[str, str]:

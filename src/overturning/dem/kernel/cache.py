@@ -25,7 +25,8 @@ def prefer_vector_code() -> None:
     By itself it stops at 256 bits on most processors; this has no effect once Numba has compiled something, nor where
     the user chose a target with ``NUMBA_CPU_NAME`` or ``NUMBA_CPU_FEATURES``. Jump threading turns selections by the
     same condition into branches; in vector code, a store behind one becomes a masked store, for which some processors
-    without AVX-512 take ten cycles. Both change the speed only, never the bits.
+    without AVX-512 take ten cycles. Both hold for all that Numba compiles in the process, and change the speed only,
+    never the bits.
     """
     import llvmlite.binding as llvm
     from numba import config as numba_config

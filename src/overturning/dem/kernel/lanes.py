@@ -6,13 +6,14 @@ over the lanes loads the tuples, calls the functions and stores what comes out. 
 such a loop if
 
 - every function that it calls is compiled with `INLINE`;
-- nothing branches on a case's numbers: select (``a if c else b``) instead;
+- nothing branches on a case's numbers: choose (``a if c else b``) instead, and by `select` where one of the two is
+  what is stored there already;
 - the arrays are `aligned`: a vector that straddles two cache lines costs a fifth of the speed.
 
 Three forms that read as well do not become vector code, or become slow: a named tuple *of arrays* (each array would be
 a base of its own, which may overlap the others); choosing between two whole tuples before they are stored, or between
 numbers among a tuple's own arguments; and storing under a condition (a masked store). `Access.store_unless` selects
-number by number instead, by `select`.
+number by number instead.
 """
 
 from collections.abc import Collection, Iterator
@@ -87,6 +88,7 @@ def _select(_: Any, condition: Any, first: Any, second: Any) -> Any:
     """
 
     def make(_: Any, builder: Any, __: Any, values: Any) -> Any:
+        # The builder has no method for this instruction.
         frozen = [Instruction(builder.block, value.type, "freeze", [value]) for value in values[1:]]
         for one in frozen:
             builder._insert(one)

@@ -1,11 +1,11 @@
-# make setup | run | test | lint | docs | peers | soil | parquet | crate | bench | verify | scale | shaking-table | faults | fuzz | mutants | lock | clean
+# make setup | run | test | test-long | lint | docs | peers | soil | parquet | crate | bench | verify | scale | shaking-table | faults | fuzz | mutants | lock | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 CORES ?= 2
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: setup run test tests lint docs format peers soil parquet crate bench verify scale shaking-table faults fuzz mutants lock clean help
+.PHONY: setup run test tests test-long lint docs format peers soil parquet crate bench verify scale shaking-table faults fuzz mutants lock clean help
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -25,11 +25,16 @@ setup: $(VENV)/.stamp ## make .venv from the hashed lock
 run: setup ## run the default study, or another: make run STUDY=config/mine.yaml; goes on after a killed run; VERBOSE=1: Snakemake speaks for itself
 	@$(BIN)/snakemake --cores $(CORES) $(if $(STUDY),--configfile $(STUDY)) $(if $(filter-out 0,$(VERBOSE)),--verbose)
 
-test: setup ## lint and all tests, side by side
+PYTEST := $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
+
+test: setup ## lint and tests, side by side: four minutes on two cores, kernels compiled within
 	@$(MAKE) --no-print-directory --jobs=2 lint tests
 
 tests: setup
-	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
+	$(PYTEST) -m "not long"
+
+test-long: setup ## the other tests: proofs by many cases, other processors, a cluster, spoilt input; as long again
+	$(PYTEST) -m long
 
 lint: setup ## ruff, mypy, snakefmt, snakemake --lint
 	$(BIN)/ruff check .
@@ -63,7 +68,7 @@ bench: peers ## how fast the kernel is, against scalar code and other engines; a
 
 verify: setup ## error against run time, map of stability; puts the figures into the docs
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pybullet>=3.2" "pymunk>=6.9" || echo "without other engines"
-	OVERTURNING_EVERY_TARGET=1 $(BIN)/python -m pytest -q tests/dem/test_same_bits.py -k instruction_set
+	OVERTURNING_EVERY_TARGET=1 $(PYTEST) -q -m long
 	$(BIN)/snakemake --workflow-profile none --snakefile verification/Snakefile --cores $(CORES)
 
 scale: setup ## how large a study may be, and the same bytes everywhere; half an hour, 10 GB of disk

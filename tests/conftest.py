@@ -1,4 +1,4 @@
-"""The longest tests first: with two processes, whole studies at the end would leave one of them idle."""
+"""In which order two processes share the tests, and folders that both use."""
 
 import fcntl
 import os
@@ -7,9 +7,13 @@ from pathlib import Path
 
 import pytest
 
+FIRST = ("test_ladder.py", "test_body_closed_forms.py", "test_rocking.py", "test_study.py")
+"""Files whose tests compile the kernels of scenes, of bodies in space and of blocks: else both processes would compile
+the same one at the same time. Then the longest: at the end, it would leave one process idle."""
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    items.sort(key=lambda item: "workflow" not in item.path.parts)
+    items.sort(key=lambda item: FIRST.index(item.path.name) if item.path.name in FIRST else len(FIRST))
 
 
 @pytest.fixture(scope="session")

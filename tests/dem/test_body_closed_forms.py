@@ -13,7 +13,7 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import axes, leaning, level
 
-BOTH = pytest.mark.parametrize("scheme", ["centred", "cundall"])
+BOTH = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 pytestmark = pytest.mark.usefixtures("both_schemes_in_space")
 
 
@@ -221,6 +221,7 @@ def test_a_flat_landing_is_plastic_on_any_number_of_vertices(over: str, ratio: f
         assert apart[2] < apart[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("body", [8, "circle"])
 def test_a_flat_landing_is_plastic_by_both_schemes(body: int | str) -> None:
     soft = VertexContact(2e-5, damping_ratio=2.0)

@@ -38,10 +38,11 @@ def part(number: int) -> Motion:
     return Motion(motion.north, motion.east, up, sampling_interval=motion.sampling_interval)
 
 
-BOTH = pytest.mark.parametrize("scheme", ["centred", "cundall"])
+BOTH = pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 pytestmark = pytest.mark.usefixtures("both_schemes_in_space")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", [1, 7])
 def test_motion_along_a_face_normal_equals_the_plane(number: int) -> None:
     motion, normal, _ = near_field(number)
@@ -98,6 +99,7 @@ def test_company_order_and_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch
 SHAPES = [(Rectangle(), 0.4, 1.0), (Rectangle(), 1.5, 2.0), (Regular(5), 0.3, 1.0), (Circle(), 0.5, 1.0)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("shape", "ratio", "aspect"), SHAPES, ids=lambda value: getattr(value, "name", str(value)))
 def test_the_stable_step_is_the_limit(
     shape: object, ratio: float, aspect: float, monkeypatch: pytest.MonkeyPatch
@@ -178,6 +180,7 @@ def test_energy_and_angular_momentum_balance_on_real_records(scheme: str) -> Non
         assert (found["status"] == 0).all()
 
 
+@pytest.mark.long
 def test_both_schemes_find_the_same_falls() -> None:
     motion, turned = part(10), np.arange(0.0, 90.0, 15.0)
     grid = {"orientation_deg": turned, "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.6]}

@@ -76,6 +76,7 @@ def test_the_kernel_is_kept_for_the_next_process() -> None:
     assert list(cache_directory().glob("*.nbc"))
 
 
+@pytest.mark.long
 def test_variants_that_different_processes_have_compiled_do_not_answer_for_each_other(tmp_path: Path) -> None:
     """Blocks on a level base and on one that also moves up, each compiled by its own process; a third loads both."""
     program = """if True:

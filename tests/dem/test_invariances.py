@@ -207,7 +207,7 @@ def test_the_mirror_image_in_planes_is_exact(model: str) -> None:
 
 
 @pytest.mark.usefixtures("both_schemes_in_space")
-@pytest.mark.parametrize("scheme", ["centred", "cundall"])
+@pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 @pytest.mark.parametrize("body", ["rectangle", "circle"])
 def test_mirror_images_in_space_are_exact(body: int | str, scheme: str) -> None:
     # Of more vertices the pairs of opposite ones are summed in an order that a mirror turns round.

@@ -52,6 +52,7 @@ def test_flags_and_sides_are_equal_where_what_begins_is_followed(
     assert short["block_steps"].sum() < 0.6 * full["block_steps"].sum()
 
 
+@pytest.mark.long
 def test_no_more_flags_change_than_where_the_shaking_changes_in_its_ninth_digit() -> None:
     changed = np.zeros(3, int)
     for motion in (record_of(*one) for one in RECORDS):
@@ -72,7 +73,7 @@ GRID = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("scheme", ["centred", "cundall"])
+@pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 def test_a_kernel_without_the_vertical_component_gives_the_same_bits(scheme: str) -> None:
     motion, _, _ = near_field(8, True)
     level = Motion(motion.north, motion.east, 0 * motion.north, sampling_interval=motion.sampling_interval)
@@ -85,6 +86,7 @@ def test_a_kernel_without_the_vertical_component_gives_the_same_bits(scheme: str
         np.testing.assert_array_equal(values, with_zeros[name], err_msg=name)
 
 
+@pytest.mark.long
 def test_a_kernel_without_tangential_springs_gives_the_answers_of_next_to_no_friction() -> None:
     t = np.arange(400) * 0.01
     # A jump down and up: without friction only the vertical motion, and a start on one corner, can rock a block.

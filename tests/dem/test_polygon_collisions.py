@@ -46,6 +46,7 @@ def test_momenta_are_conserved(friction: float, damping: float, seed: int) -> No
     assert np.abs(momenta[-1, 2] - momenta[0, 2]) < 2e-4 * scale
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("time_step", "bound"), [("auto", 2e-2), ("0.05 stable", 1e-3), ("0.01 stable", 5e-5)])
 def test_a_collision_without_friction_and_damping_keeps_the_energy(time_step: str, bound: float) -> None:
     """The moment at which a contact begins is known to one step, so the error falls with the step."""

@@ -19,6 +19,8 @@ from overturning.motion.motion import Motion
 from tests.dem.near_field import strong_part
 from tests.dem.polygon_scenes import shipped
 
+pytestmark = pytest.mark.long
+
 SOFT = Contact(static_penetration=2e-5)
 """The contact of both kernels."""
 

@@ -30,6 +30,7 @@ def _cases(made: Scene) -> Cases:
     return Cases(np.arange(12) * 30.0, height, ratio, np.tile([0.3, 1.0], 6))
 
 
+@pytest.mark.long
 def test_both_schemes_converge_to_one_motion() -> None:
     """A stack that rocks without falling: the centred scheme's error falls with its step, the rest is Cundall's."""
     made = _with_law(shipped("three-tier"), static_penetration=2e-5)  # Cundall's steps shrink with the stiffness
@@ -50,6 +51,7 @@ def test_both_schemes_converge_to_one_motion() -> None:
     assert np.abs(top("0.1 stable", "cundall") / finest - 1).max() < 1e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ratio", [0.05, 1.0, 3.0, 8.0])
 def test_fallen_and_standing_stones_come_to_rest_at_the_default_step(ratio: float) -> None:
     """Whatever the damping: none trembles on until it is undecided, and work and energy balance."""

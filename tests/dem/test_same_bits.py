@@ -125,6 +125,7 @@ def nominal(stored: Path) -> str:
     return hashes(stored, "host")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("target", every_or_first(list(TARGETS)[1:]))
 def test_same_bits_for_each_instruction_set(target: str, stored: Path, nominal: str) -> None:
     if platform.machine() not in ("x86_64", "AMD64"):

@@ -39,7 +39,10 @@ def differences(found: Results, plain: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return same, rotation[stands], slip[stands]
 
 
-@pytest.mark.parametrize(("number", "pulse"), [(7, True), (10, True), (15, False)])
+@pytest.mark.parametrize(
+    ("number", "pulse"),
+    [(7, True), pytest.param(10, True, marks=pytest.mark.long), pytest.param(15, False, marks=pytest.mark.long)],
+)
 def test_sides_rotations_and_slips_are_those_of_the_equations(number: int, pulse: bool) -> None:
     motion = strong_part(number, 3.0, 3.0, pulse)  # the second opinion takes a hundred thousand steps for a second
     plain = outcomes(motion, CELLS)
@@ -65,7 +68,7 @@ CONTACTS = [{"damping_ratio": 0.1}, {"stiffness_ratio": 0.3}, {"stiffness": 1e7}
 
 
 @pytest.mark.parametrize("contact", CONTACTS, ids=lambda contact: next(iter(contact)))
-@pytest.mark.parametrize("scheme", ["centred", "cundall"])
+@pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 def test_other_contacts_with_vertical_motion_are_those_of_the_equations(contact: dict[str, float], scheme: str) -> None:
     t = np.arange(300) * 0.01
     pulse = np.sin(2 * np.pi * t / 0.8) * (t < 1.6)

@@ -22,6 +22,8 @@ from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
 from tests.expect import lacking
 
+pytestmark = pytest.mark.long
+
 Compile = Callable[[], Iterator[str]]
 """Compiles a kernel's loops and gives the assembly of each."""
 

@@ -72,6 +72,7 @@ def test_refuses() -> None:
         Film("f", 0.0, 0.02, (Panel("p", "", np.nan, (block(np.array([0.0, np.nan])),), np.zeros(3), 0.1),))
 
 
+@pytest.mark.long
 def test_gif(tmp_path: Path) -> None:
     for name in ("a.gif", "b.gif"):
         write_film_movie(two_panels(duration=0.9), tmp_path / name)

@@ -176,7 +176,7 @@ def test_the_same_bytes_each_time(name: str, tmp_path: Path) -> None:
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes(), file
 
 
-@pytest.mark.parametrize("factor", [0.85, 1.0, 1.6])
+@pytest.mark.parametrize("factor", [0.85, *(pytest.param(factor, marks=pytest.mark.long) for factor in (1.0, 1.6))])
 @pytest.mark.parametrize("name", FIGURES)
 def test_nothing_is_cut(name: str, factor: float) -> None:
     with style():

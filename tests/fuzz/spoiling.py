@@ -1,7 +1,7 @@
 """How input is spoilt, and the bounds in which it must be read or refused.
 
 Each reader has a share of FUZZ_SECONDS of processor time: of ten minutes in `make fuzz`, of some seconds in `make
-test`.
+test-long`.
 """
 
 import itertools

@@ -26,6 +26,8 @@ from overturning.study.sweep import sweep_record
 from tests.fuzz.spoiling import EVIL_WORDS, fuzz, met, scripts_of, spoilt, wrong_tree
 from tests.report.reading import render_html
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def cube(tmp_path_factory: pytest.TempPathFactory) -> bytes:

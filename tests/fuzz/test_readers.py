@@ -22,6 +22,8 @@ from tests.fuzz.spoiling import edited, fuzz, met, spoilt, wrong_tree
 from tests.records.malformed_corpus import COUNTS, WHOLE
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[2]
 BOMB = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(
     f"{name}: &{name} [{','.join([f'*{last}'] * 9)}]\n" for last, name in itertools.pairwise("abcdefghij")

@@ -124,7 +124,7 @@ def test_limits_of_the_spectrum(rinaldi):
     assert found == pytest.approx(1 / (2 * np.pi), rel=0.01)
 
 
-@pytest.mark.parametrize("name", ["rinaldi", "petrolia"])
+@pytest.mark.parametrize("name", [pytest.param("rinaldi", marks=pytest.mark.long), "petrolia"])
 def test_rotd_agrees_with_pyrotd(name):
     pyrotd = peer("pyrotd")
     pyrotd.processes = 1
@@ -341,6 +341,7 @@ def test_senseless_periods_are_refused(periods):
         rotd(Motion([0, 1], [0, 1], sampling_interval=0.01), periods)
 
 
+@pytest.mark.long
 def test_no_rotated_motion_is_held():
     """Acceleration, velocity, displacement of 360 rotated motions of 300 s would be 86 MB each; a part is used."""
     import tracemalloc

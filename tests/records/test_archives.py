@@ -115,6 +115,7 @@ def bomb(kind: str) -> bytes:
     return tar_of({"T.NS": b"\0" * 300_000_000})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["zip", "tar", "many"])
 def test_bombs_stay_within_a_gigabyte_and_ten_seconds_of_processor_time(tmp_path, kind):
     path = tmp_path / "bomb.zip"

@@ -179,7 +179,7 @@ def late() -> xr.Dataset:
     return whole
 
 
-@pytest.fixture(scope="module", params=PROGRAMS)
+@pytest.fixture(scope="module", params=["chromium", pytest.param("firefox", marks=pytest.mark.long)])
 def said(
     request: pytest.FixtureRequest, rendered: tuple[str, bytes], hostile: Path, tmp_path_factory: Any
 ) -> dict[str, Any]:

@@ -139,7 +139,8 @@ def test_across_a_pulse_nothing_moves_and_no_criterion_is_asked(tmp_path: Path) 
         replace(pulse_record(parse_pulse(f"sine amplitude_gal=500 period_s={period}")), record_id=name, event=name)
         for name, period in (("short", 0.6), ("long", 1.0))
     ]
-    with open_results(make_results(tmp_path, made, azimuth={"step": 15}, ensemble={"members": 0})) as results:
+    settings: dict[str, Any] = {"azimuth": {"step": 15}, "ensemble": {"members": 0}}
+    with open_results(make_results(tmp_path, made, drawn=False, **settings)) as results:
         assert float(results.intensity["pga"].min()) == 0.0
         planes, shapes = 2 * 11, (0.2, 0.3, 0.4)
         predictors, *_ = overturning_rows(results.cube, results.intensity)

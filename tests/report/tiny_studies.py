@@ -28,8 +28,8 @@ def pulse_record(name: str, towards_deg: float, peak: float, **more: Any) -> Rec
     return Record(name, peak * north, peak * east, None, 0.01, **(given | more))
 
 
-def make_results(folder: Path, records: list[Record], **study: Any) -> Path:
-    """The results folder of a study of these records."""
+def make_results(folder: Path, records: list[Record], *, drawn: bool = True, **study: Any) -> Path:
+    """The results folder of a study of these records; with its figures, or with its numbers and films alone."""
     data = {
         "name": "tiny",
         "title": "Tiny",
@@ -49,8 +49,9 @@ def make_results(folder: Path, records: list[Record], **study: Any) -> Path:
     kept = [read_motion(folder / "motion" / f"{record.record_id}.nc") for record in records]
     write_intensity(settings, kept, folder / "intensity.nc")
     cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "intensity.nc", "motion", "figures"))
-    write = partial(write_figure, settings.figures)
-    draw_records(cube, intensity, motions, figures, write)
-    draw_whole(cube, intensity, figures, write)
     draw_illustrative_cases(cube, motions, figures / "illustrative")
+    if drawn:
+        write = partial(write_figure, settings.figures)
+        draw_records(cube, intensity, motions, figures, write)
+        draw_whole(cube, intensity, figures, write)
     return folder

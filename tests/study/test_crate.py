@@ -105,6 +105,7 @@ def test_a_file_that_has_gone_is_named(tmp_path: Path) -> None:
         write_crate(study(records={"use": ["a"]}), tmp_path, [cube, tmp_path / "report.html"])
 
 
+@pytest.mark.long
 def test_the_profile_holds(
     crate: dict[str, dict[str, Any]], folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

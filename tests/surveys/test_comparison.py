@@ -54,6 +54,7 @@ def test_surveys_drawn_from_the_prediction_and_of_stones_that_fell_any_way(site)
     assert max(one.p_value for one in (blind.fit_exact, blind.fit_octants, blind.fit_octants_watson)) < 0.001
 
 
+@pytest.mark.long
 def test_p_values_are_calibrated_under_any_way(make_cube, sector) -> None:
     site = make_cube(sector(60, 30), azimuth=range(0, 360, 10))
     p = [compare_survey(draw(12, 0, 180, seed=i), site, draws=200).likelihood_ratio_p for i in range(60)]

@@ -188,6 +188,7 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
     assert asked.chances(east)[0, level, TURNS // 4, STOOD] == pytest.approx(stands[0], abs=1e-6)
 
 
+@pytest.mark.long
 def test_a_motion_that_is_in_no_library_lies_within_the_bounds(tmp_path: Path) -> None:
     """Columns under the record of Parachute Test Site at about 87 cm/s, asked among records of other earthquakes only.
 

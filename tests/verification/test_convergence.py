@@ -12,6 +12,8 @@ from verification.measures import answers, order, rotation_error
 from verification.work_precision.boundaries import BRACKET, bisect, boundaries, ends
 from verification.work_precision.parts import Setting, exact_block, reference
 
+pytestmark = pytest.mark.long
+
 STEPS = np.array([0.5, 0.25, 0.125])
 
 

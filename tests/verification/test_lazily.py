@@ -23,6 +23,8 @@ from overturning.study.scenes import NOMINAL, variant_names
 from overturning.surveys.population import population_rates
 from verification.scale.made import made_records, made_study, write_made_cube
 
+pytestmark = pytest.mark.long
+
 BLOCKS: dict[str, Any] = {
     "height": {"start": 0.5, "stop": 0.9, "step": 0.1},
     "b_over_h": {"start": 0.05, "stop": 0.6, "step": 0.05},

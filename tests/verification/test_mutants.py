@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+import pytest
+
 from verification.mutants.drawing import LAYERS, PACKAGE, draw
 from verification.mutants.trial import Trial
 
 
+@pytest.mark.long
 def test_each_mutant_is_one_token_of_a_layer_and_has_tests(tmp_path: Path) -> None:
     drawn, trial = draw(12, 1), Trial(tmp_path)
     assert [mutant.file.partition("/")[0] for mutant in drawn] == 2 * list(LAYERS)

@@ -8,6 +8,7 @@ from importlib.util import find_spec
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from overturning.dem.run import run
 from overturning.model.cases import Cases
@@ -19,6 +20,8 @@ from tests.expect import lacking
 from verification.inputs import near_field
 from verification.scene_peers import TABLE, answers, sample
 from verification.scenes import SHAFT
+
+pytestmark = pytest.mark.long
 
 
 def test_flags_agree_within_the_engines_mutual_disagreement() -> None:

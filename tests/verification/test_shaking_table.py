@@ -54,6 +54,7 @@ def test_a_stone_beyond_every_neighbourhood_changes_no_share(kind: Kind) -> None
     np.testing.assert_array_equal(ensemble_fractions(part), ensemble_fractions(whole))
 
 
+@pytest.mark.long
 def test_prisms_and_rectangles_under_one_motion() -> None:
     """Far below every threshold nothing falls; under a pulse of 1 s and 8 m/s² slender stones do."""
     time = np.arange(400) * 0.005
@@ -163,6 +164,7 @@ def test_the_small_table_is_driven_as_its_tests_state() -> None:
     assert small_table.read_set("exp270")["fell"].sum() == 51  # 50 times Y, once y
 
 
+@pytest.mark.long
 def test_a_block_is_known_again_by_its_falls_on_the_small_table() -> None:
     """Falls of a block that lies between the centres; its even tests are predicted."""
     grid = [(pga, ratio) for pga in np.linspace(0.1, 1.0, 10) for ratio in np.linspace(0.03, 0.3, 8)]

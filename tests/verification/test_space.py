@@ -1,6 +1,10 @@
 """Bodies in space converge with the step."""
 
+import pytest
+
 from verification.space import orders
+
+pytestmark = pytest.mark.long
 
 
 def test_tilt_and_azimuth_of_the_fall_converge() -> None:

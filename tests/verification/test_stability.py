@@ -27,6 +27,7 @@ BUDGET = 100_000
 SOUND = StabilityCase(1e8, 1.0, 0.3, 1.0, 2650.0, 0.6, 6.0, 0.01, float("nan"), "centred", "pulse", 80.0, 0.0)
 
 
+@pytest.mark.long
 def test_no_case_is_silent_and_the_bounds_are_kept() -> None:
     cases = [*space_filling(256, 5), *(case for case in adversarial_cases(2, 5) if case.motion != "ten minutes")]
     found = run_map(partial(run_case, budget=BUDGET), cases)
@@ -90,6 +91,7 @@ def test_what_numbers_cannot_hold_is_refused_by_name() -> None:
     assert outcome["overturned"] == -128
 
 
+@pytest.mark.long
 def test_a_map_of_twenty_thousand_cases_stays_small(tmp_path: Path) -> None:
     random = np.random.Generator(np.random.PCG64(3))
     rows = {group: 10.0 ** random.uniform(-3.0, 0.0, 20_000) for group in GROUPS}

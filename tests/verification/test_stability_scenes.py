@@ -23,6 +23,8 @@ from verification.stability.cases import SCENES, TOGETHER, scene_settings
 from verification.stability.checks import Ending, rocking_bound, scene_contradiction
 from verification.stability.maps import SCENE_MEANINGS, run_map, run_setting
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[2]
 
 

@@ -40,6 +40,7 @@ def edit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Edit:
     return edited
 
 
+@pytest.mark.long
 def test_what_makes_a_table_stale_and_what_does_not(edit: Edit) -> None:
     block = {name for name, one in stale.MEASURES.items() if "block" in one.kernels}
     body = {name for name, one in stale.MEASURES.items() if "body" in one.kernels}
@@ -77,6 +78,7 @@ def test_what_makes_a_table_stale_and_what_does_not(edit: Edit) -> None:
     assert "bench:default_study" in edit("config/near-fault.yaml", r"^height: .*", "height: [0.6]")
 
 
+@pytest.mark.long
 def test_a_hash_is_kept_and_is_that_of_the_begin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     results = tmp_path / "verification" / "results"
     results.mkdir(parents=True)

@@ -4,11 +4,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from overturning.study import sources
 
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.mark.long
 def test_every_part_is_planned(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(ROOT / "verification" / "Snakefile"), "--dry-run"]
     (tmp_path / "verification").symlink_to(ROOT / "verification")

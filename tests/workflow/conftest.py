@@ -98,6 +98,15 @@ class Checkout(Project):
                 assert end.value.code == 0, command
 
 
+def bytes_of(results: Path) -> dict[str, bytes]:
+    """Everything made but logs, run times and chunks."""
+    return {
+        str(path.relative_to(results)): path.read_bytes()
+        for path in sorted(results.rglob("*"))
+        if path.is_file() and path.name[0] != "." and path.suffix not in {".log", ".tsv"} and "sweep" not in path.parts
+    }
+
+
 @pytest.fixture(scope="session")
 def finished(made_once: Callable[[str, Callable[[Path], object]], Path]) -> Checkout:
     """A study computed on two cores, in two chunks of each record. Tests must not change it."""

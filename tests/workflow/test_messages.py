@@ -187,6 +187,7 @@ def test_a_missing_file_is_named_before_the_run(tmp_path: Path) -> None:
     assert not checkout.results.exists(), "it is known before anything is computed"
 
 
+@pytest.mark.long
 def test_a_file_that_takes_the_place_of_another_is_read_though_it_is_older(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path / "checkout", SMALL.replace("rinaldi, petrolia", "mine"))
     with (checkout.folder / "config" / "records.tsv").open("a", encoding="utf-8") as rows:

@@ -2,12 +2,9 @@
 
 import json
 import os
-import random
 import shlex
 import shutil
 import time
-from collections.abc import Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
 from hashlib import sha256
 from pathlib import Path
 
@@ -18,32 +15,12 @@ from overturning.study.cube import open_cube
 from overturning.study.load import study_from
 from overturning.study.scenes import grid_of
 from overturning.study.sources import _imports
-from tests.expect import lacking
-from tests.workflow.conftest import SMALL, Checkout
-from verification import one_node_slurm
-from verification.faults.__main__ import objection
-from verification.faults.kinds import KINDS, Kind
-from verification.scale.same_bytes import Run, on_slurm, without_snakemake
+from tests.workflow.conftest import Checkout, bytes_of
+from verification.scale.same_bytes import without_snakemake
 from verification.tables import ROOT
 
 # make test keeps the tests of a file in one process: these share a finished study.
 pytestmark = pytest.mark.workflow
-
-
-@pytest.fixture(scope="module", autouse=True)
-def slurm() -> Iterator[Future[list[Run]]]:
-    """The study on a cluster, which is waited for more than it computes: beside the other tests."""
-    with ThreadPoolExecutor(1) as pool:
-        yield pool.submit(on_slurm, SMALL, 2)
-
-
-def bytes_of(results: Path) -> dict[str, bytes]:
-    """Everything made but logs, run times and chunks."""
-    return {
-        str(path.relative_to(results)): path.read_bytes()
-        for path in sorted(results.rglob("*"))
-        if path.is_file() and path.name[0] != "." and path.suffix not in {".log", ".tsv"} and "sweep" not in path.parts
-    }
 
 
 def crate_of(study: Checkout) -> dict[str, dict[str, object]]:
@@ -200,32 +177,6 @@ def test_a_changed_title_and_a_figure_that_has_gone_make_its_kind_and_report_and
     assert b"Another title" in after["report.html"]
 
 
-def test_one_core_killed_and_injured_and_resumed_in_another_folder_ends_in_the_bytes_of_two_cores(
-    finished: Checkout, tmp_path: Path
-) -> None:
-    """In one piece, where the other was in two chunks; after the cube the steps are carried out in this process."""
-
-    def killed(place: Checkout, _dice: random.Random, _seconds: float) -> None:
-        """SIGKILL of Snakemake alone, once a motion is there: waited for, since a moment drawn may come before it."""
-        run = place.begin()
-        while run.poll() is None and not list(place.results.glob("motion/*.nc")):
-            time.sleep(0.02)
-        run.kill()
-        run.wait()
-        assert list(place.results.glob("motion/*.nc"))
-        assert not place.cube.exists()
-
-    faults = {kind.says: kind for kind in KINDS}
-    assert sum(kind.times for kind in KINDS) == 50
-    place, wanted = Checkout(tmp_path / "elsewhere", cores=1), finished.cube.read_bytes()
-    for kind in (Kind("killed", killed, 1), faults["a byte of a part changed"]):
-        assert objection(kind, place, random.Random(1), 0.0, wanted, brief=True) == ""
-    place.carry_out(place.plan().commands)
-    one, other = bytes_of(finished.results), bytes_of(place.results)
-    assert {"cube.nc", "report.html", "intensity.nc", "figures/rose.svg"} <= one.keys() == other.keys()
-    assert [name for name in one if one[name] != other[name]] == []
-
-
 def test_the_package_alone_has_the_bytes_of_the_workflow(finished: Checkout, tmp_path: Path) -> None:
     run = without_snakemake(finished.copied(tmp_path / "checkout"), "whole")
     assert run.sha256 == sha256(finished.cube.read_bytes()).hexdigest()
@@ -252,27 +203,3 @@ def test_settings_too_long_for_a_command_go_through_a_file(tmp_path: Path, monke
     monkeypatch.chdir(checkout.folder)
     (sweep,) = {line.split()[3] for line in plan.commands if line.startswith("overturning sweep") and "rinaldi" in line}
     assert set(also) <= set(grid_of(study_from(sweep))["azimuth"].tolist())
-
-
-def test_a_study_on_slurm_has_the_bytes_of_this_machine(finished: Checkout, slurm: Future[list[Run]]) -> None:
-    if why := one_node_slurm.missing():
-        lacking(why)
-    (run,) = slurm.result()
-    assert run.sha256 == sha256(finished.cube.read_bytes()).hexdigest()
-    assert run.kept == 4, "of which figures may be drawn later"
-
-
-@pytest.mark.parametrize(("killed", "stays"), [(False, True), (True, False)])
-def test_a_configuration_of_slurm_is_put_back_but_not_what_a_killed_test_left(
-    killed: bool, stays: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    file = tmp_path / "slurm" / "slurm.conf"
-    monkeypatch.setattr(one_node_slurm, "CONFIGURATION", file)
-    with one_node_slurm._configured("ClusterName=one\n"):
-        written = file.read_text(encoding="utf-8")
-    assert "ClusterName=one\n" in written
-    assert not file.exists()
-    file.write_text(written if killed else "ClusterName=mine\n", encoding="utf-8")
-    with one_node_slurm._configured("ClusterName=one\n"):
-        pass
-    assert file.exists() == stays

@@ -11,7 +11,7 @@ from tests.records.record_writers import write_knet_set
 from tests.workflow.conftest import Checkout
 from verification.tables import ROOT
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.workflow, pytest.mark.long]
 
 
 def test_published_values_are_compared_for_every_size_and_contact(

@@ -21,7 +21,7 @@ from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import shipped
 
-RECORDS = (7, 10)
+RECORDS = (7, pytest.param(10, marks=pytest.mark.long))
 TURN = 33.0
 SIMILAR = 1.7
 """Factor on lengths; its root is not a number of few digits, so nothing is scaled exactly."""

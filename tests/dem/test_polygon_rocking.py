@@ -1,0 +1,80 @@
+"""Two blocks that rock one on the other against the equations of two rigid bodies, integrated by SciPy."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from overturning.arrays import FloatArray
+from overturning.units import STANDARD_GRAVITY
+from tests.dem.polygon_scenes import block, one_case, put, run, scene, shaken
+
+LOWER, UPPER = np.array([0.6, 1.0]), np.array([0.3, 0.8])
+"""Widths and heights, m; the upper block stands in the middle of the lower one."""
+
+
+def turned(angle: float, arm: FloatArray) -> FloatArray:
+    """An arm (x, z) turned clockwise."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([c * arm[0] + s * arm[1], c * arm[1] - s * arm[0]])
+
+
+def stack(side: int) -> tuple[FloatArray, ...]:
+    """Arms: of the lower centre and of the upper corner from the lower right corner, of the upper centre from its."""
+    corner = 0.5 * side * UPPER[0]
+    foot = -0.5 * LOWER[0]
+    return np.array([foot, 0.5 * LOWER[1]]), np.array([foot + corner, LOWER[1]]), np.array([-corner, 0.5 * UPPER[1]])
+
+
+def centres(side: int, angles: FloatArray) -> FloatArray:
+    to_lower, to_corner, to_upper = stack(side)
+    foot = np.array([0.5 * LOWER[0], 0.0])
+    upper = foot + turned(angles[0], to_corner) + turned(angles[1], to_upper)
+    return np.array([foot + turned(angles[0], to_lower), upper])
+
+
+def rigid(side: int, angles: tuple[float, float], base: Callable[[float], float], duration: float) -> FloatArray:
+    """Angles until a corner meets what it rocks on: d'Alembert's principle for both rotations, shape (samples, 2)."""
+    to_lower, to_corner, to_upper = stack(side)
+    (m, n), (i, j) = ((LOWER.prod(), UPPER.prod()), (size.prod() * size @ size / 12 for size in (LOWER, UPPER)))
+
+    def rates(time: float, state: FloatArray) -> FloatArray:
+        (lower, upper), (v, w) = state[:2], state[2:]
+        a, b, c = (turned(angle + 0.5 * np.pi, arm) for angle, arm in
+                   ((lower, to_lower), (lower, to_corner), (upper, to_upper)))  # fmt: skip
+        weight = np.array([-base(time), -STANDARD_GRAVITY])
+        mass = [[m * a @ a + i + n * b @ b, n * b @ c], [n * b @ c, n * c @ c + j]]
+        of_lower = weight + v * v * turned(lower, to_lower)
+        of_upper = weight + v * v * turned(lower, to_corner) + w * w * turned(upper, to_upper)
+        return np.array([v, w, *np.linalg.solve(mass, [m * of_lower @ a + n * of_upper @ b, n * of_upper @ c])])
+
+    def meets(_: float, state: FloatArray) -> float:
+        return float(min(state[0], side * (state[1] - state[0])))
+
+    meets.terminal = True  # type: ignore[attr-defined]
+    samples = np.arange(0.0, duration, 0.005)
+    return (
+        solve_ivp(rates, (0, duration), [*angles, 0, 0], t_eval=samples, events=meets, rtol=1e-11, atol=1e-13).y[:2].T
+    )
+
+
+@pytest.mark.parametrize("amplitude", [0.0, 2.0])
+@pytest.mark.parametrize(("side", "angles"), [(1, (0.1, 0.16)), (-1, (0.15, -0.1))], ids=["same way", "opposite ways"])
+def test_a_stack_let_go_on_its_corners_rocks_as_two_rigid_bodies(
+    side: int, angles: tuple[float, float], amplitude: float
+) -> None:
+    """Until the first impact, over most of both angles; the contact's springs give way by a ten-millionth of B."""
+    time = np.arange(100) * 0.005
+    motion = shaken(amplitude * np.sin(6 * time), 0.005)
+    wanted = rigid(side, angles, lambda t: float(np.interp(t, time, motion.north)), time[-1])
+    assert np.ptp(wanted, axis=0).min() > 0.05
+    how = one_case(scene(block("lower", *LOWER), block("upper", *UPPER, "lower")), motion, 3.0)
+    for element, (angle, (x, z)) in enumerate(zip(angles, centres(side, np.array(angles)), strict=True), 1):
+        put(how, element, x=x, z=z, angle=angle)
+    _, times, poses = run(how, motion)
+    end = len(wanted)
+    np.testing.assert_allclose(times[1:end], time[1:end])
+    np.testing.assert_allclose(poses[1:end, 1:, 2], wanted[1:], rtol=0, atol=1e-5)
+    places = [centres(side, angles) for angles in wanted[1:]]
+    np.testing.assert_allclose(poses[1:end, 1:, :2], places, rtol=0, atol=1e-5)

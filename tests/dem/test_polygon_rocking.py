@@ -1,4 +1,4 @@
-"""Two blocks that rock one on the other against the equations of two rigid bodies, integrated by SciPy."""
+"""Two blocks that rock one on the other: against two rigid bodies, and a plain loop."""
 
 from collections.abc import Callable
 
@@ -7,8 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from overturning.arrays import FloatArray
+from overturning.model.scene import Scene
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.polygon_scenes import block, one_case, put, run, scene, shaken
+from tests.dem.scalar_stack import paths
 
 LOWER, UPPER = np.array([0.6, 1.0]), np.array([0.3, 0.8])
 """Widths and heights, m; the upper block stands in the middle of the lower one."""
@@ -78,3 +80,37 @@ def test_a_stack_let_go_on_its_corners_rocks_as_two_rigid_bodies(
     np.testing.assert_allclose(poses[1:end, 1:, 2], wanted[1:], rtol=0, atol=1e-5)
     places = [centres(side, angles) for angles in wanted[1:]]
     np.testing.assert_allclose(poses[1:end, 1:, :2], places, rtol=0, atol=1e-5)
+
+
+def impacts(angle: FloatArray) -> int:
+    """How often what rocks has passed from one corner to the other."""
+    sides = np.sign(angle[np.abs(angle) > 1e-3])
+    return int((np.diff(sides) != 0).sum())
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("lower", "upper", "amplitude", "rate", "friction"),
+    [
+        ((0.6, 1.0), (0.3, 0.8), 5.8, 15.0, 1.0),
+        ((0.6, 1.0), (0.3, 0.8), 4.6, 15.0, 0.5),
+        ((0.6, 1.0), (0.3, 0.8), 4.6, 10.0, 1.0),
+        ((0.4, 1.0), (0.3, 0.6), 3.4, 10.0, 1.0),
+        ((0.4, 1.0), (0.3, 0.6), 3.4, 15.0, 0.5),
+    ],
+)
+def test_a_shaken_stack_rocks_through_its_impacts_as_the_equations_say(
+    lower: tuple[float, float], upper: tuple[float, float], amplitude: float, rate: float, friction: float
+) -> None:
+    """Two cycles of a sine: the same contact law in explicit steps, which share nothing with the kernel."""
+    time = np.arange(200) * 0.01
+    motion = shaken(np.where(time < 4 * np.pi / rate, amplitude * np.sin(rate * time), 0.0))
+    made = scene(block("lower", *lower), block("upper", *upper, "lower"))
+    law = {"between": ("stone", "stone"), "static_penetration": 2e-5, "damping_ratio": 1.0}
+    made = Scene.model_validate(made.model_dump() | {"contacts": [law]})
+    plain = paths(motion.north, 0.01, np.array([lower, upper]), 2e-5, friction, 0)
+    assert impacts(plain[:, 0, 2]) + impacts(plain[:, 1, 2] - plain[:, 0, 2]) >= 3
+    assert np.abs(plain[:, 1, 2]).max() > 0.05
+    for step, bound in (("0.03 stable", 1e-4), ("auto", 5e-3)):
+        _, _, poses = run(one_case(made, motion, friction, time_step=step), motion)
+        np.testing.assert_allclose(poses[1:200, 1:, :3], plain[1:, :, :3], rtol=0, atol=bound)

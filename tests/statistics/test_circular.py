@@ -128,3 +128,9 @@ def test_nothing_observed() -> None:
     for result in (watson_u2_test([]), grouped_watson_test([0, 0], [0.5, 0.5])):
         assert result.n == 0
         assert math.isnan(result.p_value)
+
+
+@pytest.mark.parametrize("place", [0.0, 0.3, 1.0])
+def test_one_angle_says_nothing_against_any_direction(place: float) -> None:
+    assert watson_u2_test([place]).p_value == 1.0
+    assert grouped_watson_test(np.eye(8)[int(7 * place)], np.full(8, 1 / 8)).p_value == 1.0

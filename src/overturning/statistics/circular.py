@@ -95,7 +95,7 @@ def watson_u2_test(uniform: ArrayLike) -> TestResult:
 
     U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens'
     (1970, JRSS B 32) U²* = (U² − 0.1/n + 0.1/n²)(1 + 0.8/n) has p = 2 Σ (−1)^(m−1) exp(−2 m² π² U²*)
-    for all n.
+    for all n above 1. Of one angle U² is 1/12 wherever it lies: p = 1.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def watson_u2_test(uniform: ArrayLike) -> TestResult:
     modified = (statistic - 0.1 / n + 0.1 / n**2) * (1 + 0.8 / n)
     order = np.arange(1, 51)
     p_value = 2 * float(((-1.0) ** (order - 1) * np.exp(-2 * order**2 * math.pi**2 * max(modified, 0.0))).sum())
-    return TestResult("Watson U²", n, statistic, min(max(p_value, 0.0), 1.0))
+    return TestResult("Watson U²", n, statistic, min(max(p_value, 0.0), 1.0) if n > 1 else 1.0)
 
 
 def _grouped_u2(counts: FloatArray, probability: FloatArray) -> FloatArray:

@@ -39,9 +39,13 @@ QUIET: Final = 0.5
 
 
 def read_set(name: str) -> pd.DataFrame:
-    """Tests of a file in their order: ``ratio``, PGV/PGA in s, ``pga`` in g, and whether it ``fell``."""
+    """Tests of a file in their order: ``ratio``, PGV/PGA in s, ``pga`` in g, and whether it ``fell``.
+
+    Where neither Y nor N stands, it is not known whether the rock fell.
+    """
     rows = pd.read_csv(FOLDER / f"{name}.csv", names=["when", "ratio", "pga", "fell"], skiprows=1).dropna()
-    found = rows[["ratio", "pga"]].astype(float).assign(fell=rows["fell"].str.upper() == "Y")
+    fell = rows["fell"].str.strip(".").str.upper()
+    found = rows[["ratio", "pga"]].astype(float).assign(fell=fell == "Y")[fell.isin(("Y", "N"))]
     return found[(found["pga"] > 0) & (found["ratio"] > 0)].reset_index(drop=True)  # without a motion none falls
 
 
@@ -75,15 +79,24 @@ def shares(tests: pd.DataFrame) -> FloatArray:
     return np.asarray(found.reshape(-1, len(pairs))[:, of_test.ravel()])
 
 
-def foretold(tests: pd.DataFrame, fractions: FloatArray) -> tuple[dict[str, FloatArray], tuple[float, float]]:
-    """Probabilities of the even tests by model, and the B/H and height (m) that the odd ones make likeliest."""
-    odd: Rows = np.flatnonzero(np.arange(len(tests)) % 2 == 0)  # the first test is number 1
-    even, fell = np.flatnonzero(np.arange(len(tests)) % 2 == 1), tests["fell"].to_numpy()
+def foretold(tests: pd.DataFrame, fractions: FloatArray) -> tuple[dict[str, FloatArray], list[tuple[float, float]]]:
+    """Probabilities by model, of each half from the other, and the B/H and height (m) that each half makes likeliest.
+
+    The halves are the odd and the even tests: which of them a test is in hangs on what was tried before it, and the
+    scores of one half alone hang on which it is.
+    """
+    fell = tests["fell"].to_numpy()
     peaks = np.log(np.column_stack([tests["pga"], tests["pga"] * tests["ratio"]]))
-    fit = logistic_fit(peaks[odd], fell[odd].astype(float), cells(tests)[odd])
-    best = most_likely_centre(fractions, fell, odd)
-    centre = float(B_OVER_H[best // HEIGHT.size]), float(HEIGHT[best % HEIGHT.size])
-    return {"logistic of PGA and PGV": fit.probability(peaks[even]), "rigid block": fractions[best][even]}, centre
+    made = {name: np.full(len(tests), np.nan) for name in ("logistic of PGA and PGV", "rigid block")}
+    logistic, rigid = made.values()
+    halves: list[Rows] = [np.arange(len(tests))[begin::2] for begin in (0, 1)]  # the first test is number 1
+    centres = []
+    for learn, other in (halves, halves[::-1]):
+        fit = logistic_fit(peaks[learn], fell[learn].astype(float), cells(tests)[learn])
+        best = most_likely_centre(fractions, fell, learn)
+        logistic[other], rigid[other] = fit.probability(peaks[other]), fractions[best][other]
+        centres.append((float(B_OVER_H[best // HEIGHT.size]), float(HEIGHT[best % HEIGHT.size])))
+    return made, centres
 
 
 def cells(tests: pd.DataFrame) -> np.ndarray:
@@ -92,19 +105,19 @@ def cells(tests: pd.DataFrame) -> np.ndarray:
 
 
 def measure() -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Scores of each model on the even tests of each set, with intervals by motion, and the likeliest blocks."""
+    """Scores of each model on all tests of each set, with intervals by motion, and the likeliest blocks."""
     rows, blocks = [], []
     for name, said in SETS.items():
         tests = read_set(name)
-        probabilities, centre = foretold(tests, shares(tests))
-        even = tests.iloc[1::2]
-        fell, samples = even["fell"].to_numpy(), drawn_motions(cells(even))
-        blocks.append({"tests": said, "B/H": centre[0], "H, m": centre[1]})
+        probabilities, centres = foretold(tests, shares(tests))
+        fell, samples = tests["fell"].to_numpy(), drawn_motions(cells(tests))
+        for half, (b_over_h, height) in zip(("odd", "even"), centres, strict=True):
+            blocks.append({"tests": said, "learnt from": half, "B/H": b_over_h, "H, m": height})
         for model, p in probabilities.items():
             if not np.isfinite(p).all():
-                continue  # the odd tests have no such fit: a line parts their falls from their stands
+                continue  # a half has no such fit: a line parts its falls from its stands
             drawn, own = np.array([scores(p[s], fell[s]) for s in samples]), scores(p, fell)
-            row: dict[str, str | float | int] = {"set": said, "model": model, "tests": len(even), "fell": fell.sum()}
+            row: dict[str, str | float | int] = {"set": said, "model": model, "tests": len(tests), "fell": fell.sum()}
             for place, what in enumerate(NAMES):
                 row |= {what: own[place]} | dict(zip(ENDS[what], interval(drawn[:, place]), strict=True))
             rows.append(row)
@@ -124,10 +137,13 @@ def main() -> None:
             )
             for _, row in rows.iterrows()
         ]
-        centres = [(str(one["tests"]), f"{one['B/H']:.3f}", f"{one['H, m']:.2f}") for _, one in blocks.iterrows()]
+        centres = [
+            (str(one["tests"]), str(one["learnt from"]), f"{one['B/H']:.3f}", f"{one['H, m']:.2f}")
+            for _, one in blocks.iterrows()
+        ]
         publish({
             "small-table-scores": markdown(("tests", "model", *NAMES, "fell"), lines),
-            "small-table-blocks": markdown(("tests", "B/H", "H, m"), centres),
+            "small-table-blocks": markdown(("tests", "learnt from", "B/H", "H, m"), centres),
         })  # fmt: skip
 
 

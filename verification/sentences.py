@@ -53,6 +53,7 @@ FIGURES: Final[dict[str, Callable[[Path], str]]] = {
     "planes-right-beside": partial(cell, "in-space.csv", f"{_PLANES}, a neighbour in B/H does otherwise", "{:.0f} %"),
     "planes-other-edge": partial(cell, "in-space.csv", "planes name another edge than it falls over", "{:.0f} %"),
     "pillars-flags": partial(cell, "scenes.csv", "three pillars under real records: flags", "{:,.0f}"),
+    "box2d-right": partial(cell, "scenes.csv", "Box2D: shaft's side right", "{:.0f} %"),
     "pymunk-right": partial(cell, "scenes.csv", "pymunk: shaft's side right", "{:.0f} %"),
     "scene-right": partial(cell, "scenes.csv", "default: shaft's side right, peers' cases", "{:.0f} %"),
     "boulder-tests": tests_of_the_boulder,

@@ -27,6 +27,7 @@ FILES: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
         (
             "default: time per case, as a user runs it",
             "default: shaft's side right, peers' cases",
+            "Box2D: shaft's side right",
             "pymunk: shaft's side right",
             "three pillars under real records: flags changed by leaving out",
         ),

@@ -1,6 +1,7 @@
 """`make bench`: how fast the kernel is, as ratios of one run; writes a CSV per machine and the figures in the docs.
 
-Every time is the smallest of several runs after a warm-up, in the process itself.
+A rate, and a time per case of the sweep, is of the fastest of several runs after a warm-up, in the process itself; all
+else is of one run.
 """
 
 import os

@@ -30,6 +30,14 @@ def eighth_of_the_step(written: str, results: Path) -> str:
     return written.format(wrong[1.0], wrong[0.125], seconds[0.125] / seconds[1.0])
 
 
+def beside_the_rigid_block(written: str, results: Path) -> str:
+    """Record cases beside the rigid block, those that the default ends otherwise, and such among the engines' cases."""
+    rows = pd.read_csv(results / "work-precision.csv")
+    own = (rows["cases_of"] == "records, no sliding") & (rows["method"] == "centred") & (rows["default"] == 1)
+    (at,) = rows.loc[own, ["cases", "wrong_flags", "wrong_sides", "disagree"]].to_numpy(float)
+    return written.format(at[0], at[1] + at[2], at[3])
+
+
 def tests_of_the_boulder(results: Path) -> str:
     """Tests of the shaking table, each of which is foretold from those of other motions."""
     rows = pd.read_csv(results / "shaking-table.csv")
@@ -56,6 +64,9 @@ FIGURES: Final[dict[str, Callable[[Path], str]]] = {
     "box2d-right": partial(cell, "scenes.csv", "Box2D: shaft's side right", "{:.0f} %"),
     "pymunk-right": partial(cell, "scenes.csv", "pymunk: shaft's side right", "{:.0f} %"),
     "scene-right": partial(cell, "scenes.csv", "default: shaft's side right, peers' cases", "{:.0f} %"),
+    "rigid-cases": partial(beside_the_rigid_block, "{0:.0f}"),
+    "rigid-otherwise": partial(beside_the_rigid_block, "{1:.0f}"),
+    "rigid-otherwise-shared": partial(beside_the_rigid_block, "{2:.0f}"),
     "boulder-tests": tests_of_the_boulder,
 }
 """What stands at a mark, from the folder of the tables."""

@@ -95,6 +95,14 @@ def test_each_figure_stands_in_a_sentence_and_follows_its_table(tmp_path: Path) 
     assert {name for name, _ in sentences.MARK.findall(texts)} == set(sentences.FIGURES)
     write_figures([Figure("flags changed by leaving out", 7.0)], tmp_path / "x86-64-2-cores.csv")
     assert sentences.fill("<!--=left-out-flags-->5<!--/--> do", tmp_path) == "<!--=left-out-flags-->7<!--/--> do"
+    rows = (
+        "cases_of,method,default,cases,wrong_flags,wrong_sides,disagree\n"
+        '"records, no sliding",centred,1,90,3,4,2\n'
+        '"records, no sliding",centred,0,90,1,1,1\nsine pulses,centred,1,80,0,0,0\n'
+    )
+    (tmp_path / "work-precision.csv").write_text(rows, encoding="utf-8")
+    names = ("rigid-cases", "rigid-otherwise", "rigid-otherwise-shared")
+    assert [sentences.FIGURES[name](tmp_path) for name in names] == ["90", "7", "2"]
     with pytest.raises(KeyError):
         sentences.fill("<!--=unheard-of-->5<!--/-->", tmp_path)
 

@@ -62,7 +62,6 @@ STEPS: Final = [("centred", share) for share in (0.0625, 0.125, 0.25, 0.5, 0.75,
 ]
 """Schemes and shares of their longest step; the automatic step is the longest of the centred one."""
 FINEST: Final[dict[str, Any]] = {"scheme": "centred", "time_step": "0.03125 stable"}
-FIRM_FLAGS: Final = ["wrong flags, neighbours agree, %", "wrong sides, neighbours agree, %"]
 BOUNDARY: Final = "shift of the boundary, %"
 AT_EQUAL: Final = ["median error of peak rotation", BOUNDARY, "wrong flags, %", "wrong sides, %"]
 
@@ -81,18 +80,17 @@ def default_step(thin: Thinned) -> Bodies:
     right = boundary(exact.overturned)
     for scheme, share in STEPS:
         found, seconds = answers(groups, threads=2, scheme=scheme, time_step=f"{share} stable")
-        far = difference(found, exact, shape)
+        far = difference(found, exact)
         shift = (np.abs(boundary(found.overturned) - right) / right)[right > ratios[0]]
         rows.append(
             {"scheme": scheme, "step": share, "cases": far.counts.cases}
-            | dict(zip(FIRM_FLAGS, np.round(shares(far.firm), 3).tolist(), strict=True))
             | far.costs(seconds)
             | {BOUNDARY: round(100 * float(shift.mean()), 3)}
         )
         print(rows[-1], flush=True)
     curve = pd.DataFrame(rows)
     write_csv(curve, thin.kept / "default-step.csv")
-    shown = ["scheme", "step", "processor time, s", *FIRM_FLAGS, *AT_EQUAL, "marked", "largest energy error"]
+    shown = ["scheme", "step", "processor time, s", *AT_EQUAL, "marked", "largest energy error"]
     return {"default-step": markdown(shown, curve[shown].to_numpy(dtype=object)), "equal-error": equal_error(curve)}
 
 

@@ -25,6 +25,11 @@ NO_MEASURE_HAS: Final = ("model/mesh.py", "model/polyhedron.py")
 
 _RUN: Final = ("overturning.commands.workflow:sweep", "overturning.commands.workflow:fragility")
 _RECORDS: Final = ("config/near-fault.yaml",)
+_SHIPPED: Final = tuple(
+    f"config/scenes/{name}.yaml"
+    for name in ("against-a-wall", "boulder", "gravestone", "monolith", "shaft-alone", "three-tier")
+)
+_THREE_TIER: Final = _SHIPPED[-1:]
 
 
 class Measure(NamedTuple):
@@ -76,14 +81,14 @@ MEASURES: Final[dict[str, Measure]] = {
     ),
     "experiments:damping_ratio": Measure("experiments damping-ratio", ("damping-ratio",), KERNELS, _RECORDS),
     "experiments:most_friction": Measure("experiments most-friction", ("most-friction",), ("block",), _RECORDS),
-    "scenes:speed": Measure("scenes speed", _SCENES, ("polygon",)),
-    "scenes:peers": Measure("scenes peers", _SCENES, ("polygon",), ("config/scenes/three-tier.yaml",)),
+    "scenes:speed": Measure("scenes speed", _SCENES, ("polygon",), _SHIPPED),
+    "scenes:peers": Measure("scenes peers", _SCENES, ("polygon",), _THREE_TIER),
     "scenes:pillars": Measure("scenes pillars", _SCENES, ("polygon",), _RECORDS),
     "scenes:kernels": Measure(
         "scenes kernels", ("both-kernels", "summary", "both-kernels.csv"), ("block", "polygon")
     ),
-    "scenes:steps": Measure("scenes steps", ("scene-steps",), ("polygon",), ("config/scenes/three-tier.yaml",)),
-    "scene_peers": Measure("scene_peers", ("three-tier-peers.csv",), (), rooms=("model", "motion", "units.py")),
+    "scenes:steps": Measure("scenes steps", ("scene-steps",), ("polygon",), _THREE_TIER),
+    "scene_peers": Measure("scene_peers", ("three-tier-peers.csv",), (), _THREE_TIER, rooms=("model", "motion", "units.py")),
     **{
         f"space:{function}": Measure(f"space {part}", _SPACE, ("body",), inputs)
         for part, function, inputs in (
@@ -113,6 +118,7 @@ MEASURES: Final[dict[str, Measure]] = {
             "stability-scenes.svg",
         ),
         ("block", "polygon"),
+        _SHIPPED,
         source="stability.__main__",
         others=("stability.page", "stability.figures"),
     ),
@@ -135,7 +141,7 @@ MEASURES: Final[dict[str, Measure]] = {
         "make run (also of in-space, three-tier, waiau and fine-map) && python -m verification.answers",
         ("found", "rinaldi.svg", "rinaldi-in-space.svg"),
         KERNELS,
-        tuple(f"config/{name}.yaml" for name in ("near-fault", "in-space", "three-tier", "waiau", "fine-map")),
+        (*(f"config/{name}.yaml" for name in ("near-fault", "in-space", "three-tier", "waiau", "fine-map")), *_SHIPPED),
         STUDY,
         others=_RUN,
     ),

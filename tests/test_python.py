@@ -20,9 +20,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from typer.main import get_command as click_of
 
 import overturning
+from overturning.arrays import FloatArray
 from overturning.cli import app, main
 from overturning.commands import declared
 from overturning.dem.numerics import Numerics
@@ -328,6 +331,49 @@ def test_figures_of_what_is_no_part_of_a_study() -> None:
     cube = overturning.run_study([motion], azimuth={"step": 90}, b_over_h=[0.2], ensemble={"members": 0})
     with pytest.raises(MissingDataError, match=r"motion/motion-1.nc: a cube in memory has none"):
         overturning.plot.history(cube)
+
+
+def cells_of(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray) -> NDArray[np.int_]:
+    """What is drawn last at each azimuth and B/H of the first compass of a figure, by its kind; -1 for nothing."""
+    (mesh,) = figure.axes[0].collections
+    corner = mesh.get_coordinates()
+    kinds = np.ma.filled(mesh.get_array(), -1).reshape(corner.shape[0] - 1, -1)
+    turn, radius = np.degrees(corner[0, :, 0]), corner[:, 0, 1]
+    found = np.full((azimuth.size, b_over_h.size), -1)
+    for column, (first, last) in enumerate(zip(*np.sort([turn[:-1], turn[1:]], axis=0), strict=True)):
+        for row, (low, high) in enumerate(zip(*np.sort([radius[:-1], radius[1:]], axis=0), strict=True)):
+            within = ((azimuth[:, None] + 0.01 - first) % 360 < last - first) & (low <= b_over_h) & (b_over_h < high)
+            found[within] = kinds[row, column]
+    return found
+
+
+def test_a_map_is_the_same_in_whatever_order_and_turn_a_grid_is_given() -> None:
+    motion, azimuth, ratio = Motion.sine(6.0, 0.8, azimuth_deg=20), np.arange(0, 360, 30.0), np.array([0.2, 0.3, 0.9])
+    stone = {"height": 0.6, "friction": 1.0}
+
+    def drawn_of(azimuth_deg: FloatArray, b_over_h: FloatArray) -> Figure:
+        outcome = overturning.simulate(motion, azimuth_deg=azimuth_deg, b_over_h=b_over_h, **stone)
+        return overturning.plot.polar(outcome)
+
+    flags = overturning.simulate(motion, azimuth_deg=azimuth, b_over_h=ratio, **stone)["overturned"][:, 0, :, 0]
+    kinds = np.array([0, 2, 1])[flags.to_numpy()]  # stands, falls towards the azimuth, falls to the other side
+    assert len(np.unique(kinds)) == 3
+    for turned, sizes in (
+        (azimuth, ratio), (azimuth - 180, ratio), (azimuth + 360, ratio), (np.append(azimuth, 360.0), ratio),
+        (azimuth[::-1], ratio[::-1]), (azimuth, ratio[[1, 0, 2, 1]]),
+    ):  # fmt: skip
+        figure = drawn_of(turned, sizes)
+        np.testing.assert_array_equal(cells_of(figure, azimuth, ratio), kinds)
+        assert figure.axes[0].get_ylim()[1] == pytest.approx(1.2)
+    outcome = overturning.simulate(motion, azimuth_deg=azimuth, b_over_h=ratio[::-1], **stone)
+    alone = overturning.plot.polar(outcome.isel(height=0, friction=0))  # a part of it, without these dimensions
+    np.testing.assert_array_equal(cells_of(alone, azimuth, ratio), kinds)
+    (edge, *_) = overturning.plot.boundary(outcome).axes[0].lines
+    falls = np.abs(flags.to_numpy()) == 1
+    last = np.where(falls[:, 1], 0.6, np.where(falls[:, 0], 0.25, np.nan))
+    np.testing.assert_allclose(edge.get_ydata()[:-1], last)
+    with pytest.raises(ArgumentError, match="cube: nothing along azimuth"):
+        overturning.plot.polar(outcome.isel(azimuth=[]))
 
 
 def test_a_cube_is_a_table_of_its_cases(

@@ -215,21 +215,21 @@ def response(paths: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Fi
 
 def _whole(cube: "xr.Dataset") -> "xr.Dataset":
     """A cube as statistics take it: of the reference element and the motion as recorded, its records in a row."""
-    from overturning.study.cube import choose
+    from overturning.study.cube import choose, in_order
 
     if "record" not in cube.dims:
         raise ArgumentError("cube: one record without its dimension; keep it, cube.sel(record=['rinaldi'])")
-    return choose(cube, Path("cube")).assign_coords(record=range(cube.sizes["record"]))
+    return in_order(choose(cube, Path("cube")).assign_coords(record=range(cube.sizes["record"])))
 
 
 def _one(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
-    from overturning.study.cube import choose, record_number, with_gaps
+    from overturning.study.cube import choose, in_order, record_number, with_gaps
 
     number = record_number(cube, record)
     one = cube.isel(record=number) if "record" in cube.dims else cube
     unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # of what is no part of a study
     one = one.assign_coords({name: value for name, value in unknown.items() if name not in one})
-    return with_gaps(choose(one, Path("cube")).drop_vars("record", errors="ignore").load())
+    return with_gaps(in_order(choose(one, Path("cube"))).drop_vars("record", errors="ignore").load())
 
 
 def _place(one: "xr.Dataset") -> str:
@@ -246,7 +246,7 @@ def _factor(cube: "xr.Dataset") -> float:
 
 
 def _only(cube: "xr.Dataset", direction: str, kind: str) -> None:
-    if direction not in cube.dims:
+    if direction not in cube.coords:
         raise ArgumentError(f"{kind}: a cube without {direction} has no such figure; {', '.join(KINDS)}")
 
 

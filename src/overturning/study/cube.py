@@ -11,6 +11,8 @@ import numpy as np
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import checksum_matches
 from overturning.model.falls import model_of
+from overturning.model.grid import AXES
+from overturning.model.symmetry import FULL_TURN
 from overturning.model.variables import INT8_MISSING
 from overturning.study.load import check_study, load_study
 from overturning.study.scenes import NOMINAL, model_for, scene_of, setting_of, sizes_said
@@ -136,6 +138,29 @@ def with_gaps(cube: "xr.Dataset") -> "xr.Dataset":
     whole = (name for name, values in cube.data_vars.items() if values.dtype == np.int8)
     gaps = {name: cube[name].where(there) for name in whole if not (there := cube[name] != INT8_MISSING).all()}
     return cube.assign(gaps)
+
+
+def in_order(cube: "xr.Dataset") -> "xr.Dataset":
+    """A part of a cube as figures take it: along all of its dimensions, each value once.
+
+    B/H and directions ascend, azimuths from 0 to below 360°; heights, aspects and frictions stay in their order. An
+    `ArgumentError` where nothing is left.
+    """
+    alone = [name for name in AXES if name in cube.coords and name not in cube.dims]
+    cube = cube.expand_dims(alone).transpose("record", *AXES, ..., missing_dims="ignore")
+    if "azimuth" in cube.dims:
+        azimuth = cube["azimuth"].variable
+        within = np.round(azimuth.to_numpy() % FULL_TURN, 9) % FULL_TURN
+        cube = cube.assign_coords(azimuth=azimuth.copy(data=within.astype(azimuth.dtype)))
+    for name in {"record", *AXES} & set(cube.dims):
+        values = cube[name].to_numpy()
+        first = np.unique(values, return_index=True)[1]
+        kept = first if name in ("azimuth", "orientation", "b_over_h") else np.sort(first)
+        if not kept.size:
+            raise ArgumentError(f"cube: nothing along {name}; choose what it has")
+        if kept.tolist() != list(range(values.size)):
+            cube = cube.isel({name: kept})
+    return cube
 
 
 def _check_element(element: str | None, known: Sequence[str], path: Path) -> None:

@@ -241,6 +241,10 @@ def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_use
     with pytest.raises(ArgumentError, match="no record 'b'; it has a"):  # whose map was that of a
         overturning.plot.polar(cube.sel(record="a"), "b")
     assert len(overturning.plot.polar(cube.sel(record="a")).axes) == len(overturning.plot.polar(cube, "a").axes)
+    with pytest.raises(ArgumentError, match="record: 'b'; a motion or record is one by itself"):
+        overturning.plot.history(pulse(), "b")
+    of_one = overturning.plot.spectra(pulse(), 30).axes[0].get_legend_handles_labels()[1]
+    assert of_one == ["N30°E"]
     assert Motion.sine(6.0, 0.8).plot().axes[0].get_title() == pulse().plot().axes[0].get_title() == "north"
     mpl.use("Agg")
 
@@ -257,6 +261,25 @@ def test_a_cube_under_soil_of_its_own_is_shown_with_its_own_motions(cube_file: P
     assert [figure.axes[0].get_title().split("\n")[1].partition(" towards")[0] for figure in shown] == peaks
     with pytest.raises(MissingDataError, match=r"of the motions as recorded; there is none of those of soft"):
         overturning.plot.plane(soft)
+
+
+def test_what_is_made_of_a_variant_says_so_and_leaves_the_study_its_page(
+    cube_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = study(ensemble={"members": 0}, variants={"stiff": {"contact": {"damping_ratio": 1}}})
+    path, stones = cube_of(settings, [pulse(), pulse("b", 3.0)], tmp_path, "stiff"), tmp_path / "stones.csv"
+    (tmp_path / "explore.html").write_text("of the study itself", encoding="utf-8")
+    assert drawn("explore", str(path), "--record", "b", "--record", "b") == 0
+    assert capsys.readouterr().out == f"{tmp_path / 'explore.stiff.html'}\n"
+    assert (tmp_path / "explore.html").read_text(encoding="utf-8") == "of the study itself"
+    stones.write_text("octant\nN\n", encoding="utf-8")
+    assert drawn("survey", str(stones), "--cube", str(path), "--record", "b") == 0
+    assert capsys.readouterr().out.startswith("stones.csv against b, variant stiff\n")
+    cube = overturning.open_cube(path)
+    for draw in (overturning.plot.rose, overturning.plot.earthquakes, overturning.plot.axes):
+        assert draw(cube).get_suptitle() == "variant stiff"
+        assert draw(cube.assign_coords(amplitude=2.0)).get_suptitle() == "variant stiff, motion × 2"
+        assert draw(overturning.open_cube(cube_file)).get_suptitle() == ""
 
 
 def test_the_polar_map_of_a_cube_file_shows_all_that_is_named(

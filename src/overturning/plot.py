@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from overturning.arrays import ArrayLike
     from overturning.motion.motion import Recorded
 
 Draws = TypeVar("Draws", bound=Callable[..., Any])
@@ -95,7 +96,7 @@ def rose(cube: "xr.Dataset") -> "Figure":
     """Directions of all falls, from north and from the fault normal, with and without a velocity pulse."""
     from overturning.figures.rose import rose_figure
 
-    return rose_figure(_whole(cube))
+    return _of_all(cube, rose_figure)
 
 
 @_of_a_cube
@@ -103,7 +104,7 @@ def earthquakes(cube: "xr.Dataset") -> "Figure":
     """A rose of the directions of falls for each earthquake, from north."""
     from overturning.figures.rose import earthquake_roses_figure
 
-    return earthquake_roses_figure(_whole(cube))
+    return _of_all(cube, earthquake_roses_figure)
 
 
 @_of_a_cube
@@ -112,8 +113,11 @@ def axes(cube: "xr.Dataset") -> "Figure":
     from overturning.figures.alignment import axes_figure
     from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 
-    groups = axes_by_group(_whole(cube))
-    return axes_figure(groups, {name: summarise_axes(found) for name, found in groups.items()})
+    def draw(whole: "xr.Dataset") -> "Figure":
+        groups = axes_by_group(whole)
+        return axes_figure(groups, {name: summarise_axes(found) for name, found in groups.items()})
+
+    return _of_all(cube, draw)
 
 
 @_of_a_cube
@@ -123,8 +127,7 @@ def follow(cube: "xr.Dataset") -> "Figure":
     from overturning.statistics.earthquakes import followed
 
     _only(cube, "orientation", "follow")
-    whole = _whole(cube)
-    return follow_figure(followed(whole, _measures(whole)), whole["b_over_h"].to_numpy())
+    return _of_all(cube, lambda one: follow_figure(followed(one, _measures(one)), one["b_over_h"].to_numpy()))
 
 
 @_of_a_cube
@@ -134,13 +137,15 @@ def plane(cube: "xr.Dataset") -> "Figure":
     from overturning.statistics.logistic import overturning_fit
     from overturning.study.cube import sizes_of_another
 
+    def draw(whole: "xr.Dataset") -> "Figure":
+        if other := sizes_of_another(whole):
+            raise ArgumentError(f"plane: limits and fit go by the stone's own height and B/H; {other}")
+        measures = _measures(whole)
+        fit = overturning_fit(whole, measures)
+        return intensity_plane_figure(whole, measures, fit, float(whole["friction"].max()))
+
     _only(cube, "azimuth", "plane")
-    whole = _whole(cube)
-    if other := sizes_of_another(whole):
-        raise ArgumentError(f"plane: limits and fit go by the stone's own height and B/H; {other}")
-    measures = _measures(whole)
-    fit = overturning_fit(whole, measures)
-    return intensity_plane_figure(whole, measures, fit, float(whole["friction"].max()))
+    return _of_all(cube, draw)
 
 
 @_of_a_cube
@@ -183,6 +188,8 @@ def history(motion: "Recorded | xr.Dataset", record: str | None = None) -> "Figu
 
     if isinstance(motion, xr.Dataset):
         return _history_of(motion, record)
+    if record is not None:
+        raise ArgumentError(f"record: {record!r}; a motion or record is one by itself: leave it out")
     from overturning.figures.history import history_figure
     from overturning.motion.motion import as_motion
     from overturning.records.record import Record, as_record
@@ -192,12 +199,13 @@ def history(motion: "Recorded | xr.Dataset", record: str | None = None) -> "Figu
 
 
 @_styled
-def spectra(motion: "Recorded", azimuth_deg: Sequence[float] = (0.0, 90.0), title: str = "") -> "Figure":
+def spectra(motion: "Recorded", azimuth_deg: "ArrayLike" = (0.0, 90.0), title: str = "") -> "Figure":
     """Fourier and response spectra of a motion or record along azimuths, degrees clockwise from north."""
     from overturning.figures.ground import spectra_figure
+    from overturning.motion.direction import checked_azimuths
     from overturning.motion.motion import as_motion
 
-    return spectra_figure(as_motion(motion), list(azimuth_deg), title)
+    return spectra_figure(as_motion(motion), checked_azimuths(azimuth_deg).tolist(), title)
 
 
 @_styled
@@ -213,13 +221,17 @@ def response(paths: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Fi
     return response_figure(several, title)
 
 
-def _whole(cube: "xr.Dataset") -> "xr.Dataset":
-    """A cube as statistics take it: of the reference element and the motion as recorded, its records in a row."""
+def _of_all(cube: "xr.Dataset", draw: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
+    """A figure of all records, of one element and factor; its title says of which, and of what variant and scene."""
+    from overturning.figures.style import caption
     from overturning.study.cube import choose, in_order
 
     if "record" not in cube.dims:
         raise ArgumentError("cube: one record without its dimension; keep it, cube.sel(record=['rinaldi'])")
-    return in_order(choose(cube, Path("cube")).assign_coords(record=range(cube.sizes["record"])))
+    whole = in_order(choose(cube, Path("cube")).assign_coords(record=range(cube.sizes["record"])))
+    figure = draw(whole)
+    caption(figure, f"{_place(whole, ())}{_stone(whole)}\n{figure.get_suptitle()}".strip())
+    return figure
 
 
 def _one(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
@@ -232,12 +244,12 @@ def _one(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
     return with_gaps(in_order(choose(one, Path("cube"))).drop_vars("record", errors="ignore").load())
 
 
-def _place(one: "xr.Dataset") -> str:
+def _place(cube: "xr.Dataset", names: Sequence[str] = ("station", "event")) -> str:
+    """Of what a cube is: by some names of its record, and variant and factor where not of the study itself."""
     from overturning.study.cube import variant_said
 
-    times = [f"motion × {_factor(one):g}"] if _factor(one) != 1.0 else []
-    names = (str(one[name].item()) for name in ("station", "event") if one[name].item())
-    return ", ".join([*names, *variant_said(one), *times])
+    times = [f"motion × {_factor(cube):g}"] if _factor(cube) != 1.0 else []
+    return ", ".join([*filter(None, (str(cube[name].item()) for name in names)), *variant_said(cube), *times])
 
 
 def _factor(cube: "xr.Dataset") -> float:

@@ -44,6 +44,14 @@ def overturning(wheel: Path, folder: Path, *words: str, check: bool = True) -> s
     return run(wheel, folder, "-m", "overturning.cli", *words, check=check)
 
 
+def test_what_init_says_can_be_typed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["init", str(tmp_path / "my stones")])
+    go = capsys.readouterr().out.splitlines()[1]
+    done = subprocess.run(["sh", "-c", f"{go} && ls"], capture_output=True, text=True, check=True)
+    assert "config" in done.stdout
+
+
 def test_the_wheel_is_whole(wheel: Path, tmp_path: Path) -> None:
     for package in ("overturning", "snakemake_logger_plugin_overturning"):
         where = run(wheel, tmp_path, "-c", f"import {package}; print({package}.__file__)").stdout.strip()

@@ -9,7 +9,8 @@ import typer
 def explore(
     cube: Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="page to make (default: explore.html beside the cube)")
+        Path | None,
+        typer.Option("--output", "-o", help="page to make (default: beside the cube, explore.html of cube.nc)"),
     ] = None,
     motions: Annotated[
         Path | None, typer.Option(help="folder of the motions (default: motion beside the cube)")
@@ -27,7 +28,8 @@ def explore(
     from overturning.study.cube import motions_beside, open_cube, study_of
     from overturning.study.load import study_from
 
-    path = output or cube.with_name("explore.html")
+    # That of a variant, explore.NAME.html, does not take the place of the study's own.
+    path = output or cube.with_name(cube.name.replace("cube", "explore", 1)).with_suffix(".html")
     check_output(path, "--output", ".html")
     with open_cube(cube, element=None) as data:
         names = [str(name) for name in data["record_id"].to_numpy()]
@@ -35,6 +37,6 @@ def explore(
         if unknown:
             raise ArgumentError(f"--record {unknown[0]}: not in {cube}; it has {', '.join(names)}")
         folder = motions or motions_beside(cube, study_of(data), data.attrs["variant"])
-        chosen = data.isel(record=[names.index(name) for name in record or names])
+        chosen = data.isel(record=[names.index(name) for name in dict.fromkeys(record or names)])
         write_explorer(chosen, path, folder, study_from(study) if study else None)
     print(path)

@@ -13,6 +13,7 @@ PARTS = (*WORKFLOW, "config/records.tsv", "config/scenes", "config/schema.json",
 
 def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None:
     """Make a folder with a study, the record table, scenes, and the workflow that runs it."""
+    import shlex
     import shutil
 
     from overturning.errors import ArgumentError
@@ -34,5 +35,5 @@ def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None
         text.write_text(study_template("near-fault", ["rinaldi", "petrolia"]), encoding="utf-8")
     print(
         f"{folder}: study config/near-fault.yaml, record table, scenes, workflow. Go on with\n"
-        f"  cd {folder}\n  overturning study check config/near-fault.yaml\n  snakemake --cores 2"
+        f"  cd {shlex.quote(str(folder))}\n  overturning study check config/near-fault.yaml\n  snakemake --cores 2"
     )

@@ -23,7 +23,7 @@ def survey(
     from overturning.report.plain import plain_lines
     from overturning.report.results import gaps_said
     from overturning.report.sections.surveys import survey_section
-    from overturning.study.cube import open_cube, record_number
+    from overturning.study.cube import open_cube, record_number, variant_said
     from overturning.surveys.comparison import compare_survey, survey_result, write_survey
     from overturning.surveys.stones import read_survey
 
@@ -34,8 +34,9 @@ def survey(
         site = data.isel(record=[record_number(data, record)]).load()
         name = str(site["record_id"].item())
         comparison, gaps = compare_survey(rows, site, background=background), gaps_said(site)
+        against = ", ".join([name, *variant_said(site)])
     result = survey_result(stones, name, comparison)
-    print(f"{result.stones} against {result.record}")
+    print(f"{result.stones} against {against}")
     print(*plain_lines(survey_section(result, gaps=gaps)), sep="\n")
     if output is not None:
         write_survey(result, output)
@@ -45,5 +46,5 @@ def survey(
         from overturning.surveys.rose import survey_figure
 
         with style():
-            save(survey_figure(comparison, f"{stones.name}, {name}"), figure)
+            save(survey_figure(comparison, f"{stones.name}, {against}"), figure)
         print(f"figure: {figure}")

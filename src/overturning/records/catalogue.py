@@ -29,7 +29,8 @@ def _numbers(value: Any) -> Any:
     return [part for part in value.replace(",", " ").split() if part] or None if isinstance(value, str) else value
 
 
-def _moment(text: str) -> str:
+def utc_moment(text: str) -> str:
+    """A date and time in ISO 8601, without a zone in UTC, as it is written down; a ValueError where it is none."""
     try:
         moment = datetime.fromisoformat(text) if len(text) > 10 else None
     except ValueError:
@@ -71,7 +72,7 @@ class RecordEntry(BaseModel):
     """Earthquake with its year; records that share it count as one unless their origin times differ."""
     event_id: str = Field(default="", pattern=r"^\S{0,60}$")
     """Any word that stands for the earthquake: decides which records are of one."""
-    origin_time: Annotated[str, AfterValidator(_moment)] = ""
+    origin_time: Annotated[str, AfterValidator(utc_moment)] = ""
     """Of the earthquake, UTC (`2016-11-13T11:02:56`); empty: as the file says."""
     fault_strike_deg: float | None = Field(default=None, ge=0, lt=360.001)
     """Strike of the fault, degrees clockwise from north; the normal is strike + 90."""

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordEntry, utc_moment
 from overturning.records.record import Record
 from overturning.units import EARTH_RADIUS_KM
 
@@ -80,7 +80,7 @@ def _known(record: Record | RecordEntry) -> _Known:
     else:
         named, stated, times = record.record_id, record.extra, (record.extra.get("origin_time"), record.start)
         place = (stated.get("event_latitude"), stated.get("event_longitude"))
-    origin, start = (datetime.fromisoformat(text) if text else None for text in times)
+    origin, start = (datetime.fromisoformat(utc_moment(text)) if text else None for text in times)
     return _Known(
         named,
         " ".join(record.event.split()),

@@ -147,6 +147,21 @@ def test_a_cube_is_opened_by_a_string_and_asked_by_the_name_of_a_record(cube_fil
     assert inside["record"].to_numpy().tolist() == [0, 1]
 
 
+def test_a_part_of_a_cube_that_was_saved_is_what_it_was(tmp_path: Path) -> None:
+    grid = {"azimuth": {"step": 180}, "b_over_h": [0.2, 0.4], "height": [0.6], "ensemble": {"members": 0}}
+    cube = overturning.run_study([WAVE], scene="three-tier", amplitude=[1, 2], **grid)
+    cube.to_netcdf(tmp_path / "whole.nc")
+    cube.sel(amplitude=2.0).to_netcdf(tmp_path / "twice.nc")
+    for name in (None, *cube["element"].to_numpy().tolist()):
+        own = cube["overturned"] if name is None else cube["overturned"].sel(element=name)
+        with overturning.open_cube(tmp_path / "whole.nc", element=name, amplitude=2) as again:
+            np.testing.assert_array_equal(again["overturned"], own.sel(amplitude=2.0))
+    with pytest.raises(ResultError, match=r"twice\.nc: no amplitude 1; known: 2"):  # it was taken for that as recorded
+        overturning.open_cube(tmp_path / "twice.nc")
+    with overturning.open_cube(tmp_path / "twice.nc", amplitude=2) as twice:
+        assert "motion × 2" in overturning.plot.polar(twice).get_suptitle()
+
+
 def test_a_record_does_wherever_a_motion_does() -> None:
     record, azimuth = pulse(), [0.0, 30.0]
     motion = Motion.of(record)

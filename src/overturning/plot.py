@@ -224,24 +224,24 @@ def response(paths: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Fi
 def _of_all(cube: "xr.Dataset", draw: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
     """A figure of all records, of one element and factor; its title says of which, and of what variant and scene."""
     from overturning.figures.style import caption
-    from overturning.study.cube import choose, in_order
+    from overturning.study.cube import in_order
 
     if "record" not in cube.dims:
         raise ArgumentError("cube: one record without its dimension; keep it, cube.sel(record=['rinaldi'])")
-    whole = in_order(choose(cube, Path("cube")).assign_coords(record=range(cube.sizes["record"])))
+    whole = in_order(cube.assign_coords(record=range(cube.sizes["record"])))
     figure = draw(whole)
     caption(figure, f"{_place(whole, ())}{_stone(whole)}\n{figure.get_suptitle()}".strip())
     return figure
 
 
 def _one(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
-    from overturning.study.cube import choose, in_order, record_number, with_gaps
+    from overturning.study.cube import in_order, record_number, with_gaps
 
     number = record_number(cube, record)
     one = cube.isel(record=number) if "record" in cube.dims else cube
     unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # of what is no part of a study
     one = one.assign_coords({name: value for name, value in unknown.items() if name not in one})
-    return with_gaps(in_order(choose(one, Path("cube"))).drop_vars("record", errors="ignore").load())
+    return with_gaps(in_order(one).drop_vars("record", errors="ignore").load())
 
 
 def _place(cube: "xr.Dataset", names: Sequence[str] = ("station", "event")) -> str:

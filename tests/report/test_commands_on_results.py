@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+import xarray as xr
 
 from overturning.cli import main
 
@@ -22,6 +23,13 @@ def test_recheck(hostile: Path, capsys: pytest.CaptureFixture[str]) -> None:
 def test_recheck_without_motions(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("recheck", str(hostile / "cube.nc"), "--motions", str(tmp_path)) == 1
     assert "--motions" in capsys.readouterr().err
+
+
+def test_recheck_of_a_part(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with xr.open_dataset(hostile / "cube.nc", decode_timedelta=False) as cube:
+        cube.isel(azimuth=slice(1, None)).to_netcdf(tmp_path / "part.nc")
+    assert run("recheck", str(tmp_path / "part.nc"), "--motions", str(hostile / "motion")) == 1
+    assert "part.nc: a part of its study's cube; recheck the cube that the run made" in capsys.readouterr().err
 
 
 def test_survey(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -53,7 +53,7 @@ def figure(
         raise ArgumentError(f"--record: {kind} is of all records; leave it out")
     if kind in OF_THE_GROUND and (height or friction):
         raise ArgumentError(f"--height, --friction: {kind} is of the ground's motion; leave them out")
-    with open_cube(cube, chunks={"record": 1}) as data:
+    with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
         for name, chosen in (("height", height), ("friction", friction)):
             known = data[name].to_numpy().tolist()
             if unknown := [value for value in chosen or () if value not in known]:

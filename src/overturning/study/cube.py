@@ -43,7 +43,7 @@ def _absent(cube: "xr.Dataset") -> str:
     for name in (*sorted(needed - {"record"}), *_COORDINATES):
         if name not in cube or cube[name].dims != ((name,) if name in needed else ("record",)):
             return f"no {name}"
-    if "element" in grid and "element_name" not in cube:
+    if "element" in grid and not {"element", "element_name"} & {*cube.coords}:  # names as in the file, or as opened
         return "no element_name"
     for variable in model.variables:
         if variable.name not in cube or not needed <= set(cube[variable.name].dims):
@@ -113,8 +113,8 @@ def choose(
 ) -> "xr.Dataset":
     """What is asked for of the elements and factors of an open cube, parameters as of `overturning.open_cube`."""
     if amplitude is not None:
-        several = "amplitude" in cube.dims
-        known = cube["amplitude"].to_numpy().tolist() if several else [1.0]
+        several = "amplitude" in cube.dims  # else it is of one, as recorded unless it says otherwise
+        known = np.atleast_1d(cube["amplitude"]).tolist() if "amplitude" in cube.coords else [1.0]
         if amplitude not in known:
             raise ResultError(f"{path}: no amplitude {amplitude:g}; known: {', '.join(f'{one:g}' for one in known)}")
         if several:  # a factor goes with what is of it
@@ -143,9 +143,10 @@ def with_gaps(cube: "xr.Dataset") -> "xr.Dataset":
 def in_order(cube: "xr.Dataset") -> "xr.Dataset":
     """A part of a cube as figures take it: along all of its dimensions, each value once.
 
-    B/H and directions ascend, azimuths from 0 to below 360°; heights, aspects and frictions stay in their order. An
-    `ArgumentError` where nothing is left.
+    Of one element and factor, as of `choose`. B/H and directions ascend, azimuths from 0 to below 360°; heights,
+    aspects and frictions stay in their order. An `ArgumentError` where nothing is left.
     """
+    cube = choose(cube, Path("cube"), amplitude=1.0 if "amplitude" in cube.dims else None)
     alone = [name for name in AXES if name in cube.coords and name not in cube.dims]
     cube = cube.expand_dims(alone).transpose("record", *AXES, ..., missing_dims="ignore")
     if "azimuth" in cube.dims:

@@ -39,15 +39,19 @@ class Recheck:
 def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: int = 1) -> Recheck:
     """Compute a random sample of a cube's cells again; the motions are in ``motion`` beside it where not given.
 
-    An `ArgumentError` says that no cell is asked for, a `ResultError` that the cube or a motion is not there.
+    An `ArgumentError` says that no cell is asked for, a `ResultError` that the cube or a motion is not there, or that
+    the cube is a part of that of its study.
     """
     if cells < 1:
         raise ArgumentError(f"cells: {cells}; at least 1")
-    with open_cube(path) as cube:
+    with open_cube(path, amplitude=None) as cube:
         study, variant = study_of(cube), str(cube.attrs["variant"])
         names = [str(name) for name in cube["record_id"].to_numpy()]
+        grid, variables = grid_of(study, variant), variables_of(study)
+        whole = grid.rows | ({"amplitude": np.array(grid.amplitude)} if grid.amplitude else {})
+        if any(cube.sizes.get(name) != row.size or not np.allclose(cube[name], row) for name, row in whole.items()):
+            raise ResultError(f"{path}: a part of its study's cube; recheck the cube that the run made")
     folder = motions or motions_beside(path, study, variant)
-    grid, variables = grid_of(study, variant), variables_of(study)
     # Under each motion as recorded, and at each of the study's amplitudes where there are several.
     scales = grid.amplitude or (1.0,)
     shape = (len(names), len(scales), *grid.shape)

@@ -83,6 +83,17 @@ def test_a_grid_its_cases_and_their_paths_have_the_same_answers(model: Any) -> N
             np.testing.assert_array_equal(path[variable.name].to_numpy().squeeze(), values[-1], err_msg=variable.name)
 
 
+@pytest.mark.parametrize(("model", "orientation"), [("circle", 30.0), (5, 100.0), ("rectangle", 130.0)])
+def test_a_path_is_bit_equal_to_its_cell_where_the_body_looks_the_same(model: Any, orientation: float) -> None:
+    size = {"height": 0.6, "b_over_h": 0.25, "friction": 0.7}
+    cell = simulate_arrays(MOTION, model, orientation_deg=orientation, **size)
+    path = trajectory(MOTION, model, orientation_deg=orientation, **size)
+    assert path.attrs["orientation_deg"] == orientation
+    for variable in as_model(model).variables:
+        if variable.name != "repeated":
+            np.testing.assert_array_equal(path[variable.name], cell[variable.name].item(), err_msg=variable.name)
+
+
 def test_a_scene_with_its_own_friction_is_computed_once_for_all_of_the_grid() -> None:
     law = {"between": ("stone", "stone"), "friction": 0.3}
     scene = check_scene(shipped("gravestone").model_dump() | {"contacts": [law]})

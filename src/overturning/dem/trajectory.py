@@ -78,8 +78,14 @@ def trajectory(
     if grid.size != 1:
         raise ArgumentError(f"trajectory: {grid.size} cases; give one value each, or take simulate")
     size = {name: float(grid[name].item()) for name in ("height", "b_over_h", "friction")}
-    case = Cases(grid.directions, **size, **more, initial_tilt=options.pop("initial_tilt", 0.0))
-    results, path = plan_of(model, as_motion(motion), case, Numerics(**options)).trace()
+    tilt = options.pop("initial_tilt", 0.0)
+    numerics = Numerics(**options)
+    # Turned back as far as it looks the same, like the cell: the bits of a turned body are others.
+    sources = model.sources(grid, numerics.leave_out)
+    case = Cases(grid.directions - sources.turn_deg.ravel(), **size, **more, initial_tilt=tilt)
+    results, path = plan_of(model, as_motion(motion), case, numerics).trace()
+    views = {name: values.reshape(grid.shape + values.shape[1:]) for name, values in vars(results).items()}
+    model.turned(views, grid, sources)
     variables, coordinates, attributes = path.described(results)
     known = {f"{model.direction}_deg": grid.directions.item(), **size, **more}
     given = {name: value for name, value in known.items() if name != "aspect" or name in model.case_dims}

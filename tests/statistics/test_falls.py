@@ -46,6 +46,15 @@ def test_missing_outcomes_stay_missing() -> None:
     np.testing.assert_array_equal(overturns(line([0, 90], [np.nan, -1])), [np.nan, 1])
 
 
+def test_a_flag_that_is_a_whole_number_says_no_more_than_one_that_is_read() -> None:
+    read = line([0, 30, 60, 90, 120, 150], [1, np.nan, np.nan, 0, -1, 0])
+    whole = read.fillna(-128).astype("int8").assign_coords(azimuth=read["azimuth"])  # as of `overturning.simulate`
+    for found in (overturns, informative_blocks, fall_shares, lambda one: fall_means(one, informative=True)):
+        assert found(whole).equals(found(read))
+    assert changes_to_the_next(whole, "azimuth") == changes_to_the_next(read, "azimuth") == (2, 2)
+    assert float(fall_shares(whole)) == pytest.approx(2 / 4)
+
+
 def test_an_outcome_changes_where_the_next_one_is_known_and_another() -> None:
     flags = line([0, 90, 180, 270], [1, 1, np.nan, 0])
     assert changes_to_the_next(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0

@@ -13,7 +13,14 @@ from overturning.model.grid import Grid
 from overturning.model.model import Model, Outcomes, picked
 from overturning.model.shapes import Rectangle, Shape, shape_of
 from overturning.model.symmetry import FULL_TURN, Sources, nearest
-from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, FACE_VARIABLES, INT8_MISSING, Variable
+from overturning.model.variables import (
+    BODY_ENSEMBLE_VARIABLES,
+    BODY_VARIABLES,
+    FACE_VARIABLES,
+    INT8_MISSING,
+    Variable,
+    answered,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -200,7 +207,7 @@ class Body(Model):
         """As of `Model.falls`."""
         import xarray as xr
 
-        known = cube["overturned"].notnull()
+        known = answered(cube["overturned"])
         fell = (cube["overturned"] == 1).where(known)
         azimuth = cube["fall_azimuth"].astype("float64") * (np.pi / 180.0)
         found = {"falls": fell.astype("float64")}

@@ -20,7 +20,7 @@ from overturning.model.grid import Grid
 from overturning.model.model import Model, Outcomes, picked
 from overturning.model.scene import Scene, gravestone
 from overturning.model.symmetry import PLANE_PERIOD, Sources, mirrored_planes, nearest, nearest_planes
-from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES
+from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES, answered
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -145,12 +145,11 @@ def fall_probability(cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Datase
     if "overturned" not in cube:
         raise ResultError("the dataset has no variable 'overturned'; it is not a cube of this program")
     flag = cube["overturned"]
-    known = np.abs(flag.astype("float32")) <= 1  # neither missing nor the number that stands for it in the file
     import xarray as xr
 
     made = {}
     for sign, name, where in ((1, "towards", "azimuth"), (-1, "away", "azimuth + 180°")):
-        chance = (flag == sign).where(known).astype("float32")
+        chance = (flag == sign).where(answered(flag)).astype("float32")
         if ensemble and "probability_towards" in cube:
             chance = cube[f"probability_{name}"].astype("float32").fillna(chance)
         chance.attrs = {"long_name": f"probability of falling towards the {where}", "units": "1"}

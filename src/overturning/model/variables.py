@@ -22,6 +22,11 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 """Fill value of float32 variables: netCDF's own default."""
 
 
+def answered(flag: Any) -> Any:
+    """Whether a flag, as stored or decoded, is one: neither missing nor the number that stands for it in a file."""
+    return np.abs(flag.astype("float32")) <= 1
+
+
 @dataclass(frozen=True)
 class Variable:
     """One variable of the outcome."""

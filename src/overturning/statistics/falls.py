@@ -12,7 +12,7 @@ import xarray as xr
 from overturning.model.falls import model_of
 from overturning.model.planes import FALLS, fall_probability, period_of
 from overturning.model.symmetry import PLANE_PERIOD, nearest_planes
-from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES
+from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES, answered
 from overturning.statistics.circular import NO_DIRECTION
 
 
@@ -74,7 +74,7 @@ def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
 def overturns(cube: xr.Dataset) -> xr.DataArray:
     """Whether the block falls to either side: 1, 0, or NaN where the outcome is missing."""
     overturned = cube["overturned"]
-    return xr.where(overturned.isnull(), np.nan, (overturned != 0).astype("float32")).assign_attrs(
+    return xr.where(answered(overturned), (overturned != 0).astype("float32"), np.nan).assign_attrs(
         long_name="block overturns to either side", units="1"
     )
 
@@ -88,7 +88,7 @@ def changes_to_the_next(cube: xr.Dataset, dim: str) -> tuple[int, int]:
     gap = float(np.diff(at).max(initial=0.0))
     round_about = dim == "azimuth" and at[0] + 360.0 - at[-1] <= gap * (1 + 1e-9)
     beyond = flags.roll({dim: -1}, roll_coords=False) if round_about else flags.shift({dim: -1})
-    known = flags.notnull() & beyond.notnull()
+    known = answered(flags) & answered(beyond)
     return int(((flags != beyond) & known).sum()), int(known.sum())
 
 

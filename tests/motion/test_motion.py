@@ -29,6 +29,15 @@ def stream(*channels: str, npts: int = 100):  # type: ignore[no-untyped-def]
     return Stream([Trace(np.full(npts, float(n)), {**header, "channel": c}) for n, c in enumerate(channels, 1)])
 
 
+@pytest.mark.parametrize("key", ["network", "station", "location"])
+def test_components_of_two_places_are_no_motion(key: str) -> None:
+    several = stream("HNN", "HNE", "HNZ")
+    assert Motion.from_obspy(several).samples == 100
+    several[1].stats[key] = "10"
+    with pytest.raises(ArgumentError, match="east and north differ in station, location, start"):
+        Motion.from_obspy(several)
+
+
 @pytest.mark.parametrize("channels", [("HNN", "HNE", "HNZ"), ("NS2", "EW2", "UD2")])
 def test_from_obspy(channels: tuple[str, ...]) -> None:
     motion = Motion.from_obspy(stream(*channels))

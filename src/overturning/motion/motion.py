@@ -218,7 +218,7 @@ class Motion(Recorded):
         ------
         ArgumentError
             If north or east is missing or doubled, a trace has gaps (is masked), is a velocity or of the other sensor,
-            or the traces differ in start, length or sampling interval.
+            or the traces differ in station, location, start, length or sampling interval.
         """
         if unit is not None and unit not in UNITS:
             raise ArgumentError(f"unit: {unit!r}; known are {', '.join(UNITS)}")
@@ -240,16 +240,12 @@ class Motion(Recorded):
             raise ArgumentError(
                 f"stream: no component towards {missing[0]}; give one trace each for N and E, and Z where it is"
             )
-        first = traces["north"].stats
+        first, alike = traces["north"].stats, ("network", "station", "location", "starttime", "npts", "delta")
         for name, trace in traces.items():
-            if (trace.stats.starttime, trace.stats.npts, trace.stats.delta) != (
-                first.starttime,
-                first.npts,
-                first.delta,
-            ):
+            if any(trace.stats[key] != first[key] for key in alike):
                 raise ArgumentError(
-                    f"stream: {name} and north differ in start, length or sampling interval; cut and resample them "
-                    "alike first"
+                    f"stream: {name} and north differ in station, location, start, length or sampling interval; select "
+                    "one station and sensor, cut and resample its traces alike first"
                 )
         scale = 1.0 if unit is None else UNITS[unit]
         values: dict[str, Any] = {

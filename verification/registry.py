@@ -88,7 +88,9 @@ MEASURES: Final[dict[str, Measure]] = {
         "scenes kernels", ("both-kernels", "summary", "both-kernels.csv"), ("block", "polygon")
     ),
     "scenes:steps": Measure("scenes steps", ("scene-steps",), ("polygon",), _THREE_TIER),
-    "scene_peers": Measure("scene_peers", ("three-tier-peers.csv",), (), _THREE_TIER, rooms=("model", "motion", "units.py")),
+    "scene_peers": Measure(
+        "scene_peers", ("three-tier-peers.csv",), (), _THREE_TIER, rooms=("model", "motion", "units.py")
+    ),
     **{
         f"space:{function}": Measure(f"space {part}", _SPACE, ("body",), inputs)
         for part, function, inputs in (

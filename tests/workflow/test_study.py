@@ -147,10 +147,12 @@ def test_a_result_that_was_deleted_is_made_again(
         kept.rename(path)
 
 
-def test_a_figure_that_has_gone_is_drawn_with_few_others_from_the_parts_alone(finished: Checkout) -> None:
-    """Of ten records the third's; at first the figures wait for their own parts and not for the cube."""
+def test_of_further_records_these_alone_are_swept_and_figures_wait_for_their_own_parts(finished: Checkout) -> None:
     use = ["rinaldi", "petrolia", "sylmar", "tcu065", "izmit", "duzce", "erzincan", "lucerne", "sturno", "tcu102"]
     plan = finished.plan(records={"use": use})
+    swept = {line.partition(" --motion ")[2].split()[0] for line in plan.commands if "overturning sweep " in line}
+    assert swept == {f"results/small/motion/{name}.nc" for name in use[2:]}
+    assert "members" not in plan.rules
     of_records = [line for line in plan.commands if line.startswith("overturning record-figures")]
     drawn = sorted(
         (json.loads(shlex.split(line)[3])["records"]["use"] for line in of_records), key=lambda one: use.index(one[0])

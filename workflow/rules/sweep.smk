@@ -11,7 +11,8 @@ rule members:
         f"{BENCHMARKS}/members.tsv"
     priority: 3
     params:
-        study=settings("ensemble"),
+        # Of no record: another one in the study must not draw the members again, and with them every part.
+        study=settings("ensemble", use=["none"]),
         sources=sources("workflow:members"),
     shell:
         "overturning members --study {params.study:q} --output {output} 2> {log}"

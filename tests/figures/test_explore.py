@@ -82,13 +82,15 @@ def decoded(data: dict[str, Any], name: str, kind: str, shape: tuple[int, ...]) 
 
 def test_the_numbers_are_those_of_the_cube() -> None:
     whole = cube()
+    runs = np.resize([share for n in (8, 16, 24) for share in np.arange(n + 1) / n], whole["overturned"].shape)
+    whole["probability_towards"][:] = runs
     whole["probability_towards"][0, 1:4] = np.nan  # of neighbourhoods that were not run nothing is known
     data = explorer_data(whole)
     shape = tuple(whole.sizes[name] for name in DIMENSIONS)
     np.testing.assert_array_equal(decoded(data, "flag", "i1", shape), whole["overturned"])
     time, towards = decoded(data, "time", "<u2", shape), decoded(data, "towards", "u1", shape)
     np.testing.assert_allclose(time * 0.01, whole["overturning_time"], atol=0.00501)
-    np.testing.assert_allclose(towards / 200, whole["probability_towards"], atol=0.0026)
+    np.testing.assert_allclose(towards * data["steps"]["chance"], whole["probability_towards"], rtol=1e-6)
 
 
 def test_a_fall_late_in_a_long_record_has_its_time() -> None:

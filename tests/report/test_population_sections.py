@@ -140,9 +140,10 @@ def test_a_median_beyond_the_data_is_no_number(cemetery: Results) -> None:
 def test_soft_ground_in_a_sentence(cemetery: Results) -> None:
     soft = Variant(site=Site(layers=(Layer(thickness_m=20, velocity_m_s=150),), rock=Rock(velocity_m_s=760)))
     rock, clay = (cemetery.populations["nominal"].copy(deep=True) for _ in range(2))
-    rock["fall_rate"][:], rock["fall_axis"][:] = 0.1, 175.0
-    clay["fall_rate"][:], clay["fall_axis"][:] = 0.6, 5.0
+    for found, rate, axis in ((rock, 0.1, 175.0), (clay, 0.6, 5.0)):
+        found["fall_rate"][:], found["fall_axis"][:], found["fall_resultant"][:] = rate, axis, 0.3
     clay["fall_rate"][2] = 0.0  # no axis there
+    rock["fall_axis"][1], rock["fall_resultant"][1] = 95.0, 0.04  # nor where stones fall every way alike
     step = {"step": "site", "chosen": "north converged, strain 1 %; east not converged (last change 3.0 %), strain 2 %"}
     account = {"peaks": {"pga": [4.903325, 9.80665]}, "steps": [step]}
     cube = cemetery.cube.assign_attrs(record_processing=json.dumps({"one": account}))
@@ -167,6 +168,8 @@ def test_soft_ground_in_a_sentence(cemetery: Results) -> None:
         "40 %",
         "60 %",
         "2",
-        "10° (2)",
+        "10° (1)",
     ]
+    beyond = {name: one.assign_attrs(outside=0.8) for name, one in results.populations.items()}
+    assert "80 % of the stones are larger" in said(ground(replace(results, populations=beyond)))
     assert ground(cemetery) is None

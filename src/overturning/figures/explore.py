@@ -28,10 +28,10 @@ from overturning.study.schema import Study
 if TYPE_CHECKING:
     import xarray as xr
 
-PARTS_OF_ONE: Final = 200
+PARTS_OF_ONE: Final = 240
 """Probabilities are whole numbers of such parts, rotations and times as below; the largest number means missing.
 
-Only what is 0 is no part, and only what is 1 all of them.
+Shares of 8, 16 and 24 runs are such numbers; of others only 0 is no part, and only 1 all of them.
 """
 
 _TIME: Final = 1e-2  # s, at least

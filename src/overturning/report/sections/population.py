@@ -17,7 +17,7 @@ from overturning.report.results import Results, gaps_said
 from overturning.report.text import censored, counted, degrees, number, percent, share
 from overturning.report.words import Words
 from overturning.statistics.bootstrap import bootstrap
-from overturning.statistics.circular import wrap_axis
+from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
 from overturning.statistics.fragility import Fragility
 from overturning.study.cube import processing_of
 from overturning.study.evaluation import Population
@@ -64,7 +64,7 @@ def population(results: Results) -> Section | None:
     outside = float(found.attrs["outside"])
     blocks: list[Block] = [
         *map(Paragraph, sentences),
-        *([Caution(_BEYOND.format(percent(outside)))] if outside > MUCH_OUTSIDE else []),
+        *_caution(found),
         Figure(results.drawn("fall-rate", draw), "fall rate over amplitude and intensity", caption),
         Note(_assumed(stones, outside, results.words, gaps_said(results.cube))),
     ]
@@ -75,6 +75,12 @@ def population(results: Results) -> Section | None:
         blocks.append(Note(f"No lognormal curve fits over {' and '.join(unfit)}: {why}."))
     blocks.append(Disclosure("By record", (_by_record(results, found), *_by_amplitude(results, found))))
     return Section("How many stones of a cemetery fall", tuple(blocks), anchor="population")
+
+
+def _caution(found: xr.Dataset) -> tuple[Caution, ...]:
+    """That the rates are not those of the population, where many of its stones lie beyond the study's grid."""
+    outside = float(found.attrs["outside"])
+    return (Caution(_BEYOND.format(percent(outside))),) if outside > MUCH_OUTSIDE else ()
 
 
 def _as_recorded(found: xr.Dataset, tells_moved: bool) -> str:
@@ -248,8 +254,9 @@ def ground(results: Results) -> Section | None:
             f"{len(failed)} of {motions} motions {have} an iteration that did not converge: {'. '.join(failed)}."
         )
     limits = _limits(sorted({site.rock.velocity_m_s for site in sites.values()}), results.with_vertical > 0)
-    blocks = (Answer(tuple(sentences)), by_ground, Paragraph(converged), Note(limits))
-    return Section("What soft ground changes", blocks, anchor="ground")
+    blocks: list[Block] = [Answer(tuple(sentences)), *_caution(results.populations[NOMINAL])]
+    blocks += [by_ground, Paragraph(converged), Note(limits)]
+    return Section("What soft ground changes", tuple(blocks), anchor="ground")
 
 
 def _soil(site: Site) -> str:
@@ -257,10 +264,12 @@ def _soil(site: Site) -> str:
 
 
 def turned(ground: xr.Dataset, rock: xr.Dataset) -> FloatArray:
-    """Angles, degrees, by which the fall axes of records differ from those on rock, where enough falls on both."""
-    enough = np.minimum(ground["fall_rate"].to_numpy(), rock["fall_rate"].to_numpy()) >= LEAST_FALLS
+    """Angles, degrees, by which the fall axes of records differ from those on rock, where both have one."""
     apart = np.abs(wrap_axis(ground["fall_axis"].to_numpy() - rock["fall_axis"].to_numpy()))
-    return np.asarray(apart[enough & np.isfinite(apart)])
+    for found in (ground, rock):
+        told = (found["fall_rate"] >= LEAST_FALLS) & (found["fall_resultant"] >= LEAST_RESULTANT)
+        apart = np.where(told, apart, np.nan)
+    return np.asarray(apart[np.isfinite(apart)])
 
 
 def _sentence(grounds: dict[str, str], found: dict[str, xr.Dataset], turns: dict[str, str], factor: float) -> str:
@@ -294,6 +303,6 @@ def _limits(velocities: list[float], with_vertical: bool) -> str:
         "so this is what a layer changes and not what happened there. A factor multiplies what comes through the soil: "
         "stronger records would soften the soil more. Strong motion on soft clay takes an "
         f"equivalent-linear computation to strains where it is no longer trusted.{vertical} PGA is that of the larger "
-        "of north and east. Axes are compared where 5 % of the stones or more fall on both grounds. Means and medians "
-        "here are over records, not over earthquakes."
+        "of north and east. Axes are compared where 5 % of the stones or more fall on both grounds, and not every way "
+        "alike. Means and medians here are over records, not over earthquakes."
     )

@@ -44,7 +44,10 @@ def maps(results: Results) -> Section:
     shown = [_map(results, name) for name in chosen]
     pairs = [tuple(shown[i : i + 2]) for i in range(0, len(shown), 2)]
     blocks += [Row(pair) if len(pair) == 2 else pair[0] for pair in pairs]
-    chance = "Colour: the probability of that fall over the neighbourhood of each case. "
+    chance = (
+        "Colour: the probability of that fall over the neighbourhood of each case; blue where the fall to the other "
+        "side has more than half. "
+    )
     blocks.append(Note(results.words.map.format(chance=chance if "members" in results.cube else "")))
     blocks.append(Link("Look around in all cases: point at a cell, see what is known of it", EXPLORER))
     return Section("Which way blocks fall", tuple(blocks), anchor="maps")

@@ -251,7 +251,7 @@ def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_use
     assert [shown_first(several, tmp_path, mu) for mu in (0.5, 1.0)] == ["µ = 0.5, H = 0.6 m", "µ = 1, H = 0.6 m"]
     with pytest.raises(ArgumentError, match="recrd: no keyword of polar; did you mean record"):
         overturning.plot.polar(cube, recrd="b")
-    with pytest.raises(ArgumentError, match="2 records; name one as record"):
+    with pytest.raises(ArgumentError, match=r"2 records; name one as record \(--record\): a, b$"):
         overturning.plot.polar(cube)
     with pytest.raises(ArgumentError, match="no record 'b'; it has a"):  # whose map was that of a
         overturning.plot.polar(cube.sel(record="a"), "b")
@@ -327,6 +327,13 @@ def test_a_figure_is_as_wide_as_asked_for_and_so_are_its_letters(
     if kind == ".svg":  # letters of 9 in a drawing that is shown at 6/9 of its size
         drawing = re.search(rb'viewBox="0 0 ([\d.]+) ', data)
         assert float(drawing[1]) == pytest.approx(across * 9 / 6, rel=1e-3)
+
+
+def test_letters_that_do_not_fit_are_told(cube_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["figure", "boundary", str(cube_file), "--record", "b", "-o", str(tmp_path / "b.pdf"), "--width", "80mm"]
+    for font, told in (("4", False), ("12", True)):
+        assert drawn(*words, "--font", font) == 0
+        assert ("letters are cut off" in capsys.readouterr().out) == told
 
 
 @pytest.mark.parametrize(

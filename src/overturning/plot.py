@@ -259,7 +259,7 @@ def _factor(cube: "xr.Dataset") -> float:
 
 def _only(cube: "xr.Dataset", direction: str, kind: str) -> None:
     if direction not in cube.coords:
-        raise ArgumentError(f"{kind}: a cube without {direction} has no such figure; {', '.join(KINDS)}")
+        raise ArgumentError(f"{kind}: a cube without {direction} has no such figure; take another kind")
 
 
 def _beside(cube: "xr.Dataset", name: str) -> Path:

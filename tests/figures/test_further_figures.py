@@ -22,9 +22,10 @@ from overturning.figures.intensity_plane import intensity_plane_figure, plane_po
 from overturning.figures.maps import plane_map_figure
 from overturning.figures.response import response_figure
 from overturning.figures.rose import rose_figure
+from overturning.figures.scene import scenes_figure
 from overturning.figures.site_map import local_km, site_map_figure
 from overturning.figures.style import PAGE_WIDTH, style
-from overturning.figures.write import save
+from overturning.figures.write import crowded, save
 from overturning.model.scene import load_scene
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
@@ -357,3 +358,11 @@ def test_a_pdf_that_is_made_smaller_keeps_the_lines_at_its_far_edges(tmp_path: P
         return (tmp_path / "lines.pdf").read_bytes().count(b" l\n\nS\n")
 
     assert strokes(2.0) == strokes(None) == 4
+
+
+def test_a_long_title_of_a_scene_is_not_cut_off(tmp_path: Path) -> None:
+    titled = load_scene("three-tier").model_copy(update={"title": "Two stacked stones beside a neighbour"})
+    with style():
+        figure = scenes_figure([titled])
+        save(figure, tmp_path / "scene.svg")
+    assert not crowded(figure)

@@ -160,6 +160,11 @@ def test_the_line_below_the_answer() -> None:
     ways = ["20.0", "11.2", "33.0"]  # of 10 in 50, by Wilson
     assert numbers(divided.text) == ["200", *ways, "8", *ways, "4", "2.5", "8", "2.5", "4", "0.6"]
     assert "to the other side" in divided.text
+    settled = dependence(
+        results_of(members=24, finer=run_again(flags_undivided=0), stiffer=run_again(flags_undivided=0))
+    )
+    assert settled is not None
+    assert "is not divided, in none. No single" in settled.text
     shown = section(members=24, finer=outcomes)
     assert warnings(shown) == []
     (table,) = tables(shown)

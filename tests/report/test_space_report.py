@@ -44,6 +44,7 @@ def test_it_has_the_sections_of_space_and_none_of_planes(folder: Path) -> None:
         assert [row[0] for row in tables[0].rows] == ["one", "two"]
         page, paper = render_html(report), render_pdf(report)
     assert 'class="film"' in page
+    assert ">B/H 0.2</th>" in page, "it was B/H 0.2 to 0.2"
     assert "drag" in page.lower()
     assert "record × orientation × height × B/H × aspect × friction" in page
     assert "orientations of one record are the same motion" in page

@@ -215,6 +215,13 @@ def test_record_that_is_not_in_the_table() -> None:
         entries_of(study, "mine.yaml", CONFIG.parent)
 
 
+def test_a_record_that_is_sought_in_the_wrong_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    study = check_study({"name": "small", "records": {"use": ["my-own"]}}, "mine.yaml")
+    with pytest.raises(ConfigError, match="there is none here but the package's: run in the study's project"):
+        entries_of(study, "mine.yaml")
+
+
 def test_unreadable_files(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="cannot be read"):
         load_study(tmp_path / "none.yaml")

@@ -102,6 +102,8 @@ def test_stones_beyond_the_study_s_slenderness_are_told(make_cube, sector) -> No
     found = compare_survey([*inside, *outside], cube)
     assert found.beyond == 3
     assert "3 stones of B/H beyond the study's are taken to be of its nearest." in survey_sentences(found)
+    one = " ".join(survey_sentences(compare_survey(outside[1:], cube)))
+    assert "1 stone of B/H beyond the study's is taken" in one
     within = compare_survey(inside, cube)
     assert within.beyond == 0
     assert "beyond" not in " ".join(survey_sentences(within))

@@ -118,6 +118,15 @@ def test_the_command_reads_what_a_run_writes(tables: tuple[Path, Path], capsys: 
     assert f"{100 * math.exp(-rate):.2f}\u00a0%" in row, "which stood as 1.00"
 
 
+def test_where_no_curve_fits_no_median_is_said_to_lie_beyond(
+    tables: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    tables[1].write_text("measure,unit,level,annual_rate\nPGV/PGA,s,0.01,1\nPGV/PGA,s,1,0.1\n", encoding="utf-8")
+    with pytest.raises(SystemExit):
+        main(["stood", *map(str, tables), "--years", "1000"])
+    assert capsys.readouterr().out == "stout, PGV/PGA: no curve fits the falls, so nothing is said\n"
+
+
 @pytest.mark.parametrize(
     ("rows", "said"),
     [

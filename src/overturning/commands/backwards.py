@@ -30,8 +30,8 @@ def backwards(
 ) -> None:
     """Say how strong the motion was that made stones fall, along which axis, and which motions could have been it.
 
-    What stones of these sizes do under each motion is computed once, in some minutes, and kept in the user's cache
-    folder.
+    What stones of these sizes do under each motion is computed once, in minutes, or in an hour for many sizes, and kept
+    in the user's cache folder.
     """
     import sys
     import time
@@ -56,7 +56,8 @@ def backwards(
         now = time.monotonic()
         if 0 < done < total and now - said > 2:
             said, left = now, (now - began) * (total - done) / done
-            print(f"{done} of {total} motions computed, about {left:.0f} s to go", file=sys.stderr, flush=True)
+            computed = f"{done} of {total} motions computed, {100 * done // total}%"  # a run reads the per cents
+            print(f"{computed}, about {left:.0f} s to go", file=sys.stderr, flush=True)
 
     responses = Responses(library, [StoneKind.of(stone) for stone in rows], threads=threads, progress=progress)
     result = Inversion(responses, background, fixed).answer(stones.name, rows)

@@ -32,7 +32,7 @@ def figure(
 
     from overturning.errors import ArgumentError, did_you_mean
     from overturning.figures.style import style
-    from overturning.figures.write import save
+    from overturning.figures.write import crowded, save
     from overturning.files import check_output
     from overturning.study.cube import shown_block
     from overturning.study.small import open_cube
@@ -66,16 +66,16 @@ def figure(
             data = data.sel({name: shown for name, shown in shown_block(data).items() if not named[name]})
             draw = KINDS["blocks"]
         drawn = draw(data, record) if of_one else draw(data)
+    helps = "choose a larger --width, a smaller --font, or fewer panels by --height and --friction"
     with style(), warnings.catch_warnings():
         warnings.filterwarnings("error", "constrained_layout not applied")
         try:
             save(drawn, output, dpi=dpi, width=None if metres is None else metres / 0.0254, font=font)
         except UserWarning:
-            raise ArgumentError(
-                f"{output.name}: no room left beside the letters; choose a larger --width, a smaller --font, or fewer "
-                "panels by --height and --friction"
-            ) from None
+            raise ArgumentError(f"{output.name}: no room left beside the letters; {helps}") from None
     print(output)
+    if crowded(drawn):
+        print(f"letters are cut off or lie on one another; {helps}")
 
 
 @app.command()

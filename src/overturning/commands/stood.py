@@ -55,7 +55,8 @@ def stood(
     told = [standing(*one, years) for one in known]
     for row in shared:
         if not math.isfinite(row.log_spread):
-            print(f"{row.stones}, {row.measure}: the median lies beyond the records, so nothing is said")
+            why = "no curve fits the falls" if math.isnan(row.median) else "the median lies beyond the records"
+            print(f"{row.stones}, {row.measure}: {why}, so nothing is said")
     lines = [
         (
             *(one.stones, one.measure, f"{one.rate:.3g}", share(one.stands, one.low, one.high)),
@@ -65,7 +66,8 @@ def stood(
     ]
     heads = ("stones", "measure", "falls a year", f"P(stands {years:g} years)", "share of the class that stands")
     more = ("of the falls, beyond the records", "hazard at most so many times")
-    print(*plain_lines(Section("What has stood", (table((*heads, *more), lines, "tttt%%t"),))), sep="\n")
+    if lines:
+        print(*plain_lines(Section("What has stood", (table((*heads, *more), lines, "tttt%%t"),))), sep="\n")
     for (row, curve), found in zip(known, told, strict=True):
         if (uncounted := weaker_falls(row, curve)) > NEGLIGIBLE * found.rate:
             print(

@@ -23,6 +23,8 @@ def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> No
     for said in check_records(study, entries):
         print(said)
     print(f"{path}: study {study.name!r}, {size}")
+    if study.surveys:
+        print("which motion its surveys ask for takes minutes to an hour more, once for stones of such sizes")
 
 
 @app.command()

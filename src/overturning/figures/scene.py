@@ -1,7 +1,8 @@
 """Drawings of scenes, and roses of where their elements fall."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from textwrap import fill
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -14,6 +15,10 @@ from overturning.statistics.roses import rose_of
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
+
+
+_TITLE: Final = 32
+"""Letters of a title above a panel of `scenes_figure`."""
 
 
 def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: float | None = None) -> None:
@@ -37,7 +42,7 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
     axes.set(xlim=(-reach, reach), ylim=(low - 0.12 * (high - low), high + 0.06 * (high - low)), aspect="equal")
     axes.set(xlabel="m", yticks=[])
     axes.spines["left"].set_visible(False)
-    axes.set_title(scene.title or scene.name, parse_math=False)
+    axes.set_title(fill(scene.title or scene.name, _TITLE), parse_math=False)
 
 
 def scenes_figure(scenes: Sequence[Scene]) -> "Figure":

@@ -62,6 +62,17 @@ def _save_scaled_pdf(figure: "Figure", path: Path, scale: float, dpi: float) -> 
         figure.savefig(pages, format="pdf", dpi=dpi * scale)
 
 
+def crowded(figure: "Figure") -> bool:
+    """Whether titles or legend of a figure that was saved are cut off at its edge, or titles lie on one another."""
+    renderer, whole = figure.canvas.get_renderer(), figure.bbox.padded(2.0)  # type: ignore[attr-defined]
+    titles = [axes.title for axes in figure.axes if axes.get_visible() and axes.get_title()]
+    boxes = [one.get_window_extent(renderer).padded(-1.0) for one in titles]
+    shown = [*boxes, *(one.get_window_extent(renderer) for one in (*figure.legends, *figure.texts))]
+    if any(not whole.contains(*corner) for box in shown for corner in (box.min, box.max)):
+        return True
+    return any(one.overlaps(other) for place, one in enumerate(boxes) for other in boxes[:place])
+
+
 Write = Callable[["Figure", Path], None]
 
 

@@ -175,7 +175,8 @@ class Results:
         ratio = self.cube["b_over_h"].to_numpy()
         count, classes = ratio.size, min(CLASSES, ratio.size) if ratio.size > 1 else 0
         parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
-        names = [f"B/H {ratio[part][0]:g} to {ratio[part][-1]:g}" for part in parts]
+        ends = (dict.fromkeys(f"{end:g}" for end in ratio[part][[0, -1]]) for part in parts)
+        names = [f"B/H {' to '.join(one)}" for one in ends]
         return earthquakes.followed(self.cube, self.intensity, [slice(0, count), *parts]), names
 
     @cached_property

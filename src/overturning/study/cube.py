@@ -175,9 +175,9 @@ def record_number(cube: "xr.Dataset", record: str | None) -> int:
     A part of a cube of one record has its id without a dimension, and what is of no study has none.
     """
     names = np.atleast_1d(cube["record_id"]).astype(str).tolist() if "record_id" in cube else []
-    file, some = Path(cube.encoding.get("source", "cube")).name, ", ".join(names[:4])
+    file, some = Path(cube.encoding.get("source", "cube")).name, ", ".join(names[:4] + ["…"][: len(names) > 4])
     if record is None and len(names) > 1:
-        raise ArgumentError(f"{file}: {len(names)} records; name one as record (--record): {some} …")
+        raise ArgumentError(f"{file}: {len(names)} records; name one as record (--record): {some}")
     if record is not None and record not in names:
         raise ArgumentError(f"{file}: no record {record!r}; it has {', '.join(names) or 'none'}")
     return names.index(record) if record is not None else 0

@@ -124,7 +124,9 @@ def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, "Reco
         table[name] = RecordEntry(id=name, format="synthetic", source=line)
     for name in study.records.use:
         if name not in table:
-            hint = did_you_mean(name, table, "add a row for it")
+            elsewhere = "there is none here but the package's: run in the study's project"
+            remedy = "add a row for it" if (root / study.records.table).is_file() else elsewhere
+            hint = did_you_mean(name, table, remedy)
             raise ConfigError(f"{where}: records.use: {name!r} is not in {study.records.table}; {hint}")
     return {name: table[name] for name in study.records.use}
 

@@ -125,5 +125,5 @@ def detect_format(source: SourceFile) -> Format:
         raise RecordError(f"{source.name}: {why}")
     raise RecordError(
         f"{source.name}: the format is not recognised; known are {', '.join(f.name for f in FORMATS)} "
-        "(docs/formats.md); declare columns to read it as csv, or get it again"
+        "(docs/formats.md); declare its columns to read it as csv (columns, --columns), or get it again"
     )

@@ -97,7 +97,8 @@ def dependence(results: Results) -> Paragraph | None:
         text += f" Of the falls {' and '.join([f'{first} go {where} {with_it}', *map(' '.join, more)])}."
     text += f" Whether a block falls at all changes {' and '.join(flags)}"
     if results.study.ensemble.members and agreed:
-        text += f"; where the neighbourhood of a case is not divided, in at most {percent(max(agreed), 1)}"
+        most = f"at most {percent(max(agreed), 1)}" if max(agreed) > 0.0 else "none"
+        text += f"; where the neighbourhood of a case is not divided, in {most}"
     if not warned:
         return Paragraph(f"{text}. No single cell is more certain than that.")
     helps = " and ".join(_SETTINGS[kind] for kind in warned if kind == "finer" or results.model.one_component)

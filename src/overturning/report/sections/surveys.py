@@ -138,7 +138,10 @@ def survey_sentences(found: SurveyComparison) -> list[str]:
         faces = f"{known} faces or B/H are not given, so the prediction assumes stones turned every way{of}."
         sentences.append(faces)
     if found.beyond:
-        sentences.append(f"{counted(found.beyond, 'stone')} of B/H beyond the study's are taken to be of its nearest.")
+        are = "is" if found.beyond == 1 else "are"
+        sentences.append(
+            f"{counted(found.beyond, 'stone')} of B/H beyond the study's {are} taken to be of its nearest."
+        )
     background = percent(found.background)
     return [*sentences, f"{background} of the stones are taken to fall any way, pushed or on a bad footing."]
 

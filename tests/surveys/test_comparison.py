@@ -155,6 +155,15 @@ def test_rectangular_stones_fall_over_their_edges(make_cube, sector, stone: Ston
     assert sides.sum() == pytest.approx(1)
 
 
+@pytest.mark.parametrize(("face", "step", "north"), [(30, 15, 37.5), (45, 30, 22.5), (52, 2, 15.5), (60, 30, 7.5)])
+def test_a_stone_of_known_face_falls_evenly_within_45_degrees_of_it(make_cube, sector, face, step, north) -> None:
+    """Also where these 90° are no whole number of the study's azimuths to either side; north is N's part of them, °."""
+    site = make_cube(sector(face, step), azimuth=range(0, 360, step))
+    stone = fallen(face, b_over_h=0.3, face_azimuth_deg=face)
+    expected = compare_survey([stone], site, background=0, draws=1).octant_predicted
+    assert expected == pytest.approx([north / 90, 0.5, (45 - north) / 90, 0, 0, 0, 0, 0], abs=1e-3)
+
+
 def both_planes_fall(make_cube, front, across, **more):
     """Every block falls towards 60° and towards 150° (to its right), at the given times in the two planes, s."""
 

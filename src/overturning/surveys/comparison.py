@@ -85,10 +85,11 @@ def _density(site: SitePrediction, stone: Stone) -> FloatArray:
     if not knows_face(stone):
         return site.density(*stone.slenderness)
     sides = site.sides(stone)[1:]
-    quarter = sector(site.azimuth - stone.face_azimuth_deg, 4)
-    mass = np.array([site.share[quarter == i].sum() for i in range(4)])
-    p = sides / sides.sum()
-    return np.asarray(p[quarter] * site.share / mass[quarter])
+    # The distribution function from the border of the first sector on, twice round; a cell has its part of each sector.
+    below = np.concatenate([[0.0], np.cumsum(np.tile(sides / sides.sum(), 2))])
+    begin = (site.borders[:-1] - stone.face_azimuth_deg + 45.0) % 360.0
+    ends = np.stack([begin, begin + np.diff(site.borders)])
+    return np.asarray(np.diff(np.interp(ends, 90.0 * np.arange(below.size), below), axis=0)[0])
 
 
 def compare_survey(
@@ -180,9 +181,8 @@ def _confusion(site: SitePrediction, stones: Sequence[Stone]) -> NDArray[np.int6
 
 def _distribution(site: SitePrediction, density: FloatArray, azimuth_deg: float) -> float:
     """Distribution function of the predicted fall azimuth, even within each sector, from the first border."""
-    edges = np.concatenate([[0.0], np.cumsum(site.share * 360)])
     below = np.concatenate([[0.0], np.cumsum(density)])
-    return float(min(1.0, np.interp((azimuth_deg - site.start) % 360, edges, below)))
+    return float(min(1.0, np.interp((azimuth_deg - site.borders[0]) % 360, site.borders - site.borders[0], below)))
 
 
 @dataclass(frozen=True)

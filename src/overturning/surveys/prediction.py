@@ -61,8 +61,9 @@ class SitePrediction:
         ]
         self.blocks: FloatArray = np.stack(blocks[:2], axis=-2).astype(np.float64)
         self.times: FloatArray = blocks[2].astype(np.float64)
-        # Each azimuth's sector reaches half way to its neighbours; `start` is where the first one begins.
-        self.start = float((self.azimuth[0] + self.azimuth[-1] - 360) / 2)
+        # Each azimuth's sector reaches half way to its neighbours; a turn after it began the first one begins again.
+        start = (self.azimuth[0] + self.azimuth[-1] - 360) / 2
+        self.borders: FloatArray = start + 360 * np.concatenate([[0.0], np.cumsum(self.share)])
 
     def _at(self, azimuth_deg: FloatArray, b_over_h: float) -> tuple[FloatArray, FloatArray]:
         """Interpolated probability of falling towards n azimuths and away, and the nearest cells' times of the fall.
@@ -148,9 +149,7 @@ class SitePrediction:
     def octants(self, density: FloatArray) -> FloatArray:
         """Probability of each compass octant, from a density over the azimuths' sectors (shared out at the borders)."""
         fine = np.zeros(8)
-        width = self.share * 360
-        left = self.start + np.concatenate([[0.0], np.cumsum(width)[:-1]])
-        for begin, wide, mass in zip(left, width, density, strict=True):
+        for begin, wide, mass in zip(self.borders[:-1], np.diff(self.borders), density, strict=True):
             np.add.at(fine, sector(begin + wide * (np.arange(64) + 0.5) / 64, 8), mass / 64)
         return np.asarray(fine / fine.sum())
 

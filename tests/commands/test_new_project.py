@@ -101,6 +101,7 @@ def test_a_record_and_a_study_of_ones_own(
     given = ("records", "add", "../my-site.csv", "--id", "my-site", "--set", "format=csv", "--set", "event=Here 2020")
     columns = ("--set", "columns=time:s north:gal east:gal", "--set", "processed=true")
     assert "unitt: no column of the record table; known are id" in said(*given, "--set", "unitt=gal", status=1)
+    assert "error: ..: a folder; name the files of one record" in said("records", "add", "..", status=1)
     assert "config/records.tsv: my-site" in said(*given, *columns)
     assert Path("resources/records/my-site.csv").is_file()
     assert "is there already" in said(*given, *columns, status=1)

@@ -225,6 +225,8 @@ def test_cube_passes_the_checker_of_the_convention_it_claims(
 
 
 def test_opening_something_else_is_refused(tmp_path: Path, study: Study) -> None:
+    with pytest.raises(ResultError, match="a folder; name the cube in it"):
+        open_cube(tmp_path)
     with pytest.raises(ResultError, match="no such cube"):
         open_cube(tmp_path / "none.nc")
     write_part(tmp_path / "part.nc", grid_of(study), outcome(grid_of(study).shape, 0), {"record_id": "a"})

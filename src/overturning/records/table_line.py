@@ -31,7 +31,8 @@ def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder:
     """
     missing = [path for path in paths if not path.is_file()]
     if missing:
-        raise MissingDataError(f"{missing[0]}: no such file")
+        why = "a folder; name the files of one record in it" if missing[0].is_dir() else "no such file"
+        raise MissingDataError(f"{missing[0]}: {why}")
     unknown = sorted(set(values) - RecordEntry.model_fields.keys())
     if unknown:
         raise ArgumentError(

@@ -61,7 +61,8 @@ def open_cube(
     import xarray as xr
 
     if not path.is_file():
-        raise ResultError(f"{path}: no such cube; run the study first")
+        why = "a folder; name the cube in it, cube.nc" if path.is_dir() else "no such cube; run the study first"
+        raise ResultError(f"{path}: {why}")
     if checksum_matches(path) is False:
         raise ResultError(f"{path}: damaged, its checksum does not fit; run the study again, which makes it anew")
     try:

@@ -56,6 +56,8 @@ def test_any_hazard_by_quadrature_and_what_lies_beyond_the_records() -> None:
     assert found.rate == pytest.approx(falls(0, 9) + top, rel=1e-8)
     assert found.beyond == pytest.approx(1 - falls(0.3, 0.8) / (falls(0, 9) + top), rel=1e-7)
     assert (found.low, found.high) == pytest.approx((math.exp(-1000 * (falls(0, 9) + rate[-1])), 1.0), rel=1e-8)
+    inside = standing(curve(0.6, 0.4, least=0.01, most=4.0), hazard, 1000.0)
+    assert inside.beyond == pytest.approx(0.0, abs=1e-12), "the last level's falls were beyond records that reach it"
     without = standing(curve(0.6, 0.4), hazard, 1000.0)
     assert without.stands == found.stands
     assert math.isnan(without.low)

@@ -161,6 +161,8 @@ def standing(curve: CurveRow, hazard: Hazard, years: float) -> Standing:
     rate, strong, weak = (float(one) for one in rates(medians, spread))
     strong += seldom * float(1 - chance(last, medians[1], spread)[0])
     known = float(hazard.falls(curve.median, spread, curve.least, curve.most)[0])
+    if curve.least <= last <= curve.most:  # above the hazard's last level stones fall as there
+        known += seldom * float(chance(last, curve.median, spread)[0])
     share = math.nan
     if math.isfinite(curve.other_spread):
         each = rates(curve.median * np.exp(CAPACITIES * curve.other_spread), curve.record_spread)

@@ -23,7 +23,9 @@ class Figures(Keys):
         description="dots per inch of PNG files, and of the cells of polar maps in SVG and PDF",
     )
     formats: tuple[Literal["svg", "png", "pdf"], ...] = Field(
-        default=("svg",), description="kinds of files, of svg, png and pdf; svg is always written, for the report"
+        default=("svg",),
+        description="kinds of files, of svg, png and pdf; svg is always written, for the report, and of time "
+        "histories, illustrative cases and sites alone",
     )
     height: Metre | None = Field(
         default=None,

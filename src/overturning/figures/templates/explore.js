@@ -180,7 +180,7 @@ function drawMap() {
 }
 function drawStrip() {
   const { context, width, height } = surface(strip, cube.space ? 0.24 : 0.36), count = rings(), wide = width / count;
-  const middle = cube.space ? height - 4 : height / 2, tall = middle - (cube.space ? 6 : 14);
+  const middle = cube.space ? height - 4 : height / 2, tall = middle - 14;
   for (let b = 0; b < count; b++) {
     const c = cell(at.a, b);
     context.fillStyle = c.towards === null ? C.missing : cube.space && c.to !== null ? hue(c.to) : C.falls;

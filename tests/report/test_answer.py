@@ -13,7 +13,7 @@ from scipy.stats import bootstrap
 
 from overturning.model.planes import Planes
 from overturning.report.blocks import table
-from overturning.report.sections.alignment import alignment_sentences, axes_sentence
+from overturning.report.sections.alignment import alignment_sentences, axes_sentence, axes_shown
 from overturning.report.sections.answer import ANSWERS, beside_the_normal, primary_sentence
 from overturning.report.sections.causes import doubling_sentence
 from overturning.report.sections.contrast import contrast_told
@@ -48,6 +48,14 @@ def results(difference: Mean | None = None, /, **groups: AxisSummary) -> Any:
 
 def two(low: float, high: float, n: int = 3) -> Any:
     return results(Mean(n, 0.35, low, high), pulse=NORMAL, control=EITHER)
+
+
+def test_axes_that_no_earthquake_has_are_not_drawn() -> None:
+    made = results(all=NOTHING)
+    made.figures = Path("figures")
+    assert axes_shown(made) is None, "it was a plot without a point"
+    made.axes |= {"with a velocity pulse": NORMAL}
+    assert axes_shown(made) is not None
 
 
 def test_the_verdict_is_that_of_the_primary_statistic() -> None:

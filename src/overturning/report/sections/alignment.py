@@ -103,8 +103,10 @@ def half_width(summary: AxisSummary) -> str:
     return "–" if math.isnan(width) else f"±\u00a0{degrees(width)}"
 
 
-def axes_shown(results: Results) -> Figure:
-    """The fall axes of the earthquakes, drawn."""
+def axes_shown(results: Results) -> Figure | None:
+    """The fall axes of the earthquakes, drawn; none where no earthquake has one."""
+    if not any(one.told for one in results.axes.values()):
+        return None
     caption = (
         f"Fall axis of each earthquake relative to its fault normal, over {results.words.blocks}; the point grows "
         "with how strongly the axes agree. Below, the mean over earthquakes, with its bootstrap interval where "
@@ -146,12 +148,12 @@ def falls(results: Results) -> Section | None:
 def _beside_the_answer(results: Results) -> list[Block]:
     """What is said of fault normals where the answer does not say it already."""
     said: list[str] = [axes_sentence(results), agreement_within(results)]
+    answered, figure = results.study.primary.statistic == "alignment", axes_shown(results)
     if results.study.asks == "direction":
-        shown = results.study.primary.statistic == "alignment"
-        return [*map(Paragraph, said), *([] if shown else [axes_shown(results)])]
-    if results.study.asks != "reference" and results.study.primary.statistic != "alignment":
+        figure = None if answered else figure
+    elif results.study.asks != "reference" and not answered:
         said = [*alignment_sentences(results, primary=False), *said]
-    return [*map(Paragraph, said), axes_shown(results)]
+    return [*map(Paragraph, said), *([figure] if figure else [])]
 
 
 def _weighed(results: Results) -> str:

@@ -9,7 +9,7 @@ import pandas as pd
 
 from overturning.report.blocks import Answer, Paragraph, Table
 from overturning.report.results import Results, open_results
-from overturning.report.sections.population import ground
+from overturning.report.sections.ground import ground
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, setting_of
 from verification.stale import measuring

@@ -13,7 +13,8 @@ from scipy.stats import norm
 from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.records.site import Layer, Rock, Site
 from overturning.report.results import Results
-from overturning.report.sections.population import ground, population
+from overturning.report.sections.ground import ground
+from overturning.report.sections.population import population
 from overturning.study.evaluation import Population
 from overturning.study.sections import Variant
 from overturning.surveys.population import jma_intensities, population_rates

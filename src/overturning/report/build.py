@@ -14,6 +14,7 @@ from overturning.report.sections import (
     answer,
     causes,
     exactness,
+    ground,
     method,
     population,
     records,
@@ -24,7 +25,7 @@ from overturning.report.sections import (
 
 SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
     answer.answer,
-    population.ground,
+    ground.ground,
     records.maps,
     scene.scene,
     surveys.surveys,

@@ -1,4 +1,4 @@
-"""How many of a cemetery's stones fall, by record, amplitude and intensity, and what soft ground changes."""
+"""How many of a cemetery's stones fall, by record, amplitude and intensity."""
 
 import math
 from functools import partial
@@ -11,25 +11,18 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.figures.fall_rate import fall_rate_figure
 from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_ADDS, as_published
-from overturning.records.site import Site
-from overturning.report.blocks import Answer, Block, Caution, Disclosure, Figure, Note, Paragraph, Section, Table, table
+from overturning.report.blocks import Block, Caution, Disclosure, Figure, Note, Paragraph, Section, Table, table
 from overturning.report.results import Results, gaps_said
 from overturning.report.text import censored, counted, degrees, number, percent, share
 from overturning.report.words import Words
 from overturning.statistics.bootstrap import bootstrap
-from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
 from overturning.statistics.fragility import Fragility
-from overturning.study.cube import processing_of
 from overturning.study.evaluation import Population
-from overturning.study.scenes import NOMINAL, setting_of
+from overturning.study.scenes import NOMINAL
 from overturning.surveys.population import fragility_curves, intensities, jma_intensities
-from overturning.units import STANDARD_GRAVITY
 
 _DEGREES = (("5 upper", 5, 5.5), ("6 lower", 5.5, 6), ("6 upper", 6, 6.5), ("7", 6.5, 99))
 """Of the JMA scale, with their instrumental intensities."""
-
-LEAST_FALLS: Final = 0.05
-"""Fall rate from which the falls of a record have an axis to compare."""
 
 MUCH_OUTSIDE: Final = 0.2
 """Share of the stones beyond the study's grid from which their rates are said not to be their own."""
@@ -64,7 +57,7 @@ def population(results: Results) -> Section | None:
     outside = float(found.attrs["outside"])
     blocks: list[Block] = [
         *map(Paragraph, sentences),
-        *_caution(found),
+        *caution(found),
         Figure(results.drawn("fall-rate", draw), "fall rate over amplitude and intensity", caption),
         Note(_assumed(stones, outside, results.words, gaps_said(results.cube))),
     ]
@@ -77,7 +70,7 @@ def population(results: Results) -> Section | None:
     return Section("How many stones of a cemetery fall", tuple(blocks), anchor="population")
 
 
-def _caution(found: xr.Dataset) -> tuple[Caution, ...]:
+def caution(found: xr.Dataset) -> tuple[Caution, ...]:
     """That the rates are not those of the population, where many of its stones lie beyond the study's grid."""
     outside = float(found.attrs["outside"])
     return (Caution(_BEYOND.format(percent(outside))),) if outside > MUCH_OUTSIDE else ()
@@ -224,85 +217,3 @@ def _by_amplitude(results: Results, found: xr.Dataset) -> tuple[Table, ...]:
     heads = ("fall rate of the record", *(f"× {factor:g}" for factor in amplitude))
     rows = [(name.heading, *of_record) for name, of_record in rates]
     return (table(heads, rows, "t" + "%" * amplitude.size, sortable=True),)
-
-
-def ground(results: Results) -> Section | None:
-    """Variants through soil beside the study's own motions; none where there are none, or no population."""
-    sites = {name: site for name in results.study.variants if (site := setting_of(results.study, name).site)}
-    if not sites or not results.populations:
-        return None
-    grounds = {NOMINAL: "rock"} | {name: _soil(site) for name, site in sites.items()}
-    sentences, rows = [], []
-    for factor in map(float, results.populations[NOMINAL]["amplitude"].to_numpy()):
-        found = {name: results.populations[name].sel(amplitude=factor) for name in grounds}
-        angles = {name: turned(found[name], found[NOMINAL]) for name in sites}
-        turns = {name: degrees(float(np.median(angle))) for name, angle in angles.items() if angle.size}
-        sentences.append(_sentence(grounds, found, turns, factor))
-        for name, soil in grounds.items():
-            rate, accounts = found[name]["fall_rate"], processing_of(results.cubes[name]).values()
-            pga = np.median([one["peaks"]["pga"][1] for one in accounts]) * factor / STANDARD_GRAVITY
-            shift = f"{turns[name]} ({angles[name].size})" if name in turns else "–"
-            rates = (float(rate.mean()), float(rate.median()), int((rate >= 0.5).sum()))
-            rows.append((factor, soil, float(pga), *rates, shift))
-    heads = ("factor", "ground", "PGA, g, median", "fall rate, mean", "median", "records with half or more")
-    by_ground = table((*heads, "axis turned, median (records)"), rows, "gt2%%", anchor="soft-ground")
-    failed, motions = failures(results, grounds), len(sites) * len(results.names)
-    converged = f"Every iteration of the {motions} motions converged."
-    if failed:
-        have = "has" if len(failed) == 1 else "have"
-        converged = (
-            f"{len(failed)} of {motions} motions {have} an iteration that did not converge: {'. '.join(failed)}."
-        )
-    limits = _limits(sorted({site.rock.velocity_m_s for site in sites.values()}), results.with_vertical > 0)
-    blocks: list[Block] = [Answer(tuple(sentences)), *_caution(results.populations[NOMINAL])]
-    blocks += [by_ground, Paragraph(converged), Note(limits)]
-    return Section("What soft ground changes", tuple(blocks), anchor="ground")
-
-
-def _soil(site: Site) -> str:
-    return " over ".join(f"{one.thickness_m:g} m of soil ({one.velocity_m_s:g} m/s)" for one in site.layers)
-
-
-def turned(ground: xr.Dataset, rock: xr.Dataset) -> FloatArray:
-    """Angles, degrees, by which the fall axes of records differ from those on rock, where both have one."""
-    apart = np.abs(wrap_axis(ground["fall_axis"].to_numpy() - rock["fall_axis"].to_numpy()))
-    for found in (ground, rock):
-        told = (found["fall_rate"] >= LEAST_FALLS) & (found["fall_resultant"] >= LEAST_RESULTANT)
-        apart = np.where(told, apart, np.nan)
-    return np.asarray(apart[np.isfinite(apart)])
-
-
-def _sentence(grounds: dict[str, str], found: dict[str, xr.Dataset], turns: dict[str, str], factor: float) -> str:
-    """Mean fall rate on each ground, and how far the axes of falls are turned there."""
-    parts = []
-    for name, soil in grounds.items():
-        axis = f", the axis of falls turned by {turns[name]}" if name in turns else ""
-        over = "on" if name == NOMINAL else "through"
-        parts.append(f"{percent(float(found[name]['fall_rate'].mean()))} {over} {soil}{axis}")
-    under = "Under the records as they are" if factor == 1 else f"Under the motions at the surface times {factor:g}"
-    told = " (turns are medians over the records)" if turns else ""
-    return f"{under} the mean fall rate is {'; '.join(parts)}{told}."
-
-
-def failures(results: Results, grounds: dict[str, str]) -> list[str]:
-    """Which iterations did not converge: record, soil, and what the computation says of its components."""
-    found = []
-    for name, soil in grounds.items():
-        for record, account in processing_of(results.cubes[name]).items() if name != NOMINAL else ():
-            said = (account["steps"] or [{}])[-1].get("chosen", "")
-            parts = [part for part in said.split("; ") if "not converged" in part]
-            found += [f"{record}, {soil}: {'; '.join(parts)}"] if parts else []
-    return found
-
-
-def _limits(velocities: list[float], with_vertical: bool) -> str:
-    vertical = " The vertical motion is that of the record." if with_vertical else ""
-    return (
-        "The records are taken for rock, over which the soil lies (half-space of "
-        f"{' and '.join(f'{velocity:g}' for velocity in velocities)} m/s); some of them were taken on soil themselves, "
-        "so this is what a layer changes and not what happened there. A factor multiplies what comes through the soil: "
-        "stronger records would soften the soil more. Strong motion on soft clay takes an "
-        f"equivalent-linear computation to strains where it is no longer trusted.{vertical} PGA is that of the larger "
-        "of north and east. Axes are compared where 5 % of the stones or more fall on both grounds, and not every way "
-        "alike. Means and medians here are over records, not over earthquakes."
-    )

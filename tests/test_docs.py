@@ -203,6 +203,7 @@ def test_every_page_is_in_the_contents():
     assert [page.name for page in DOCS.rglob("*.md") if f": {page.relative_to(DOCS)}" not in contents] == []
 
 
+@pytest.mark.long
 def test_the_site_is_built_with_its_links_checked_and_its_notebook_run(tmp_path):
     if importlib.util.find_spec("material") is None:
         lacking("mkdocs-material is not installed (group docs)")

@@ -12,6 +12,8 @@ import overturning
 from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ArgumentError
 
+pytestmark = pytest.mark.long
+
 MOTION = overturning.Motion.sine(amplitude=5.0, period=0.8, azimuth_deg=60)
 
 

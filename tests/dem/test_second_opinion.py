@@ -39,10 +39,8 @@ def differences(found: Results, plain: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return same, rotation[stands], slip[stands]
 
 
-@pytest.mark.parametrize(
-    ("number", "pulse"),
-    [(7, True), pytest.param(10, True, marks=pytest.mark.long), pytest.param(15, False, marks=pytest.mark.long)],
-)
+@pytest.mark.long
+@pytest.mark.parametrize(("number", "pulse"), [(7, True), (10, True), (15, False)])
 def test_sides_rotations_and_slips_are_those_of_the_equations(number: int, pulse: bool) -> None:
     motion = strong_part(number, 3.0, 3.0, pulse)  # the second opinion takes a hundred thousand steps for a second
     plain = outcomes(motion, CELLS)

@@ -166,6 +166,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", FIGURES)
 def test_the_same_bytes_each_time(name: str, tmp_path: Path) -> None:
     """Drawn twice as SVG; one of them in every format, whose writers know nothing of the figure."""

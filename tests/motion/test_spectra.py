@@ -124,7 +124,8 @@ def test_limits_of_the_spectrum(rinaldi):
     assert found == pytest.approx(1 / (2 * np.pi), rel=0.01)
 
 
-@pytest.mark.parametrize("name", [pytest.param("rinaldi", marks=pytest.mark.long), "petrolia"])
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["rinaldi", "petrolia"])
 def test_rotd_agrees_with_pyrotd(name):
     pyrotd = peer("pyrotd")
     pyrotd.processes = 1

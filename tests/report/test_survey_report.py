@@ -16,6 +16,8 @@ from tests.report.reading import report_of, text_of
 from tests.report.test_commands_on_results import run
 from tests.report.tiny_studies import make_results, pulse_record
 
+pytestmark = pytest.mark.long
+
 TOWARDS = "octant,count\nNE,14\n"
 ANY_WAY = "azimuth_deg\n" + "\n".join(str(angle) for angle in range(5, 360, 18)) + "\n"
 FACES = (

@@ -157,7 +157,7 @@ def test_rectangular_stones_fall_over_their_edges(make_cube, sector, stone: Ston
 
 @pytest.mark.parametrize(("face", "step", "north"), [(30, 15, 37.5), (45, 30, 22.5), (52, 2, 15.5), (60, 30, 7.5)])
 def test_a_stone_of_known_face_falls_evenly_within_45_degrees_of_it(make_cube, sector, face, step, north) -> None:
-    """Also where these 90° are no whole number of azimuths to either side; `north` is the part of N in them, degrees."""
+    """Also where these 90° are no whole number of azimuths to either side; `north` is the part of N in them, °."""
     site = make_cube(sector(face, step), azimuth=range(0, 360, step))
     stone = fallen(face, b_over_h=0.3, face_azimuth_deg=face)
     expected = compare_survey([stone], site, background=0, draws=1).octant_predicted

@@ -227,6 +227,7 @@ def of_two_frictions(cube: xr.Dataset) -> xr.Dataset:
     return several
 
 
+@pytest.mark.long
 def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_user(
     cube_file: Path, tmp_path: Path
 ) -> None:

@@ -34,6 +34,7 @@ def record_of(number: int, pulse: bool) -> Motion:
     return Motion(motion.north, motion.east, up, sampling_interval=motion.sampling_interval)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("number", "pulse"), RECORDS)
 def test_flags_and_sides_are_equal_where_what_begins_is_followed(
     number: int, pulse: bool, monkeypatch: pytest.MonkeyPatch

@@ -36,6 +36,7 @@ def cases_of(made: Scene, count: int = 90) -> Cases:
     )  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["three-tier", "against-a-wall", "boulder"])
 def test_threads_order_and_company_change_no_bit(name: str) -> None:
     made, motion = shipped(name), motion_of_noise()

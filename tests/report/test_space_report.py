@@ -17,6 +17,8 @@ from overturning.study.sections import BodySettings
 from tests.report.reading import render_html
 from tests.report.tiny_studies import make_results, pulse_record
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -15,6 +15,8 @@ from overturning.records.steps import Highpass
 from overturning.study.intensity import write_intensity
 from overturning.study.load import check_study
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def table(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from overturning.cli import app
-from overturning.errors import ConfigError
+from overturning.errors import ArgumentError, ConfigError
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.earthquakes import Earthquakes, earthquakes_of
 from overturning.records.formats import fema_p695
@@ -156,6 +156,13 @@ def test_a_start_without_a_zone_is_in_utc() -> None:
     records = [Record(f"r{n}", still, still, None, 0.01, start=start, event=f"E{n}") for n, start in enumerate(starts)]
     assert len(earthquakes_of(records[:2]).doubtful) == 1
     assert earthquakes_of(records[1:]).doubtful == ()
+
+
+@pytest.mark.parametrize("start", ["1994-01-17", "noon"])
+def test_a_start_that_is_no_date_and_time_is_named(start: str) -> None:
+    record = Record("r", np.zeros(3), np.zeros(3), None, 0.01, start=start)
+    with pytest.raises(ArgumentError, match=f"record r: start '{start}', .*: give date and time in UTC, like 2016"):
+        earthquakes_of([record])
 
 
 def test_the_shipped_records_keep_their_earthquakes() -> None:

@@ -14,6 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from overturning.errors import ArgumentError
 from overturning.records.catalogue import RecordEntry, utc_moment
 from overturning.records.record import Record
 from overturning.units import EARTH_RADIUS_KM
@@ -80,7 +81,10 @@ def _known(record: Record | RecordEntry) -> _Known:
     else:
         named, stated, times = record.record_id, record.extra, (record.extra.get("origin_time"), record.start)
         place = (stated.get("event_latitude"), stated.get("event_longitude"))
-    origin, start = (datetime.fromisoformat(utc_moment(text)) if text else None for text in times)
+    try:
+        origin, start = (datetime.fromisoformat(utc_moment(text)) if text else None for text in times)
+    except ValueError as fault:  # of a `Record` made in Python
+        raise ArgumentError(f"record {named}: start {times[1]!r}, origin time {times[0]!r}: {fault}") from None
     return _Known(
         named,
         " ".join(record.event.split()),

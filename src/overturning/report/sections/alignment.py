@@ -148,11 +148,11 @@ def falls(results: Results) -> Section | None:
 def _beside_the_answer(results: Results) -> list[Block]:
     """What is said of fault normals where the answer does not say it already."""
     said: list[str] = [axes_sentence(results), agreement_within(results)]
-    answered, figure = results.study.primary.statistic == "alignment", axes_shown(results)
-    if results.study.asks == "direction":
-        figure = None if answered else figure
-    elif results.study.asks != "reference" and not answered:
+    answered = results.study.primary.statistic == "alignment"
+    if results.study.asks not in ("direction", "reference") and not answered:
         said = [*alignment_sentences(results, primary=False), *said]
+    # Where the answer is of directions it shows the axes itself.
+    figure = None if answered and results.study.asks == "direction" else axes_shown(results)
     return [*map(Paragraph, said), *([figure] if figure else [])]
 
 

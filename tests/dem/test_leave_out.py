@@ -4,9 +4,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from overturning.dem.block import plan as block_plan
 from overturning.dem.body import plan as body_plan
+from overturning.dem.kernel.ground import LEAD, LEAP, LOOKS, loudest_ahead
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import plan as polygon_plan
 from overturning.dem.quiet import overshoot
@@ -181,3 +184,20 @@ def test_what_rings_is_not_left_alone() -> None:
     force = np.exp(-damping * frequency * t) * np.sin(fast * t + 2.0 * np.arcsin(damping)) * frequency**2 / fast
     found = overshoot(np.array([frequency**2]), 2.0 * damping / frequency, 0.001)
     np.testing.assert_allclose(found, np.abs(force).sum() * 1e-5, rtol=1e-3)
+
+
+@given(
+    samples=st.integers(1, 200),
+    interval=st.sampled_from([0.001, 0.0025, 0.004, 0.005, 0.01, 0.02, 0.05, 0.1, 0.5, 1.0]),
+    seed=st.integers(0, 1000),
+)
+def test_the_largest_ahead_is_that_of_all_samples_of_the_window(samples: int, interval: float, seed: int) -> None:
+    """Beside the plain maximum; where a leap would end after the record it is infinite."""
+    size = np.zeros((2, samples + 3))
+    size[:, :samples] = np.random.default_rng(seed).random((2, samples))
+    found = loudest_ahead(size, interval)
+    assert found.shape == (2, samples // LEAP + 1, LOOKS)
+    for (row, leap, look), largest in np.ndenumerate(found):
+        at = LEAP * leap + look
+        window = size[row, at : at + LEAP + int(np.ceil(LEAD / interval)) + 1]
+        assert largest == (window.max() if at + LEAP <= samples else np.inf)

@@ -95,10 +95,10 @@ class Plan(ABC):
     @cached_property
     def loudest(self) -> tuple[FloatArray, FloatArray]:
         """Largest horizontal and vertical accelerations ahead, as of `Ground`."""
-        across = self.ground if self.ground.ndim > 2 else self.ground[:, None]
+        across = np.abs(self.ground) if self.ground.ndim == 2 else np.sqrt((self.ground**2).sum(axis=1))
         up = np.zeros(self.ground.shape[-1]) if self.upward is None else np.abs(self.upward)
         interval = self.motion.sampling_interval
-        return loudest_ahead(np.sqrt((across**2).sum(axis=1)), interval), loudest_ahead(up, interval)
+        return loudest_ahead(across, interval), loudest_ahead(up, interval)
 
     def uncomputed(self) -> Results:
         """Results of all cases as long as none is computed: at rest, or without an answer."""

@@ -43,7 +43,7 @@ from overturning.dem.body.vectors import (
 )
 from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ending import Course, Rest, begin_sample, surely_goes_on
-from overturning.dem.kernel.ground import Ground, is_looked_at, piece, samples_at_rest
+from overturning.dem.kernel.ground import Ground, cannot_move, is_looked_at, piece, samples_at_rest
 from overturning.dem.kernel.lanes import INNER, aligned
 from overturning.dem.kernel.queue import Job, by_type, implement, with_room
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -271,11 +271,13 @@ def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> 
     for j in range(active):
         course, over, bears = load_course(state, j), state[TICK + j] * (1.0 / job.ticks), state[BEARS + j]
         now = course.sample + over
-        if state[LENGTH + j] >= TICKS and is_looked_at(now):
+        long = state[LENGTH + j] >= TICKS and is_looked_at(now)
+        # The shaking first, then the body, which takes longer to look at.
+        quiet = long and cannot_move(ground, row[cases[j]], now, course.amplitude, bears)
+        if quiet and rests(state, work.vertices, count, base, j, bears):
             samples = samples_at_rest(ground, row[cases[j]], now, course.amplitude, bears)
-            if samples > 0 and rests(state, work.vertices, count, base, j, bears):
-                state[SAMPLE + j] += samples
-                left_out[j] += samples
+            state[SAMPLE + j] += samples
+            left_out[j] += samples
 
 
 def ended(rules: Any, work: Any, lane: int, case: int) -> int:  # noqa: ARG001

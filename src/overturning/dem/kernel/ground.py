@@ -1,6 +1,7 @@
 """The motion of the base, linear between two samples, as the lanes of all kernels load it."""
 
 import math
+from functools import reduce
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -16,6 +17,9 @@ LEAP: Final = 8
 LEAD: Final = 0.5
 """Time for which it is followed before the shaking may move it, s: so its springs are as the shaking has left them."""
 
+LOOKS: Final = 2
+"""So many samples of each leap, the first ones, are looked at: one alone may be passed over by steps of a sample."""
+
 UNLOADED: Final = 2.0
 """How often the upward acceleration is taken off the weight of a body that is not followed: once, and for ringing."""
 
@@ -29,9 +33,9 @@ class Ground(NamedTuple):
     up: FloatArray | None
     """upward acceleration, m/s², shape (samples + 3,); with None a kernel without it is compiled;"""
     loudest: FloatArray
-    """largest horizontal acceleration from each sample on, as of `loudest_ahead`, shape (directions, samples + 1),"""
+    """largest horizontal acceleration ahead, as of `loudest_ahead`, shape (directions, leaps, LOOKS),"""
     loudest_up: FloatArray
-    """and vertical one, up or down, shape (samples + 1,)."""
+    """and vertical one, up or down, shape (leaps, LOOKS)."""
 
 
 class Line(NamedTuple):
@@ -65,7 +69,10 @@ def at_tick(line: Line, tick: float, past: float) -> float:
 
 
 def loudest_ahead(size: FloatArray, interval: float) -> FloatArray:
-    """Largest of each sample and those of the next `LEAP` samples and `LEAD`; infinite where a leap ends too late.
+    """Largest of a sample and those of the next `LEAP` samples and `LEAD`; infinite where a leap ends too late.
+
+    The maximum of each leap serves all windows that cover it: taken sample by sample, windows of long records took half
+    of the time of a sweep.
 
     Parameters
     ----------
@@ -76,31 +83,49 @@ def loudest_ahead(size: FloatArray, interval: float) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (…, samples + 1)
+    ndarray, shape (…, samples // LEAP + 1, LOOKS)
+        Of the first samples of each leap.
     """
-    samples, ahead = size.shape[-1] - 3, np.full((*size.shape[:-1], size.shape[-1] - 2), np.inf)
-    window, known = LEAP + int(np.ceil(LEAD / interval)) + 1, max(samples - LEAP + 1, 0)
-    after = np.zeros((*size.shape[:-1], window))
-    windows = np.lib.stride_tricks.sliding_window_view(np.concatenate([size, after], axis=-1), window, axis=-1)
-    ahead[..., :known] = windows[..., :known, :].max(axis=-1)
+    samples = size.shape[-1] - 3
+    window, count = LEAP + int(np.ceil(LEAD / interval)) + 1, samples // LEAP + 1
+    padded = np.zeros((*size.shape[:-1], LEAP * (count + window // LEAP + 1)))
+    padded[..., : samples + 1] = size[..., : samples + 1]
+    by_place = [padded[..., place::LEAP] for place in range(LEAP)]
+    whole, ahead = reduce(np.maximum, by_place), np.empty((*size.shape[:-1], count, LOOKS))
+    for look in range(LOOKS):
+        # The window covers the rest of its own leap, so many further ones, and what is left of it in the last.
+        further, left = divmod(window - (LEAP - look), LEAP)
+        parts = [leaps[..., :count] for leaps in by_place[look:]]
+        parts += [whole[..., leap : leap + count] for leap in range(1, 1 + further)]
+        parts += [leaps[..., 1 + further : 1 + further + count] for leaps in by_place[:left]]
+        ahead[..., look] = reduce(np.maximum, parts)
+        ahead[..., LEAP * np.arange(count) + look > samples - LEAP, look] = np.inf
     return ahead
 
 
 @njit(**INLINE)
 def is_looked_at(sample: float) -> bool:
-    """Whether a case at this time, in samples, may be found at rest: in the first two of each `LEAP` samples."""
+    """Whether a case at this time, in samples, may be found at rest: in the first `LOOKS` of each `LEAP` samples."""
     leaps = sample * (1.0 / LEAP)
-    return leaps - math.floor(leaps) < 2.0 / LEAP
+    return leaps - math.floor(leaps) < LOOKS / LEAP
 
 
-@njit(**INNER)
-def samples_at_rest(ground: Ground, row: int, sample: float, factor: float, bears: float) -> int:
-    """For how many samples a body at rest stays so: no acceleration up to the next one exceeds what it bears.
+@njit(**INLINE)
+def cannot_move(ground: Ground, row: int, sample: float, factor: float, bears: float) -> bool:
+    """Whether no acceleration up to the end of the next leap, nor soon after it, exceeds what a body at rest bears.
 
     The motion is multiplied by a `factor`; the body bears a horizontal acceleration of `bears` times its weight. An
     acceleration is linear between samples, so that it is largest at one of them.
     """
-    at, size, count = min(int(sample), ground.loudest_up.size - 1), abs(factor), 0
-    while size * (ground.loudest[row, at] + UNLOADED * bears * ground.loudest_up[at]) < bears * GRAVITY:
-        at, count = at + LEAP, count + LEAP
+    leap, look = min(int(sample) // LEAP, ground.loudest_up.shape[0] - 1), int(sample) % LEAP
+    across, up = ground.loudest[row, leap, look], ground.loudest_up[leap, look]
+    return bool(abs(factor) * (across + UNLOADED * bears * up) < bears * GRAVITY)
+
+
+@njit(**INNER)
+def samples_at_rest(ground: Ground, row: int, sample: float, factor: float, bears: float) -> int:
+    """For how many samples a body at rest stays so, in leaps in which it `cannot_move`."""
+    count = 0
+    while cannot_move(ground, row, sample + count, factor, bears):
+        count += LEAP
     return count

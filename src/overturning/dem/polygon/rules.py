@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import Attempt, Clock
-from overturning.dem.kernel.ground import Ground, Line, is_looked_at, piece, samples_at_rest
+from overturning.dem.kernel.ground import Ground, Line, cannot_move, is_looked_at, piece, samples_at_rest
 from overturning.dem.kernel.lanes import INLINE, INNER, aligned, borrowed
 from overturning.dem.kernel.mechanics import renormalised
 from overturning.dem.kernel.queue import Job, by_type, implement
@@ -236,11 +236,13 @@ def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> 
     for j in range(active):
         case = rows.load_case(state, j)
         now = case.sample + case.shaking.tick * (1.0 / rules.job.ticks)
-        if case.attempt.length >= ticks and is_looked_at(now):
+        long = case.attempt.length >= ticks and is_looked_at(now)
+        # The shaking first, then the bodies, which take longer to look at.
+        quiet = long and cannot_move(ground, row[cases[j]], now, case.amplitude, case.bears)
+        if quiet and rests(state, j, scene):
             samples = samples_at_rest(ground, row[cases[j]], now, case.amplitude, case.bears)
-            if samples > 0 and rests(state, j, scene):
-                state[rows.SAMPLE + j] += samples
-                left_out[j] += samples
+            state[rows.SAMPLE + j] += samples
+            left_out[j] += samples
 
 
 def ended(rules: Any, work: Any, lane: int, case: int) -> int:

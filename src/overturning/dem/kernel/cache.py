@@ -180,14 +180,21 @@ def keep_compiled(dispatcher: Any) -> Any:
     layer = layer_of(Path(dispatcher.py_func.__code__.co_filename))
     folder, imported = cache_directory(layer), _IMPORTED.get(layer) or sources_digest(layer)
     cache._cache_path = file._cache_path = str(folder)
-    file._index_path = str(folder / Path(file._index_path).name)
+    name = Path(file._index_path).stem
     file._source_stamp = folder.name  # contents, not the time at which the file was checked out
     cache._impl.locator.get_cache_path = lambda: str(folder)
     # Not `load_overload`, which first makes ready to compile, with scipy.linalg: half of the time that loading takes.
     load, save, compile_all = cache._load_overload, cache.save_overload, dispatcher._compiler.compile
 
+    def keep_apart(signature: Any) -> None:
+        # A model's own index, by the type of its rules: to read what it names imports the modules of all models in it.
+        model = getattr(next(iter(signature), None), "instance_class", None)
+        base = f"{name}.{model.__name__}" if model else name
+        file._index_path, file._data_name_pattern = str(folder / f"{base}.nbi"), f"{base}.{{number:d}}.nbc"
+
     def load_or_miss(signature: Any, target_context: Any) -> Any:
         try:
+            keep_apart(signature)
             rtsys.initialize(target_context)
             return load(signature, target_context)
         except Exception:  # unpickling a torn file can raise nearly anything
@@ -198,6 +205,7 @@ def keep_compiled(dispatcher: Any) -> Any:
     def save_if_possible(signature: Any, data: Any) -> None:
         # What was edited after it was imported is compiled as it was; kept, it would answer for what it is now.
         if sources_digest(layer) == imported:
+            keep_apart(signature)
             with suppress(OSError):
                 save(signature, data)
 

@@ -5,13 +5,11 @@ sixth is the rate, ten samples per line (10E13.6), and a line ``/&``. The azimut
 line; whether V is up is said nowhere. The header states no peak, and no time of the first sample.
 """
 
-import re
 from typing import Final
 
 from overturning.records.component import UNKNOWN, Component
-from overturning.records.formats.header import Fields, Header, epicentre
+from overturning.records.formats.header import Fields, Header
 from overturning.records.formats.lines import FLOAT, Lines, in_turn
-from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
 HEADER_LINES: Final = 27
@@ -32,11 +30,9 @@ FIELDS: Final[Fields] = {
 
 
 @in_turn(r"\* VOL1", "only volume 1 is read")
-def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
+def read(block: Lines) -> tuple[Component, int]:
     """The component that begins with these lines, and how many lines it takes."""
-    text = block.lines
-    block.check_header(HEADER_LINES)
-    header = Header.of(block, FIELDS, HEADER_LINES)
+    header, text = Header.of(block, FIELDS, HEADER_LINES, length=HEADER_LINES), block.lines
     axis, azimuths = header.text("L, V or T"), header.match("azimuths of L and T")
     if axis != header.text("component"):
         raise header.error("L, V or T", f"component {axis!r}, but {text[6].strip()!r} below it; find out which")
@@ -44,21 +40,12 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     direction = UNKNOWN if axis == "V" else (float(azimuths[1 if axis == "L" else 2]) % 360.0, 0)
     interval = block.interval_of(block.number(text[RATE_LINE][:13], RATE_LINE, "the rate"), RATE_LINE)
     count = int(header.text("NO. OF POINTS"))
-    block.check_length(10, count, interval, header.number("DURATION"))
+    block.check_length(10, count, interval, header.value("DURATION"))
     samples, end, notes = block.samples(HEADER_LINES, width=13, per_line=10, count=count)
     if end >= len(text) or not text[end].startswith("/&"):
         at = min(end, len(text) - 1)
         raise block.error(at, f"no end mark /& after {count} samples; the file is cut: get it again")
-    component = Component.of(
-        source,
-        axis,
-        direction,
-        samples * 0.1 * STANDARD_GRAVITY,
-        interval,
-        station=header.text("station"),
-        event=re.sub(r"\s+", " ", f"earthquake of {header.text('origin')}") if header.text("origin") else "",
-        place=header.place("coordinates"),
-        extra=header.numbers({"magnitude": "magnitude"}) | epicentre(*header.place("epicentre")),
-        notes=notes,
-    )
-    return component, end + 1
+    when = " ".join(header.text("origin").split())
+    event = f"earthquake of {when}" if when else ""
+    samples = samples * 0.1 * STANDARD_GRAVITY
+    return header.component(axis, direction, samples, interval, event=event, notes=notes), end + 1

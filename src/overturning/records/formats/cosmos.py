@@ -28,7 +28,6 @@ from overturning.records.component import (
 )
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
 from overturning.records.formats.lines import Lines, in_turn
-from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
 UNITS: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVITY}
@@ -63,7 +62,7 @@ def _set(lines: Lines, at: int, what: str) -> tuple[dict[str, Any], int]:
 
 
 @in_turn(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
-def read(source: SourceFile, lines: Lines) -> tuple[Component, int]:
+def read(lines: Lines) -> tuple[Component, int]:
     """The channel that begins with these lines, and how many lines it takes."""
     text = lines.lines
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])
@@ -94,15 +93,12 @@ def read(source: SourceFile, lines: Lines) -> tuple[Component, int]:
     # The reals have six decimals; the samples as many as their own format: counts are whole.
     digit = (1.0 if unit == COUNTS else 1e-5) * scale
     peak = StatedPeak(abs(known[63]) * scale, digit, line=lines.before + reals_at + 12) if 63 in known else None
-    component = Component.of(
-        source,
+    component = header.component(
         axis,
         direction,
         samples * scale,
         interval,
         start=_start(lines, whole, float(real[29])),
-        station=header.text("station"),
-        event=" ".join(header.text("event").split()),
         origin=origin,
         place=(known.get(0), known.get(1)),
         sensor=sensor_at(text=text[8]),
@@ -156,7 +152,7 @@ def _axis(header: Header, comments: Sequence[str], code: int) -> tuple[str, Dire
     coded = {400: (None, 1), 401: (None, -1)}.get(code, coded_azimuth(code))
     direction = agreed(word, coded, partial(header.error, "axis"))
     if direction == UNKNOWN and code in (0, -999):
-        found = re.search(r"<SCNL>\s*[^.\s]+\.([A-Z0-9]{3})\.", "\n".join([*header.lines.lines[:13], *comments]))
+        found = re.search(r"<SCNL>\s*[^.\s]+\.([A-Z0-9]{3})\.", "\n".join([*header.lines[:13], *comments]))
         word = found[1] if found else word
         direction = channel_axis(found[1] if found else "")
     return word or str(code), direction

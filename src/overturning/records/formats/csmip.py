@@ -17,7 +17,6 @@ import numpy as np
 from overturning.records.component import Component, agreed, coded_azimuth, sensor_at, stated_location
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
 from overturning.records.formats.lines import FLOAT, Lines, in_turn
-from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
 UNITS: Final = {"g": STANDARD_GRAVITY, "g/10": 0.1 * STANDARD_GRAVITY} | dict.fromkeys(
@@ -55,7 +54,7 @@ DATA: Final[Fields] = {
 
 
 @in_turn(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
-def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
+def read(block: Lines) -> tuple[Component, int]:
     """The channel that begins with these lines, and how many lines it takes."""
     volume = {"U": 1, "C": 2}.get(block.lines[0].lstrip()[0].upper())
     if volume is None:
@@ -65,8 +64,7 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
         raise block.error(len(block.lines) - 1, "the file ends without the end mark of a channel; get it again")
     block = replace(block, lines=block.lines[:end])
     text_lines = 13 if volume == 1 else 25
-    block.check_header(text_lines + 14)
-    header = Header.of(block, {**FIELDS, "peak": PEAK[volume]}, text_lines)
+    header = Header.of(block, {**FIELDS, "peak": PEAK[volume]}, text_lines, length=text_lines + 14)
     at = header.at("CHAN with the axis")
     number, axis = header.found["CHAN with the axis"][1].groups()
     whole = block.fixed_integers(text_lines, width=5, per_line=16, count=100)
@@ -84,15 +82,13 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
         latitude, longitude = (latitude, longitude) if latitude or longitude else (None, None)
     filtered = header.match("filter") if volume == 2 else None
     agency = {"agency_processing": f"band-pass filter {filtered[1]} to {filtered[2]} Hz"} if filtered else {}
-    component = Component.of(
-        source,
+    component = header.component(
         f"chan {number}: {axis}",
         direction,
         samples,
         interval,
         start=start,
         station=station,
-        event=" ".join(header.text("event").split()),
         origin=origin,
         place=(latitude, longitude),
         sensor=sensor_at(text=block.lines[at]),
@@ -114,7 +110,7 @@ def _evenly(block: Lines, data_at: int, header: Header) -> tuple[np.ndarray, flo
     """Samples, m/s², interval, s, and notes, after the line that introduces them; its unit may be that of the peak."""
     data = Header.of(replace(block, lines=block.lines[data_at:], before=block.before + data_at), DATA, 1)
     rate = data.optional("rate")
-    interval = data.number("rate or interval") if rate is None else block.interval_of(rate, data_at)
+    interval = data.value("rate or interval") if rate is None else block.interval_of(rate, data_at)
     unit = data.text("unit").lower() or _unit_of_peak(header)
     if unit not in UNITS:
         raise block.error(data_at, f"unit {unit or 'missing'!r}; known are {', '.join(UNITS)}")
@@ -123,13 +119,13 @@ def _evenly(block: Lines, data_at: int, header: Header) -> tuple[np.ndarray, flo
     samples, _, notes = block.samples(data_at + 1, width=width, per_line=per_line, count=count)
     if header.text("record length"):
         header.check_count("NO. OF POINTS", count)
-        block.check_length(header.at("record length"), count, interval, header.number("record length"))
+        block.check_length(header.at("record length"), count, interval, header.value("record length"))
     return samples * UNITS[unit], interval, notes
 
 
 def _pairs(block: Lines, text_lines: int, header: Header) -> tuple[np.ndarray, float, tuple[str, ...]]:
     """Old volume 1: time and acceleration in turn, ten columns of seven."""
-    count, first = int(header.number("NO. OF POINTS")), text_lines + 14
+    count, first = int(header.value("NO. OF POINTS")), text_lines + 14
     header.check_unit("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
     values = block.fixed_columns(first, width=7, per_line=10, count=2 * count)
     _, notes = block.after_samples(first + -(-2 * count // 10), count, last=True)

@@ -34,7 +34,7 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
                 "in the record table: true or false; --processed or --raw here)"
             )
     reasons.tell()
-    lines = Lines.of(source)
+    lines = Lines(source, source.lines)
     rows, first = _rows(lines, len(columns))
     interval = declared.sampling_interval_s or 0.0
     for index, (word, unit) in enumerate(columns):
@@ -96,7 +96,7 @@ def _rows(lines: Lines, width: int) -> tuple[FloatArray, int]:
         why = "the last line has no line end, so its last number may be cut; add one if it is whole"
         raise lines.error(len(lines.lines) - 1, why)
     if len(values) < 2:
-        raise RecordError(f"{lines.file}: {len(values)} rows of numbers; a record needs at least 2")
+        raise RecordError(f"{lines.source.name}: {len(values)} rows of numbers; a record needs at least 2")
     return np.array(values, dtype=np.float64), next(iter(cells))
 
 
@@ -130,5 +130,5 @@ def _interval(lines: Lines, first: int, time: FloatArray, declared: float | None
     interval = round(exact, 9)
     if declared is not None and abs(declared - interval) > 1e-3 * interval:
         why = f"times are {interval:g} s apart, sampling_interval_s says {declared:g}; correct either"
-        raise RecordError(f"{lines.file}: {why}")
+        raise RecordError(f"{lines.source.name}: {why}")
     return interval

@@ -11,7 +11,7 @@ from typing import Final
 
 from overturning.records.component import Component, Direction, StatedPeak
 from overturning.records.formats.header import Fields, Header, epicentre, resolution, stated_time
-from overturning.records.formats.lines import FLOAT, Lines
+from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -34,8 +34,7 @@ FIELDS: Final[Fields] = {key: rf"^#{re.escape(key)}\s*:(.*)" for key in KEYS}
 
 def read(source: SourceFile) -> list[Component]:
     """Read all components; a RecordError names the line where the file is cut or contradicts itself."""
-    lines = Lines.of(source)
-    header = Header.of(lines, FIELDS)
+    header = Header.of(source, FIELDS)
     first = header.at("Data") + 1
     header.check_unit("AmplitudeUnit", "gal", "Gal")
     sequence = header.text("DataSequence")
@@ -43,28 +42,27 @@ def read(source: SourceFile) -> list[Component]:
     if not sequence.startswith("Time") or sorted(axis[0] for axis in columns) != ["E", "N", "U"]:
         why = f"columns {sequence!r}; known are Time U(+); N(+); E(+) in any order and sign"
         raise header.error("DataSequence", why)
-    interval = lines.interval_of(header.number("SampleRate(Hz)"), header.at("SampleRate(Hz)"))
-    values = lines.rows(first, 1 + len(columns))
-    expected = round(header.number("RecordLength(sec)") / interval)
+    interval = header.interval("SampleRate(Hz)")
+    values = header.rows(first, 1 + len(columns))
+    expected = round(header.value("RecordLength(sec)") / interval)
     # Some files have the sample at the end of the record, some do not.
     expected += len(values) == expected + 1
     count, notes = header.promised("RecordLength(sec)", len(values), str(expected))
     values = values[:count]
-    lines.check_spacing(first, values[:, 0], interval, 1, "get the file again")
+    header.check_spacing(first, values[:, 0], interval, 1, "get the file again")
     extra = header.numbers({"magnitude": "Magnitude(Ml)", "depth_km": "Depth(km)"})
     extra |= epicentre(header.optional("EpicenterLatitude(N)"), header.optional("EpicenterLongitude(E)"))
     return [
-        Component.of(
-            source,
+        header.component(
             axis,
             AXES[axis],
             values[:, column] * GAL,
             interval,
-            start=header.time("StartTime(GMT+08)", "%Y/%m/%d-%H:%M:%S.%f", ahead=TAIWAN),
+            start=header.moment("StartTime(GMT+08)", "%Y/%m/%d-%H:%M:%S.%f", ahead=TAIWAN),
             station=header.text("StationCode"),
             event=f"earthquake of {header.text('Origin Time(GMT+08)')} (GMT+8)",
             origin=stated_time(header.text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", ahead=TAIWAN),
-            place=(header.number("StationLatitude(N)"), header.number("StationLongitude(E)")),
+            place=(header.value("StationLatitude(N)"), header.value("StationLongitude(E)")),
             peak=_peak(header, f"AmplitudeMAX. {axis[0]}"),
             extra=extra,
             notes=notes,
@@ -77,5 +75,5 @@ def _peak(header: Header, key: str) -> StatedPeak:
     stated = re.fullmatch(rf"({FLOAT})\s*~\s*({FLOAT})", header.text(key))
     if stated is None:
         raise header.error(key, f"{header.text(key)!r} where the largest and smallest sample belong; get it again")
-    size = max(abs(header.number(key, text)) for text in stated.groups())
+    size = max(abs(header.value(key, text)) for text in stated.groups())
     return StatedPeak(size * GAL, resolution(stated[1]) * GAL, line=header.at(key) + 1)

@@ -5,7 +5,6 @@ from typing import Final
 
 from overturning.records.component import Component, channel_axis, sensor_at
 from overturning.records.formats.header import Fields, Header, epicentre, stated_time
-from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -22,15 +21,15 @@ FIELDS: Final[Fields] = {key: rf"^{re.escape(key)}:(.*)" for key in KEYS}
 
 def read(source: SourceFile) -> list[Component]:
     """Read one component; a RecordError where a key is missing, the count is wrong, or the unit is not cm/s²."""
-    lines = Lines.of(source)
-    first = next((i for i, line in enumerate(lines.lines) if not re.fullmatch(LINE, line.rstrip())), len(lines.lines))
-    header = Header.of(lines, FIELDS, first)
+    lines = source.lines
+    first = next((i for i, line in enumerate(lines) if not re.fullmatch(LINE, line.rstrip())), len(lines))
+    header = Header.of(source, FIELDS, first)
     text = header.text
     header.at("STREAM")
     header.check_unit("UNITS", r"cm\s*/\s*s\^?2$", "acceleration in cm/s^2")
     if text("DATA_TYPE"):  # raw files write it small, or say that it is unprocessed
         header.check_unit("DATA_TYPE", r"(unprocessed )?acceleration$", "acceleration")
-    samples = lines.column(first)
+    samples = header.column(first)
     count, notes = header.promised("NDATA", samples.size)
     corners = [text(f"{end}_CUT_FREQUENCY_HZ") for end in ("LOW", "HIGH")]
     filtered = f"{text('FILTER_TYPE').lower() or 'filter'} {corners[0]} to {corners[1]} Hz"
@@ -39,13 +38,12 @@ def read(source: SourceFile) -> list[Component]:
     first_sample = "DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS"
     raw = "NOT REMOVED" in text("BASELINE_CORRECTION").upper() or text("PROCESSING").lower() == "none"
     return [
-        Component.of(
-            source,
+        header.component(
             text("STREAM"),
             channel_axis(text("STREAM")),
             samples[:count] * GAL,
-            header.number("SAMPLING_INTERVAL_S"),
-            start=header.time(first_sample, "%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S") if text(first_sample) else None,
+            header.value("SAMPLING_INTERVAL_S"),
+            start=header.moment(first_sample, "%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S") if text(first_sample) else None,
             station=text("STATION_CODE"),
             event=text("EVENT_NAME") or text("EVENT_ID"),
             origin=stated_time(f"{text('EVENT_DATE_YYYYMMDD')} {text('EVENT_TIME_HHMMSS')[:6]}", "%Y%m%d %H%M%S"),

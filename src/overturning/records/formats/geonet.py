@@ -10,15 +10,14 @@ from functools import partial
 from typing import Any, Final
 
 from overturning.records.component import UNKNOWN, Component, agreed, parse_axis
-from overturning.records.formats.header import PLACE, Fields, Header, epicentre, stated_time
+from overturning.records.formats.header import PLACE, Fields, Header, stated_time
 from overturning.records.formats.lines import FLOAT, Lines, in_turn
-from overturning.records.source import SourceFile
 
 MM: Final = 1e-3
 TEXT_LINES: Final = 16
 HEADER_LINES: Final = 26
 FIELDS: Final[Fields] = {
-    "site": rf"^Site\s+(\S+)\s+{PLACE}",
+    "station": rf"^Site\s+(\S+)\s+{PLACE}",
     "coordinates": rf"^Site\s+\S+\s+{PLACE}",
     "near": (6, "(.*)"),
     "origin": (7, "(.*)"),
@@ -33,17 +32,15 @@ FIELDS: Final[Fields] = {
 
 
 @in_turn(r"(Unc|C)orrected", "get the file again")
-def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
+def read(block: Lines) -> tuple[Component, int]:
     """The component that begins with these lines, and how many lines it takes."""
-    text = block.lines
+    header, text = Header.of(block, FIELDS, TEXT_LINES, length=HEADER_LINES), block.lines
     corrected = text[0].startswith("Corrected")
-    block.check_header(HEADER_LINES)
-    header = Header.of(block, FIELDS, TEXT_LINES)
     whole = block.fixed_integers(TEXT_LINES, width=8, per_line=10, count=40)
     real = block.fixed_columns(20, width=8, per_line=10, count=60)
     count = int(whole[33])
     header.check_count("Number of points", count)
-    interval = header.number("interval")
+    interval = header.value("interval")
     if abs(interval - real[25]) > 5e-4:
         raise header.error("interval", f"interval {interval} s, but the numbers below say {real[25]}; get it again")
     axis = header.text("component")
@@ -57,18 +54,15 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     # The earthquake by its time, and by its place as that of the epicentre, which may be far from the station.
     when, where = (" ".join(header.text(name).split()) for name in ("origin", "near"))
     end, notes = block.after_samples(end, count)
-    return Component.of(
-        source,
+    return header.component(
         axis,
         agreed(axis, coded, partial(header.error, "component")),
-        samples * (MM if corrected else MM * header.number("unit")),
+        samples * (MM if corrected else MM * header.value("unit")),
         interval,
         # Corrected files have samples prepended (5 s as a rule) before the start of the buffer.
         start=block.time(TEXT_LINES, day, hour, minute, millis / 1000) - timedelta(seconds=float(whole[31]) * interval),
-        station=header.text("site"),
         event=f"earthquake of {when}" + (f" (epicentre {where})" if where else ""),
         origin=stated_time(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
-        place=header.place("coordinates"),
         peak=header.peak("Acceleration: Peak in mm/s/s", MM),
         processed=corrected,
         extra=_extra(header, float(real[14]), corrected),
@@ -77,8 +71,8 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
 
 
 def _extra(header: Header, magnitude: float, corrected: bool) -> dict[str, Any]:
-    """Magnitude, which is 0 where it is not known, epicentre, and what the agency's filter was."""
+    """Magnitude, which is 0 where it is not known, and what the agency's filter was."""
     extra: dict[str, Any] = {"magnitude": magnitude} if magnitude > 0 else {}
     if corrected and header.text("bands"):
         extra["agency_processing"] = f"band-pass filter, {header.text('bands').replace(' are', '')}"
-    return extra | epicentre(*header.place("epicentre"))
+    return extra

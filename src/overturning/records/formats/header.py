@@ -3,13 +3,15 @@
 import re
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from typing import Any, Final
 
+from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.component import StatedPeak
+from overturning.records.component import Component, Direction, StatedPeak
 from overturning.records.formats.lines import FLOAT, Lines
+from overturning.records.source import SourceFile
 
 Fields = Mapping[str, str | tuple[int, str]]
 """Where a header states what: a pattern of the line, which is searched for, or the line, from 0, and its pattern.
@@ -47,18 +49,22 @@ def stated_time(text: str, *patterns: str, ahead: timedelta = timedelta()) -> da
 
 
 @dataclass(frozen=True)
-class Header:
-    """What a header states: for each field its line and the match of its pattern."""
+class Header(Lines):
+    """Lines with what the header among them states: for each field its line and the match of its pattern."""
 
-    lines: Lines
-    found: Mapping[str, tuple[int, re.Match[str]]]
+    found: Mapping[str, tuple[int, re.Match[str]]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, lines: Lines, fields: Fields, stop: int = 500) -> "Header":
-        """Look for fields, in capitals or not, in the lines before ``stop``; the first line that fits counts."""
+    def of(cls, lines: Lines | SourceFile, fields: Fields, stop: int = 500, *, length: int = 0) -> "Header":
+        """Look for fields, in capitals or not, in the lines before ``stop``; the first line that fits counts.
+
+        A RecordError where the lines end within a header of so many.
+        """
+        lines = Lines(lines, lines.lines) if isinstance(lines, SourceFile) else lines
+        lines.check_header(length)
         found = {}
-        for name, field in fields.items():
-            at, pattern = (None, field) if isinstance(field, str) else field
+        for name, stated in fields.items():
+            at, pattern = (None, stated) if isinstance(stated, str) else stated
             for index, line in enumerate(lines.lines[:stop]) if at is None else [(at, lines.lines[at])]:
                 if match := re.search(pattern, line, re.IGNORECASE):
                     found[name] = index, match
@@ -66,13 +72,13 @@ class Header:
             else:
                 if at is not None:
                     raise lines.error(at, f"{line.strip()[:60]!r} where {name} belongs; get the file again")
-        return cls(lines, found)
+        return cls(lines.source, lines.lines, lines.before, found)
 
     def at(self, name: str) -> int:
         """Line of a field; a RecordError where it is not stated."""
         if name not in self.found:
             why = f"no {name} in the header that begins here; the file is cut or of another kind: get it again"
-            raise self.lines.error(0, why)
+            raise super().error(0, why)
         return self.found[name][0]
 
     def match(self, name: str) -> re.Match[str] | None:
@@ -84,36 +90,40 @@ class Header:
         match = self.match(name)
         return next((group.strip() for group in match.groups() if group is not None), "") if match else ""
 
-    def error(self, name: str, why: str) -> RecordError:
-        """An error that names the line of a field."""
-        return self.lines.error(self.at(name), why)
+    def error(self, at: int | str, why: str) -> RecordError:
+        """An error that names a line, or that of a field."""
+        return super().error(self.at(at) if isinstance(at, str) else at, why)
 
-    def number(self, name: str, text: str | None = None) -> float:
+    def value(self, name: str, text: str | None = None) -> float:
         """Number of a field, or in a part of its text."""
         index = self.at(name)
-        return self.lines.number(self.text(name) if text is None else text, index, name)
+        return self.number(self.text(name) if text is None else text, index, name)
 
     def optional(self, name: str) -> float | None:
         """Number of a field; None where it is not stated, or blank."""
-        return self.number(name) if self.text(name) else None
+        return self.value(name) if self.text(name) else None
+
+    def interval(self, name: str, text: str | None = None) -> float:
+        """Sampling interval, s, of a field, or a part of its text, that states a rate in Hz."""
+        return self.interval_of(self.value(name, text), self.at(name))
 
     def numbers(self, names: Mapping[str, str]) -> dict[str, Any]:
         """Numbers of the fields that are stated, by the names that a record's ``extra`` has for them."""
-        return {name: self.number(field) for name, field in names.items() if self.text(field)}
+        return {name: self.value(stated) for name, stated in names.items() if self.text(stated)}
 
     def peak(self, name: str, scale: float, text: str | None = None, *, after_mean: bool = False) -> StatedPeak:
         """The peak that a field, or a part of its text, states in a unit of ``scale`` m/s²."""
         stated = self.text(name) if text is None else text
-        size = abs(self.number(name, stated))
-        return StatedPeak(size * scale, resolution(stated) * scale, after_mean, self.lines.before + self.at(name) + 1)
+        size = abs(self.value(name, stated))
+        return StatedPeak(size * scale, resolution(stated) * scale, after_mean, self.before + self.at(name) + 1)
 
-    def time(self, name: str, *patterns: str, text: str | None = None, ahead: timedelta = timedelta()) -> datetime:
+    def moment(self, name: str, *patterns: str, text: str | None = None, ahead: timedelta = timedelta()) -> datetime:
         """Time of a field, or in a part of its text, in one of the patterns, of a clock that is ahead of UTC."""
         stated = self.text(name) if text is None else text
         index, moment = self.at(name), stated_time(stated, *patterns, ahead=ahead)
         if moment is None:
             like = datetime(2000, 10, 6, 13, 30).strftime(patterns[0])
-            raise self.lines.error(index, f"{name} {stated!r} is no time like {like}; correct it")
+            raise self.error(index, f"{name} {stated!r} is no time like {like}; correct it")
         return moment
 
     def clock(self, name: str) -> datetime | None:
@@ -123,7 +133,7 @@ class Header:
             return None
         month, day, year, hour, minute = (int(match[i]) for i in range(1, 6))
         year += 0 if year > 99 else 1900 if year >= FIRST_YEAR else 2000
-        return self.lines.time(self.at(name), (year, month, day), hour, minute, self.number(name, match[6]))
+        return self.time(self.at(name), (year, month, day), hour, minute, self.value(name, match[6]))
 
     def place(self, name: str) -> tuple[float, float] | tuple[None, None]:
         """Latitude and longitude, degrees, of a field of four groups: number, N or S, number, E or W; else None.
@@ -155,7 +165,7 @@ class Header:
 
     def check_count(self, name: str, found: int) -> None:
         """Refuse another number of samples than a field states."""
-        if self.number(name) != found:
+        if self.value(name) != found:
             raise self.error(name, f"{self.text(name)} samples here, but {found} below; get the file again")
 
     def promised(self, name: str, found: int, stated: str | None = None) -> tuple[int, tuple[str, ...]]:
@@ -163,11 +173,23 @@ class Header:
 
         A RecordError where the file has fewer.
         """
-        count = self.number(name, stated)
+        count = self.value(name, stated)
         if found < count or count != int(count):
             what = f"header promises {stated or self.text(name)} samples, the file has {found}"
             raise self.error(name, f"{what}; it is cut: get it again")
-        return int(count), self.lines.surplus(int(count), f"{found - int(count)} samples") if found > count else ()
+        return int(count), self.surplus(int(count), f"{found - int(count)} samples") if found > count else ()
+
+    def component(
+        self, axis: str, direction: Direction, samples: FloatArray, interval: float, **stated: Any
+    ) -> Component:
+        """A component of the file, with what is stated of it.
+
+        Fields ``station``, ``event``, ``coordinates``, ``magnitude`` and ``epicentre`` do so by themselves.
+        """
+        usual = {"station": self.text("station"), "event": " ".join(self.text("event").split())}
+        extra = self.numbers({"magnitude": "magnitude"}) | epicentre(*self.place("epicentre")) | stated.pop("extra", {})
+        stated = usual | {"place": self.place("coordinates")} | stated
+        return Component.of(self.source, axis, direction, samples, interval, extra=extra, **stated)
 
 
 def epicentre(north: float | None, east: float | None) -> dict[str, float]:

@@ -47,13 +47,10 @@ DELAY: Final = timedelta(seconds=15)
 
 def read(source: SourceFile) -> list[Component]:
     """Read one component: counts times gain in m/s², offset still in; a RecordError names a wrong header line."""
-    lines = Lines.of(source)
-    lines.check_header(len(KEYS))
-    header = Header.of(lines, FIELDS)
+    header = Header.of(source, FIELDS, length=len(KEYS))
     if not re.fullmatch(r"[A-Z0-9]{3,7}", station := header.text("Station Code")):
         raise header.error("Station Code", f"station code {station!r}; it has 3 to 7 letters and digits: correct it")
-    rate = header.number("Sampling Freq(Hz)", header.text("Sampling Freq(Hz)").removesuffix("Hz"))
-    interval = lines.interval_of(rate, header.at("Sampling Freq(Hz)"))
+    interval = header.interval("Sampling Freq(Hz)", header.text("Sampling Freq(Hz)").removesuffix("Hz"))
     direction = header.text("Dir.")
     if direction not in AXES:
         raise header.error("Dir.", f"direction {direction!r}; known are {', '.join(AXES)}: correct it")
@@ -62,14 +59,13 @@ def read(source: SourceFile) -> list[Component]:
     if named != extension and named in [known for known, *_ in AXES.values()]:
         why = f"direction {direction!r} in a file named .{named}; components are swapped: give the file its right name"
         raise header.error("Dir.", why)
-    start = header.time("Record Time", CLOCK, ahead=JAPAN + DELAY)
+    start = header.moment("Record Time", CLOCK, ahead=JAPAN + DELAY)
     known = {name: header.text(key) for key, name in EARTHQUAKE.items()}
-    counts = _counts(lines)
-    expected = round(header.number("Duration Time(s)") * rate)
+    counts = _counts(header)
+    expected = round(header.value("Duration Time(s)") / interval)
     count, notes = header.promised("Duration Time(s)", counts.size, str(expected))
     return [
-        Component.of(
-            source,
+        header.component(
             extension,
             (azimuth, vertical),
             counts[:count] * _gain(header),
@@ -80,7 +76,7 @@ def read(source: SourceFile) -> list[Component]:
             station=station,
             event=header.text("Origin Time") + " JST",
             origin=stated_time(header.text("Origin Time"), CLOCK, ahead=JAPAN),
-            place=(header.number("Station Lat."), header.number("Station Long.")),
+            place=(header.value("Station Lat."), header.value("Station Long.")),
             peak=header.peak("Max. Acc. (gal)", GAL, after_mean=True),
             sensor=sensor,
             # What the header says about the earthquake; blank where it does not know (a magnitude may be).
@@ -96,7 +92,7 @@ def _gain(header: Header) -> float:
     match = re.fullmatch(r"([\d.]+)\s*\(gal\)\s*/\s*([\d.]+)", text)
     if match is None:
         raise header.error("Scale Factor", f"scale factor {text!r}; it reads like 7845(gal)/8223790")
-    above, below = (header.number("Scale Factor", part) for part in match.groups())
+    above, below = (header.value("Scale Factor", part) for part in match.groups())
     if above <= 0 or below <= 0:
         raise header.error("Scale Factor", f"scale factor {text!r}; both numbers must be positive")
     return above / below * GAL

@@ -28,19 +28,18 @@ _ALLOWED: Final = set("0123456789+-.eE ")
 class Lines:
     """Lines of a file or of one channel in it; every index counts from 0 within them."""
 
-    file: str  # what an error names
+    source: SourceFile
     lines: Sequence[str]
     before: int = 0  # lines of the file that come before these
-    ended: bool = True  # whether the last line has its end
 
-    @classmethod
-    def of(cls, source: SourceFile) -> "Lines":
-        """All lines of a file."""
-        return cls(source.name, source.lines, ended=source.text[-1:] in "\r\n")
+    @property
+    def ended(self) -> bool:
+        """Whether the last line of the file has its end."""
+        return self.source.text[-1:] in "\r\n"
 
     def error(self, index: int, why: str) -> RecordError:
         """An error that names file and line."""
-        return RecordError(f"{self.file} line {self.before + index + 1}: {why}")
+        return RecordError(f"{self.source.name} line {self.before + index + 1}: {why}")
 
     def number(self, text: str, index: int, what: str) -> float:
         """A finite number that fills a text of a line; not blank, ``nan``, ``******``, nor two numbers that touch."""
@@ -80,7 +79,7 @@ class Lines:
 
     def surplus(self, samples: int, more: str) -> tuple[str, ...]:
         """What is said of a file that goes on after the samples that its header promises."""
-        return (f"{self.file} goes on after the {samples} samples that its header promises: {more} left out",)
+        return (f"{self.source.name} goes on after the {samples} samples that its header promises: {more} left out",)
 
     def samples(
         self, first: int, *, width: int, per_line: int, count: int, last: bool = False
@@ -193,14 +192,14 @@ class Lines:
         return values.astype(np.int64)
 
 
-_ReadOne = Callable[[SourceFile, Lines], tuple[Component, int]]
+_ReadOne = Callable[[Lines], tuple[Component, int]]
 
 
 def in_turn(begins: str, remedy: str) -> Callable[[_ReadOne], Callable[[SourceFile], list[Component]]]:
     """A reader of files in which components stand one after the other, made of one that reads a component.
 
-    That one gets the file and its lines from the beginning of a component on, which fits a pattern, and says how many
-    the component takes; blank lines are left. A RecordError names the line where one is cut or contradicts itself.
+    That one gets the lines from the beginning of a component on, which fits a pattern, and says how many the component
+    takes; blank lines are left. A RecordError names the line where one is cut or contradicts itself.
     """
 
     def read_all(read: _ReadOne, source: SourceFile) -> list[Component]:
@@ -208,10 +207,10 @@ def in_turn(begins: str, remedy: str) -> Callable[[_ReadOne], Callable[[SourceFi
         while at < len(source.lines):
             line, length = source.lines[at].strip(), 1
             if line:
-                block = Lines(source.name, source.lines[at:], at)
+                block = Lines(source, source.lines[at:], at)
                 if not re.match(begins, line, re.IGNORECASE):
                     raise block.error(0, f"{line[:40]!r} where the next component should begin; {remedy}")
-                component, length = read(source, block)
+                component, length = read(block)
                 components.append(component)
             at += length
         return components

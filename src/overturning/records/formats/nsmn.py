@@ -10,7 +10,7 @@ from typing import Final
 
 from overturning.records.component import Component
 from overturning.records.formats.header import Fields, Header, epicentre, stated_time
-from overturning.records.formats.lines import FLOAT, Lines
+from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -32,10 +32,8 @@ FIELDS: Final[Fields] = {
 
 def read(source: SourceFile) -> list[Component]:
     """Read all components; a RecordError names the line where the file is cut or contradicts itself."""
-    lines = Lines.of(source)
-    lines.check_header(HEADER_LINES)
-    header = Header.of(lines, FIELDS)
-    values = lines.rows(HEADER_LINES, 3)
+    header = Header.of(source, FIELDS, length=HEADER_LINES)
+    values = header.rows(HEADER_LINES, 3)
     count, notes = header.promised("number of data", len(values))
     moment, _, fraction = header.text("time of the record").partition(".")
     components = []
@@ -44,14 +42,12 @@ def read(source: SourceFile) -> list[Component]:
         if stated is None:
             raise header.error("PGA in Gal (no other unit is read)", f"no peak of {axis}; get the file again")
         components.append(
-            Component.of(
-                source,
+            header.component(
                 axis,
                 direction,
                 values[:count, column] * GAL,
-                header.number("sampling interval"),
-                start=header.time("time of the record", "%d/%m/%Y %H:%M:%S.%f", text=f"{moment}.{fraction[:6] or 0}"),
-                station=header.text("station"),
+                header.value("sampling interval"),
+                start=header.moment("time of the record", "%d/%m/%Y %H:%M:%S.%f", text=f"{moment}.{fraction[:6] or 0}"),
                 event=f"earthquake of {header.text('origin')}",
                 origin=stated_time(header.text("origin").partition(".")[0], "%d/%m/%Y %H:%M:%S"),
                 place=header.place("a place like 40.84N-31.15E"),

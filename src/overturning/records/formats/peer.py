@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from overturning.records.component import Component, parse_axis
 from overturning.records.formats.header import Fields, Header
-from overturning.records.formats.lines import FLOAT, Lines
+from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
@@ -24,10 +24,8 @@ FIELDS: Final[Fields] = {
 
 def read(source: SourceFile) -> list[Component]:
     """Read one component; a RecordError where it is no acceleration in g, or the header promises other samples."""
-    lines = Lines.of(source)
-    lines.check_header(5)
-    header = Header.of(lines, FIELDS, 4)
-    samples = lines.column(4)
+    header = Header.of(source, FIELDS, 4, length=5)
+    samples = header.column(4)
     count, notes = header.promised("NPTS", samples.size)
     parts = [part.strip() for part in header.text("names").split(",")]
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()
@@ -39,6 +37,4 @@ def read(source: SourceFile) -> list[Component]:
     corners = header.match("corners")
     filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
     more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered, "notes": notes}
-    return [
-        Component.of(source, axis, parse_axis(axis), samples[:count] * STANDARD_GRAVITY, header.number("DT"), **more)
-    ]
+    return [header.component(axis, parse_axis(axis), samples[:count] * STANDARD_GRAVITY, header.value("DT"), **more)]

@@ -24,7 +24,7 @@ NULL: Final = -32768
 
 def read(source: SourceFile) -> list[Component]:
     """Read one component; a RecordError names the line where it is no accelerogram, is cut, or contradicts itself."""
-    text = Lines.of(source)
+    text = Lines(source, source.lines)
     lines = text.lines
     kind = lines[0].strip()
     if kind not in KINDS:

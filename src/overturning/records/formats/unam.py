@@ -12,7 +12,7 @@ from typing import Final
 
 from overturning.records.component import UNKNOWN, Component, parse_axis
 from overturning.records.formats.header import Fields, Header
-from overturning.records.formats.lines import FLOAT, Lines
+from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -34,13 +34,12 @@ DAY: Final = timedelta(days=1)
 
 def read(source: SourceFile) -> list[Component]:
     """Read all channels; a RecordError names the line where the file is cut or contradicts itself."""
-    lines = Lines.of(source)
-    header = Header.of(lines, FIELDS)
+    header, lines = Header.of(source, FIELDS), source.lines
     heading = header.at("DATOS DE ACELERACION") + 1
-    found = (i for i, line in enumerate(lines.lines[: heading + 10]) if re.match(rf"\s*{FLOAT}(\s|$)", line))
+    found = (i for i, line in enumerate(lines[: heading + 10]) if re.match(rf"\s*{FLOAT}(\s|$)", line))
     first = next((i for i in found if i >= heading), None)
     if first is None:
-        raise lines.error(len(lines.lines) - 1, "no samples after DATOS DE ACELERACION; the file is cut: get it again")
+        raise header.error(len(lines) - 1, "no samples after DATOS DE ACELERACION; the file is cut: get it again")
     if header.text("UNIDADES DE LOS DATOS"):
         header.check_unit("UNIDADES DE LOS DATOS", "gal|cm/s", "Gal")
     axes, intervals, counts = (
@@ -49,18 +48,17 @@ def read(source: SourceFile) -> list[Component]:
     if not len(axes) == len(intervals) == len(counts):
         why = f"{len(axes)} axes, {len(intervals)} intervals, {len(counts)} counts; get the file again"
         raise header.error("ORIENTACION", why)
-    values = lines.rows(first, len(axes))
+    values = header.rows(first, len(axes))
     promised = [header.promised("NUM. TOTAL DE MUESTRAS", len(values), count) for count in counts]
     peaks = _list(header, "ACEL. MAX.") if header.match("ACEL. MAX.") else []
     origin, start = _moments(header)
     return [
-        Component.of(
-            source,
+        header.component(
             axis,
             # A vertical axis says nothing that is known about up, a +V included.
             UNKNOWN if "V" in axis.upper() else parse_axis(axis),
             values[: promised[column][0], column] * GAL,
-            header.number("INTERVALO DE MUESTREO", intervals[column]),
+            header.value("INTERVALO DE MUESTREO", intervals[column]),
             start=start,
             station=header.text("CLAVE DE LA ESTACION"),
             event=f"earthquake of {header.text('FECHA DEL SISMO')} {header.text('HORA EPICENTRO')} GMT",
@@ -87,13 +85,13 @@ def _list(header: Header, name: str) -> list[str]:
 def _place(header: Header) -> tuple[float, float]:
     """Latitude and longitude, degrees, from the station's line and the one below it, in either order."""
     at = header.at("COORDENADAS DE LA ESTACION")
-    below = " ".join(header.lines.lines[at : at + 2])
+    below = " ".join(header.lines[at : at + 2])
     latitude, longitude = (
         re.search(rf"({FLOAT})\s*{name}\S*\s+([{letters}])", below, re.IGNORECASE)
         for name, letters in (("LAT", "NS"), ("LON", "EW"))
     )
     if latitude is None or longitude is None:
-        raise header.lines.error(at, "no place like 17.0 LAT. N and 100.0 LONG. W; correct it")
+        raise header.error(at, "no place like 17.0 LAT. N and 100.0 LONG. W; correct it")
     north, east = (float(f[1]) * (-1 if f[2].upper() in "SW" else 1) for f in (latitude, longitude))
     return north, east
 
@@ -102,7 +100,7 @@ def _moments(header: Header) -> tuple[datetime, datetime]:
     """Origin time and that of the first sample: its clock on the day on which it is nearest to the earthquake."""
     day = header.text("FECHA DEL SISMO")
     origin, start = (
-        header.time(name, "%Y/%m/%d %H:%M:%S.%f", "%Y/%m/%d %H:%M:%S", text=f"{day} {header.text(name)}"[:26])
+        header.moment(name, "%Y/%m/%d %H:%M:%S.%f", "%Y/%m/%d %H:%M:%S", text=f"{day} {header.text(name)}"[:26])
         for name in ("HORA EPICENTRO", "HORA DE LA PRIMERA MUESTRA")
     )
     return origin, start + round((origin - start) / DAY) * DAY

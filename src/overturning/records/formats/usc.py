@@ -15,9 +15,8 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.records.component import Component, Direction, agreed, coded_azimuth
-from overturning.records.formats.header import PLACE, Fields, Header, epicentre, stated_time
+from overturning.records.formats.header import PLACE, Fields, Header, stated_time
 from overturning.records.formats.lines import FLOAT, Lines, in_turn
-from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
 TEXT_LINES: Final = 13
@@ -45,11 +44,9 @@ LONGEST_GAP: Final = 0.1
 
 
 @in_turn(r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file")
-def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
+def read(block: Lines) -> tuple[Component, int]:
     """The channel that begins with these lines, and how many lines it takes."""
-    text = block.lines
-    block.check_header(TEXT_LINES + 14)
-    header = Header.of(block, FIELDS, TEXT_LINES)
+    header, text = Header.of(block, FIELDS, TEXT_LINES, length=TEXT_LINES + 14), block.lines
     # The variant has its reals two lines earlier, and a pair less to a line.
     narrow = "." in text[TEXT_LINES + 5]
     whole = block.fixed_integers(TEXT_LINES, width=4 if narrow else 5, per_line=20 if narrow else 16, count=100)
@@ -64,23 +61,20 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     values = pairs.fixed_columns(first, width=7, per_line=per_line, count=2 * count)
     end, notes = block.after_samples(first + -(-2 * count // per_line), count)
     time, samples = values[0::2], values[1::2] * 0.1 * STANDARD_GRAVITY
-    if abs(time[-1] - header.number("DURATION")) > 0.011:
+    if abs(time[-1] - header.value("DURATION")) > 0.011:
         why = f"the last sample is at {time[-1]:g} s, the header's length {header.text('DURATION')} s"
         raise header.error("DURATION", f"{why}; the file is cut: get it again")
     samples, interval, resampled = _evenly(block, first, per_line // 2, time, samples)
     ends = end < len(text) and bool(text[end].strip()) and not text[end].startswith("FILE")
-    return Component.of(
-        source,
+    return header.component(
         header.text("COMP"),
         agreed(header.text("COMP"), SENSES.get(code, coded_azimuth(code)), partial(header.error, "COMP")),
         samples,
         interval,
         station=f"USC {header.text('station')}, {header.text('site')}",
-        event=" ".join(header.text("event").split()),
         origin=stated_time(re.sub("[-,]", " ", header.text("origin")), "%b %d %Y %H%M GMT"),
-        place=header.place("coordinates"),
         film=True,
-        extra=({"magnitude": float(real[11])} if real[11] > 0 else {}) | epicentre(*header.place("epicentre")),
+        extra={"magnitude": float(real[11])} if real[11] > 0 else {},
         notes=(*notes, *resampled),
     ), end + ends
 
@@ -104,7 +98,7 @@ def _evenly(
     fine = np.arange(int(time[-1] / INTERVAL * FINER + 1e-6) + 1) * (INTERVAL / FINER)
     out = resample_poly(PchipInterpolator(time, samples)(fine), 1, FINER, padtype="line")
     note = (
-        f"{block.file}: uneven times, {1e3 * mean:.1f} ms apart on average and {1e3 * steps.max():.0f} ms at most, "
-        f"resampled to {1e3 * INTERVAL:g} ms (monotone cubic, anti-alias filter at {0.5 / INTERVAL:g} Hz)"
+        f"{block.source.name}: uneven times, {1e3 * mean:.1f} ms apart on average and {1e3 * steps.max():.0f} ms at "
+        f"most, resampled to {1e3 * INTERVAL:g} ms (monotone cubic, anti-alias filter at {0.5 / INTERVAL:g} Hz)"
     )
     return np.ascontiguousarray(out, dtype=np.float64), INTERVAL, (note,)

@@ -8,23 +8,33 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
+from overturning import Motion, run_study
+from overturning.commands.workflow import surface
 from overturning.errors import ArgumentError, RecordError
-from overturning.motion.soil import QUIET, TAIL, Soil, through_soil
+from overturning.motion.soil import QUIET, TAIL, Layer, Rock, through_soil
+from overturning.records.processing import process
+from overturning.records.pulses import parse_pulse, pulse_record
+from overturning.records.record import provenance, summary
+from overturning.records.site import Site
+from overturning.records.store import read_motion, rounded, write_motion
 from tests.expect import refused
 
 if importlib.util.find_spec("pystrata") is None and "OVERTURNING_NO_SKIP" not in os.environ:
     pytest.skip("pystrata is not installed (`make soil`)", allow_module_level=True)
 
 INTERVAL = 0.01
-LAYER, ROCK = Soil(20, 200, 1800, 0.05), Soil(0, 1000, 2200, 0.01)
+LAYER, ROCK = Layer(thickness_m=20, velocity_m_s=200), Rock(velocity_m_s=1000)
+SITE = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 1000}}
+PULSE = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
 
 
-def transfer(frequency: np.ndarray, layer: Soil, rock: Soil) -> np.ndarray:
+def transfer(frequency: np.ndarray, layer: Layer, rock: Rock) -> np.ndarray:
     """Surface over outcrop (Kramer 1996, Geotechnical Earthquake Engineering, 7.28); G (√(1 − 4ξ²) + 2iξ)."""
-    speed = [one.velocity * np.sqrt(np.sqrt(1 - 4 * one.damping**2) + 2j * one.damping) for one in (layer, rock)]
-    impedance = layer.density * speed[0] / (rock.density * speed[1])
-    phase = 2 * np.pi * frequency * layer.thickness / speed[0]
+    speed = [one.velocity_m_s * np.sqrt(np.sqrt(1 - 4 * one.damping**2) + 2j * one.damping) for one in (layer, rock)]
+    impedance = layer.density_kg_m3 * speed[0] / (rock.density_kg_m3 * speed[1])
+    phase = 2 * np.pi * frequency * layer.thickness_m / speed[0]
     return 1 / (np.cos(phase) + 1j * impedance * np.sin(phase))
 
 
@@ -34,7 +44,7 @@ def noise() -> np.ndarray:
 
 
 def test_one_layer_is_the_closed_form(noise: np.ndarray) -> None:
-    found = through_soil(noise, INTERVAL, [LAYER, ROCK])
+    found = through_soil(noise, INTERVAL, [LAYER], ROCK)
     length = 1 << 16
     frequency = np.fft.rfftfreq(length, INTERVAL)
     expected = np.fft.irfft(np.fft.rfft(noise, length) * transfer(frequency, LAYER, ROCK), length)
@@ -47,15 +57,15 @@ def test_what_follows_the_record_does_not_come_before_it(noise: np.ndarray) -> N
     # A pulse at the very end: without zeros behind it its echo would stand at the start.
     late = np.zeros(1000)
     late[-50:] = np.hanning(50)
-    found = through_soil(late, INTERVAL, [LAYER, ROCK]).samples
+    found = through_soil(late, INTERVAL, [LAYER], ROCK).samples
     assert np.abs(found[:900]).max() < 0.01 * np.abs(found).max()
-    assert 5 * 4 * LAYER.thickness / LAYER.velocity < QUIET  # five fundamental periods
+    assert 5 * 4 * LAYER.thickness_m / LAYER.velocity_m_s < QUIET  # five fundamental periods
 
 
 def test_resonance_stands_at_the_fundamental_period() -> None:
     time = np.arange(0, 30, INTERVAL)
     peaks = [
-        np.abs(through_soil(np.sin(2 * np.pi * time / period), INTERVAL, [LAYER, ROCK]).samples[1500:3000]).max()
+        np.abs(through_soil(np.sin(2 * np.pi * time / period), INTERVAL, [LAYER], ROCK).samples[1500:3000]).max()
         for period in (0.25, 0.4, 0.8)
     ]
     expected = np.abs(transfer(1 / np.array([0.25, 0.4, 0.8]), LAYER, ROCK))
@@ -63,9 +73,8 @@ def test_resonance_stands_at_the_fundamental_period() -> None:
 
 
 def test_weak_motion_through_a_curve_is_nearly_linear_and_strong_motion_is_not(noise: np.ndarray) -> None:
-    curve = "Vucetic & Dobry (91), PI=15"
-    soft = [Soil(20, 200, 1800, 0.02, curve), ROCK]
-    weak, strong = (through_soil(scale * noise, INTERVAL, soft) for scale in (1e-4, 3.0))
+    soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})
+    weak, strong = (through_soil(scale * noise, INTERVAL, [soft], ROCK) for scale in (1e-4, 3.0))
     assert weak.converged
     assert strong.largest_strain > 100 * weak.largest_strain
     ratio = np.abs(strong.samples).max() / 3.0 / (np.abs(weak.samples).max() / 1e-4)
@@ -73,75 +82,53 @@ def test_weak_motion_through_a_curve_is_nearly_linear_and_strong_motion_is_not(n
 
 
 def test_refuses_what_is_no_profile(noise: np.ndarray) -> None:
-    with pytest.raises(ArgumentError, match="half-space"):
-        through_soil(noise, INTERVAL, [ROCK])
+    with pytest.raises(ValidationError, match="thickness_m"):
+        Layer(thickness_m=0, velocity_m_s=200)
+    with pytest.raises(ValidationError, match="layers"):
+        Site(layers=[], rock=ROCK)
     with pytest.raises(ArgumentError, match="curve 'none'; known are"):
-        through_soil(noise, INTERVAL, [Soil(20, 200, 1800, 0.05, "none"), ROCK])
+        through_soil(noise, INTERVAL, [LAYER.model_copy(update={"curve": "none"})], ROCK)
 
 
 def test_as_the_site_of_a_study() -> None:
-    from overturning.records.processing import process
-    from overturning.records.pulses import parse_pulse, pulse_record
-    from overturning.records.record import summary
-    from overturning.records.site import Layer, Rock, Site
-
-    record = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
-    soft = Layer(thickness_m=20, velocity_m_s=200, curve="Vucetic & Dobry (91), PI=15")
-    done = process(record, (), Site(layers=[soft], rock=Rock(velocity_m_s=1000)))
-    alone = through_soil(
-        record.north, record.sampling_interval, [Soil(20, 200, 1800, 0.05, soft.curve), Soil(0, 1000, 2200, 0.01)]
-    )
+    soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})
+    done = process(PULSE, (), Site(layers=[soft], rock=ROCK))
+    alone = through_soil(PULSE.north, PULSE.sampling_interval, [soft], ROCK)
     assert done.north == pytest.approx(alone.samples)
     assert done.processing[0]["effect"]["pga"][1] == pytest.approx(np.abs(alone.samples).max())
     assert "north converged" in summary(done.processing[0])
-    linear = process(record, (), Site(layers=[Layer(thickness_m=20, velocity_m_s=200)], rock=Rock(velocity_m_s=1000)))
+    linear = process(PULSE, (), Site(layers=[LAYER], rock=ROCK))
     assert np.abs(linear.north).max() > np.abs(done.north).max()
 
 
 def test_a_borehole_s_motion_is_not_taken_for_outcropping_rock() -> None:
     """The surface came out too weak: within, what goes up and what comes back cancel in part."""
-    from overturning.records.processing import process
-    from overturning.records.pulses import parse_pulse, pulse_record
-    from overturning.records.site import Layer, Rock, Site
-
-    pulse = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
-    deep = replace(pulse, extra={"declared": ["borehole sensor"], "processed": True})
-    layers, rock = [Layer(thickness_m=20, velocity_m_s=200)], Rock(velocity_m_s=1000)
+    deep = replace(PULSE, extra={"declared": ["borehole sensor"], "processed": True})
     with refused(RecordError, "record pulse: of a borehole", "write `motion: within` at the site"):
-        process(deep, (), Site(layers=layers, rock=rock))
-    within = process(deep, (), Site(layers=layers, rock=rock, motion="within"))
-    outcrop = process(pulse, (), Site(layers=layers, rock=rock))
+        process(deep, (), Site(layers=[LAYER], rock=ROCK))
+    within = process(deep, (), Site(layers=[LAYER], rock=ROCK, motion="within"))
+    outcrop = process(PULSE, (), Site(layers=[LAYER], rock=ROCK))
     assert np.abs(within.north).max() > 1.3 * np.abs(outcrop.north).max()
 
 
 def test_a_record_that_is_given_to_a_study_goes_through_its_site() -> None:
     """One sine at the period of the layer, 4 H/v: the surface moves more, and throws what stands on rock."""
-    from overturning import Motion, run_study
-
     motion = Motion.sine(amplitude=2.0, period=0.4, cycles=6)
     keys = {"azimuth": {"step": 180}, "b_over_h": [0.2, 0.3], "height": [0.3], "ensemble": {"members": 0}}
-    site = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 1000}}
-    rock, soft = (run_study([motion], **keys, **more) for more in ({}, {"site": site}))
+    rock, soft = (run_study([motion], **keys, **more) for more in ({}, {"site": SITE}))
     peaks = json.loads(soft.attrs["record_processing"])["motion-1"]["peaks"]["pga"]
-    layers = [Soil(20, 200, 1800, 0.05), Soil(0, 1000, 2200, 0.01)]
-    expected = np.abs(through_soil(motion.north, motion.sampling_interval, layers).samples).max()
+    expected = np.abs(through_soil(motion.north, motion.sampling_interval, [LAYER], ROCK).samples).max()
     assert peaks == pytest.approx([2.0, expected], rel=1e-6)
     assert np.abs(rock["overturned"]).sum() < np.abs(soft["overturned"]).sum()
 
 
 def test_a_variant_has_motions_of_its_own(tmp_path: Path) -> None:
-    from overturning.commands.workflow import surface
-    from overturning.records.pulses import parse_pulse, pulse_record
-    from overturning.records.record import provenance
-    from overturning.records.store import read_motion, rounded, write_motion
-
-    record = rounded(pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0")))
-    site = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 1000}}
-    study = {"name": "x", "records": {"use": ["pulse"]}, "variants": {"soft": {"site": site}}}
+    record = rounded(PULSE)
+    study = {"name": "x", "records": {"use": ["pulse"]}, "variants": {"soft": {"site": SITE}}}
     renamed = replace(record, record_id="pulse")
     write_motion(renamed, tmp_path / "rock" / "pulse.nc")
     surface(json.dumps(study), tmp_path / "rock", tmp_path / "soft", "soft")
     found = read_motion(tmp_path / "soft" / "pulse.nc")
-    alone = through_soil(record.north, record.sampling_interval, [Soil(20, 200, 1800, 0.05), Soil(0, 1000, 2200, 0.01)])
+    alone = through_soil(record.north, record.sampling_interval, [LAYER], ROCK)
     assert found.north == pytest.approx(alone.samples, abs=1e-9)
     assert provenance(found)["peaks"]["pga"] == pytest.approx([np.abs(record.north).max(), np.abs(alone.samples).max()])

@@ -11,7 +11,8 @@ import xarray as xr
 from scipy.stats import norm
 
 from overturning.motion.jma_intensity import SURVEY_RULE
-from overturning.records.site import Layer, Rock, Site
+from overturning.motion.soil import Layer, Rock
+from overturning.records.site import Site
 from overturning.report.results import Results
 from overturning.report.sections.ground import ground
 from overturning.report.sections.population import population

@@ -11,6 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import BaseModel, Field
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
@@ -26,15 +27,29 @@ TOLERANCE: Final = 0.01
 """Relative change of modulus and damping below which an equivalent-linear run has converged."""
 
 
-@dataclass(frozen=True)
-class Soil:
-    """A layer, or the half-space below."""
+class Rock(BaseModel, extra="forbid", frozen=True):
+    """The half-space below the soil."""
 
-    thickness: float  # m; 0 for the half-space
-    velocity: float  # of shear waves, m/s
-    density: float  # kg/m³
-    damping: float  # ratio; counts for nothing where there is a curve, which has its own
-    curve: str | None = None  # published modulus-reduction and damping curve, by pystrata's name; None: linear
+    velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
+    density_kg_m3: float = Field(default=2200, ge=100, le=1e4, description="Density, kg/m³.")
+    damping: float = Field(default=0.01, ge=0, lt=0.5, description="Damping ratio.")
+
+
+class Layer(BaseModel, extra="forbid", frozen=True):
+    """A layer of soil."""
+
+    thickness_m: float = Field(gt=0, le=1e4, description="Thickness, m.")
+    velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
+    density_kg_m3: float = Field(default=1800, ge=100, le=1e4, description="Density, kg/m³.")
+    damping: float = Field(
+        default=0.05,
+        ge=0,
+        lt=0.5,
+        description="Damping ratio; beside a curve, which has its own, it counts for nothing.",
+    )
+    curve: str | None = Field(
+        default=None, description="Published modulus-reduction curve, by pystrata's name; none: the layer is linear."
+    )
 
 
 @dataclass(frozen=True)
@@ -59,7 +74,7 @@ def pystrata() -> Any:
 
 
 def through_soil(
-    samples: ArrayLike, sampling_interval: float, layers: Sequence[Soil], *, outcrop: bool = True
+    samples: ArrayLike, sampling_interval: float, layers: Sequence[Layer], rock: Rock, *, outcrop: bool = True
 ) -> Passed:
     """Take a component from rock to the surface.
 
@@ -69,18 +84,18 @@ def through_soil(
         Acceleration, m/s².
     sampling_interval : float
         s.
-    layers : sequence of Soil
-        From the surface down; the last, of thickness 0, is the half-space. Equivalent-linear where a layer has a curve.
+    layers : sequence of Layer
+        From the surface down; equivalent-linear where one has a curve.
+    rock : Rock
+        The half-space below them.
     outcrop : bool
         Whether the motion is that of outcropping rock, or of the rock below the layers ("within", as in a borehole).
 
     Raises
     ------
     ArgumentError
-        If there is no layer, the last is no half-space, a curve is not known, or pystrata is missing.
+        If a curve is not known, or pystrata is missing.
     """
-    if len(layers) < 2 or layers[-1].thickness != 0 or any(one.thickness <= 0 for one in layers[:-1]):
-        raise ArgumentError("site: give layers with a thickness above 0, and below them a half-space")
     package = pystrata()
     acceleration = np.asarray(samples, dtype=np.float64)
     count = acceleration.size + round(TAIL / sampling_interval)
@@ -88,24 +103,24 @@ def through_soil(
     motion = package.motion.TimeSeriesMotion(
         "", "", sampling_interval, acceleration / STANDARD_GRAVITY, fa_length=length
     )
-    profile = package.site.Profile(
-        [package.site.Layer(_soil_type(package, one), one.thickness, one.velocity) for one in layers]
-    )
+    below = package.site.Layer(_soil_type(package, rock), 0, rock.velocity_m_s)
+    soil = [package.site.Layer(_soil_type(package, one), one.thickness_m, one.velocity_m_s) for one in layers]
+    profile = package.site.Profile([*soil, below])
     nonlinear = any(one.curve for one in layers)
     linear, equivalent = package.propagation.LinearElasticCalculator, package.propagation.EquivalentLinearCalculator
     calculator = equivalent(tolerance=TOLERANCE) if nonlinear else linear()
-    below = profile.location("outcrop" if outcrop else "within", index=-1)
-    calculator(motion, profile, below)
-    transfer = calculator.calc_accel_tf(below, profile.location("outcrop", index=0))
+    incoming = profile.location("outcrop" if outcrop else "within", index=-1)
+    calculator(motion, profile, incoming)
+    transfer = calculator.calc_accel_tf(incoming, profile.location("outcrop", index=0))
     surface = motion.calc_time_series(transfer)[:count] * STANDARD_GRAVITY
     change = float(max(profile.max_error)) if nonlinear else 0.0
     strain = max(float(np.max(layer.strain_max)) for layer in profile[:-1]) if nonlinear else float("nan")
     return Passed(np.asarray(surface, dtype=np.float64), change < TOLERANCE, change, strain)
 
 
-def _soil_type(package: Any, soil: Soil) -> Any:
-    weight = soil.density * STANDARD_GRAVITY / 1e3  # kN/m³
-    if soil.curve is None:
+def _soil_type(package: Any, soil: Layer | Rock) -> Any:
+    weight = soil.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
+    if isinstance(soil, Rock) or soil.curve is None:
         return package.site.SoilType("", weight, None, soil.damping)
     known = package.site.known_published_curves()
     if soil.curve not in known:

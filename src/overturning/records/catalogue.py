@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, model_validator
 
 from overturning.errors import ConfigError, MissingDataError
 from overturning.records.source import (
@@ -55,10 +55,8 @@ METADATA: Final[dict[str, tuple[str, str, str]]] = {
 """What a record is described by, for the statistics: column of the record table, long name, unit (empty: a word)."""
 
 
-class RecordEntry(BaseModel):
+class RecordEntry(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
     """One line of the record table."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
 
     id: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")
     """Short name, lower case; names files too."""

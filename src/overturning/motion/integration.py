@@ -10,10 +10,3 @@ def integrate(samples: FloatArray, sampling_interval: float) -> FloatArray:
     integral = np.zeros_like(samples)
     np.cumsum(0.5 * sampling_interval * (samples[..., 1:] + samples[..., :-1]), axis=-1, out=integral[..., 1:])
     return integral
-
-
-def peaks(samples: FloatArray, sampling_interval: float) -> tuple[float, float, float]:
-    """Largest absolute acceleration (m/s²), velocity (m/s), displacement (m) of any component, starting from rest."""
-    velocity = integrate(samples, sampling_interval)
-    displacement = integrate(velocity, sampling_interval)
-    return tuple(float(np.abs(x).max()) for x in (samples, velocity, displacement))  # type: ignore[return-value]

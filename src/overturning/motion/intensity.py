@@ -132,11 +132,8 @@ def significant_duration(motion: Recorded, azimuth_deg: ArrayLike) -> FloatArray
     Between samples the cumulative intensity is taken as a straight line; 0 along an azimuth without motion.
     """
     cosines = cosines_of(azimuth_deg)
-    interval = motion.sampling_interval
-    summed = np.zeros((3, motion.samples))
-    for row, product in enumerate(_products(motion)):
-        np.cumsum(0.5 * interval * (product[1:] + product[:-1]), out=summed[row, 1:])
-    time = np.arange(motion.samples) * interval
+    summed = integrate(_products(motion), motion.sampling_interval)
+    time = np.arange(motion.samples) * motion.sampling_interval
     measure = np.zeros(cosines.shape[0])
     for row, form in enumerate(_forms(cosines)):
         along = form @ summed

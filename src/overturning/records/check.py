@@ -5,12 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from overturning.errors import AND, OverturningError
-from overturning.motion.integration import peaks
 from overturning.records.assembly import assemble
 from overturning.records.component import Component, largest
 from overturning.records.processing import process
 from overturning.records.read import group_components, read_files, with_sisters
-from overturning.records.record import Record, drift, state_of, summary
+from overturning.records.record import Record, drift, peaks_of, state_of, summary
 from overturning.records.source import Declarations, SourceFile, read_source
 
 
@@ -119,7 +118,7 @@ def describe(finding: Finding) -> str:
 
 
 def _peaks(used: Record) -> str:
-    pga, pgv, pgd = (f"{100 * peak:.1f}" for peak in peaks(used.horizontal, used.sampling_interval))
+    pga, pgv, pgd = (f"{100 * peak:.1f}" for peak in peaks_of(used.horizontal, used.sampling_interval).values())
     why = drift(used)
     pgd, drifts = (f"({pgd})", f"\n  drift, so its PGD is none: {why}") if why else (pgd, "")
     steps = [summary(step) for step in used.processing if step["step"] != "common_window"]

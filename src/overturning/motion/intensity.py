@@ -38,29 +38,18 @@ PREDOMINANT_PERIODS = np.geomspace(0.04, 4.0, 81)
 """Periods among which the predominant one is sought, s: 6 % apart."""
 
 
-def peaks_by_azimuth(motion: Recorded, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
-    """PGA in m/s², PGV in m/s and PGD in m along azimuths, shape (m,), without xarray.
-
-    Velocity and displacement come from the trapezoidal rule, starting from rest; integration and rotation commute, so
-    each component is integrated once.
-    """
-    cosines = cosines_of(azimuth_deg)
-    acceleration = motion.horizontal
-    velocity = integrate(acceleration, motion.sampling_interval)
-    displacement = integrate(velocity, motion.sampling_interval)
-    series = zip(PEAKS, (acceleration, velocity, displacement), strict=True)
-    return {name: largest_along(pair, cosines) for name, pair in series}
-
-
 def measures_by_azimuth(motion: Recorded, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
-    """Every measure of ``MEASURES`` along azimuths, without xarray; see its functions for the definitions.
+    """Every measure of ``MEASURES`` along azimuths, shape (m,), without xarray; see its functions for the definitions.
 
-    The measures of φ and φ + 180° are the same, so half a turn is computed.
+    The measures of φ and φ + 180° are the same, so half a turn is computed. Velocity and displacement come from the
+    trapezoidal rule, starting from rest; integration and rotation commute, so each component is integrated once.
     """
     from overturning.motion.spectra import spectra_by_azimuth, spectrum_intensity
 
     half, back = np.unique(np.round(checked_azimuths(azimuth_deg) % 180.0, 9), return_inverse=True)
-    measures = peaks_by_azimuth(motion, half)
+    velocity = integrate(motion.horizontal, motion.sampling_interval)
+    series = (motion.horizontal, velocity, integrate(velocity, motion.sampling_interval))
+    measures = {name: largest_along(pair, cosines_of(half)) for name, pair in zip(PEAKS, series, strict=True)}
     measures["arias"] = arias_intensity(motion, half)
     measures["cav"] = cumulative_absolute_velocity(motion, half)
     measures["duration"] = significant_duration(motion, half)

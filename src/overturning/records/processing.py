@@ -14,7 +14,7 @@ from overturning.motion.plausible import implausible
 from overturning.records.assembly import iso
 from overturning.records.record import Record, peaks_of
 from overturning.records.site import Site
-from overturning.records.steps import Highpass, RemoveMean, Step, Taper
+from overturning.records.steps import Highpass, RemoveMean, Resample, Step, Taper
 
 DEFAULT_HZ: Final = 0.1
 """Corner where no noise tells it, Hz; what is below it an accelerograph of the film age does not resolve."""
@@ -48,13 +48,14 @@ def process(record: Record, steps: Sequence[Step] | None, site: Site | None = No
     """
     steps = default_steps(record) if steps is None else steps
     for step in steps:
-        chosen, interval = "", record.sampling_interval
+        chosen = ""
         if isinstance(step, Highpass) and step.corner_hz == "auto":
             corner, chosen = choose_corner(record)
             step = step.model_copy(update={"corner_hz": corner})
-        shift, change = step.shift(interval), partial(step.apply, record=record)
+        shift, change = step.shift(record.sampling_interval), partial(step.apply, record=record)
+        interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
         start = record.start and iso(datetime.fromisoformat(record.start) + timedelta(seconds=shift))
-        changed = record.with_each(change, sampling_interval=step.interval(interval), start=start)
+        changed = record.with_each(change, sampling_interval=interval, start=start)
         record = _with_entry(record, changed, step, chosen, shift)
     if site is not None:
         surface, chosen = site.apply(record)

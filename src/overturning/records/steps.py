@@ -29,10 +29,6 @@ class _Step(BaseModel):
         """A component of the record after the step, m/s²; a RecordError where the step does not fit the record."""
         raise NotImplementedError
 
-    def interval(self, before: float) -> float:
-        """Sampling interval after the step, s."""
-        return before
-
     def shift(self, interval: float) -> float:  # noqa: ARG002
         """Time of the first sample after the step less that before it, s."""
         return 0.0
@@ -216,9 +212,6 @@ class Resample(_Step):
             return samples
         out = resample_poly(samples, ratio.numerator, ratio.denominator)
         return np.ascontiguousarray(out, dtype=np.float64)
-
-    def interval(self, before: float) -> float:  # noqa: ARG002, D102
-        return self.sampling_interval_s
 
 
 class Cut(_Step):

@@ -7,7 +7,7 @@ with velocity and displacement, which are not read.
 
 from datetime import timedelta
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 from overturning.records.component import UNKNOWN, Component, agreed, parse_axis
 from overturning.records.formats.header import PLACE, Fields, Header, stated_time
@@ -53,6 +53,8 @@ def read(block: Lines) -> tuple[Component, int]:
     *day, hour, minute, millis = (int(whole[i]) for i in (8, 9, 18, 19, 38, 39))  # of the buffer's start, UT
     # The earthquake by its time, and by its place as that of the epicentre, which may be far from the station.
     when, where = (" ".join(header.text(name).split()) for name in ("origin", "near"))
+    bands = header.text("bands").replace(" are", "") if corrected else ""
+    agency = {"agency_processing": f"band-pass filter, {bands}"} if bands else {}
     end, notes = block.after_samples(end, count)
     return header.component(
         axis,
@@ -65,14 +67,7 @@ def read(block: Lines) -> tuple[Component, int]:
         origin=stated_time(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
         peak=header.peak("Acceleration: Peak in mm/s/s", MM),
         processed=corrected,
-        extra=_extra(header, float(real[14]), corrected),
+        # The magnitude is 0 where it is not known.
+        extra=({"magnitude": float(real[14])} if real[14] > 0 else {}) | agency,
         notes=notes,
     ), end
-
-
-def _extra(header: Header, magnitude: float, corrected: bool) -> dict[str, Any]:
-    """Magnitude, which is 0 where it is not known, and what the agency's filter was."""
-    extra: dict[str, Any] = {"magnitude": magnitude} if magnitude > 0 else {}
-    if corrected and header.text("bands"):
-        extra["agency_processing"] = f"band-pass filter, {header.text('bands').replace(' are', '')}"
-    return extra

@@ -8,9 +8,19 @@ import numpy as np
 HEADERS = Path(__file__).parent / "headers"
 
 
-def head(form: str, **stated) -> str:
-    """The lines of a header as a file of the form has them, with the numbers and names that are stated in it."""
-    return (HEADERS / f"{form}.txt").read_text(encoding="utf-8").format(**stated)
+def head(form: str, samples, interval: float, **more) -> str:
+    """The lines of a header as a file of the form has them, of these samples, with what else is stated in it."""
+    n, extreme = samples.size, samples[np.abs(samples).argmax()]
+    stated = {"n": n, "interval": interval, "seconds": n * interval, "last": (n - 1) * interval, "extreme": extreme}
+    return (HEADERS / f"{form}.txt").read_text(encoding="utf-8").format(**stated, peak=abs(extreme), **more)
+
+
+def numbers(size: int, unknown: float, known: dict[int, tuple]) -> list:
+    """The numbers of a header, of which those from some places on are known."""
+    found = [unknown] * size
+    for place, values in known.items():
+        found[place : place + len(values)] = values
+    return found
 
 
 KNET_SENSORS = {None: ("N-S", "E-W", "U-D"), 1: ("1", "2", "3"), 2: ("4", "5", "6")}
@@ -23,12 +33,11 @@ def knet_text(
 ) -> str:  # fmt: skip
     """K-NET ASCII; ``start`` is the first sample's time in UTC, counts carry their offset."""
     counts = np.asarray(counts, dtype=int)
-    gain = float(scale[0]) / float(scale[1])
-    recorded = start + timedelta(hours=9, seconds=15)
-    origin, duration = recorded - timedelta(seconds=20), counts.size / float(rate.removesuffix("Hz"))
+    recorded, interval = start + timedelta(hours=9, seconds=15), 1 / float(rate.removesuffix("Hz"))
+    gal = (counts - counts.mean()) * (float(scale[0]) / float(scale[1]))
     stated = {"direction": direction, "rate": rate, "station": station, "scale": scale, "magnitude": magnitude}
-    stated |= {"peak": np.abs(counts - counts.mean()).max() * gain, "memo": memo}
-    text = head("knet", origin=origin, recorded=recorded, duration=duration, **stated)
+    stated |= {"origin": recorded - timedelta(seconds=20), "recorded": recorded, "memo": memo}
+    text = head("knet", gal, interval, **stated)
     for row in range(0, counts.size, 8):
         text += "".join(f"{value:>9d}" for value in counts[row : row + 8]) + "\n"
     return text
@@ -61,20 +70,15 @@ def geonet_text(components: dict, interval: float, *, corrected=True, prepended=
     for axis, (bearing, samples) in components.items():
         samples = np.asarray(samples, dtype=float)
         n = samples.size
-        peak = samples[np.abs(samples).argmax()]
         kind = "Corrected" if corrected else "Uncorrected"
         unit = f"Instrument corrected data at {interval:.3f} sec intervals"
         raw = f"Raw readings in units of 1.00 mm/s/s  at intervals of {interval:.3f} s"
-        stated = {"kind": kind, "unit": unit if corrected else raw, "n": n, "seconds": n * interval}
-        whole = [0] * 40
-        whole[8:10], whole[18:20] = (2016, 11), (13, 11)
-        whole[27] = bearing
-        whole[31] = prepended
-        whole[33:36] = n, n if corrected else 0, n if corrected else 0
-        whole[38:40] = 2, 19_000
-        real = [0.0] * 60
-        real[14], real[24], real[25] = magnitude, interval, interval
-        text += head("geonet", axis=axis, peak=peak, **stated) + fixed(whole, 8, 0, 10)
+        counts = (n, n, n) if corrected else (n, 0, 0)
+        of_start = {8: (2016, 11), 18: (13, 11), 38: (2, 19_000)}
+        whole = numbers(40, 0, of_start | {27: (bearing,), 31: (prepended,), 33: counts})
+        real = numbers(60, 0.0, {14: (magnitude,), 24: (interval, interval)})
+        text += head("geonet", samples, interval, axis=axis, kind=kind, unit=unit if corrected else raw)
+        text += fixed(whole, 8, 0, 10)
         text += "".join(fixed(real[i : i + 10], 8, 4, 10) for i in range(0, 60, 10))
         text += fixed(samples, 8, 1, 10) * (3 if corrected else 1)
     return text
@@ -86,17 +90,8 @@ def csmip_text(channels: dict, rate: int, *, volume: int = 1) -> str:
     for number, (axis, (azimuth, samples)) in enumerate(channels.items(), 1):
         samples = np.asarray(samples, dtype=float)
         n = samples.size
-        peak = np.abs(samples).max()
-        lines = ["Corrected Accelerogram Data    Processed: 07/06/19, CGS"] if volume == 2 else []
-        lines += head("csmip", number=number, axis=axis, n=n, seconds=n / rate, rate=rate).splitlines()
-        if volume == 1:
-            lines.append(f"Units of uncor data are sec and g.         Max  = {peak:6.3f} g, at  234.360 sec.")
-        else:
-            lines.append(f"Peak acceleration = {peak:10.3f} cm/sec/sec at 1.0 sec")
-        lines += [""] * ((13 if volume == 1 else 25) - len(lines))
-        whole = [-999] * 100
-        whole[26], whole[27] = azimuth, n
-        text += "\n".join(lines) + "\n" + fixed(whole, 5, 0, 16)
+        text += head(f"csmip{volume}", samples, 1 / rate, number=number, axis=axis, rate=rate)
+        text += fixed(numbers(100, -999, {26: (azimuth, n)}), 5, 0, 16)
         if volume == 1:
             text += fixed([0.0] * 50, 10, 6, 8)
             text += f" {n:5d} Accelerogram points at {rate} pts/sec in units of g.       Format: (8f9.6)\n"
@@ -115,15 +110,10 @@ def pairs_text(channels: dict, interval: float, form: str, **more) -> str:
     text = ""
     for number, (axis, (azimuth, samples)) in enumerate(channels.items(), 1):
         samples = np.asarray(samples, dtype=float)
-        n, peak = samples.size, np.abs(samples).max() / 10
-        stated = {"n": n, "seconds": n * interval, "last": (n - 1) * interval, "peak": peak, **more}
-        lines = head(form, number=number, axis=axis, **stated).splitlines()
-        whole = [0] * 100
-        whole[26:28] = azimuth, samples.size
+        text += head(form, samples, interval, number=number, axis=axis, g=np.abs(samples).max() / 10, **more)
+        whole = numbers(100, 0, {26: (azimuth, samples.size)})
         pairs = np.column_stack([np.arange(samples.size) * interval, samples]).ravel()
-        text += (
-            "\n".join(lines + [""] * (13 - len(lines))) + "\n" + fixed(whole, 5, 0, 16) + fixed([0.0] * 50, 10, 6, 8)
-        )
+        text += fixed(whole, 5, 0, 16) + fixed([0.0] * 50, 10, 6, 8)
         text += fixed(pairs, 7, 3, 10) + f"/&  ----------  END OF DATA FOR CHANNEL {number}  ----------\n"
     return text
 
@@ -140,14 +130,11 @@ def cosmos_text(channels: dict, interval: float, *, unit: int = 4, kind: str = "
     for number, (axis, (code, samples)) in enumerate(channels.items(), 1):
         samples = np.asarray(samples, dtype=float)
         n = samples.size
-        whole = [-999] * 100
-        whole[1], whole[2], whole[53] = 1, unit, code
-        whole[39:45] = 2005, 167, 6, 16, 20, 53
-        real = [-999.0] * 100
-        real[0], real[1], real[12], real[29] = 34.046, -117.035, 4.8, 4.4
-        real[61], real[62], real[63] = interval * 1000, n * interval, samples[np.abs(samples).argmax()]
-        stated = {"kind": kind, "unit": word, "peak": samples[np.abs(samples).argmax()]}
-        text += head("cosmos", number=number, axis=axis, **stated) + fixed(whole, 8, 0, 10)
+        whole = numbers(100, -999, {1: (1, unit), 39: (2005, 167, 6, 16, 20, 53), 53: (code,)})
+        about = (interval * 1000, n * interval, samples[np.abs(samples).argmax()])
+        real = numbers(100, -999.0, {0: (34.046, -117.035), 12: (4.8,), 29: (4.4,), 61: about})
+        text += head("cosmos", samples, interval, number=number, axis=axis, kind=kind, unit=word)
+        text += fixed(whole, 8, 0, 10)
         text += " 100 Real-header values follow on  17 lines, Format= (6F13.6)\n" + fixed(real, 13, 6, 6)
         text += '   1 Comment line(s) follow, each starting with a "|":\n| a comment\n'
         text += f"{n:7d}  acceleration pts, approx {n * interval:4.0f} secs, units={word}({unit:02d}),"
@@ -161,14 +148,11 @@ def smc_text(samples, rate: float, axis: str, *, kind: str = "2 CORRECTED ACCELE
     """SMC; samples in cm/s²."""
     samples = np.asarray(samples, dtype=float)
     azimuth = int(axis) if axis.isdigit() else 0
-    null = -32768
-    whole = [null] * 48
-    whole[1:7] = 1989, 291, 0, 4, 12, 500
-    whole[12], whole[13], whole[15], whole[16] = vertical, azimuth, 2, samples.size
-    real = [1.7e38] * 50
-    real[1], real[5], real[10], real[11] = rate, 7.1, 37.728, -122.385
-    real[28:32] = 1.0, samples.max(), 2.0, samples.min()
-    lines = head("smc", kind=kind, axis=axis, peak=np.abs(samples).max()).splitlines()
+    start = (1989, 291, 0, 4, 12, 500)
+    whole = numbers(48, -32768, {1: start, 12: (vertical, azimuth), 15: (2, samples.size)})
+    known = {1: (rate,), 5: (7.1,), 10: (37.728, -122.385), 28: (1.0, samples.max(), 2.0, samples.min())}
+    real = numbers(50, 1.7e38, known)
+    lines = head("smc", samples, 1 / rate, kind=kind, axis=axis).splitlines()
     text = "".join(f"{line:<80}\n" for line in lines) + fixed(whole, 10, 0, 8)
     text += "".join("".join(f"{v:15.7E}" for v in real[i : i + 5]) + "\n" for i in range(0, 50, 5))
     text += "|" + " " * 79 + "\n|a comment\n"
@@ -179,15 +163,12 @@ def smc_text(samples, rate: float, axis: str, *, kind: str = "2 CORRECTED ACCELE
 def peer_text(samples, interval: float, axis: str, *, header: str = "new") -> str:
     """PEER AT2, in g, with the new header, or one of the two old ones."""
     samples = np.asarray(samples, dtype=float)
-    n, short = samples.size, f"{interval:.5f}".replace("0.0", ".0")
     words = [f"{v:15.7E}" for v in samples]
-    stated = head(f"peer-{header}", axis=axis, n=n, interval=interval, short=short)
-    return stated + "".join("".join(words[i : i + 5]) + "\n" for i in range(0, n, 5))
+    stated = head(f"peer-{header}", samples, interval, axis=axis, short=f"{interval:.5f}".replace("0.0", ".0"))
+    return stated + "".join("".join(words[i : i + 5]) + "\n" for i in range(0, samples.size, 5))
 
 
 def esm_text(samples, interval: float, stream: str) -> str:
     """DYNA 1.2; samples in cm/s²."""
     samples = np.asarray(samples, dtype=float)
-    peak = samples[np.abs(samples).argmax()]
-    stated = {"interval": interval, "n": samples.size, "seconds": samples.size * interval, "peak": peak}
-    return head("esm", stream=stream, **stated) + "".join(f"{v:.6f}\n" for v in samples)
+    return head("esm", samples, interval, stream=stream) + "".join(f"{v:.6f}\n" for v in samples)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.records.record_writers import cosmos_text, fixed, head, pairs_text
+from tests.records.record_writers import cosmos_text, fixed, head, numbers, pairs_text
 
 
 def cwa_text(north, east, up, rate: int = 100, sequence: str = "Time U(+); N(+); E(+)") -> str:
@@ -10,10 +10,10 @@ def cwa_text(north, east, up, rate: int = 100, sequence: str = "Time U(+); N(+);
     named = {"N": np.asarray(north, float), "E": np.asarray(east, float), "U": np.asarray(up, float)}
     count = named["N"].size
     columns = [named[word[0]] for word in sequence.removeprefix("Time").split(";") for word in [word.strip()]]
-    stated = {axis: (samples.max(), samples.min()) for axis, samples in named.items()}
-    stated |= {"seconds": count / rate, "rate": rate, "sequence": sequence}
+    peaks = {axis: (samples.max(), samples.min()) for axis, samples in named.items()}
     rows = np.column_stack([np.arange(count) / rate, *columns])
-    return head("cwa", **stated) + "".join("".join(f"{v:10.3f}" for v in row) + "\n" for row in rows)
+    stated = head("cwa", named["N"], 1 / rate, rate=rate, sequence=sequence, **peaks)
+    return stated + "".join("".join(f"{v:10.3f}" for v in row) + "\n" for row in rows)
 
 
 def nsmn_text(north, east, up, interval: float = 0.01) -> str:
@@ -21,7 +21,7 @@ def nsmn_text(north, east, up, interval: float = 0.01) -> str:
     columns = [np.asarray(x, float) for x in (north, east, up)]
     peaks = " ".join(f"({a}) {np.abs(x).max():.6f}" for a, x in zip(("N-S", "E-W", "U-D"), columns, strict=True))
     rows = zip(*columns, strict=True)
-    stated = head("nsmn", n=columns[0].size, interval=interval, peaks=peaks)
+    stated = head("nsmn", columns[0], interval, peaks=peaks)
     return stated + "".join("".join(f"{v:13.6f}" for v in row) + "\n" for row in rows)
 
 
@@ -30,12 +30,10 @@ def bhrc_text(components: dict, rate: float = 200.0, azimuths: tuple[int, int] =
     text = ""
     for number, (axis, samples) in enumerate(components.items(), 1):
         samples = np.asarray(samples, float)
-        stated = {"n": samples.size, "seconds": samples.size / rate, "azimuths": azimuths}
-        whole = [0] * 88
-        whole[25] = samples.size
         real = [0.0193424, 0.64, samples.size / rate, 0.0, 0.1, rate, *[0.0] * 26]
-        text += head("bhrc", axis=axis, number=number, **stated) + fixed(whole, 5, 0, 14)
-        reals = [f"{v:13.6E}" for v in [*real[:5], *real[5:]]]
+        text += head("bhrc", samples, 1 / rate, axis=axis, number=number, azimuths=azimuths)
+        text += fixed(numbers(88, 0, {25: (samples.size,)}), 5, 0, 14)
+        reals = [f"{v:13.6E}" for v in real]
         text += "".join("".join(reals[i : i + 5]) + "   .00\n" for i in range(0, 30, 5)) + "".join(reals[30:32]) + "\n"
         text += fixed(samples, 13, 6, 10, form="E") + "/&\n"
     return text
@@ -51,9 +49,11 @@ def unam_text(channels: dict, interval: float = 0.01, first: str = "07:19:20.50"
         "counts": [x.size for x in columns],
         "peaks": [f"{x[np.abs(x).argmax()]:.2f}" for x in columns],
     }
-    lines = head("unam", first=first, **{name: f"/{'/'.join(map(str, each))}/" for name, each in stated.items()})
+    listed = {name: f"/{'/'.join(map(str, each))}/" for name, each in stated.items()}
     rows = zip(*columns, strict=True)
-    return lines + "".join("".join(f"{v:12.2f}" for v in row) + "\n" for row in rows)
+    return head("unam", columns[0], interval, first=first, **listed) + "".join(
+        "".join(f"{v:12.2f}" for v in row) + "\n" for row in rows
+    )
 
 
 def renadic_text(channels: dict, interval: float = 0.005, trigger: str = "2/27/2010 6:34:50.000") -> str:
@@ -84,12 +84,11 @@ def usc_text(channels: dict, time=None, *, code: dict | None = None, narrow: boo
     for axis, samples in channels.items():
         samples = np.asarray(samples, float)
         moments = np.arange(samples.size) * 0.005 if time is None else np.asarray(time, float)[: samples.size]
-        whole, real = [0] * 100, [0.0] * 50
-        whole[8:21] = 99, 34, 25, 9, 118, 25, 34, 34, 12, 48, 118, 32, 13
-        whole[21:28] = 1, 17, 1994, 1230, 4, codes[axis], samples.size
-        real[:12] = 0.039, 0.577, moments[-1], 0.638, 0.1, 1.86, 34.213, 118.537, 34.419, 118.426, 25.122, 6.7
-        text += head("usc", axis=axis, width=len(axis) + 5, n=samples.size, seconds=moments[-1])
-        text += fixed(whole, width, 0, per_line) + fixed(real, 10, 3, 8)
+        places = (99, 34, 25, 9, 118, 25, 34, 34, 12, 48, 118, 32, 13)
+        whole = numbers(100, 0, {8: places, 21: (1, 17, 1994, 1230, 4, codes[axis], samples.size)})
+        real = (0.039, 0.577, moments[-1], 0.638, 0.1, 1.86, 34.213, 118.537, 34.419, 118.426, 25.122, 6.7)
+        text += head("usc", samples, 0.005, axis=axis, width=len(axis) + 5, end=moments[-1])
+        text += fixed(whole, width, 0, per_line) + fixed(numbers(50, 0.0, {0: real}), 10, 3, 8)
         data = fixed(np.column_stack([moments, samples]).ravel(), 7, 3, 2 * pairs_per_line)
         text += "".join(f" {line}\n" for line in data.splitlines()) + ("END OF CHANNEL\n" if len(channels) > 1 else "")
     return text

@@ -8,11 +8,11 @@ where the samples are far apart, whatever the period, so that straight lines bet
 
 import math
 from collections.abc import Sequence
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
@@ -88,22 +88,15 @@ class Oscillators:
         self._interval = sampling_interval
         self._finer: dict[int, FloatArray] = {1: self._components}
 
-    @cached_property
-    def _spectrum(self) -> NDArray[np.complex128]:
-        from scipy.fft import next_fast_len, rfft
-
-        return np.asarray(rfft(self._components, next_fast_len(self._components.shape[1], real=True), axis=1))
-
     def _interpolated(self, factor: int) -> FloatArray:
         if factor not in self._finer:
-            from scipy.fft import irfft, next_fast_len
+            from scipy.fft import next_fast_len
+            from scipy.signal import resample
 
-            length = next_fast_len(self._components.shape[1], real=True)
-            spectrum = self._spectrum.copy()
-            if length % 2 == 0:
-                spectrum[:, -1] *= 0.5  # the Nyquist term stands for two frequencies in the longer transform
-            finer = irfft(spectrum, length * factor, axis=1)[:, : self._components.shape[1] * factor]
-            self._finer[factor] = finer * factor
+            count = self._components.shape[1]
+            length = next_fast_len(count, real=True)
+            padded = np.pad(self._components, ((0, 0), (0, length - count)))
+            self._finer[factor] = resample(padded, length * factor, axis=1)[:, : count * factor]
         return self._finer[factor]
 
     def factor(self, period_s: float) -> int:

@@ -31,18 +31,9 @@ class _Pulse(BaseModel):
     after_s: float = Field(default=1.0, ge=0, le=1000, description="Rest after the pulse, s.")
 
     @property
-    def length(self) -> float:
-        """Duration of the pulse itself, s."""
-        raise NotImplementedError
-
-    @property
     def shortest(self) -> float:
         """The shortest period that it holds, s."""
         return float(getattr(self, "period_s", math.inf))
-
-    def acceleration(self, time: FloatArray) -> FloatArray:
-        """Acceleration within the pulse, m/s², at times counted from its start."""
-        raise NotImplementedError
 
 
 class Wave(_Pulse):
@@ -156,7 +147,10 @@ class Noise(_Lasting):
 
 
 Pulse = Annotated[Wave | Ricker | MavroeidisPapageorgiou | Constant | Noise, Field(discriminator="shape")]
-"""Any of the pulses, told apart by the key ``shape``."""
+"""Any of the pulses, told apart by the key ``shape``.
+
+Each has its ``length``, s, and its ``acceleration``, m/s², at times within it that count from its start.
+"""
 
 _ADAPTER: TypeAdapter[Pulse] = TypeAdapter(Pulse)
 SHAPES = ("sine", "cosine", "ricker", "mavroeidis-papageorgiou", "constant", "noise")

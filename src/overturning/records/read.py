@@ -250,18 +250,13 @@ def read(
     ArgumentError
         If something is declared that cannot be, no path is given, or a step is none.
     """
-    steps = None if processing is None else _checked(processing)
-    record = read_path(paths, Declarations(**declarations), record_id)
-    for note in record.notes:
-        warnings.warn(note, stacklevel=3)  # where `read` was called, beyond its decorator
-    return rounded(process(record, steps))
-
-
-def _checked(processing: "Sequence[Step | dict[str, Any]]") -> tuple[Step, ...]:
-    """Steps as a study has them, checked as one is."""
     try:
-        return TypeAdapter(Steps).validate_python(processing)
+        steps = None if processing is None else TypeAdapter(Steps).validate_python(processing)
     except ValidationError as problem:
         fault = problem.errors()[0]
         where = ".".join(map(str, ("processing", *fault["loc"])))
         raise ArgumentError(f"{where}: {what_is_wrong(fault)}") from None
+    record = read_path(paths, Declarations(**declarations), record_id)
+    for note in record.notes:
+        warnings.warn(note, stacklevel=3)  # where `read` was called, beyond its decorator
+    return rounded(process(record, steps))

@@ -10,7 +10,7 @@ from datetime import timedelta
 from typing import Final
 
 from overturning.records.component import Component, Direction, StatedPeak
-from overturning.records.formats.header import Fields, Header, epicentre, resolution, stated_time
+from overturning.records.formats.header import Fields, Header, resolution, stated_time
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -47,11 +47,8 @@ def read(source: SourceFile) -> list[Component]:
     expected = round(header.value("RecordLength(sec)") / interval)
     # Some files have the sample at the end of the record, some do not.
     expected += len(values) == expected + 1
-    count, notes = header.promised("RecordLength(sec)", len(values), str(expected))
-    values = values[:count]
+    values, notes = header.promised("RecordLength(sec)", values, str(expected))
     header.check_spacing(first, values[:, 0], interval, 1, "get the file again")
-    extra = header.numbers({"magnitude": "Magnitude(Ml)", "depth_km": "Depth(km)"})
-    extra |= epicentre(header.optional("EpicenterLatitude(N)"), header.optional("EpicenterLongitude(E)"))
     return [
         header.component(
             axis,
@@ -64,7 +61,8 @@ def read(source: SourceFile) -> list[Component]:
             origin=stated_time(header.text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", ahead=TAIWAN),
             place=(header.value("StationLatitude(N)"), header.value("StationLongitude(E)")),
             peak=_peak(header, f"AmplitudeMAX. {axis[0]}"),
-            extra=extra,
+            epicentre=(header.optional("EpicenterLatitude(N)"), header.optional("EpicenterLongitude(E)")),
+            extra=header.numbers({"magnitude": "Magnitude(Ml)", "depth_km": "Depth(km)"}),
             notes=notes,
         )
         for column, axis in enumerate(columns, 1)

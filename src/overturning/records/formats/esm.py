@@ -4,7 +4,7 @@ import re
 from typing import Final
 
 from overturning.records.component import Component, channel_axis, sensor_at
-from overturning.records.formats.header import Fields, Header, epicentre, stated_time
+from overturning.records.formats.header import Fields, Header, stated_time
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -29,19 +29,17 @@ def read(source: SourceFile) -> list[Component]:
     header.check_unit("UNITS", r"cm\s*/\s*s\^?2$", "acceleration in cm/s^2")
     if text("DATA_TYPE"):  # raw files write it small, or say that it is unprocessed
         header.check_unit("DATA_TYPE", r"(unprocessed )?acceleration$", "acceleration")
-    samples = header.column(first)
-    count, notes = header.promised("NDATA", samples.size)
+    samples, notes = header.promised("NDATA", header.column(first))
     corners = [text(f"{end}_CUT_FREQUENCY_HZ") for end in ("LOW", "HIGH")]
     filtered = f"{text('FILTER_TYPE').lower() or 'filter'} {corners[0]} to {corners[1]} Hz"
     extra = header.numbers({"magnitude": "MAGNITUDE_W", "vs30": "VS30_M/S"})
-    extra |= epicentre(header.optional("EVENT_LATITUDE_DEGREE"), header.optional("EVENT_LONGITUDE_DEGREE"))
     first_sample = "DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS"
     raw = "NOT REMOVED" in text("BASELINE_CORRECTION").upper() or text("PROCESSING").lower() == "none"
     return [
         header.component(
             text("STREAM"),
             channel_axis(text("STREAM")),
-            samples[:count] * GAL,
+            samples * GAL,
             header.value("SAMPLING_INTERVAL_S"),
             start=header.moment(first_sample, "%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S") if text(first_sample) else None,
             station=text("STATION_CODE"),
@@ -51,6 +49,7 @@ def read(source: SourceFile) -> list[Component]:
             peak=header.peak("PGA_CM/S^2", GAL) if text("PGA_CM/S^2") else None,
             sensor=sensor_at(header.optional("SENSOR_DEPTH_M")),
             processed=not (raw or text("DATA_TYPE").upper().startswith("UNPROCESSED")),
+            epicentre=(header.optional("EVENT_LATITUDE_DEGREE"), header.optional("EVENT_LONGITUDE_DEGREE")),
             extra=extra | ({"agency_processing": filtered} if all(corners) else {}),
             notes=notes,
         )

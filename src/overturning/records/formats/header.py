@@ -168,16 +168,17 @@ class Header(Lines):
         if self.value(name) != found:
             raise self.error(name, f"{self.text(name)} samples here, but {found} below; get the file again")
 
-    def promised(self, name: str, found: int, stated: str | None = None) -> tuple[int, tuple[str, ...]]:
-        """Samples that a field promises, or a part of its text, and what is said of a file that has more of them.
+    def promised(self, name: str, values: FloatArray, stated: str | None = None) -> tuple[FloatArray, tuple[str, ...]]:
+        """As many of the samples as a field promises, or a part of its text, and what is said of a file with more.
 
         A RecordError where the file has fewer.
         """
-        count = self.value(name, stated)
+        count, found = self.value(name, stated), len(values)
         if found < count or count != int(count):
             what = f"header promises {stated or self.text(name)} samples, the file has {found}"
             raise self.error(name, f"{what}; it is cut: get it again")
-        return int(count), self.surplus(int(count), f"{found - int(count)} samples") if found > count else ()
+        more = found - int(count)
+        return values[: int(count)], self.surplus(int(count), f"{more} samples") if more else ()
 
     def component(
         self, axis: str, direction: Direction, samples: FloatArray, interval: float, **stated: Any
@@ -187,7 +188,8 @@ class Header(Lines):
         Fields ``station``, ``event``, ``coordinates``, ``magnitude`` and ``epicentre`` do so by themselves.
         """
         usual = {"station": self.text("station"), "event": " ".join(self.text("event").split())}
-        extra = self.numbers({"magnitude": "magnitude"}) | epicentre(*self.place("epicentre")) | stated.pop("extra", {})
+        extra = self.numbers({"magnitude": "magnitude"}) | stated.pop("extra", {})
+        extra |= epicentre(*stated.pop("epicentre", self.place("epicentre")))
         stated = usual | {"place": self.place("coordinates")} | stated
         return Component.of(self.source, axis, direction, samples, interval, extra=extra, **stated)
 

@@ -63,12 +63,12 @@ def read(source: SourceFile) -> list[Component]:
     known = {name: header.text(key) for key, name in EARTHQUAKE.items()}
     counts = _counts(header)
     expected = round(header.value("Duration Time(s)") / interval)
-    count, notes = header.promised("Duration Time(s)", counts.size, str(expected))
+    counts, notes = header.promised("Duration Time(s)", counts, str(expected))
     return [
         header.component(
             extension,
             (azimuth, vertical),
-            counts[:count] * _gain(header),
+            counts * _gain(header),
             interval,
             # A record table may call either of them KiK-net, as all of them once did.
             format="k-net" if direction in _SENSORS[0][0] else "kik-net",

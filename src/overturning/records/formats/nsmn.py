@@ -9,7 +9,7 @@ import re
 from typing import Final
 
 from overturning.records.component import Component
-from overturning.records.formats.header import Fields, Header, epicentre, stated_time
+from overturning.records.formats.header import Fields, Header, stated_time
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -33,8 +33,7 @@ FIELDS: Final[Fields] = {
 def read(source: SourceFile) -> list[Component]:
     """Read all components; a RecordError names the line where the file is cut or contradicts itself."""
     header = Header.of(source, FIELDS, length=HEADER_LINES)
-    values = header.rows(HEADER_LINES, 3)
-    count, notes = header.promised("number of data", len(values))
+    values, notes = header.promised("number of data", header.rows(HEADER_LINES, 3))
     moment, _, fraction = header.text("time of the record").partition(".")
     components = []
     for column, (axis, direction) in enumerate(AXES.items()):
@@ -45,14 +44,14 @@ def read(source: SourceFile) -> list[Component]:
             header.component(
                 axis,
                 direction,
-                values[:count, column] * GAL,
+                values[:, column] * GAL,
                 header.value("sampling interval"),
                 start=header.moment("time of the record", "%d/%m/%Y %H:%M:%S.%f", text=f"{moment}.{fraction[:6] or 0}"),
                 event=f"earthquake of {header.text('origin')}",
                 origin=stated_time(header.text("origin").partition(".")[0], "%d/%m/%Y %H:%M:%S"),
                 place=header.place("a place like 40.84N-31.15E"),
                 peak=header.peak("PGA in Gal (no other unit is read)", GAL, stated[1]),
-                extra=epicentre(*header.place("an epicentre like 40.84N-31.15E")),
+                epicentre=header.place("an epicentre like 40.84N-31.15E"),
                 notes=notes,
             )
         )

@@ -25,8 +25,7 @@ FIELDS: Final[Fields] = {
 def read(source: SourceFile) -> list[Component]:
     """Read one component; a RecordError where it is no acceleration in g, or the header promises other samples."""
     header = Header.of(source, FIELDS, 4, length=5)
-    samples = header.column(4)
-    count, notes = header.promised("NPTS", samples.size)
+    samples, notes = header.promised("NPTS", header.column(4))
     parts = [part.strip() for part in header.text("names").split(",")]
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()
     # The new header sets the date apart, and before it names of earthquakes may have commas (Chi-Chi, Taiwan-06).
@@ -37,4 +36,4 @@ def read(source: SourceFile) -> list[Component]:
     corners = header.match("corners")
     filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
     more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered, "notes": notes}
-    return [header.component(axis, parse_axis(axis), samples[:count] * STANDARD_GRAVITY, header.value("DT"), **more)]
+    return [header.component(axis, parse_axis(axis), samples * STANDARD_GRAVITY, header.value("DT"), **more)]

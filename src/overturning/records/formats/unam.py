@@ -49,7 +49,7 @@ def read(source: SourceFile) -> list[Component]:
         why = f"{len(axes)} axes, {len(intervals)} intervals, {len(counts)} counts; get the file again"
         raise header.error("ORIENTACION", why)
     values = header.rows(first, len(axes))
-    promised = [header.promised("NUM. TOTAL DE MUESTRAS", len(values), count) for count in counts]
+    promised = [header.promised("NUM. TOTAL DE MUESTRAS", values, count) for count in counts]
     peaks = _list(header, "ACEL. MAX.") if header.match("ACEL. MAX.") else []
     origin, start = _moments(header)
     return [
@@ -57,7 +57,7 @@ def read(source: SourceFile) -> list[Component]:
             axis,
             # A vertical axis says nothing that is known about up, a +V included.
             UNKNOWN if "V" in axis.upper() else parse_axis(axis),
-            values[: promised[column][0], column] * GAL,
+            promised[column][0][:, column] * GAL,
             header.value("INTERVALO DE MUESTREO", intervals[column]),
             start=start,
             station=header.text("CLAVE DE LA ESTACION"),

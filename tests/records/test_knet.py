@@ -247,6 +247,6 @@ def test_a_real_file_agrees_with_its_own_header():
     trace = obspy.read(str(path), format="KNET")[0]
     np.testing.assert_allclose(component.samples, trace.data * trace.stats.calib, rtol=1e-12)
     assert component.start == trace.stats.starttime.datetime.replace(tzinfo=UTC)
-    difference = check_peak(component)
+    difference = check_peak(component, lambda *why: pytest.fail("; ".join(why)))
     assert difference is not None
     assert difference < 0.001

@@ -52,20 +52,28 @@ def _to_north_east(
     return north, east
 
 
-def _contradict(why: str, remedy: str, trusted: list[str] | None) -> None:
-    """Refuse what contradicts itself, or write down that it is trusted where it may be."""
-    if trusted is None:
-        raise RecordError(f"{why}; {remedy}")
-    trusted.append(why)
+class _Reasons(Reasons):
+    """What speaks against a record, told at once, and what contradicts itself and is trusted where it may be."""
+
+    def __init__(self, *, trusting: bool) -> None:
+        super().__init__()
+        self.trusting = trusting
+        self.trusted: list[str] = []
+
+    def contradict(self, why: str, remedy: str) -> None:
+        """Refuse what contradicts itself, or write down that it is trusted."""
+        if not self.trusting:
+            raise RecordError(f"{why}; {remedy}")
+        self.trusted.append(why)
 
 
-def _common_window(components: Sequence[Component], trusted: list[str] | None = None) -> list[Component]:
+def _common_window(components: Sequence[Component], reasons: _Reasons) -> list[Component]:
     """Cut components to the samples that all of them have.
 
     Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains. A RecordError
     says so where the rates differ, or starts by more than 0.5 s. Lengths may differ in one file, whose recorder stopped
     its channels one after the other. Unlike lengths of several files, and stations, earthquakes or places of the sensor
-    that differ, or raw beside processed data, are refused unless they may be ``trusted``, and are written down there.
+    that differ, or raw beside processed data, are contradictions, which may be trusted.
     """
     said = [(c.station, c.event, "processed" if c.processed else "raw", c.location) for c in components]
     for texts in zip(*said, strict=True):
@@ -73,7 +81,7 @@ def _common_window(components: Sequence[Component], trusted: list[str] | None = 
         if len(named) > 1:
             why = f"{components[0].file}: components of {' and '.join(map(repr, named.values()))}"
             remedy = "give the files of one sensor together, or say --trust-data if it is one all the same"
-            _contradict(why, f"they are not of one record: {remedy}", trusted)
+            reasons.contradict(why, f"they are not of one record: {remedy}")
     interval = components[0].sampling_interval
     for other in components[1:]:
         if not math.isclose(other.sampling_interval, interval, rel_tol=1e-6):
@@ -98,7 +106,7 @@ def _common_window(components: Sequence[Component], trusted: list[str] | None = 
     if spread > MAXIMUM_SPREAD + 0.5 * interval and not one_file:
         counts = f"{' and '.join(map(str, sizes))} samples, {spread:.2f} s apart (at most {MAXIMUM_SPREAD} s)"
         remedy = "get the file again, or say --trust-data to keep the common part"
-        _contradict(f"{components[0].file}: components have {counts}", remedy, trusted)
+        reasons.contradict(f"{components[0].file}: components have {counts}", remedy)
     length = min(size - offset for size, offset in zip(sizes, offsets, strict=True))
     if length < 2:
         raise RecordError(f"{components[0].file}: components have no common window")
@@ -107,11 +115,11 @@ def _common_window(components: Sequence[Component], trusted: list[str] | None = 
         start = component.start and component.start + timedelta(seconds=offset * interval)
         cut.append(replace(component, samples=component.samples[offset : offset + length], start=start))
     if spread > MAXIMUM_SPREAD:
-        _check_largest_is_kept(components, cut, trusted)
+        _check_largest_is_kept(components, cut, reasons)
     return cut
 
 
-def _check_largest_is_kept(whole: Sequence[Component], window: Sequence[Component], trusted: list[str] | None) -> None:
+def _check_largest_is_kept(whole: Sequence[Component], window: Sequence[Component], reasons: _Reasons) -> None:
     """Refuse a common window that holds less than `LEAST_PEAK` of a component's, as where another one broke off."""
     for component, kept in zip(whole, window, strict=True):
         level = component.samples.mean()
@@ -123,7 +131,7 @@ def _check_largest_is_kept(whole: Sequence[Component], window: Sequence[Componen
                 f"largest motion along {component.axis} ({100 * left:.4g} Gal until then, {100 * peak:.4g} later)"
             )
             remedy = "get the file again, leave that component out, or say --trust-data to keep the common part"
-            _contradict(why, remedy, trusted)
+            reasons.contradict(why, remedy)
 
 
 def assemble(
@@ -138,14 +146,17 @@ def assemble(
     of a sensor that was not declared, rates, starts or lengths that differ, a header's peak that contradicts the data,
     a motion above 5 g or 1000 cm/s or below 0.0001 g.
     """
-    declared, reasons = declared or Declarations(), Reasons()
+    declared = declared or Declarations()
+    reasons = _Reasons(trusting=declared.trust_data)
     name = components[0].file if components else record_id
     components, notes = _with_sense(components, declared.vertical_sense)
     notes += [note for component in components if (note := _stated_otherwise(component, declared))]
     notes += dict.fromkeys(note for component in components if (note := in_a_structure(component.location)))
-    trusted: list[str] = []
-    may_be = trusted if declared.trust_data else None
-    differences = _checked_peaks(components, reasons, may_be)
+    differences: dict[str, float] = {}
+    for component in components:
+        with reasons.of():
+            if (difference := check_peak(component, reasons.contradict)) is not None:
+                differences[component.axis] = round(difference, 6)
     by_files = [c for c in components if not c.vertical]
     with reasons.of():
         components = _axes(components, declared.azimuths_deg, name)
@@ -158,13 +169,13 @@ def assemble(
         reasons.tell()
     window = components
     with reasons.of():
-        window = _common_window(components, may_be)
+        window = _common_window(components, reasons)
     with reasons.of():
         if (why := _not_the_size_of_a_motion(window)) and not declared.trust_data:
             why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"
             raise RecordError(f"{window[0].file}: {why}")
     reasons.tell()
-    trusted += [why] if why else []
+    trusted = [*reasons.trusted, *([why] if why else [])]
     azimuths = [((c.azimuth_deg or 0.0) + declared.correction_deg) % 360.0 for c in window[:2]]
     north, east = _to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1])
     first = window[0]
@@ -176,14 +187,17 @@ def assemble(
     extra |= {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in window for n in c.notes)]) else {}
     extra["declared"] = [*extra.get("declared", ()), *declared.of_axes, *borehole]
     hashes = list(dict.fromkeys(c.sha256 for c in window))
+    station = stated.pop("station", first.station)
+    if first.sensor == "borehole" and "borehole" not in station.lower():
+        station = f"{station} (borehole)".strip()
     of_files = {
-        "station": first.station,
+        "station": station,
         "event": first.event,
         "source": " ".join(dict.fromkeys(c.file for c in window)),
         "latitude": first.latitude,
         "longitude": first.longitude,
     }
-    record = Record(
+    return Record(
         record_id=record_id,
         north=north,
         east=east,
@@ -197,9 +211,6 @@ def assemble(
         extra=extra,
         **(of_files | stated),
     )
-    if first.sensor == "borehole" and "borehole" not in record.station.lower():
-        record = replace(record, station=f"{record.station} (borehole)".strip())
-    return record
 
 
 def _stated_otherwise(component: Component, declared: Declarations) -> str:
@@ -212,21 +223,6 @@ def _stated_otherwise(component: Component, declared: Declarations) -> str:
         said.append(f"{declared.sampling_interval_s:g} s")
     what = f"what is declared of axis {component.axis!r} ({', '.join(said)})"
     return f"{what} is not taken: {component.file} states its own" if said else ""
-
-
-def _checked_peaks(components: Sequence[Component], reasons: Reasons, trusted: list[str] | None) -> dict[str, float]:
-    """Differences of the headers' peaks from the data's by axis; what is wrong is a reason, or trusted where it may."""
-    differences = {}
-    for component in components:
-        with reasons.of():
-            try:
-                if (difference := check_peak(component)) is not None:
-                    differences[component.axis] = round(difference, 6)
-            except RecordError as problem:
-                if trusted is None:
-                    raise
-                trusted.append(str(problem).partition("; ")[0])
-    return differences
 
 
 def _not_the_size_of_a_motion(components: Sequence[Component]) -> str:

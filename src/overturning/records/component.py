@@ -180,10 +180,11 @@ def largest(component: Component) -> float:
     return float(np.abs(samples).max())
 
 
-def check_peak(component: Component) -> float | None:
+def check_peak(component: Component, contradicts: Callable[[str, str], None]) -> float | None:
     """Relative difference of the data's peak from the header's; None where the header states none.
 
-    A RecordError where they differ by more than 0.5 % and by more than half a unit of the header's last digit.
+    Where they differ by more than 0.5 % and by more than half a unit of the header's last digit, what is wrong and what
+    to do is handed on, and None returned if that does not refuse it.
     """
     if component.peak is None:
         return None
@@ -193,9 +194,10 @@ def check_peak(component: Component) -> float | None:
     # A hundredth of the last digit on top: the header's own decimal number is not exact in binary.
     if difference > max(PEAK_TOLERANCE * abs(stated.value), 0.51 * stated.resolution):
         line = f" line {stated.line}" if stated.line else ""
-        raise RecordError(
+        contradicts(
             f"{component.file}{line}: the header states a peak of {stated.value * 100:.6g} Gal along {component.axis}, "
-            f"the data has {peak * 100:.6g} Gal (0.5 % allowed); the file is cut or its units are not what they seem: "
-            "get it again, or say --trust-data"
+            f"the data has {peak * 100:.6g} Gal (0.5 % allowed)",
+            "the file is cut or its units are not what they seem: get it again, or say --trust-data",
         )
+        return None
     return difference / stated.value if stated.value else 0.0

@@ -10,7 +10,7 @@ from datetime import timedelta
 from typing import Final
 
 from overturning.records.component import Component, Direction, StatedPeak
-from overturning.records.formats.header import Fields, Header, resolution, stated_time
+from overturning.records.formats.header import Fields, Header, stated_time
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -73,5 +73,4 @@ def _peak(header: Header, key: str) -> StatedPeak:
     stated = re.fullmatch(rf"({FLOAT})\s*~\s*({FLOAT})", header.text(key))
     if stated is None:
         raise header.error(key, f"{header.text(key)!r} where the largest and smallest sample belong; get it again")
-    size = max(abs(header.value(key, text)) for text in stated.groups())
-    return StatedPeak(size * GAL, resolution(stated[1]) * GAL, line=header.at(key) + 1)
+    return header.peak(key, GAL, max(stated.groups(), key=lambda text: abs(header.value(key, text))))

@@ -1,6 +1,7 @@
 """The table of file formats: a new format is a module beside this one with a function ``read``, and a line here.
 
-In the tests it is a line of ``FORMS`` (tests/records/written.py), which proves numbers, header, peak and damage of it.
+In the tests it is a line of ``FORMS`` (tests/records/written.py), which proves numbers, header, peak and damage of it,
+and the header of a file (tests/records/headers).
 """
 
 import re

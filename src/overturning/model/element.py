@@ -1,6 +1,7 @@
 """What a scene is made of: elements, materials and contact laws, as the files in config/scenes/ give them."""
 
 from dataclasses import fields
+from functools import cached_property
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -155,7 +156,7 @@ class Element(Keys):
             points = np.column_stack([c * points[:, 0] + s * points[:, 1], c * points[:, 1] - s * points[:, 0]])
         return points
 
-    @property
+    @cached_property
     def shape(self) -> Polygon:
         """The polygon of these."""
         return polygon(self.name, self.points)

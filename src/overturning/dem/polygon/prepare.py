@@ -1,6 +1,7 @@
 """What a scene at one size asks of the kernel: pairs, springs, rest, the stable step, thresholds."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.limits import sinks_too_far
-from overturning.dem.polygon.statics import Laws, Loaded, contact_laws, highest_modes, rest, slowest_mode
+from overturning.dem.polygon.statics import Laws, Loaded, contact_laws, highest_modes, joints_of, rest, slowest_mode
 from overturning.model.geometry import ElementPair, End, Placed, ground_of, pairs_of, place
 from overturning.model.scene import Scene
 
@@ -86,7 +87,7 @@ class Prepared:
         wide = max(self.placed[k].shape.width for k in self.free)
         return 0.5 * float(np.sqrt((self.height - low) ** 2 + wide**2))
 
-    @property
+    @cached_property
     def edge(self) -> FloatArray:
         """Slip of each element that takes it past the end of the ground, m; infinite on anything else."""
         ground = ground_of(self.scene)
@@ -116,8 +117,9 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
     """Prepare a scene whose reference element has a height (m) and slenderness; its own where they are not given."""
     placed = place(scene, height, b_over_h)
     pairs = pairs_of(placed)
-    laws = contact_laws(scene, placed, pairs)
-    equilibrium = rest(scene, placed, pairs, laws.normal, laws.tangential)
+    joints = joints_of(placed, pairs)
+    laws = contact_laws(scene, placed, pairs, joints)
+    equilibrium = rest(scene, placed, joints, laws.normal, laws.tangential)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
     stands = _stands(placed, pairs, loaded)
     threshold, parts, safe = _lifting(placed, stands)
@@ -130,8 +132,8 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
         threshold = 0.0  # it slides by itself
     tips, critical, barrier, support, base = _single(scene, placed, stands, _upright(placed, pairs, loaded))
     return Prepared(
-        scene, placed, pairs, laws, displacement, loaded, equilibrium is not None, *highest_modes(placed, pairs, laws),
-        slowest_mode(placed, pairs, laws),
+        scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
+        *highest_modes(placed, pairs, joints, laws), slowest_mode(placed, joints, laws),
         threshold, parts, safe, tips, critical, barrier, support, base,
         [set(stands.get(k, {})) for k in range(len(placed))],
     )  # fmt: skip

@@ -23,6 +23,14 @@ class Loaded(NamedTuple):
     slip: float
 
 
+class Joint(NamedTuple):
+    """An end that touches, and how its normal approach and its slip depend on all displacements, shape (3 · free,)."""
+
+    touch: Touch
+    approach: FloatArray
+    slip: FloatArray
+
+
 @dataclass(frozen=True)
 class Laws:
     """Contact constants of each pair at each end, shape (pairs,)."""
@@ -40,9 +48,13 @@ def _numbers(placed: list[Placed]) -> dict[int, slice]:
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
-def _stretches(placed: list[Placed], pairs: list[ElementPair], touch: Touch) -> tuple[FloatArray, FloatArray]:
-    """How the normal approach and the slip of an end depend on all displacements."""
-    number, pair, end = _numbers(placed), pairs[touch.pair], touch.end
+def joints_of(placed: list[Placed], pairs: list[ElementPair]) -> list[Joint]:
+    """The ends that touch."""
+    return [Joint(touch, *_stretches(placed, pairs[touch.pair], touch.end)) for touch in resting(placed, pairs)]
+
+
+def _stretches(placed: list[Placed], pair: ElementPair, end: End) -> tuple[FloatArray, FloatArray]:
+    number = _numbers(placed)
     approach, slip = np.zeros(3 * len(number)), np.zeros(3 * len(number))
     for k, sign in ((pair.a, 1.0), (pair.b, -1.0)):
         if k in number:
@@ -52,66 +64,57 @@ def _stretches(placed: list[Placed], pairs: list[ElementPair], touch: Touch) -> 
     return approach, slip
 
 
-def _stiffness(
-    placed: list[Placed], pairs: list[ElementPair], touches: list[Touch], normal: FloatArray, tangential: FloatArray
-) -> FloatArray:
-    size = 3 * len(_numbers(placed))
+def _stiffness(size: int, joints: list[Joint], normal: FloatArray, tangential: FloatArray) -> FloatArray:
     matrix = np.zeros((size, size))
-    for touch in touches:
-        approach, slip = _stretches(placed, pairs, touch)
+    for touch, approach, slip in joints:
         matrix += normal[touch.pair] * np.outer(approach, approach) + tangential[touch.pair] * np.outer(slip, slip)
     return matrix
 
 
 def rest(
-    scene: Scene,
-    placed: list[Placed],
-    pairs: list[ElementPair],
-    normal: FloatArray,
-    tangential: FloatArray,
+    scene: Scene, placed: list[Placed], joints: list[Joint], normal: FloatArray, tangential: FloatArray
 ) -> tuple[FloatArray, list[Loaded]] | None:
     """Static equilibrium on the springs of the contacts (N/m of each pair), without tension.
 
     Displacements of the elements, shape (elements, 3), m and rad, and the loaded ends; None where the scene cannot
     rest: something slides off or falls by itself.
     """
-    touches = resting(placed, pairs)
     # Without friction a tangential spring would hold for a moment only; a minute one keeps the system regular.
-    held = np.maximum(tangential, 1e-9 * normal)
+    held, joints = np.maximum(tangential, 1e-9 * normal), joints.copy()
     number = _numbers(placed)
     load = np.concatenate([(0.0, -placed[k].mass * scene.gravity, 0.0) for k in number])
-    while touches:
-        solution = solve(_stiffness(placed, pairs, touches, normal, held), load)
+    while joints:
+        solution = solve(_stiffness(load.size, joints, normal, held), load)
         if solution is None:
             return None
-        ends = []
-        for touch in touches:
-            approach, slip = (float((row * solution).sum()) for row in _stretches(placed, pairs, touch))
-            ends.append(Loaded(*touch, approach, slip))
+        ends = [
+            Loaded(*touch, float((approach * solution).sum()), float((slip * solution).sum()))
+            for touch, approach, slip in joints
+        ]
         least = min(ends, key=lambda end: end.approach)
         if least.approach > 1e-9 * max(end.approach for end in ends):
             displacement = np.zeros((len(placed), 3))
             for k, at in number.items():
                 displacement[k] = solution[at]
             return displacement, ends
-        del touches[ends.index(least)]  # it is pulled
+        del joints[ends.index(least)]  # it is pulled
     return None
 
 
-def contact_laws(scene: Scene, placed: list[Placed], pairs: list[ElementPair]) -> Laws:
+def contact_laws(scene: Scene, placed: list[Placed], pairs: list[ElementPair], joints: list[Joint]) -> Laws:
     """Springs, dashpots and friction of each pair; stiffness auto from the weight that the pair carries at rest.
 
     A pair that carries weight W over a common stretch of width B sinks in by δ = W/(2 K_n), a stated share of B. A
     pair that does not touch at rest has the spring of its lighter free element standing on its smaller side.
     """
     ones = np.ones(len(pairs))
-    equilibrium = rest(scene, placed, pairs, ones, ones)
+    equilibrium = rest(scene, placed, joints, ones, ones)
     whole = [pair[:2] for pair in pairs]
     together = np.array([whole.index(both) for both in whole], dtype=np.int64)  # all pieces of two elements
     carried, width = np.zeros(len(pairs)), np.zeros(len(pairs))
     for end in equilibrium[1] if equilibrium is not None else ():
         carried[together[end.pair]] += end.approach
-    for one, other in combinations(resting(placed, pairs), 2):
+    for one, other in combinations((joint.touch for joint in joints), 2):
         if together[one.pair] == together[other.pair]:
             (x, z), (u, w) = one.end.point, other.end.point
             apart = np.sqrt((x - u) ** 2 + (z - w) ** 2)  # libm's hypot depends on the processor
@@ -143,16 +146,17 @@ def contact_laws(scene: Scene, placed: list[Placed], pairs: list[ElementPair]) -
     return Laws(normal, tangential, dashpot, friction, carried)
 
 
-def highest_modes(placed: list[Placed], pairs: list[ElementPair], laws: Laws) -> tuple[float, float]:
+def highest_modes(
+    placed: list[Placed], pairs: list[ElementPair], joints: list[Joint], laws: Laws
+) -> tuple[float, float]:
     """Largest eigenvalues of springs (ω², 1/s²) and of dashpots (1/s), as `overturning.dem.time_step` takes them.
 
     The larger of those of the scene at rest and of each pair on a single vertex at the farthest lever, K (1/m + r²/I)
     summed over both elements; for a rectangle on a fixed one the latter is 4 K/m.
     """
-    touches = resting(placed, pairs)
     root, values = _over_masses(placed), []
     for normal, tangential in ((laws.normal, laws.tangential), (laws.dashpot, laws.dashpot)):
-        matrix = _stiffness(placed, pairs, touches, normal, tangential)
+        matrix = _stiffness(root.size, joints, normal, tangential)
         highest = highest_eigenvalue(root[:, None] * matrix * root)
         for index, pair in enumerate(pairs):
             compliance = 0.0
@@ -164,10 +168,10 @@ def highest_modes(placed: list[Placed], pairs: list[ElementPair], laws: Laws) ->
     return values[0], values[1]
 
 
-def slowest_mode(placed: list[Placed], pairs: list[ElementPair], laws: Laws) -> float:
+def slowest_mode(placed: list[Placed], joints: list[Joint], laws: Laws) -> float:
     """Smallest eigenvalue of the scene at rest on its springs, 1/s²; 0 where something can move without force."""
     root = _over_masses(placed)
-    matrix = _stiffness(placed, pairs, resting(placed, pairs), laws.normal, laws.tangential)
+    matrix = _stiffness(root.size, joints, laws.normal, laws.tangential)
     return lowest_eigenvalue(root[:, None] * matrix * root)
 
 

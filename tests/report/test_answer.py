@@ -111,7 +111,7 @@ def shares(primary: Primary, own: list[float], variant: list[float], vertical: l
         }
     )
     made = SimpleNamespace(study=study, cube=cubes["nominal"], cubes=cubes, populations=rates)
-    made.reference_cube = cubes.__getitem__
+    made.events, made.reference_cube = made.cube["event"].to_numpy(), cubes.__getitem__
     return primary_sentence(made)  # type: ignore[arg-type]
 
 

@@ -1,9 +1,10 @@
 """What a report is made of: sections of paragraphs, figures, tables. All text is text, never markup."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, ParamSpec
 
 from overturning.report.text import WRITTEN, cell
 
@@ -148,6 +149,31 @@ class Section:
 
 Leaf = Paragraph | Answer | Link | Bullets | Code | Figure | Table | Film
 Block = Leaf | Row | Disclosure | Section
+Said = Iterator[Block | str | None]
+"""What is said one by one: blocks, texts, which are paragraphs where there is any, and nothing."""
+
+Of = ParamSpec("Of")
+
+
+def blocks_of(said: Said) -> tuple[Block, ...]:
+    """The blocks of what is said."""
+    return tuple(Paragraph(one) if isinstance(one, str) else one for one in said if one)
+
+
+def section(
+    title: str, anchor: str, medium: Literal["both", "page"] = "both"
+) -> Callable[[Callable[Of, Said]], Callable[Of, Section | None]]:
+    """Make a section, as of `Section`, of what a function says; None where it says nothing."""
+
+    def of(say: Callable[Of, Said]) -> Callable[Of, Section | None]:
+        @wraps(say)
+        def made(*args: Of.args, **kwargs: Of.kwargs) -> Section | None:
+            blocks = blocks_of(say(*args, **kwargs))
+            return Section(title, blocks, anchor, medium=medium) if blocks else None
+
+        return made
+
+    return of
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """All sections of the report, in their order.
 
-To add a section, write a function from `Results` to `Section`, or None where it has nothing to say, and put it into the
-list.
+To add a section, write a function that says its blocks one by one, none where it has nothing to say, name it by
+`blocks.section`, and put it into the list.
 """
 
 from collections.abc import Callable

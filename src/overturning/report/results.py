@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from overturning.figures.style import style
 from overturning.figures.write import save
@@ -97,10 +98,15 @@ class Results:
         texts = (self.cube[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event"))
         return tuple(RecordName(*each) for each in zip(*texts, strict=True))
 
+    @cached_property
+    def events(self) -> NDArray[np.str_]:
+        """Earthquake of each record."""
+        return self.cube["event"].to_numpy().astype(str)
+
     @property
     def earthquake_count(self) -> int:
         """Number of earthquakes."""
-        return len({name.event for name in self.names})
+        return len(set(self.events))
 
     @cached_property
     def with_vertical(self) -> int:

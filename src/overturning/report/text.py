@@ -3,6 +3,8 @@
 import math
 from typing import Any, Final
 
+from overturning.statistics.bootstrap import Mean
+
 ROUNDING: Final = 1e-9
 """A share that is closer to 0 or to 1 than this is that, but for the rounding of a sum."""
 
@@ -30,14 +32,19 @@ def percent(share: float, digits: int = 0) -> str:
     return f"{100 * share:.{digits}f}\u00a0%"
 
 
-def interval(low: float, high: float) -> str:
-    """Two numbers as an interval."""
-    return "–" if math.isnan(low) else f"{low:.2f} to {high:.2f}".replace("-", "−")
+def interval(low: float, high: float, none: str = "–") -> str:
+    """Two numbers as an interval, or what is said where there is none."""
+    return none if math.isnan(low) else f"{low:.2f} to {high:.2f}".replace("-", "−")
 
 
 def estimate(value: float, low: float, high: float) -> str:
     """A number with its interval where it has one, 0.5 (0.2 to 0.7)."""
     return number(value) + ("" if math.isnan(low) else f" ({interval(low, high)})")
+
+
+def shown(mean: Mean) -> str:
+    """A mean over earthquakes as of `estimate`."""
+    return estimate(mean.value, mean.low, mean.high)
 
 
 def share(value: float, low: float, high: float, digits: int = 0) -> str:
@@ -46,9 +53,16 @@ def share(value: float, low: float, high: float, digits: int = 0) -> str:
     return percent(value, digits) + ("" if math.isnan(low) else f" ({' to '.join(ends)})")
 
 
-def tells_from_0(found: Any) -> bool:
-    """Whether the interval, `low` to `high`, of what was found leaves out 0; not where there is none."""
-    return bool(found.low > 0 or found.high < 0)
+def decimals(mean: Mean) -> int:
+    """Of a mean share in %: one where its interval is no wider than some per cent, or there is none."""
+    return int(math.isnan(mean.low) or mean.high - mean.low < 0.1)
+
+
+def verdict(mean: Mean, above: str, below: str, neither: str, few: str = "too few for an interval") -> str:
+    """What the interval of a mean says: it lies above 0 or below, takes 0 in, or there is none."""
+    if math.isnan(mean.low):
+        return few
+    return above if mean.low > 0 else below if mean.high < 0 else neither
 
 
 def censored(value: float, low: float, high: float, least: float, most: float) -> tuple[str, str]:
@@ -83,6 +97,11 @@ def degrees(value: float, full: int = 0) -> str:
 def counted(count: int, what: str) -> str:
     """So many of something: 1 record, 2 records."""
     return f"{count} {what}{'' if count == 1 else 's'}"
+
+
+def of_group(name: str) -> str:
+    """Name of a group of records inside a sentence, as of `record_groups`; nothing for the only one."""
+    return "" if name == "all records" else f" {name.replace('without (control)', 'without a pulse')}"
 
 
 WRITTEN: Final = {

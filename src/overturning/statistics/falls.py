@@ -79,6 +79,13 @@ def overturns(cube: xr.Dataset) -> xr.DataArray:
     )
 
 
+def shares_by_record(cube: xr.Dataset, *keep: str) -> xr.DataArray:
+    """Share of the known cases of each record that overturn, of each value of some dimensions by itself; in memory."""
+    falls = overturns(cube)
+    shares = falls.mean([name for name in falls.dims if name not in ("record", *keep)]).compute()
+    return shares.transpose(..., "record").astype("float64")
+
+
 def changes_to_the_next(cube: xr.Dataset, dim: str) -> tuple[int, int]:
     """In how many cases the outcome (stands, or falls to which side) is another one step on, of how many known pairs.
 

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from overturning.report.blocks import Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
+from overturning.report.blocks import Disclosure, Figure, Note, Said, Table, section, table
 from overturning.report.results import Results
-from overturning.report.text import counted, degrees, estimate, interval, number, tells_from_0
-from overturning.statistics.bootstrap import mean_over_earthquakes
+from overturning.report.text import counted, degrees, interval, number, of_group, shown, verdict
+from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.statistics.earthquakes import AxisSummary, axes_by_earthquake
@@ -19,18 +19,15 @@ def alignment_sentences(results: Results, *, primary: bool) -> tuple[str, ...]:
     The first group is the primary one, where the alignment is the primary statistic.
     """
     scale = "the alignment of fall axes with the fault normal (1 normal to the fault, −1 along it)"
-    known = {_name(name): one for name, one in results.axes.items()}
-    values = [f"{_alignment(one)}{name}" for name, one in known.items()]
+    values = [f"{_alignment(one)}{of_group(name)}" for name, one in results.axes.items()]
     difference, said = results.axes_difference, []
     if difference is not None and difference.n:
-        few = math.isnan(difference.low)
-        ends = "too few earthquakes for an interval" if few else interval(difference.low, difference.high)
-        shown = "a" if tells_from_0(difference) else "no"
-        verdict = "" if few else f": {shown} difference between the two is shown"
-        values.append(f"the difference {number(difference.value)} ({ends}){verdict}")
+        ends = interval(difference.low, difference.high, "too few earthquakes for an interval")
+        some, none = (f": {which} difference between the two is shown" for which in ("a", "no"))
+        values.append(f"the difference {number(difference.value)} ({ends}){verdict(difference, some, some, none, '')}")
     if primary:
-        one = next(iter(known.values()))
-        said.append(f"Primary statistic, fixed beforehand: {scale} is {values.pop(0)}: {_verdict(one)}.")
+        says = _verdict(next(iter(results.axes.values())).alignment)
+        said.append(f"Primary statistic, fixed beforehand: {scale} is {values.pop(0)}: {says}.")
         scale = "the alignment"
     if values:
         said.append(f"Secondary: {scale} is {'; '.join(values)}.")
@@ -39,7 +36,7 @@ def alignment_sentences(results: Results, *, primary: bool) -> tuple[str, ...]:
 
 def axes_sentence(results: Results) -> str:
     """Mean axes of each group, and how many earthquakes lie closer to the normal than to the fault."""
-    known = {_name(name): one for name, one in results.axes.items()}
+    known = {of_group(name): one for name, one in results.axes.items()}
     means = " and ".join(f"{_mean_axis(one)}{name}" for name, one in known.items())
     told = f"The fall axes of {results.words.blocks} lie on average {means}."
     if closer := " and ".join(f"{one.closer_to_normal} of {one.told}{name}" for name, one in known.items() if one.told):
@@ -59,11 +56,11 @@ def _alignment(summary: AxisSummary) -> str:
 
 def agreement_within(results: Results) -> str:
     """How far the fall axes of one record agree, over earthquakes, by group of records."""
-    lengths, events = results.record_means["axis_resultant"].to_numpy(), results.cube["event"].to_numpy().astype(str)
-    parts = []
-    for name, members in record_groups(results.cube).items():
-        found = mean_over_earthquakes(np.where(members, lengths, np.nan), events)
-        parts.append(estimate(found.value, found.low, found.high) + _name(name))
+    lengths = results.record_means["axis_resultant"].to_numpy()
+    parts = [
+        shown(mean_over_earthquakes(np.where(members, lengths, np.nan), results.events)) + of_group(name)
+        for name, members in record_groups(results.cube).items()
+    ]
     return (
         f"Within a record the fall axes of {results.words.blocks} agree with a mean resultant of "
         f"{' and '.join(parts)}; 1 means that all are alike, 0 that they have no axis in common. "
@@ -71,23 +68,16 @@ def agreement_within(results: Results) -> str:
     )
 
 
-def _verdict(summary: AxisSummary) -> str:
+def _verdict(alignment: Mean) -> str:
     """What the interval of the alignment says."""
-    one = summary.alignment
-    if one.n == 0:
+    if alignment.n == 0:
         return "no earthquake has falls and a known fault"
-    if math.isnan(one.low):
-        return f"{counted(one.n, 'earthquake')} {'is' if one.n == 1 else 'are'} too few for an interval"
-    if one.low > 0:
-        return "falls lie closer to the fault normal than to the fault"
-    if one.high < 0:
-        return "falls lie closer to the fault than to its normal"
-    return "neither the normal nor the fault is shown to be preferred"
-
-
-def _name(group: str) -> str:
-    """Name of a group inside a sentence; nothing for the only one."""
-    return "" if group == "all records" else " " + group.replace("without (control)", "without a pulse")
+    normal, fault = (
+        "falls lie closer to the fault normal than to the fault",
+        "falls lie closer to the fault than to its normal",
+    )
+    few = f"{counted(alignment.n, 'earthquake')} {'is' if alignment.n == 1 else 'are'} too few for an interval"
+    return verdict(alignment, normal, fault, "neither the normal nor the fault is shown to be preferred", few)
 
 
 def _mean_axis(summary: AxisSummary) -> str:
@@ -116,44 +106,43 @@ def axes_shown(results: Results) -> Figure | None:
     return Figure(results.figures / "axes.svg", alt, caption, width=0.82)
 
 
-def falls(results: Results) -> Section | None:
+@section("Where blocks fall", "rose")
+def falls(results: Results) -> Said:
     """Rose of fall azimuths, and the alignment with the fault normal by shape; none where nothing falls."""
     if not results.fallen > 0:
-        return None
-    folder = results.figures
+        return
     caption = f"{results.words.rose} {results.words.which}".rstrip()
-    blocks: list[Block] = [Figure(folder / "rose.svg", "rose of fall azimuths", caption, width=0.8)]
+    yield Figure(results.figures / "rose.svg", "rose of fall azimuths", caption, width=0.8)
     if not results.model.one_component:
         of_each = "The same for each earthquake, its records taken together; blue: fault normals."
         alt = "roses of fall azimuths by earthquake"
-        blocks.append(Figure(folder / "earthquakes.svg", alt, of_each, width=0.9))
+        yield Figure(results.figures / "earthquakes.svg", alt, of_each, width=0.9)
     if results.tells_axes:
-        about = (
-            f"Falls of {results.words.blocks}. Alignment: cos 2Δ, Δ the angle between a fall and the fault normal of "
-            "its record, is averaged over the falls of a record, over the records of an earthquake, and over "
-            f"earthquakes: 1 normal to the fault, −1 along it, 0 neither.{_weighed(results)} An earthquake has an "
-            f"axis where the resultant of its falls reaches {LEAST_RESULTANT:g}; these are counted as closer to the "
-            "normal or not. Intervals: 95 %, bootstrap over earthquakes."
-        )
-        blocks += [*_beside_the_answer(results), _summary(results.axes), Note(about)]
-        note = Note(
-            "Earthquakes are those of known faults; counted are those with falls of "
-            f"{results.words.blocks}, over which the alignment is the mean. "
-            "No p-value is given here: with so many shapes some would look small by chance."
-        )
-        blocks.append(Disclosure("Alignment with the fault normal by B/H and friction", (_by_shape(results), note)))
-    return Section("Where blocks fall", tuple(blocks), anchor="rose")
+        yield from _of_axes(results)
 
 
-def _beside_the_answer(results: Results) -> list[Block]:
-    """What is said of fault normals where the answer does not say it already."""
-    said: list[str] = [axes_sentence(results), agreement_within(results)]
+def _of_axes(results: Results) -> Said:
+    """How falls lie to fault normals, leaving out what the answer says already."""
     answered = results.study.primary.statistic == "alignment"
     if results.study.asks not in ("direction", "reference") and not answered:
-        said = [*alignment_sentences(results, primary=False), *said]
-    # Where the answer is of directions it shows the axes itself.
-    figure = None if answered and results.study.asks == "direction" else axes_shown(results)
-    return [*map(Paragraph, said), *([figure] if figure else [])]
+        yield from alignment_sentences(results, primary=False)
+    yield from (axes_sentence(results), agreement_within(results))
+    if not (answered and results.study.asks == "direction"):
+        yield axes_shown(results)
+    yield _summary(results.axes)
+    yield Note(
+        f"Falls of {results.words.blocks}. Alignment: cos 2Δ, Δ the angle between a fall and the fault normal of "
+        "its record, is averaged over the falls of a record, over the records of an earthquake, and over "
+        f"earthquakes: 1 normal to the fault, −1 along it, 0 neither.{_weighed(results)} An earthquake has an "
+        f"axis where the resultant of its falls reaches {LEAST_RESULTANT:g}; these are counted as closer to the "
+        "normal or not. Intervals: 95 %, bootstrap over earthquakes."
+    )
+    about_shapes = Note(
+        "Earthquakes are those of known faults; counted are those with falls of "
+        f"{results.words.blocks}, over which the alignment is the mean. "
+        "No p-value is given here: with so many shapes some would look small by chance."
+    )
+    yield Disclosure("Alignment with the fault normal by B/H and friction", (_by_shape(results), about_shapes))
 
 
 def _weighed(results: Results) -> str:

@@ -10,7 +10,7 @@ import xarray as xr
 from overturning.arrays import FloatArray
 from overturning.model.planes import period_of
 from overturning.model.symmetry import PLANE_PERIOD
-from overturning.report.blocks import Answer, Figure, Note, Paragraph, Section
+from overturning.report.blocks import Answer, Figure, Note, Said, section
 from overturning.report.results import Results, gaps_said
 from overturning.report.sections.alignment import alignment_sentences, axes_shown
 from overturning.report.sections.causes import finding_sentence
@@ -26,10 +26,10 @@ from overturning.report.sections.exactness import dependence
 from overturning.report.sections.records import record_directions
 from overturning.report.sections.space import follow_answer, follow_shown, plane_answer
 from overturning.report.sections.surveys import survey_sentences
-from overturning.report.text import capitalised, counted, number, percent
+from overturning.report.text import capitalised, counted, decimals, number, percent, verdict
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.falls import changes_to_the_next, overturns
+from overturning.statistics.falls import changes_to_the_next, overturns, shares_by_record
 from overturning.study.cube import earthquakes_said
 from overturning.study.evaluation import CONTRASTS, Asks
 from overturning.study.scenes import NOMINAL, scene_of
@@ -48,13 +48,12 @@ Told = tuple[tuple[str, ...], Figure | None]
 """Sentences, and the figure that shows what they say."""
 
 
-def answer(results: Results) -> Section:
+@section("Answer", "answer")
+def answer(results: Results) -> Said:
     """The answer for the kind of question that the study asks, its figure, and how far it holds."""
     sentences, figure = ANSWERS[results.study.asks](results)
-    exact = dependence(results)
-    shown = tuple(block for block in (figure, exact) if block is not None)
-    said = Answer((*sentences, *scene_sentences(results)))
-    return Section("Answer", (said, *shown, Paragraph(_counted(results)), Note(_cases(results))), anchor="answer")
+    yield Answer((*sentences, *scene_sentences(results)))
+    yield from (figure, dependence(results), _counted(results), Note(_cases(results)))
 
 
 def _direction(results: Results) -> Told:
@@ -175,11 +174,10 @@ def primary_sentence(results: Results) -> str:
     def of_record(variant: str) -> FloatArray:
         if primary.statistic == "fall_rate":
             return results.populations[variant]["fall_rate"].sel(amplitude=1.0).to_numpy()
-        falls = overturns(results.reference_cube(variant))
-        return falls.mean([name for name in falls.dims if name != "record"]).compute().to_numpy().astype(np.float64)
+        return shares_by_record(results.reference_cube(variant)).to_numpy()
 
     values, what, of = of_record(NOMINAL), _SHARES[primary.statistic], ""
-    events = results.cube["event"].to_numpy().astype(str)
+    events = results.events
     if against:
         places, of = compared(results, against), compared_said(results, against)
         if not places.size:
@@ -188,9 +186,7 @@ def primary_sentence(results: Results) -> str:
         this, that = setting_said(results, NOMINAL, against), setting_said(results, against, NOMINAL)
         what += f" {this}, less that {that}"
     found = mean_over_earthquakes(values, events)
-    # A share of one decimal where its interval is no wider than some per cent, or there is none.
-    digits = int(math.isnan(found.low) or found.high - found.low < 0.1)
-    unit = "percentage points" if against else "%"
+    digits, unit = decimals(found), "percentage points" if against else "%"
     shown = f"{number(100 * found.value, digits)}\u00a0{unit}"
     if math.isnan(found.low):
         sure = f"{counted(found.n, 'earthquake')}, too few for an interval"
@@ -198,10 +194,9 @@ def primary_sentence(results: Results) -> str:
         ends = " to ".join(number(100 * end, digits) for end in (found.low, found.high))
         sure = f"95 % interval {ends}{'' if against else ' %'}; {counted(found.n, 'earthquake')}"
     text = f"Primary statistic, fixed beforehand: {what}, a mean over earthquakes{of}, is {shown} ({sure})"
-    if not against or math.isnan(found.low):
+    if not against:
         return f"{text}."
-    ways = {f"more fall {this}": found.low > 0, f"fewer fall {this}": found.high < 0}
-    return f"{text}: {next((way for way, shown in ways.items() if shown), 'no difference is shown')}."
+    return f"{text}{verdict(found, f': more fall {this}', f': fewer fall {this}', ': no difference is shown', '')}."
 
 
 def _directions_in_words(results: Results) -> list[str]:

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from overturning.report.blocks import Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
+from overturning.report.blocks import Disclosure, Figure, Note, Said, Table, section, table
 from overturning.report.results import Results
 from overturning.report.text import capitalised, counted, estimate, interval, number, percent, two_digits
 from overturning.statistics.criteria import BLIND, CRITERIA, PULSE_VALID, UNREAD, CriteriaScores, Score, criteria_scores
@@ -28,31 +28,27 @@ _PEAKS: Final = (
 )
 
 
-def cause(results: Results) -> Section | None:
+@section("What makes a block fall", "intensity")
+def cause(results: Results) -> Said:
     """Falls in the plane of PGA and PGV/PGA, and the logistic fit; none where cases have no azimuth of their own."""
     if not results.model.one_component:
-        return None
+        return
     fit = overturning_fit(results.cube, results.intensity)
     fitted = not fit.note.startswith("no fit")
     caption = (
         "Each point is one plane of one record. Lines: the field's criteria, by which a block falls to the right of "
         f"them{', and the fit to this study' if fitted else ''}.{_frictions(results) if fitted else ''}"
     )
-    blocks: list[Block] = [
-        Figure(results.figures / "plane.svg", "falls in the plane of PGA and PGV/PGA", caption, width=0.92)
-    ]
-    if sentence := doubling_sentence(fit):
-        blocks.append(Paragraph(sentence))
-    if fit.note:
-        blocks.append(Paragraph(f"{capitalised(fit.note)}."))
+    yield Figure(results.figures / "plane.svg", "falls in the plane of PGA and PGV/PGA", caption, width=0.92)
+    yield doubling_sentence(fit)
+    yield f"{capitalised(fit.note)}." if fit.note else None
     if fitted:
-        note = (
+        yield _table(fit)
+        yield Note(
             f"Logistic fit of the probability of overturning to {fit.rows:,} planes and blocks of "
             f"{counted(fit.clusters, 'earthquake')}; intervals clustered by earthquake. PGV/PGA in s, H in m. It says "
             "nothing outside the range of the data."
         )
-        blocks += [_table(fit), Note(note)]
-    return Section("What makes a block fall", tuple(blocks), anchor="intensity")
 
 
 def _frictions(results: Results) -> str:
@@ -92,23 +88,22 @@ def doubling_sentence(fit: LogisticFit) -> str:
     return f"{told} {unknown}".strip()
 
 
-def criteria(results: Results) -> Section | None:
+@section("How well the field's criteria predict these falls", "criteria")
+def criteria(results: Results) -> Said:
     """Hits and misses of each criterion, over all and by block; none where outcomes or azimuths are not known."""
-    if not results.model.one_component:
-        return None
-    found = criteria_scores(results.cube, results.intensity)
+    found = criteria_scores(results.cube, results.intensity) if results.model.one_component else None
     if found is None:
-        return None
-    about = Note(
+        return
+    yield _sentence(found)
+    yield _summary(found)
+    yield Note(
         "Each plane of every record with its own PGA and PGV, all frictions together, the cells' own outcomes. Hits: "
         "falls that were predicted, of all falls. False alarms: stands for which a fall was predicted, of all stands. "
         "Skill: hits less false alarms, 1 perfect, 0 a guess; of all blocks at once slender against stout counts too, "
         "within blocks (mean over those of which some fall and some stand) the motion alone. 95 % intervals: "
         "bootstrap over earthquakes. The criteria were made for the ground's peak values, not for those of a plane."
     )
-    by_block = Disclosure("By size and slenderness", (_by_block(found),))
-    blocks = (Paragraph(_sentence(found)), _summary(found), about, by_block)
-    return Section("How well the field's criteria predict these falls", blocks, anchor="criteria")
+    yield Disclosure("By size and slenderness", (_by_block(found),))
 
 
 def _sentence(found: CriteriaScores) -> str:
@@ -167,21 +162,20 @@ def _cell(score: Score) -> str:
     return f"{percent(score.hit_rate)}, {percent(score.false_alarm_rate)}, {number(score.skill)}"
 
 
-def published(results: Results) -> Section | None:
+@section("Beside the published values", "published")
+def published(results: Results) -> Said:
     """Peaks and findings beside the published ones; none where nothing was published."""
-    there = results.study.published
+    there, rows = results.study.published, []
     if not there:
-        return None
-    rows, sentences = [], []
+        return
+    yield " ".join(capitalised(finding_sentence(results, variant)) for variant in results.cubes)
+    yield _peaks(results)
     for variant in results.cubes:
-        sentences.append(capitalised(finding_sentence(results, variant)))
         for size, overturns in outcomes(results, variant).items():
             holds = "holds" if overturns == tuple(row.overturns for row in there) else "does not hold"
             rows.append((variant, *size, *map(_does, overturns), holds))
     heads = (f"{_label(row)}: {_does(row.overturns)}" for row in there)
-    findings = table((_settings(results), "H, m", "µ", *heads, "finding"), rows, "tgg" + "t" * (len(there) + 1))
-    blocks = (Paragraph(" ".join(sentences)), _peaks(results), findings)
-    return Section("Beside the published values", blocks, anchor="published")
+    yield table((_settings(results), "H, m", "µ", *heads, "finding"), rows, "tgg" + "t" * (len(there) + 1))
 
 
 def _settings(results: Results) -> str:

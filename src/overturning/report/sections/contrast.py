@@ -1,6 +1,5 @@
 """A variant beside the study, case by case: with and without vertical motion, on rock and soil, stack and monolith."""
 
-import math
 from functools import partial
 from typing import Final
 
@@ -10,10 +9,10 @@ from numpy.typing import NDArray
 from overturning.figures.fall_rate import contrast_figure
 from overturning.report.blocks import Figure
 from overturning.report.results import Results
-from overturning.report.text import counted, share
+from overturning.report.text import counted, decimals, share
 from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
 from overturning.statistics.elements import Contrast, compare_stones, contrast
-from overturning.statistics.falls import overturns
+from overturning.statistics.falls import shares_by_record
 from overturning.study.scenes import NOMINAL, applies_vertical, contact_of, setting_of, sizes_said
 from overturning.study.schema import Study
 
@@ -73,8 +72,7 @@ def contrast_sentences(results: Results, variant: str | None = None) -> tuple[st
         return (NO_VERTICAL,)
     counts = compare_stones(*(results.reference_cube(name).isel(record=places) for name in (NOMINAL, other)))
     said = setting_said(results, NOMINAL, other), setting_said(results, other, NOMINAL)
-    events = results.cube["event"].to_numpy().astype(str)[places]
-    return contrast_told(contrast(counts, events), *said, of=compared_said(results, other))
+    return contrast_told(contrast(counts, results.events[places]), *said, of=compared_said(results, other))
 
 
 def contrast_told(found: Contrast, this: str, that: str, of: str = "") -> tuple[str, ...]:
@@ -101,8 +99,7 @@ def contrast_told(found: Contrast, this: str, that: str, of: str = "") -> tuple[
 def _share(mean: Mean) -> str:
     if not mean.high > 0 and not mean.value > 0:
         return "none"
-    digits = int(math.isnan(mean.low) or mean.high - mean.low < 0.1)
-    return share(mean.value, mean.low, mean.high, digits)
+    return share(mean.value, mean.low, mean.high, decimals(mean))
 
 
 def contrast_shown(results: Results) -> Figure | None:
@@ -111,11 +108,9 @@ def contrast_shown(results: Results) -> Figure | None:
     if against is None or ratio.size < 2 or not (places := compared(results, against)).size:
         return None
     shares: dict[str, list[Mean]] = {}
-    events = results.cube["event"].to_numpy().astype(str)[places]
+    events = results.events[places]
     for variant, other in ((NOMINAL, against), (against, NOMINAL)):
-        falls = overturns(results.reference_cube(variant).isel(record=places))
-        of_record = falls.mean([name for name in falls.dims if name not in ("record", "b_over_h")]).compute()
-        columns = of_record.transpose("b_over_h", "record").to_numpy().astype(np.float64)
+        columns = shares_by_record(results.reference_cube(variant).isel(record=places), "b_over_h").to_numpy()
         shares[setting_said(results, variant, other)] = [mean_over_earthquakes(column, events) for column in columns]
     drawing = results.drawn("contrast", partial(contrast_figure, shares, ratio.astype(np.float64)))
     sizes = sizes_said(results.study, against)

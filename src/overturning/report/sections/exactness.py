@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.model import Model
-from overturning.report.blocks import Block, Caution, Note, Paragraph, Section, table
+from overturning.report.blocks import Caution, Note, Paragraph, Said, section, table
 from overturning.report.results import Results
 from overturning.report.text import counted, percent
 from overturning.statistics.by_record import by_record
@@ -30,36 +30,31 @@ def _repetitions(found: Convergence) -> dict[str, tuple[str, Repetition]]:
     return {"finer": (names[0], found.finer), "stiffer": (names[1], found.stiffer)}
 
 
-def convergence(results: Results) -> Section | None:
+@section("How exact these answers are", "convergence")
+def convergence(results: Results) -> Said:
     """What changes when a part of the study is run again; none where the study leaves it out."""
     found = results.convergence
     if found is None:
-        return None
+        return
     repetitions = _repetitions(found).values()
     warns = [
         name
         for name, part in repetitions
         if any(outcome.flags_undivided > WARN_ABOVE * outcome.undivided for outcome in part.outcomes)
     ]
-    blocks: list[Block] = []
     if warns:
-        warning = (
+        yield Caution(
             f"Warning: with {' and with '.join(warns)} more than {percent(WARN_ABOVE)} of the flags change even where "
             "the neighbourhood is not divided. Do not trust single cells of this study"
             f"{_NEEDED if results.model.one_component else ''}."
         )
-        blocks.append(Caution(warning))
     text, rigid = _text(found) + _settled(found), found.rigid
     if found.chosen:
         several = any(len(part.outcomes) > 1 for _, part in repetitions)
         text += " Each element of the scene is counted by itself." if several else ""
         text += " The variants were not run again." if results.study.variants else ""
     agreed = bool(results.study.ensemble.members)
-    text += _beside_rigid(rigid, agreed) if rigid else ""
-    note = (
-        f"Interval by Wilson. The study itself took {found.study_block_steps:.3g} block steps. Seed of the choice: "
-        f"{found.seed}."
-    )
+    yield text + (_beside_rigid(rigid, agreed) if rigid else "")
     way = "side" if results.model.one_component else f"azimuth, by {ASIDE:g}° or more"
     beside = [("exact rigid block", Repetition(block_steps=0, outcomes=[rigid]))] if rigid else []
     rows = [
@@ -68,8 +63,11 @@ def convergence(results: Results) -> Section | None:
         for row in _rows(name, part, found.study_block_steps, f"{way}, where it falls", agreed)
     ]
     heads = ("run again with", "what changed", "changed", "compared", "share", "95 % interval", "no answer")
-    blocks += [Paragraph(text), table((*heads, "block steps", "of the study's"), rows, "tt"), Note(note)]
-    return Section("How exact these answers are", tuple(blocks), anchor="convergence")
+    yield table((*heads, "block steps", "of the study's"), rows, "tt")
+    yield Note(
+        f"Interval by Wilson. The study itself took {found.study_block_steps:.3g} block steps. Seed of the choice: "
+        f"{found.seed}."
+    )
 
 
 def dependence(results: Results) -> Paragraph | None:
@@ -198,11 +196,12 @@ def _rows(name: str, part: Repetition, own: int, side: str, agreed: bool) -> lis
     return [(name, *rows[0][1:-3], unanswered, *work), *rows[1:]]
 
 
-def ensemble(results: Results) -> Section | None:
+@section("Uncertainty", "uncertainty")
+def ensemble(results: Results) -> Said:
     """How many cells near a change of flag have runs that are divided; none without an ensemble."""
     cube, model = results.cube, results.model
     if "members" not in cube:
-        return None
+        return
     settings = results.study.ensemble
     found = by_record(partial(_counts, model, settings), cube, (*model.reads, "members"))
     sums = found.drop_vars(("fewest", "most")).sum()
@@ -225,7 +224,7 @@ def ensemble(results: Results) -> Section | None:
             f"runs fall and others stand (more runs would divide more cells); {apart} This is the spread over the "
             "neighbourhood stated in the study, not a probability of what happened."
         )
-    return Section("Uncertainty", (Paragraph(text),), anchor="uncertainty")
+    yield text
 
 
 def _counts(model: Model, settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:

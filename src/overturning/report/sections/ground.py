@@ -7,7 +7,7 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.records.site import Site
-from overturning.report.blocks import Answer, Block, Note, Paragraph, Section, table
+from overturning.report.blocks import Answer, Note, Said, section, table
 from overturning.report.results import Results
 from overturning.report.sections.population import caution
 from overturning.report.text import degrees, percent
@@ -20,11 +20,12 @@ LEAST_FALLS: Final = 0.05
 """Fall rate from which the falls of a record have an axis to compare."""
 
 
-def ground(results: Results) -> Section | None:
+@section("What soft ground changes", "ground")
+def ground(results: Results) -> Said:
     """Variants through soil beside the study's own motions; none where there are none, or no population."""
     sites = {name: site for name in results.study.variants if (site := setting_of(results.study, name).site)}
     if not sites or not results.populations:
-        return None
+        return
     grounds = {NOMINAL: "rock"} | {name: _soil(site) for name, site in sites.items()}
     sentences, rows = [], []
     for factor in map(float, results.populations[NOMINAL]["amplitude"].to_numpy()):
@@ -39,7 +40,9 @@ def ground(results: Results) -> Section | None:
             rates = (float(rate.mean()), float(rate.median()), int((rate >= 0.5).sum()))
             rows.append((factor, soil, float(pga), *rates, shift))
     heads = ("factor", "ground", "PGA, g, median", "fall rate, mean", "median", "records with half or more")
-    by_ground = table((*heads, "axis turned, median (records)"), rows, "gt2%%", anchor="soft-ground")
+    yield Answer(tuple(sentences))
+    yield from caution(results.populations[NOMINAL])
+    yield table((*heads, "axis turned, median (records)"), rows, "gt2%%", anchor="soft-ground")
     failed, motions = failures(results, grounds), len(sites) * len(results.names)
     converged = f"Every iteration of the {motions} motions converged."
     if failed:
@@ -47,10 +50,8 @@ def ground(results: Results) -> Section | None:
         converged = (
             f"{len(failed)} of {motions} motions {have} an iteration that did not converge: {'. '.join(failed)}."
         )
-    limits = _limits(sorted({site.rock.velocity_m_s for site in sites.values()}), results.with_vertical > 0)
-    blocks: list[Block] = [Answer(tuple(sentences)), *caution(results.populations[NOMINAL])]
-    blocks += [by_ground, Paragraph(converged), Note(limits)]
-    return Section("What soft ground changes", tuple(blocks), anchor="ground")
+    yield converged
+    yield Note(_limits(sorted({site.rock.velocity_m_s for site in sites.values()}), results.with_vertical > 0))
 
 
 def _soil(site: Site) -> str:

@@ -7,15 +7,16 @@ from typing import Any
 import numpy as np
 
 from overturning.figures.style import short
-from overturning.report.blocks import Bullets, Code, Note, Paragraph, Section, Table, table
+from overturning.report.blocks import Bullets, Code, Note, Paragraph, Said, Section, Table, section, table
 from overturning.report.results import Results
 from overturning.study.cube import sources_of_records
 
 
-def method(results: Results) -> Section:
+@section("How this was made", "method")
+def method(results: Results) -> Said:
     """Everything that is needed to judge and to repeat the study."""
     records, versions = sources_of_records(results.cube), json.loads(results.cube.attrs["versions"])
-    recheck = (
+    recheck = Note(
         "Simulated cells. “overturning recheck cube.nc” computes a random sample of cells again and compares them "
         "bit for bit."
     )
@@ -23,16 +24,13 @@ def method(results: Results) -> Section:
     packages = ", ".join(f"{name} {version}" for name, version in versions.items())
     digest = (Paragraph("SHA-256 of the cube's numerical content:"), Code(results.cube.attrs["content_sha256"]))
     beside = Note("The whole study, every key of it, is in study.yaml beside this report.", medium="paper")
-    blocks = (
-        Paragraph(results.words.model),
-        Section("What this does not say", (Bullets(_limits(results)),)),
-        Section("Energy, penetration, outcomes", (_quality(results), Note(recheck))),
-        Section("How to cite", (Bullets(_citations(records, versions)),)),
-        Section("Sources", (table(("record", "source", "licence", "SHA-256"), sources, "tttc", sortable=True),)),
-        Section("Study", (Code(study_text(results.study.model_dump(mode="json"))),), medium="page"),
-        Section("Versions", (Paragraph(f"{packages}."), *digest, beside)),
-    )
-    return Section("How this was made", blocks, anchor="method")
+    yield results.words.model
+    yield Section("What this does not say", (Bullets(_limits(results)),))
+    yield Section("Energy, penetration, outcomes", (_quality(results), recheck))
+    yield Section("How to cite", (Bullets(_citations(records, versions)),))
+    yield Section("Sources", (table(("record", "source", "licence", "SHA-256"), sources, "tttc", sortable=True),))
+    yield Section("Study", (Code(study_text(results.study.model_dump(mode="json"))),), medium="page")
+    yield Section("Versions", (Paragraph(f"{packages}."), *digest, beside))
 
 
 def _limits(results: Results) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """How many of a cemetery's stones fall, by record, amplitude and intensity."""
 
 import math
+from collections.abc import Iterator
 from functools import partial
 from typing import Final
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.figures.fall_rate import fall_rate_figure
 from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_ADDS, as_published
-from overturning.report.blocks import Block, Caution, Disclosure, Figure, Note, Paragraph, Section, Table, table
+from overturning.report.blocks import Caution, Disclosure, Figure, Note, Said, Table, section, table
 from overturning.report.results import Results, gaps_said
 from overturning.report.text import censored, counted, degrees, number, percent, share
 from overturning.report.words import Words
@@ -37,11 +38,12 @@ BoolArray = NDArray[np.bool_]
 StrArray = NDArray[np.str_]
 
 
-def population(results: Results) -> Section | None:
+@section("How many stones of a cemetery fall", "population")
+def population(results: Results) -> Said:
     """Fall rates of the study's population; none where it has none."""
     stones = results.study.population
     if stones is None:
-        return None
+        return
     found, tells_moved = results.populations[NOMINAL], results.model.twists
     curves = fragility_curves(found, results.intensity)
     jma, rates = jma_intensities(found, results.intensity), found["fall_rate"].to_numpy()
@@ -49,25 +51,22 @@ def population(results: Results) -> Section | None:
     whole = [one for one in curves if one.name == "all stones"]
     levels, events = intensities(found, results.intensity), found["event"].to_numpy().astype(str)
     draw = partial(fall_rate_figure, found["amplitude"].to_numpy(), rates, levels, whole, jma)
-    shown = "Each thin line or point is a record; PGA and PGV are medians over azimuths (RotD50)."
-    shown += " Red: the lognormal curve." if any(math.isfinite(one.median) for one in whole) else ""
+    caption = "Each thin line or point is a record; PGA and PGV are medians over azimuths (RotD50)."
+    caption += " Red: the lognormal curve." if any(math.isfinite(one.median) for one in whole) else ""
     scale = " Dashed: where JMA 5 upper, 6 lower, 6 upper and 7 begin; shaded: what surveys infer the last two from."
-    caption = shown + (scale if np.isfinite(jma).any() else "")
-    sentences = _as_recorded(found, tells_moved), *_unanswered(found), *_over_intensity(rates, jma, horizontal, events)
-    outside = float(found.attrs["outside"])
-    blocks: list[Block] = [
-        *map(Paragraph, sentences),
-        *caution(found),
-        Figure(results.drawn("fall-rate", draw), "fall rate over amplitude and intensity", caption),
-        Note(_assumed(stones, outside, results.words, gaps_said(results.cube))),
-    ]
+    caption += scale if np.isfinite(jma).any() else ""
+    yield _as_recorded(found, tells_moved)
+    yield _unanswered(found)
+    yield from _over_intensity(rates, jma, horizontal, events)
+    yield from caution(found)
+    yield Figure(results.drawn("fall-rate", draw), "fall rate over amplitude and intensity", caption)
+    yield Note(_assumed(stones, float(found.attrs["outside"]), results.words, gaps_said(results.cube)))
     if any(math.isfinite(one.median) for one in curves):
-        blocks.append(_curves(curves))
+        yield _curves(curves)
     if unfit := [one.measure for one in whole if math.isnan(one.median)]:
         why = "the rate hardly grows with it, or leaps from 0 to 100 %"
-        blocks.append(Note(f"No lognormal curve fits over {' and '.join(unfit)}: {why}."))
-    blocks.append(Disclosure("By record", (_by_record(results, found), *_by_amplitude(results, found))))
-    return Section("How many stones of a cemetery fall", tuple(blocks), anchor="population")
+        yield Note(f"No lognormal curve fits over {' and '.join(unfit)}: {why}.")
+    yield Disclosure("By record", (_by_record(results, found), *_by_amplitude(results, found)))
 
 
 def caution(found: xr.Dataset) -> tuple[Caution, ...]:
@@ -95,16 +94,16 @@ def _as_recorded(found: xr.Dataset, tells_moved: bool) -> str:
     )
 
 
-def _unanswered(found: xr.Dataset) -> list[str]:
-    """How many stones the rates leave out since a cell that answers for them has no outcome; nothing of none."""
+def _unanswered(found: xr.Dataset) -> str:
+    """How many stones the rates leave out since a cell that answers for them has no outcome; empty of none."""
     unknown = found["unknown"].sel(amplitude=1.0)
     if not float(unknown.max()) > 0.0:
-        return []
+        return ""
     mean, most = percent(float(unknown.mean())), percent(float(unknown.max()))
-    return [f"Rates are of the stones with an answer: {mean} of them have none in the mean, {most} under one record."]
+    return f"Rates are of the stones with an answer: {mean} of them have none in the mean, {most} under one record."
 
 
-def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, events: StrArray) -> list[str]:
+def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, events: StrArray) -> Iterator[str]:
     """Which intensity goes with which rate, and how well surveys' rule does; `horizontal` records have no vertical."""
     known = np.isfinite(jma) & np.isfinite(rates)
     inside = {text: known & (jma >= low) & (jma < high) for text, low, high in _DEGREES}
@@ -113,7 +112,6 @@ def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, e
         for text, own in inside.items()
         if own.sum() >= 3
     ]
-    said = []
     if parts:
         have = (
             "none of the records has"
@@ -121,9 +119,8 @@ def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, e
             else f"{horizontal.sum()} of the records {'lacks' if horizontal.sum() == 1 else 'lack'}"
         )
         of = f" ({have} a vertical component, which would add about {VERTICAL_ADDS:g})" if horizontal.any() else ""
-        said.append(
-            f"The median fall rate over records and amplitudes, by JMA instrumental intensity{of}: {'; '.join(parts)}."
-        )
+        scale = f"JMA instrumental intensity{of}"
+        yield f"The median fall rate over records and amplitudes, by {scale}: {'; '.join(parts)}."
     rules = []
     for low, high, least, most, text in SURVEY_RULE:
         own = known & (rates >= low) & ((rates < high) | (high >= 1))
@@ -143,8 +140,7 @@ def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, e
             f"{_share_of_motions(hits, own, events)} of {_motions(own, events)}{beyond}{added}"
         )
     if rules:
-        said.append(f"Surveys infer the intensity from the rate of fallen stones: {'; '.join(rules)}.")
-    return said
+        yield f"Surveys infer the intensity from the rate of fallen stones: {'; '.join(rules)}."
 
 
 def _motions(own: BoolArray, events: StrArray) -> str:

@@ -8,13 +8,13 @@ import numpy as np
 from overturning.figures.site_map import distances, sites_by_earthquake
 from overturning.model.status import Status
 from overturning.records.record import summary
-from overturning.report.blocks import Block, Bullets, Disclosure, Figure, Film, Link, Note, Row, Section, Table, table
+from overturning.report.blocks import Bullets, Disclosure, Figure, Film, Link, Note, Row, Said, Section, section, table
 from overturning.report.results import RecordName, Results
-from overturning.report.text import degrees, number
+from overturning.report.text import degrees, number, of_group
 from overturning.statistics.boundary import boundary, easiest_azimuth
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
-from overturning.statistics.falls import overturns
+from overturning.statistics.falls import shares_by_record
 from overturning.statistics.illustrative import WHICH_SIDE
 from overturning.study.cube import processing_of
 from overturning.units import CM, GAL
@@ -29,28 +29,26 @@ _PEAKS = (("pga", GAL, 0), ("pgv", CM, 1), ("pgd", CM, 1))
 """Measures with unit and decimals of a table."""
 
 
-def maps(results: Results) -> Section:
+@section("Which way blocks fall", "maps")
+def maps(results: Results) -> Said:
     """Maps of all records, or of a few of those that the question is about."""
-    chosen, blocks = results.first_records, list[Block]()
+    chosen = results.first_records
     if len(chosen) < len(results.names):
-        group = next(iter(record_groups(results.cube)))
-        which = "" if group == "all records" else f" {group}"
-        few = (
+        which = of_group(next(iter(record_groups(results.cube))))
+        yield Note(
             f"Of the {len(results.names)} records the first {len(chosen)}{which} that are of different earthquakes, in "
             "the order of the study; those in whose map nothing falls are passed over where there are others. The maps "
             "of the others stand with the records, below on the page."
         )
-        blocks.append(Note(few))
     shown = [_map(results, name) for name in chosen]
-    pairs = [tuple(shown[i : i + 2]) for i in range(0, len(shown), 2)]
-    blocks += [Row(pair) if len(pair) == 2 else pair[0] for pair in pairs]
+    for pair in (tuple(shown[i : i + 2]) for i in range(0, len(shown), 2)):
+        yield Row(pair) if len(pair) == 2 else pair[0]
     chance = (
         "Colour: the probability of that fall over the neighbourhood of each case; blue where the fall to the other "
         "side has more than half. "
     )
-    blocks.append(Note(results.words.map.format(chance=chance if "members" in results.cube else "")))
-    blocks.append(Link("Look around in all cases: point at a cell, see what is known of it", EXPLORER))
-    return Section("Which way blocks fall", tuple(blocks), anchor="maps")
+    yield Note(results.words.map.format(chance=chance if "members" in results.cube else ""))
+    yield Link("Look around in all cases: point at a cell, see what is known of it", EXPLORER)
 
 
 def _map(results: Results, name: RecordName) -> Figure:
@@ -58,11 +56,12 @@ def _map(results: Results, name: RecordName) -> Figure:
     return Figure(results.figures / "polar" / f"{name.id}.svg", alt, width=MAP_WIDTH)
 
 
-def illustrative(results: Results) -> Section | None:
+@section("Cases to watch", "illustrative")
+def illustrative(results: Results) -> Said:
     """The illustrative cases as films; none where there is none."""
     if not results.illustrative:
-        return None
-    cases: list[Block] = [Note("The page report.html shows them as films.", medium="paper")]
+        return
+    yield Note("The page report.html shows them as films.", medium="paper")
     for case in results.illustrative:
         behind = tuple(
             Figure(results.figures / "illustrative" / file, **about) for file, about in case["figures"].items()
@@ -70,77 +69,65 @@ def illustrative(results: Results) -> Section | None:
         rule = Note(f"Chosen by rule: {case['rule']}.")
         film = Film(case["film"], case["block"])
         shown = (film, Bullets(tuple(case["outcomes"])), rule, Disclosure("Motion and response", behind))
-        cases.append(Section(case["title"], shown))
+        yield Section(case["title"], shown)
     if WHICH_SIDE not in {case["title"] for case in results.illustrative}:
-        cases.append(Note(f"No block falls to opposite sides at two neighbouring {results.model.direction}s."))
+        yield Note(f"No block falls to opposite sides at two neighbouring {results.model.direction}s.")
     keys = f"Keys: space plays and pauses, ← and → step, Home and End, s changes the speed, {case['keys']}."
-    return Section("Cases to watch", (*cases, Note(keys, medium="page")), anchor="illustrative")
+    yield Note(keys, medium="page")
 
 
-def records(results: Results) -> Section:
+@section("Records", "records")
+def records(results: Results) -> Said:
     """Peaks of each record, directions of its falls, maps of the stations."""
-    about_peaks = Note(
-        "Azimuths in degrees clockwise from north. Peaks are the largest over the azimuths of the study, each with the "
-        "azimuth along which it is reached. Overturned: share of the record's cases."
-    )
-    blocks: list[Block] = [_peaks(results), about_peaks, Note("A click on a heading sorts.", medium="page")]
-    blocks += [Note(text) for text in (_drifting(results), _too_weak(results)) if text]
-    blocks += _processing(results)
+    yield from _peaks(results)
+    yield from _processing(results)
     if results.fallen > 0:
-        blocks.append(_directions(results))
+        yield _directions(results)
     sites = enumerate(sites_by_earthquake(results.cube).items(), 1)
     site_maps = tuple(
         Figure(results.figures / "maps" / f"{number}.svg", f"map: {event}", " ".join(distances(site)))
         for number, (event, site) in sites
     )
-    blocks += [Row(site_maps[i : i + 2], shares=(1.0, 1.0)) for i in range(0, len(site_maps), 2)]
+    yield from (Row(site_maps[i : i + 2], shares=(1.0, 1.0)) for i in range(0, len(site_maps), 2))
     if site_maps:
-        about_maps = (
+        yield Note(
             "Stations and epicentres as the records or the record table state them; a fault whose strike is known is "
             "drawn through the epicentre."
         )
-        blocks.append(Note(about_maps))
-    return Section("Records", tuple(blocks), anchor="records")
 
 
-def _drifting(results: Results) -> str:
-    """Which records drift, and by what that is told."""
+def _odd_records(results: Results) -> Said:
+    """Which records drift, and by what that is told, and which leave every case at rest."""
     drifts = {name: account.get("drift") for name, account in processing_of(results.cube).items()}
-    told = ". ".join(f"{name}: {why}" for name, why in drifts.items() if why)
-    return f"A PGD in brackets is that of a record that drifts, and not the ground's. {told}." if told else ""
-
-
-def _too_weak(results: Results) -> str:
-    """Which records leave every case below the thresholds of rocking and sliding."""
+    if told := ". ".join(f"{name}: {why}" for name, why in drifts.items() if why):
+        yield Note(f"A PGD in brackets is that of a record that drifts, and not the ground's. {told}.")
     at_rest = results.cube["status"] == Status.AT_REST
     still = at_rest.all([name for name in at_rest.dims if name != "record"]).compute().to_numpy()
-    weak = [name.id for name, one in zip(results.names, still, strict=True) if one]
-    return f"Too weak to move any stone of the study: {', '.join(weak)}." if weak else ""
+    if weak := [name.id for name, one in zip(results.names, still, strict=True) if one]:
+        yield Note(f"Too weak to move any stone of the study: {', '.join(weak)}.")
 
 
-def record_by_record(results: Results) -> Section:
+@section("Record by record", "figures", medium="page")
+def record_by_record(results: Results) -> Said:
     """The figures of each record."""
-    sections = []
+    yield Note(
+        f"Beside the report, {results.figures.name}/history/ has a page of each record (record.svg): time histories "
+        "before and after processing, Fourier amplitudes, signal-to-noise ratio, Husid plot, and what was taken away."
+    )
     for name in results.names:
         path = results.figures / "intensity" / f"{name.id}.svg"
         peaks = Figure(path, "peak acceleration and velocity by azimuth", width=0.7)
-        shown: list[Block] = [peaks] if name in results.first_records else [_map(results, name), peaks]
+        shown: list[Any] = [peaks] if name in results.first_records else [_map(results, name), peaks]
         if results.study.several_blocks:
             alt = f"{name.heading}: where blocks of all sizes and frictions fall"
             every = Figure(results.figures / "blocks" / f"{name.id}.svg", alt)
             shown.append(Disclosure("All heights and frictions", (every,)))
-        sections.append(Section(name.heading, tuple(shown), anchor=name.id, together=True))
-    beside = Note(
-        f"Beside the report, {results.figures.name}/history/ has a page of each record (record.svg): time histories "
-        "before and after processing, Fourier amplitudes, signal-to-noise ratio, Husid plot, and what was taken away."
-    )
-    return Section("Record by record", (beside, *sections), anchor="figures", medium="page")
+        yield Section(name.heading, tuple(shown), anchor=name.id, together=True)
 
 
-def _peaks(results: Results) -> Table:
+def _peaks(results: Results) -> Said:
     """One row per record: names, largest intensities with their azimuths, share of cases that overturn."""
-    falls = overturns(results.cube)
-    shares = falls.mean([name for name in falls.dims if name != "record"]).compute().to_numpy()
+    shares = shares_by_record(results.cube).to_numpy()
     pulses, normals = (results.cube[name].to_numpy().astype(float) for name in ("pulse", "fault_normal"))
     azimuth, accounts = results.intensity["azimuth"].to_numpy(), processing_of(results.cube)
     vertical, rows = results.intensity["pga_vertical"].to_numpy(), []
@@ -157,23 +144,29 @@ def _peaks(results: Results) -> Table:
         rows.append((*named, *cells, float(shares[index])))
     heads = ("record", "station", "earthquake", "pulse", "fault normal", "PGA, Gal", "along", "PGV, cm/s", "along")
     formats = f"lttt°n°n°n{'n' * len(more)}%"
-    return table((*heads, "PGD, cm", *more, "overturned"), rows, formats, anchor="peaks", sortable=True)
+    yield table((*heads, "PGD, cm", *more, "overturned"), rows, formats, anchor="peaks", sortable=True)
+    yield Note(
+        "Azimuths in degrees clockwise from north. Peaks are the largest over the azimuths of the study, each with the "
+        "azimuth along which it is reached. Overturned: share of the record's cases."
+    )
+    yield Note("A click on a heading sorts.", medium="page")
+    yield from _odd_records(results)
 
 
-def _processing(results: Results) -> list[Block]:
+def _processing(results: Results) -> Said:
     """What was done to each record, by whom, and what that changed."""
     heads = ("record", "data and processing", "PGA, Gal", "PGV, cm/s", "PGD, cm", "computed", "declared or trusted")
     accounts = processing_of(results.cube)
     named = [(name.id, accounts[name.id]) for name in results.names if name.id in accounts]
     if not named:
-        return []
+        return
     rows = [(name, *_account(account)) for name, account in named]
     note = Note(
         "Raw data is as the recorder gave it; what an agency did to processed data is told as far as its file tells "
         "it. Peaks are the largest of north and east, before → after what was done here. Computed is the length of "
         "the motion, from its first sample (UTC); of it each case leaves out the beginning that cannot move its block."
     )
-    return [Section("Processing of the records", (table(heads, rows, "lwnnntw", anchor="processing"), note))]
+    yield Section("Processing of the records", (table(heads, rows, "lwnnntw", anchor="processing"), note))
 
 
 def _account(account: dict[str, Any]) -> tuple[str, ...]:

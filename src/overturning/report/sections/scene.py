@@ -8,7 +8,7 @@ import xarray as xr
 from overturning.figures.scene import element_roses_figure, scenes_figure
 from overturning.model.planes import FALLS, fall_probability
 from overturning.model.scene import gravestone
-from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, table
+from overturning.report.blocks import Figure, Note, Said, section, table
 from overturning.report.results import Results
 from overturning.report.sections.contrast import contrast_sentences
 from overturning.report.text import percent
@@ -20,11 +20,12 @@ from overturning.study.scenes import NOMINAL, scene_of, sizes_said
 from overturning.study.sections import Ensemble
 
 
-def scene(results: Results) -> Section | None:
+@section("The scene", "scene")
+def scene(results: Results) -> Said:
     """Drawing, table and comparisons of the study's scenes; none where it is of the default gravestone alone."""
     study = results.study
     if study.scene == gravestone() and not any(variant.scene for variant in study.variants.values()):
-        return None
+        return
     scenes = {name: scene_of(study, name) for name in results.cubes}
     stones: dict[str, xr.Dataset] = {}
     rows = []
@@ -38,13 +39,15 @@ def scene(results: Results) -> Section | None:
             falls = (row.cases, row.falls, row.share, row.first, row.median_time)
             rows.append((f"{one.title or one.name}{again}", element, *falls))
     told = study.primary.against if study.asks == "scene" else None  # in the answer
-    others = [name for name in study.variants if name != told]
-    sentences = [" ".join(contrast_sentences(results, name)) for name in others]
-    sentences += [text for title, cube in stones.items() if (text := spread_sentence(title, cube, study.ensemble))]
     drawing = results.drawn("scene", partial(scenes_figure, list(scenes.values())))
     roses = results.drawn("scene-roses", partial(element_roses_figure, stones))
     to_scale = "To scale; crosses are centres of mass, grey moves with the record."
-    note = Note(
+    yield Figure(drawing, "the scenes, drawn to scale", to_scale, width=0.85)
+    yield from (" ".join(contrast_sentences(results, name)) for name in study.variants if name != told)
+    yield from (spread_sentence(title, cube, study.ensemble) for title, cube in stones.items())
+    heads = ("scene", "element", "cases", "falls", "share", "falls first in", "median time, s")
+    yield table(heads, rows, "ttdd%d2")
+    yield Note(
         "A stone has fallen that no longer stands where it stood: turned past the angle from which it could come back, "
         "lower by more than a tenth of its height or what the scene file sets, or without what carried it. Cases "
         "without an outcome are not counted. Elsewhere in this report “the block” is the reference element of the "
@@ -52,15 +55,7 @@ def scene(results: Results) -> Section | None:
         f"{''.join(f' Variant {name}: {said}.' for name in study.variants if (said := sizes_said(study, name)))}"
     )
     towards = f"{results.words.rose} {results.words.which}"
-    heads = ("scene", "element", "cases", "falls", "share", "falls first in", "median time, s")
-    blocks: list[Block] = [
-        Figure(drawing, "the scenes, drawn to scale", to_scale, width=0.85),
-        *map(Paragraph, sentences),
-        table(heads, rows, "ttdd%d2"),
-        note,
-        Figure(roses, "roses of fall azimuths of each stone", towards, width=0.85),
-    ]
-    return Section("The scene", tuple(blocks), anchor="scene")
+    yield Figure(roses, "roses of fall azimuths of each stone", towards, width=0.85)
 
 
 def spread_sentence(name: str, cube: xr.Dataset, settings: Ensemble) -> str | None:

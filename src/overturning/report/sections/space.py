@@ -5,40 +5,40 @@ import math
 import numpy as np
 import xarray as xr
 
-from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, table
+from overturning.report.blocks import Figure, Note, Said, Section, section, table
 from overturning.report.results import Results
-from overturning.report.text import capitalised, counted, degrees, estimate, number, percent, tells_from_0
+from overturning.report.text import capitalised, counted, degrees, number, of_group, percent, shown, verdict
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.earthquakes import Followed
 from overturning.statistics.space import plane_agreement, turns, twist
 
 
-def follows(results: Results) -> Section | None:
+@section("What does a stone follow?", "follows")
+def follows(results: Results) -> Said:
     """What a stone follows, by slenderness; none where it moves under one component, or nothing falls."""
     if results.model.one_component or not results.fallen > 0:
-        return None
+        return
     found, heads = results.followed
+    yield from follow_sentences(found, heads)
+    yield None if results.study.asks == "reference" else follow_shown(results)  # the answer has it
     rows: list[tuple[str | int, ...]] = []
     for group, references in found.items():
         for (name, axial), (whole, *each) in references.means.items():
             # Slender blocks may fall with the head and stouter ones against it: their mean would say neither.
-            shown = _shown(whole) if axial or not heads else "–"
-            rows.append((group, name, "axis" if axial else "direction", whole.n, shown, *map(_shown, each)))
+            mean = shown(whole) if axial or not heads else "–"
+            rows.append((group, name, "axis" if axial else "direction", whole.n, mean, *map(shown, each)))
         if references.closer:
             pair = " less ".join(references.closest)
-            rows.append((group, pair, "axis", references.closer[0].n, *map(_shown, references.closer)))
-    by_reference = table(("records", "reference", "as", "earthquakes", "all B/H", *heads), rows, "ttt")
-    note = Note(
+            rows.append((group, pair, "axis", references.closer[0].n, *map(shown, references.closer)))
+    yield table(("records", "reference", "as", "earthquakes", "all B/H", *heads), rows, "ttt")
+    yield Note(
         "Δ is the angle between a fall and the reference of its record; the mean of cos 2Δ, or of cos Δ, over a "
         "record's falls is averaged over the records of an earthquake, then over earthquakes. Peaks are those of the "
         "horizontal vector and have a head; the pulse is the strongest wavelet coefficient (db4) of the velocity over "
         "all directions, an axis like the fault normal. The radial direction, where the epicentre is known, leads away "
         "from it at the station; the transverse axis lies across it."
     )
-    drawn = () if results.study.asks == "reference" else (follow_shown(results),)  # the answer has it
-    blocks: list[Block] = [*map(Paragraph, follow_sentences(found, heads)), *drawn, by_reference, note]
-    return Section("What does a stone follow?", tuple(blocks), anchor="follows")
 
 
 def follow_shown(results: Results) -> Figure:
@@ -52,10 +52,6 @@ def follow_shown(results: Results) -> Figure:
     return Figure(results.figures / "follow.svg", alt, caption, width=0.9)
 
 
-def _shown(mean: Mean) -> str:
-    return estimate(mean.value, mean.low, mean.high)
-
-
 def follow_sentences(found: dict[str, Followed], parts: list[str]) -> list[str]:
     """What falls follow most, by group of records, how sure that is, and to which end, by slenderness."""
     sentences = []
@@ -64,25 +60,22 @@ def follow_sentences(found: dict[str, Followed], parts: list[str]) -> list[str]:
             continue
         best, *others = references.closest
         mean, *_ = references.means[best, True]
-        who = "fall" if group == "all records" else f"of the records {group.replace(' (control)', ' a pulse')}, fall"
-        certain = (
-            "its interval leaves out 0" if tells_from_0(mean) else "but its interval takes in 0, so nothing is shown"
-        )
-        if math.isnan(mean.low):
-            certain = "too few for an interval"
+        who = f"of the records{of_group(group)}, fall" if of_group(group) else "fall"
+        leaves_out, takes_in = "its interval leaves out 0", "but its interval takes in 0, so nothing is shown"
         rest = ", ".join(
             f"{name} {number(means[0].value)}{_of_fewer(means[0], mean)}"
             for (name, axial), means in references.means.items()
             if axial and name != best and means[0].n
         )
         text = (
-            f"Secondary: {who} axes lie closest to that of the {best}: mean cos 2Δ {_shown(mean)} over "
-            f"{counted(mean.n, 'earthquake')}, {certain}{f' ({rest})' if rest else ''}."
+            f"Secondary: {who} axes lie closest to that of the {best}: mean cos 2Δ {shown(mean)} over "
+            f"{counted(mean.n, 'earthquake')}, {verdict(mean, leaves_out, leaves_out, takes_in)}"
+            f"{f' ({rest})' if rest else ''}."
         )
         if others:
             closer = references.closer[0]
-            shown = "They lie closer to it" if closer.low > 0 else "They are not shown to lie closer to it"
-            text += f" {shown} than to that of the {others[0]}: difference of the cosines {_shown(closer)}."
+            lie = "They lie closer to it" if closer.low > 0 else "They are not shown to lie closer to it"
+            text += f" {lie} than to that of the {others[0]}: difference of the cosines {shown(closer)}."
         if heads := references.means.get((best, False)):
             ends = zip(parts, heads[1:], strict=True) if parts else [("", heads[0])]
             said = "; ".join(f"{f'{part}: ' if part else ''}{_end(one)}" for part, one in ends if one.n)
@@ -99,18 +92,18 @@ def follow_answer(found: dict[str, Followed], parts: list[str]) -> list[str]:
             continue
         best = references.closest[0]
         mean, *_ = references.means[best, True]
-        who = "F" if group == "all records" else f"{capitalised(group.replace(' (control)', ' a pulse'))} f"
+        who = capitalised(f"{of_group(group)} fall".strip())
         normal = references.means.get(("fault normal", True), [Mean(0, *(math.nan,) * 3)])[0]
         less = f"; with the fault normal {number(normal.value)}{_of_fewer(normal, mean)}"
         less = less if normal.n and best != "fault normal" else ""
         text = (
-            f"{who}all axes lie closest to that of the {best}: mean cos 2Δ {_shown(mean)}, "
+            f"{who} axes lie closest to that of the {best}: mean cos 2Δ {shown(mean)}, "
             f"{counted(mean.n, 'earthquake')}{less}."
         )
         ends: dict[str, list[str]] = {"with its head": [], "against its head": []}
         for part, one in zip(parts, references.means.get((best, False), [mean])[1:], strict=False):
-            if tells_from_0(one):
-                ends["with its head" if one.low > 0 else "against its head"].append(f"{part} (cos Δ {_shown(one)})")
+            if way := verdict(one, "with its head", "against its head", "", ""):
+                ends[way].append(f"{part} (cos Δ {shown(one)})")
         if told := " and ".join(f"{way} at {' and '.join(of)}" for way, of in ends.items() if of):
             text += f" Stones fall {told}."
         said.append(text)
@@ -124,10 +117,8 @@ def _of_fewer(one: Mean, best: Mean) -> str:
 
 def _end(mean: Mean) -> str:
     """To which end of a reference blocks of one slenderness fall."""
-    ends = {"with it": mean.low > 0, "against it": mean.high < 0}
-    way = next((text for text, shown in ends.items() if shown), "no end shown")
-    few = ", too few for an interval" if math.isnan(mean.low) else f", {way}"
-    return f"{_shown(mean)}, {counted(mean.n, 'earthquake')}{few}"
+    way = verdict(mean, "with it", "against it", "no end shown")
+    return f"{shown(mean)}, {counted(mean.n, 'earthquake')}, {way}"
 
 
 def plane_answer(results: Results) -> str:
@@ -140,13 +131,14 @@ def plane_answer(results: Results) -> str:
     )
 
 
-def plane_beside(results: Results) -> Section | None:
+@section("How good is the plane?", "planes")
+def plane_beside(results: Results) -> Said:
     """How good the plane is; none where no planes were computed beside the bodies."""
     if "plane_overturned" not in results.cube:
-        return None
+        return
     cube, counts = results.cube, results.plane_counts
     whole = plane_agreement(counts)
-    text = (
+    yield (
         "A stone is said to fall in planes where it falls in the vertical plane of either pair of its faces. This "
         f"tells rightly whether it falls in space in {percent(whole.flag, 1)} of {whole.cases:,} cases, and in "
         f"{percent(whole.flag_beside, 1)} of those whose neighbour in B/H does otherwise, where it is hard to tell; "
@@ -162,19 +154,14 @@ def plane_beside(results: Results) -> Section | None:
         for group, part in groups.items()
     ]
     heads = ("flag right", "falls in space alone", "in a plane alone", "edge right", "axes apart")
-    note = Note(
+    yield table(("record", *heads), by_record, "l%%%%°", sortable=True)
+    shapes = table(("B/H", "records", *heads), by_shape, "gt%%%%°")
+    yield Section("Where the plane fails, by B/H", (shapes,))
+    yield Note(
         "Nominal outcomes. Where a stone would fall in both planes, the one in which it passes the point of no return "
         "first decides. Edge right: the fall lies within 45° of the predicted one. Two axes that have nothing to do "
         "with each other lie 45° apart on average."
     )
-    shapes = table(("B/H", "records", *heads), by_shape, "gt%%%%°")
-    blocks = (
-        Paragraph(text),
-        table(("record", *heads), by_record, "l%%%%°", sortable=True),
-        Section("Where the plane fails, by B/H", (shapes,)),
-        note,
-    )
-    return Section("How good is the plane?", blocks, anchor="planes")
 
 
 def _agreement(counts: xr.Dataset) -> tuple[float, ...]:
@@ -187,14 +174,16 @@ def _above(angle: float) -> str:
     return number(math.ceil(10.0 * angle) / 10.0, 1)
 
 
-def twists(results: Results) -> Section | None:
+@section("How far stones turn", "twist")
+def twists(results: Results) -> Said:
     """How far stones turn that do not fall; none where they cannot."""
     if not results.model.twists:
-        return None
+        return
     turned = turns(results.cube)
     whole = twist(np.concatenate(list(turned.values())))
     if whole.stones == 0:
-        return Section("How far stones turn", (Paragraph("No stone moved and stood."),), anchor="twist")
+        yield "No stone moved and stood."
+        return
     text = (
         f"Of the {whole.stones:,} cases that move and do not fall, half turn about the vertical by less than "
         f"{_above(whole.median)}°, a tenth by more than {number(whole.most, 1)}°, and one by "
@@ -205,11 +194,11 @@ def twists(results: Results) -> Section | None:
             " A cylinder that has rocked rolls on its rim for minutes, since rolling costs nothing here: its turn, and "
             "its slip, are those at the end of its case, not those of a column at rest."
         )
+    yield text
     rows = [
         (*shape, found.stones, found.median, found.most, found.largest)
         for shape, angles in turned.items()
         if (found := twist(angles)).stones
     ]
     heads = ("B/H", "µ", "stones", "median, °", "nine of ten below, °", "largest, °")
-    by_shape = table(heads, rows, "ggd111", sortable=True)
-    return Section("How far stones turn", (Paragraph(text), by_shape), anchor="twist")
+    yield table(heads, rows, "ggd111", sortable=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from overturning.figures.style import short, style
 from overturning.figures.write import save
-from overturning.report.blocks import Answer, Block, Caution, Figure, Note, Paragraph, Row, Section, Table, table
+from overturning.report.blocks import Answer, Caution, Figure, Note, Row, Said, Section, blocks_of, section, table
 from overturning.report.results import Results, gaps_said
 from overturning.report.text import counted, degrees, number, percent
 from overturning.study.evaluation import Population
@@ -30,16 +30,13 @@ BLUNT: Final = 135.0
 """Width of the axis's arc, degrees, from which no axis is told; 162 hold nine tenths where nothing is known."""
 
 
-def surveys(results: Results) -> Section | None:
+@section("Fallen stones beside the prediction", "surveys")
+def surveys(results: Results) -> Said:
     """The study's surveys; none where it has none."""
     stations = {name.id: name.station for name in results.names}
-    sections = tuple(
-        survey_section(
-            result, stations[result.record], results.figures / "survey" / f"{number}.svg", gaps_said(results.cube)
-        )
-        for number, result in enumerate(results.surveys, 1)
-    )
-    return Section("Fallen stones beside the prediction", sections, anchor="surveys") if sections else None
+    for place, result in enumerate(results.surveys, 1):
+        figure = results.figures / "survey" / f"{place}.svg"
+        yield survey_section(result, stations[result.record], figure, gaps_said(results.cube))
 
 
 def survey_section(result: SurveyResult, station: str = "", figure: Path | None = None, gaps: str = "") -> Section:
@@ -47,39 +44,37 @@ def survey_section(result: SurveyResult, station: str = "", figure: Path | None 
 
     ``station`` is the name of its record's station, ``gaps`` what `gaps_said` says of the cube that predicts.
     """
-    found = result.comparison
-    blocks: list[Block] = [Answer(tuple(survey_sentences(found)))]
+    of_comparison = blocks_of(_of_comparison(result.comparison, figure, gaps))
+    of_file = Note(f"{result.stones}, SHA-256 {result.sha256}")
+    return Section(f"Survey: {result.stones}, {station or result.record}", (*of_comparison, of_file))
+
+
+def _of_comparison(found: SurveyComparison, figure: Path | None, gaps: str) -> Said:
+    yield Answer(tuple(survey_sentences(found)))
     if gaps:
-        blocks.append(Caution(f"No plane {gaps} was computed: there the prediction is made of what other planes say."))
+        yield Caution(f"No plane {gaps} was computed: there the prediction is made of what other planes say.")
     if found.fallen:
-        octants, alt = _octants(found), "observed and predicted stones by octant"
+        pairs = zip(OCTANTS, found.octant_observed, found.octant_predicted, strict=True)
+        rows = [(name, number(seen, 0), expected) for name, seen, expected in pairs]
+        octants = table(("fell towards", "observed", "predicted"), rows, "tn1")
+        alt = "observed and predicted stones by octant"
         caption = "Fallen stones by compass octant: observed (filled) and as many as the prediction expects (outline)."
-        about_tests = Note(
-            "p: how often chance alone would give a statistic at least as large if the answer were yes; a small p says "
-            "no. Octants are grouped, so their tests are too, with p simulated for counts as small as these; exact "
-            f"azimuths need no groups. {_UNTESTED if _knows_faces(found) else ''}".rstrip()
-        )
-        blocks += [
-            Row((Figure(figure, alt, caption), octants), shares=(1.0, 1.0)) if figure else octants,
-            _tests(found),
-            about_tests,
-        ]
+        yield Row((Figure(figure, alt, caption), octants), shares=(1.0, 1.0)) if figure else octants
+        yield from _tests(found)
     if found.confusion is not None and found.confusion.sum():
         shaped = counted(int(found.confusion.sum()), "stone")
-        agreement = (
+        yield (
             f"{int(found.confusion.trace())} of {shaped} of known face did what was most probable for them. Observed "
             "(rows) against most probable (columns):"
         )
-        about_sides = Note(
+        sides = [(side, *row) for side, row in zip(SIDES, found.confusion, strict=True)]
+        yield table(("", *SIDES), sides, "t")
+        yield Note(
             "Stones whose face azimuth and B/H are known, as seen looking the way the front face looks. A rectangular "
             "stone falls over one of its edges, so the prediction runs in the planes of its two pairs of faces, each "
             "with its own B/H; where it would fall in both, the plane in which it first passes the point of no return "
             "decides."
         )
-        sides = [(side, *row) for side, row in zip(SIDES, found.confusion, strict=True)]
-        blocks += [Paragraph(agreement), table(("", *SIDES), sides, "t"), about_sides]
-    blocks.append(Note(f"{result.stones}, SHA-256 {result.sha256}"))
-    return Section(f"Survey: {result.stones}, {station or result.record}", tuple(blocks))
 
 
 def _p(value: float) -> str:
@@ -146,14 +141,7 @@ def survey_sentences(found: SurveyComparison) -> list[str]:
     return [*sentences, f"{background} of the stones are taken to fall any way, pushed or on a bad footing."]
 
 
-def _octants(found: SurveyComparison) -> Table:
-    """Stones by octant: name, observed, predicted."""
-    pairs = zip(OCTANTS, found.octant_observed, found.octant_predicted, strict=True)
-    rows = [(name, number(seen, 0), expected) for name, seen, expected in pairs]
-    return table(("fell towards", "observed", "predicted"), rows, "tn1")
-
-
-def _tests(found: SurveyComparison) -> Table:
+def _tests(found: SurveyComparison) -> Said:
     """Tests: question, name, stones, statistic, p; dashes where no stone has what a test needs.
 
     Of a survey with known faces there is no test of fit, which would find that falls keep to the normals.
@@ -168,16 +156,19 @@ def _tests(found: SurveyComparison) -> Table:
         (question, test.name, test.n, *((short(test.statistic), _p(test.p_value)) if test.n else "––"))
         for question, test in tests.items()
     ]
-    return table(("question", "test", "stones", "statistic", "p"), rows, "tt")
-
-
-def backwards(results: Results) -> Section | None:
-    """What each survey of the study says of the motion; none where it has none."""
-    sections = tuple(
-        backwards_section(found, draw_posterior(found, results.drawings / f"backwards-{number}.svg"))
-        for number, found in enumerate(results.backwards, 1)
+    yield table(("question", "test", "stones", "statistic", "p"), rows, "tt")
+    yield Note(
+        "p: how often chance alone would give a statistic at least as large if the answer were yes; a small p says "
+        "no. Octants are grouped, so their tests are too, with p simulated for counts as small as these; exact "
+        f"azimuths need no groups. {_UNTESTED if _knows_faces(found) else ''}".rstrip()
     )
-    return Section("From the stones back to the motion", sections, anchor="backwards") if sections else None
+
+
+@section("From the stones back to the motion", "backwards")
+def backwards(results: Results) -> Said:
+    """What each survey of the study says of the motion; none where it has none."""
+    for place, found in enumerate(results.backwards, 1):
+        yield backwards_section(found, draw_posterior(found, results.drawings / f"backwards-{place}.svg"))
 
 
 def draw_posterior(found: Backwards, path: Path) -> Path:
@@ -211,18 +202,24 @@ def sizes_taken(stones: Sequence[Stone]) -> str:
 
 def backwards_section(found: Backwards, figure: Path | None = None) -> Section:
     """What a survey says of the motion, with its figure where it has one."""
+    return Section(f"What moved the ground: {found.name}", blocks_of(_of_motion(found, figure)))
+
+
+def _of_motion(found: Backwards, figure: Path | None) -> Said:
     one = found.posterior
-    blocks: list[Block] = [Answer(tuple(backwards_sentences(found))), *map(Caution, cautions(found))]
+    yield Answer(tuple(backwards_sentences(found)))
+    yield from map(Caution, cautions(found))
     if figure is not None:
         caption = (
             "Axis of the largest velocity with the arc of 90 %, the likeliest motions, and how strong they were, "
             "before and after the survey; the band is the stated interval, an arrow stands where the library ends "
             "before it."
         )
-        blocks.append(Figure(figure, "posterior of axis, motion, PGV and PGA", caption))
+        yield Figure(figure, "posterior of axis, motion, PGV and PGA", caption)
     shares, before = one.of_sources(), one.prior.sum(axis=(1, 2))
     rows = [(one.sources[i], float(shares[i]), float(before[i])) for i in np.argsort(-shares)[:SHOWN]]
-    about = (
+    yield table(("motion", "probability", "before"), rows, "t%%")
+    yield Note(
         f"Every motion, scaled to peak velocities of {one.level[0] / CM:.0f} to {one.level[-1] / CM:.0f} cm/s and "
         "turned every way, was equally likely before. Peaks are the largest over all azimuths. No motion of the "
         "library is taken to be the true one: stones that are written down alike differ, the motion differs over the "
@@ -231,8 +228,6 @@ def backwards_section(found: Backwards, figure: Path | None = None) -> Section:
         "taken to be fixed. Whether fallen bodies tell the intensity at all is doubted (Aslam et al. 1980, J. Struct. "
         "Div. ASCE 106(2), 377)."
     )
-    blocks += [table(("motion", "probability", "before"), rows, "t%%"), Note(about)]
-    return Section(f"What moved the ground: {found.name}", tuple(blocks))
 
 
 def backwards_sentences(found: Backwards) -> list[str]:

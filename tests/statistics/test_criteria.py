@@ -11,6 +11,7 @@ from overturning.dem.block.rigid import rocking
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
+from overturning.statistics.bootstrap import Mean
 from overturning.statistics.criteria import (
     BLIND,
     CRITERIA,
@@ -117,11 +118,11 @@ def test_what_falls_by_wests_formula_is_predicted_by_it(make_cube) -> None:
     assert found is not None
     west, *others, blind = found.rules
     assert (west.name, blind.name) == ("West", BLIND)
-    assert (west.overall.skill, *west.skill, west.within, *west.within_interval) == pytest.approx((1.0,) * 6)
-    assert all(one.overall.skill < 1 and one.within < 1 for one in others)
+    assert (west.skill, west.within) == (Mean(8, 1.0, 1.0, 1.0),) * 2
+    assert all(one.skill.value < 1 and one.within.value < 1 for one in others)
     # Within a block the motion alone tells: what knows nothing of it cannot.
-    assert blind.within == pytest.approx(0.0)
-    assert found.falls[0.6, 0.1] == pytest.approx(np.mean(pga >= 0.1 * STANDARD_GRAVITY))
+    assert blind.within.value == pytest.approx(0.0)
+    assert found.blocks[0.6, 0.1][0].falls == pytest.approx(np.mean(pga >= 0.1 * STANDARD_GRAVITY))
     assert len(found.blocks) == 8
 
 
@@ -143,15 +144,15 @@ def test_rules_are_ranked_within_blocks_beside_the_rule_that_knows_no_motion(mak
     found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     first, *_, blind = found.rules
-    assert (first.name, first.within) == ("pulse, one impact", pytest.approx(1.0))
+    assert (first.name, first.within.value) == ("pulse, one impact", pytest.approx(1.0))
     # By hand: hits less false alarms of each block of which some fall and some stand, and their mean.
     skills = {}
     for name, rule in ((one.name, one.acceleration) for one in CRITERIA):
         said = {each: pga >= np.array([float(rule(0.6, each, one)) for one in ratio]) for each in falls}
         mixed = [each for each in falls if 0 < falls[each].mean() < 1]
         skills[name] = np.mean([said[each][falls[each]].mean() - said[each][~falls[each]].mean() for each in mixed])
-    assert {one.name: one.within for one in found.rules[:-1]} == pytest.approx(skills)
-    assert [one.within for one in found.rules[:-1]] == sorted(skills.values(), reverse=True)
+    assert {one.name: one.within.value for one in found.rules[:-1]} == pytest.approx(skills)
+    assert [one.within.value for one in found.rules[:-1]] == sorted(skills.values(), reverse=True)
     # The rule without motion: the best of all bounds between the shapes.
     rows = [(each, fell) for each in falls for fell in falls[each]]
     best = max(
@@ -159,7 +160,7 @@ def test_rules_are_ranked_within_blocks_beside_the_rule_that_knows_no_motion(mak
         - np.mean([shape < bound for shape, fell in rows if not fell])
         for bound in (0.15, 0.25, 0.35)
     )  # fmt: skip
-    assert (blind.name, blind.overall.skill, blind.within) == (BLIND, pytest.approx(best), pytest.approx(0.0))
+    assert (blind.name, blind.skill.value, blind.within.value) == (BLIND, pytest.approx(best), pytest.approx(0.0))
     # ω = 2 PGA/PGV and p² = 3g/4R by hand.
     sizes = [0.5 * 0.6 * math.hypot(1, each) for each in falls]
     beyond = [2 / one / math.sqrt(0.75 * STANDARD_GRAVITY / size) > PULSE_VALID for size in sizes for one in ratio]

@@ -7,7 +7,7 @@ said. An `ArgumentError` is raised where an argument is not positive.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.statistics.bootstrap import Interval, bootstrap
+from overturning.statistics.bootstrap import Mean, bootstrap
 from overturning.statistics.logistic import overturning_rows
 from overturning.units import CM, GAL, STANDARD_GRAVITY
 
@@ -147,38 +147,46 @@ UNREAD: Final = ("Kaneko–Hayashi", "pulse, one impact")
 """Criteria whose papers could not be read: the formula is as others give it, checked as its function says."""
 
 
-@dataclass(frozen=True)
-class Score:
-    """Falls predicted, falls not predicted, falls predicted that did not come, and stands predicted, as weighted."""
+class Score(NamedTuple):
+    """Falls predicted, falls not predicted, falls predicted that did not come, and stands predicted, as weighted.
 
-    hits: float
-    misses: float
-    false_alarms: float
-    rejections: float
+    Each a number, or an array; a share is NaN where there is nothing that it is of.
+    """
+
+    hits: Any
+    misses: Any
+    false_alarms: Any
+    rejections: Any
+
+    @classmethod
+    def of(cls, counts: FloatArray) -> "Score":
+        """Of counts of shape (…, 4)."""
+        return cls(*np.moveaxis(counts, -1, 0))
 
     @property
-    def hit_rate(self) -> float:
-        """Share of the falls that were predicted; NaN without a fall."""
+    def falls(self) -> Any:
+        """Share of all that falls."""
+        return _share(self.hits + self.misses, sum(self))
+
+    @property
+    def hit_rate(self) -> Any:
+        """Share of the falls that were predicted."""
         return _share(self.hits, self.hits + self.misses)
 
     @property
-    def false_alarm_rate(self) -> float:
-        """Share of the stands for which a fall was predicted; NaN where nothing stands."""
+    def false_alarm_rate(self) -> Any:
+        """Share of the stands for which a fall was predicted."""
         return _share(self.false_alarms, self.false_alarms + self.rejections)
 
     @property
-    def skill(self) -> float:
+    def skill(self) -> Any:
         """Hit rate less false-alarm rate: 1 perfect, 0 no better than a guess (Peirce 1884, Science 4)."""
         return self.hit_rate - self.false_alarm_rate
 
-    @property
-    def total(self) -> float:
-        """All that was predicted."""
-        return self.hits + self.misses + self.false_alarms + self.rejections
 
-
-def _share(part: float, of: float) -> float:
-    return part / of if of > 0 else float("nan")
+def _share(part: Any, of: Any) -> Any:
+    with np.errstate(invalid="ignore"):
+        return np.divide(part, of)
 
 
 BLIND: Final = "B/H alone"
@@ -196,10 +204,10 @@ class RuleScore:
     ----------
     name, rule : str
         Of the criterion, or of the rule that knows nothing of the motion.
-    overall, skill : Score, Interval
-        Of all planes and blocks at once, and the 95 % interval of its skill, by bootstrap over earthquakes.
-    within, within_interval : float, Interval
-        Mean of the skills of the blocks of one height and B/H of which some fall and some stand, and its interval.
+    overall, skill : Score, Mean
+        Of all planes and blocks at once, and the skill with its 95 % interval, by bootstrap over earthquakes.
+    within : Mean
+        Mean of the skills of the blocks of one height and B/H of which some fall and some stand, likewise.
     within_valid : float
         The same without the planes beyond `PULSE_VALID`.
     """
@@ -207,9 +215,8 @@ class RuleScore:
     name: str
     rule: str
     overall: Score
-    skill: Interval
-    within: float
-    within_interval: Interval
+    skill: Mean
+    within: Mean
     within_valid: float
 
 
@@ -226,14 +233,11 @@ class CriteriaScores:
         Share of planes and blocks beyond `PULSE_VALID`.
     blocks : dict of (float, float) to tuple of Score
         Scores of `CRITERIA` by height, m, and B/H.
-    falls : dict of (float, float) to float
-        Share that falls, likewise.
     """
 
     rules: tuple[RuleScore, ...]
     beyond: float
     blocks: dict[tuple[float, float], tuple[Score, ...]]
-    falls: dict[tuple[float, float], float]
 
 
 def criteria_scores(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | None:
@@ -260,14 +264,9 @@ def criteria_scores(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores |
 
     def scored(name: str, rule: str, said: NDArray[np.bool_]) -> RuleScore:
         counts = count(said, weight)
-        pooled = bootstrap(lambda drawn: _skill(drawn.sum(axis=(1, 2))), counts)
-        within = bootstrap(_within, counts)
-        overall, of_blocks, of_valid = (
-            Score(*counts.sum(axis=(0, 1))),
-            _within(counts),
-            _within(count(said, weight * valid)),
-        )
-        return RuleScore(name, rule, overall, pooled, float(of_blocks), within, float(of_valid))
+        overall, statistics = Score.of(counts.sum(axis=(0, 1))), (_pooled, _within)
+        skill, within = (Mean(len(counts), float(of(counts)), *bootstrap(of, counts)) for of in statistics)
+        return RuleScore(name, rule, overall, skill, within, float(_within(count(said, weight * valid))))
 
     said = [pga >= one.acceleration(height, slender, ratio) for one in CRITERIA]
     rules = [scored(one.name, one.rule, predicted) for one, predicted in zip(CRITERIA, said, strict=True)]
@@ -275,25 +274,21 @@ def criteria_scores(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores |
     bounds = ((shapes[1:] + shapes[:-1]) / 2).round(9).tolist()
     blind = [scored(BLIND, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
     ranked = [
-        *sorted(rules, key=lambda one: np.nan_to_num(-one.within, nan=1.0)),
+        *sorted(rules, key=lambda one: np.nan_to_num(-one.within.value, nan=1.0)),
         *sorted(blind, key=lambda one: np.nan_to_num(-one.overall.skill, nan=1.0))[:1],
     ]
-    counts = np.stack([count(predicted, weight).sum(axis=0) for predicted in said], axis=1).tolist()
-    blocks = {name: tuple(Score(*one) for one in each) for name, each in zip(of_block, counts, strict=True)}
-    shares = {name: (one.hits + one.misses) / one.total for name, (one, *_) in blocks.items()}
-    return CriteriaScores(tuple(ranked), float((weight * ~valid).sum() / weight.sum()), blocks, shares)
+    counts = np.stack([count(predicted, weight).sum(axis=0) for predicted in said], axis=1)
+    blocks = {name: tuple(map(Score.of, each)) for name, each in zip(of_block, counts, strict=True)}
+    return CriteriaScores(tuple(ranked), float((weight * ~valid).sum() / weight.sum()), blocks)
 
 
-def _skill(counts: FloatArray) -> FloatArray:
-    """Skill of counts, shape (…, 4), as of `Score`; NaN without a fall or without a stand."""
-    hits, misses, alarms, rejections = np.moveaxis(counts, -1, 0)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(hits / (hits + misses) - alarms / (alarms + rejections))
+def _pooled(counts: FloatArray) -> FloatArray:
+    """Skill over all blocks at once, from counts of shape (…, earthquakes, blocks, 4)."""
+    return np.asarray(Score.of(counts.sum(axis=(-3, -2))).skill)
 
 
 def _within(counts: FloatArray) -> FloatArray:
-    """Mean of the skills of blocks, from counts of shape (…, earthquakes, blocks, 4)."""
-    skills = _skill(counts.sum(axis=-3))
+    """Mean of the skills of blocks, from such counts."""
+    skills = Score.of(counts.sum(axis=-3)).skill
     known = np.isfinite(skills)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.where(known, skills, 0.0).sum(axis=-1) / known.sum(axis=-1))
+    return np.asarray(_share(np.where(known, skills, 0.0).sum(axis=-1), known.sum(axis=-1)))

@@ -7,7 +7,7 @@ import numpy as np
 
 from overturning.report.blocks import Disclosure, Figure, Note, Said, Table, section, table
 from overturning.report.results import Results
-from overturning.report.text import capitalised, counted, estimate, interval, number, percent, two_digits
+from overturning.report.text import capitalised, counted, interval, number, percent, shown, two_digits
 from overturning.statistics.criteria import BLIND, CRITERIA, PULSE_VALID, UNREAD, CriteriaScores, Score, criteria_scores
 from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
 from overturning.study.cube import coefficient_said
@@ -109,12 +109,9 @@ def criteria(results: Results) -> Said:
 def _sentence(found: CriteriaScores) -> str:
     """Which criterion has the most skill within blocks, and which have less than a rule that knows no motion."""
     best, blind = found.rules[0], found.rules[-1]
-    if math.isnan(best.within):
+    if math.isnan(best.within.value):
         return "Of each block all fall or all stand, so no criterion can show skill."
-    said = (
-        f"Among blocks of one size and shape the rule “{best.name}” predicts best: mean skill "
-        f"{estimate(best.within, *best.within_interval)}."
-    )
+    said = f"Among blocks of one size and shape the rule “{best.name}” predicts best: mean skill {shown(best.within)}."
     if best.name in UNREAD:
         said += " Its formula is as others give it; the paper itself could not be read."
     if blind.name == BLIND:
@@ -135,13 +132,8 @@ def _sentence(found: CriteriaScores) -> str:
 def _summary(found: CriteriaScores) -> Table:
     rows = [
         (
-            one.name,
-            one.rule,
-            one.overall.hit_rate,
-            one.overall.false_alarm_rate,
-            estimate(one.overall.skill, *one.skill),
-            estimate(one.within, *one.within_interval),
-            one.within_valid,
+            *(one.name, one.rule, one.overall.hit_rate, one.overall.false_alarm_rate),
+            *(shown(one.skill), shown(one.within), one.within_valid),
         )
         for one in found.rules
     ]
@@ -150,10 +142,7 @@ def _summary(found: CriteriaScores) -> Table:
 
 
 def _by_block(found: CriteriaScores) -> Table:
-    rows = [
-        (height, shape, found.falls[height, shape], *map(_cell, scores))
-        for (height, shape), scores in found.blocks.items()
-    ]
+    rows = [(height, shape, scores[0].falls, *map(_cell, scores)) for (height, shape), scores in found.blocks.items()]
     heads = ("H, m", "B/H", "falls", *(f"{one.name}: hits, false alarms, skill" for one in CRITERIA))
     return table(heads, rows, "gg%", anchor="criteria-blocks", sortable=True)
 

@@ -154,12 +154,13 @@ def one_by_one(results: Results) -> str:
 def planes() -> list[Figure]:
     """How well the planes of a stone's faces tell what it does in space."""
     with open_cube(ROOT / "results" / "in-space" / "cube.nc", chunks={"record": 1}) as cube:
-        found = plane_agreement(plane_counts(cube))
+        found = {name: float(one) for name, one in plane_agreement(plane_counts(cube)).items()}
+    beside = 100 * found["flag_beside"]
     return [
-        Figure("cases in space", found.cases),
-        Figure("planes tell rightly whether it falls", 100 * found.flag, "%"),
-        Figure("planes tell rightly whether it falls, a neighbour in B/H does otherwise", 100 * found.flag_beside, "%"),
-        Figure("planes name another edge than it falls over", 100 * (1 - found.face), "%"),
+        Figure("cases in space", int(found["cases"])),
+        Figure("planes tell rightly whether it falls", 100 * found["flag"], "%"),
+        Figure("planes tell rightly whether it falls, a neighbour in B/H does otherwise", beside, "%"),
+        Figure("planes name another edge than it falls over", 100 * (1 - found["face"]), "%"),
     ]
 
 

@@ -1,6 +1,6 @@
 """What only a cube in space holds: how good the plane is beside it, and how far stones turn about the vertical."""
 
-from dataclasses import dataclass
+from typing import Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -9,32 +9,11 @@ from numpy.typing import NDArray
 from overturning.statistics.by_record import by_record, each_record
 from overturning.statistics.circular import wrap_axis
 
-
-@dataclass(frozen=True)
-class PlaneAgreement:
-    """How well the planes of its faces predict a stone in space; shares are NaN where nothing is compared.
-
-    Attributes
-    ----------
-    cases : int
-        With an outcome in both.
-    flag, flag_beside : float
-        Share in which the planes say rightly whether it falls; of the cases whose neighbour in B/H does otherwise.
-    only_space, only_plane : float
-        Share that falls in space alone, or in a plane alone.
-    face : float
-        Of those that fall in both, the share that falls within 45° of the predicted azimuth: over the predicted edge.
-    axis : float
-        Of these, the mean angle between the axes of both falls, degrees; 45° on average by chance.
-    """
-
-    cases: int
-    flag: float
-    flag_beside: float
-    only_space: float
-    only_plane: float
-    face: float
-    axis: float
+_SHARES: Final = {
+    "flag": ("right", "cases"), "flag_beside": ("right_beside", "beside"), "only_space": ("only_space", "cases"),
+    "only_plane": ("only_plane", "cases"), "face": ("over_edge", "both"), "axis": ("axes_apart", "both"),
+}  # fmt: skip
+"""What `plane_agreement` says, of which of the `plane_counts` over which."""
 
 
 def plane_counts(cube: xr.Dataset) -> xr.Dataset:
@@ -67,26 +46,24 @@ def _plane_counts(cube: xr.Dataset) -> xr.Dataset:
     return found.sum([name for name in space.dims if name not in ("record", "b_over_h")])
 
 
-def plane_agreement(counts: xr.Dataset) -> PlaneAgreement:
-    """How well planes predict, over all of the `plane_counts`, or of a part of them."""
-    total = {str(name): float(values) for name, values in counts.sum().items()}
+def plane_agreement(counts: xr.Dataset, *keep: str) -> xr.Dataset:
+    """How well the planes of its faces predict a stone in space: over all of the `plane_counts`, or dimensions kept.
 
-    def share(name: str, of: str) -> float:
-        return total[name] / total[of] if total[of] else float("nan")
+    Returns
+    -------
+    Dataset
+        ``cases`` with an outcome in both. Shares of them, missing where nothing is compared: ``flag``, in which the
+        planes say rightly whether it falls; ``flag_beside``, the same of the cases whose neighbour in B/H does
+        otherwise; ``only_space`` and ``only_plane``, in which it falls in space alone, or in a plane alone. Of those
+        that fall in both ``face``, the share that falls within 45° of the predicted azimuth: over the predicted edge;
+        and ``axis``, the mean angle between the axes of both falls, degrees; 45° on average by chance.
+    """
+    total = counts.sum([name for name in counts.dims if name not in keep])
+    shares = {name: total[part] / total[of].where(total[of] > 0) for name, (part, of) in _SHARES.items()}
+    return xr.Dataset({"cases": total["cases"], **shares})
 
-    return PlaneAgreement(
-        cases=int(total["cases"]),
-        flag=share("right", "cases"),
-        flag_beside=share("right_beside", "beside"),
-        only_space=share("only_space", "cases"),
-        only_plane=share("only_plane", "cases"),
-        face=share("over_edge", "both"),
-        axis=share("axes_apart", "both"),
-    )
 
-
-@dataclass(frozen=True)
-class Twist:
+class Twist(NamedTuple):
     """How far stones that stand have turned about the vertical: how many moved, and quantiles of the turn, degrees."""
 
     stones: int

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import xarray as xr
 
+from overturning.arrays import FloatArray
 from overturning.report.blocks import Figure, Note, Said, Section, section, table
 from overturning.report.results import Results
 from overturning.report.text import capitalised, counted, degrees, number, of_group, percent, shown, verdict
@@ -123,11 +124,11 @@ def _end(mean: Mean) -> str:
 
 def plane_answer(results: Results) -> str:
     """How good the plane is, in a sentence."""
-    whole = plane_agreement(results.plane_counts)
+    whole = {name: float(one) for name, one in plane_agreement(results.plane_counts).items()}
     return (
-        f"The planes of its faces tell rightly whether a stone falls in {percent(whole.flag, 1)} of the cases "
-        f"({percent(whole.flag_beside, 1)} of those whose neighbour in B/H does otherwise), and over which edge in "
-        f"{percent(whole.face)} of the falls."
+        f"The planes of its faces tell rightly whether a stone falls in {percent(whole['flag'], 1)} of the cases "
+        f"({percent(whole['flag_beside'], 1)} of those whose neighbour in B/H does otherwise), and over which edge in "
+        f"{percent(whole['face'])} of the falls."
     )
 
 
@@ -136,22 +137,23 @@ def plane_beside(results: Results) -> Said:
     """How good the plane is; none where no planes were computed beside the bodies."""
     if "plane_overturned" not in results.cube:
         return
-    cube, counts = results.cube, results.plane_counts
-    whole = plane_agreement(counts)
+    counts = results.plane_counts
+    whole = {name: float(one) for name, one in plane_agreement(counts).items()}
     yield (
         "A stone is said to fall in planes where it falls in the vertical plane of either pair of its faces. This "
-        f"tells rightly whether it falls in space in {percent(whole.flag, 1)} of {whole.cases:,} cases, and in "
-        f"{percent(whole.flag_beside, 1)} of those whose neighbour in B/H does otherwise, where it is hard to tell; "
-        f"{percent(whole.only_space, 1)} fall in space alone, {percent(whole.only_plane, 1)} in a plane alone. Of "
-        f"those that fall in both, {percent(whole.face)} go over the edge that the plane names, and the axes lie "
-        f"{degrees(whole.axis)} apart on average."
+        f"tells rightly whether it falls in space in {percent(whole['flag'], 1)} of {whole['cases']:,.0f} cases, and "
+        f"in {percent(whole['flag_beside'], 1)} of those whose neighbour in B/H does otherwise, where it is hard to "
+        f"tell; {percent(whole['only_space'], 1)} fall in space alone, {percent(whole['only_plane'], 1)} in a plane "
+        f"alone. Of those that fall in both, {percent(whole['face'])} go over the edge that the plane names, and the "
+        f"axes lie {degrees(whole['axis'])} apart on average."
     )
-    groups = {name: counts.isel(record=members.nonzero()[0]) for name, members in record_groups(cube).items()}
-    by_record = [(name.id, *_agreement(counts.isel(record=[index]))) for index, name in enumerate(results.names)]
+    by_record = zip((name.id for name in results.names), *_agreement(counts, "record"), strict=True)
+    groups = record_groups(results.cube)
+    of_groups = [_agreement(counts.isel(record=members.nonzero()[0]), "b_over_h") for members in groups.values()]
     by_shape = [
-        (ratio, group, *_agreement(part.sel(b_over_h=[ratio])))
-        for ratio in cube["b_over_h"].to_numpy()
-        for group, part in groups.items()
+        (ratio, group, *(column[place] for column in columns))
+        for place, ratio in enumerate(counts["b_over_h"].to_numpy())
+        for group, columns in zip(groups, of_groups, strict=True)
     ]
     heads = ("flag right", "falls in space alone", "in a plane alone", "edge right", "axes apart")
     yield table(("record", *heads), by_record, "l%%%%°", sortable=True)
@@ -164,9 +166,10 @@ def plane_beside(results: Results) -> Said:
     )
 
 
-def _agreement(counts: xr.Dataset) -> tuple[float, ...]:
-    found = plane_agreement(counts)
-    return found.flag, found.only_space, found.only_plane, found.face, found.axis
+def _agreement(counts: xr.Dataset, along: str) -> list[FloatArray]:
+    """Columns of a table by record or B/H."""
+    found = plane_agreement(counts, along)
+    return [found[name].to_numpy() for name in ("flag", "only_space", "only_plane", "face", "axis")]
 
 
 def _above(angle: float) -> str:
@@ -195,10 +198,6 @@ def twists(results: Results) -> Said:
             "its slip, are those at the end of its case, not those of a column at rest."
         )
     yield text
-    rows = [
-        (*shape, found.stones, found.median, found.most, found.largest)
-        for shape, angles in turned.items()
-        if (found := twist(angles)).stones
-    ]
+    rows = [(*shape, *found) for shape, angles in turned.items() if (found := twist(angles)).stones]
     heads = ("B/H", "µ", "stones", "median, °", "nine of ten below, °", "largest, °")
     yield table(heads, rows, "ggd111", sortable=True)

@@ -130,12 +130,18 @@ def _of_axes(results: Results) -> Said:
     if not (answered and results.study.asks == "direction"):
         yield axes_shown(results)
     yield _summary(results.axes)
+    weighed = (
+        " Each case counts with the probability of its fall over its neighbourhood; the rose counts the falls of the "
+        "cases themselves."
+        if results.study.ensemble.members
+        else ""
+    )
     yield Note(
         f"Falls of {results.words.blocks}. Alignment: cos 2Δ, Δ the angle between a fall and the fault normal of "
         "its record, is averaged over the falls of a record, over the records of an earthquake, and over "
-        f"earthquakes: 1 normal to the fault, −1 along it, 0 neither.{_weighed(results)} An earthquake has an "
-        f"axis where the resultant of its falls reaches {LEAST_RESULTANT:g}; these are counted as closer to the "
-        "normal or not. Intervals: 95 %, bootstrap over earthquakes."
+        f"earthquakes: 1 normal to the fault, −1 along it, 0 neither.{weighed} An earthquake has an "
+        f"axis where the resultant of its falls reaches {LEAST_RESULTANT:g}; these are counted as closer to the normal "
+        "or not. Intervals: 95 %, bootstrap over earthquakes."
     )
     about_shapes = Note(
         "Earthquakes are those of known faults; counted are those with falls of "
@@ -143,16 +149,6 @@ def _of_axes(results: Results) -> Said:
         "No p-value is given here: with so many shapes some would look small by chance."
     )
     yield Disclosure("Alignment with the fault normal by B/H and friction", (_by_shape(results), about_shapes))
-
-
-def _weighed(results: Results) -> str:
-    """That means take falls with their probabilities, and roses do not; empty without an ensemble."""
-    if not results.study.ensemble.members:
-        return ""
-    return (
-        " Each case counts with the probability of its fall over its neighbourhood; the rose counts the falls of the "
-        "cases themselves."
-    )
 
 
 def _by_shape(results: Results) -> Table:

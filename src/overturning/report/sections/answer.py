@@ -1,7 +1,7 @@
 """The answer to the study's question, with its uncertainty, for each kind of question."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Final
 
 import numpy as np
@@ -53,7 +53,7 @@ def answer(results: Results) -> Said:
     """The answer for the kind of question that the study asks, its figure, and how far it holds."""
     sentences, figure = ANSWERS[results.study.asks](results)
     yield Answer((*sentences, *scene_sentences(results)))
-    yield from (figure, dependence(results), _counted(results), Note(_cases(results)))
+    yield from (figure, dependence(results), " ".join(_counted(results)), Note(_cases(results)))
 
 
 def _direction(results: Results) -> Told:
@@ -212,53 +212,35 @@ def _directions_in_words(results: Results) -> list[str]:
     ]
 
 
-def _counted(results: Results) -> str:
-    """How many records and earthquakes, and what their number means."""
-    records, with_vertical = len(results.names), results.with_vertical
-    names = "".join(f" {said}." for said in earthquakes_said(results.cube))
-    some = f"{counted(with_vertical, 'record')} {'has' if with_vertical == 1 else 'have'}"
-    vertical = {
-        0: f" {_no_vertical(results)}; what it would change is not in these numbers.",
-        records: "",
-    }.get(with_vertical, f" {some} vertical motion, the others none.")
-    return (
-        f"{counted(records, 'record')} of {counted(results.earthquake_count, 'earthquake')}.{names} Records of one "
-        f"earthquake are not independent, so earthquakes are counted, not records; {results.model.direction}s of one "
-        f"record are the same motion seen from many sides, so they are no samples at all.{_in_no_group(results)}"
-        f"{_left_out(results)}{vertical}"
+def _counted(results: Results) -> Iterator[str]:
+    """How many records and earthquakes, what their number means, and what of them is left out, a sentence each."""
+    records, with_vertical = counted(len(results.names), "record"), results.with_vertical
+    yield f"{records} of {counted(results.earthquake_count, 'earthquake')}."
+    yield from (f"{said}." for said in earthquakes_said(results.cube))
+    yield (
+        "Records of one earthquake are not independent, so earthquakes are counted, not records; "
+        f"{results.model.direction}s of one record are the same motion seen from many sides, so they are no samples at "
+        "all."
     )
-
-
-def _in_no_group(results: Results) -> str:
-    """Which records are in none of the groups that are compared, where there are such."""
     neither = ~np.any(list(record_groups(results.cube).values()), axis=0)
-    names = [name.id for name, alone in zip(results.names, neither, strict=True) if alone]
-    if not names:
-        return ""
-    return (
-        f" Whether {', '.join(names)} {'has' if len(names) == 1 else 'have'} a velocity pulse is not stated, so that "
-        "alignments, axes and roses, of records with and without one, leave "
-        f"{'it' if len(names) == 1 else 'them'} out."
-    )
-
-
-def _no_vertical(results: Results) -> str:
-    """Why no vertical motion was applied."""
-    if left_out := results.without_their_vertical:
-        return (
-            f"The study leaves out the vertical motion, which {left_out} of {counted(len(results.names), 'record')} had"
+    if names := [name.id for name, alone in zip(results.names, neither, strict=True) if alone]:
+        have, them = ("has", "it") if len(names) == 1 else ("have", "them")
+        yield (
+            f"Whether {', '.join(names)} {have} a velocity pulse is not stated, so that alignments, axes and roses, of "
+            f"records with and without one, leave {them} out."
         )
-    return "None of these records has vertical motion"
-
-
-def _left_out(results: Results) -> str:
-    """That planes of a part of the circle were left out, where they were: nothing can fall along these."""
-    if not results.model.one_component or results.one_axis:
-        return ""
-    if not (gaps := gaps_said(results.cube)):
-        return ""
-    none = ", so that no block could fall that way" if period_of(results.cube) == PLANE_PERIOD else ""
-    return f" No plane {gaps} was computed{none}: directions, axes and shares are those of the other planes."
+    # Nothing can fall along planes that were left out.
+    if results.model.one_component and not results.one_axis and (gaps := gaps_said(results.cube)):
+        none = ", so that no block could fall that way" if period_of(results.cube) == PLANE_PERIOD else ""
+        yield f"No plane {gaps} was computed{none}: directions, axes and shares are those of the other planes."
+    if with_vertical == 0:
+        why = "None of these records has vertical motion"
+        if left_out := results.without_their_vertical:
+            why = f"The study leaves out the vertical motion, which {left_out} of {records} had"
+        yield f"{why}; what it would change is not in these numbers."
+    elif with_vertical < len(results.names):
+        have = "has" if with_vertical == 1 else "have"
+        yield f"{counted(with_vertical, 'record')} {have} vertical motion, the others none."
 
 
 def _cases(results: Results) -> str:

@@ -43,15 +43,23 @@ def ground(results: Results) -> Said:
     yield Answer(tuple(sentences))
     yield from caution(results.populations[NOMINAL])
     yield table((*heads, "axis turned, median (records)"), rows, "gt2%%", anchor="soft-ground")
-    failed, motions = failures(results, grounds), len(sites) * len(results.names)
-    converged = f"Every iteration of the {motions} motions converged."
-    if failed:
+    motions = len(sites) * len(results.names)
+    if failed := failures(results, grounds):
         have = "has" if len(failed) == 1 else "have"
-        converged = (
-            f"{len(failed)} of {motions} motions {have} an iteration that did not converge: {'. '.join(failed)}."
-        )
-    yield converged
-    yield Note(_limits(sorted({site.rock.velocity_m_s for site in sites.values()}), results.with_vertical > 0))
+        yield f"{len(failed)} of {motions} motions {have} an iteration that did not converge: {'. '.join(failed)}."
+    else:
+        yield f"Every iteration of the {motions} motions converged."
+    velocities = sorted({site.rock.velocity_m_s for site in sites.values()})
+    vertical = " The vertical motion is that of the record." if results.with_vertical else ""
+    yield Note(
+        "The records are taken for rock, over which the soil lies (half-space of "
+        f"{' and '.join(f'{velocity:g}' for velocity in velocities)} m/s); some of them were taken on soil themselves, "
+        "so this is what a layer changes and not what happened there. A factor multiplies what comes through the soil: "
+        "stronger records would soften the soil more. Strong motion on soft clay takes an "
+        f"equivalent-linear computation to strains where it is no longer trusted.{vertical} PGA is that of the larger "
+        "of north and east. Axes are compared where 5 % of the stones or more fall on both grounds, and not every way "
+        "alike. Means and medians here are over records, not over earthquakes."
+    )
 
 
 def _soil(site: Site) -> str:
@@ -88,16 +96,3 @@ def failures(results: Results, grounds: dict[str, str]) -> list[str]:
             parts = [part for part in said.split("; ") if "not converged" in part]
             found += [f"{record}, {soil}: {'; '.join(parts)}"] if parts else []
     return found
-
-
-def _limits(velocities: list[float], with_vertical: bool) -> str:
-    vertical = " The vertical motion is that of the record." if with_vertical else ""
-    return (
-        "The records are taken for rock, over which the soil lies (half-space of "
-        f"{' and '.join(f'{velocity:g}' for velocity in velocities)} m/s); some of them were taken on soil themselves, "
-        "so this is what a layer changes and not what happened there. A factor multiplies what comes through the soil: "
-        "stronger records would soften the soil more. Strong motion on soft clay takes an "
-        f"equivalent-linear computation to strains where it is no longer trusted.{vertical} PGA is that of the larger "
-        "of north and east. Axes are compared where 5 % of the stones or more fall on both grounds, and not every way "
-        "alike. Means and medians here are over records, not over earthquakes."
-    )

@@ -82,7 +82,12 @@ def records(results: Results) -> Said:
     yield from _peaks(results)
     yield from _processing(results)
     if results.fallen > 0:
-        yield _directions(results)
+        heads = ["record", "mean fall direction", "resultant", "mean fall axis", "resultant", "from the fault normal"]
+        if results.model.one_component:
+            heads[-1:] = ["easiest axis", "from the fault normal", "easier by"]
+        rows = [(name.id, *cells) for name, cells in zip(results.names, record_directions(results), strict=True)]
+        directions = table(heads, rows, "l", anchor="directions", sortable=True)
+        yield Section("Where blocks fall, by record", (directions, Note(results.words.means)))
     sites = enumerate(sites_by_earthquake(results.cube).items(), 1)
     site_maps = tuple(
         Figure(results.figures / "maps" / f"{number}.svg", f"map: {event}", " ".join(distances(site)))
@@ -184,15 +189,6 @@ def _account(account: dict[str, Any]) -> tuple[str, ...]:
     data = account["data"] + (f" ({account['agency']})" if account["agency"] else "")
     done = f"{data}; " + ("here: " + ", ".join(steps) if steps else "left alone here")
     return done, *peaks, computed, "; ".join(said) or "–"
-
-
-def _directions(results: Results) -> Section:
-    rows = [(name.id, *cells) for name, cells in zip(results.names, record_directions(results), strict=True)]
-    heads = ["record", "mean fall direction", "resultant", "mean fall axis", "resultant", "from the fault normal"]
-    if results.model.one_component:
-        heads[-1:] = ["easiest axis", "from the fault normal", "easier by"]
-    directions = table(heads, rows, "l", anchor="directions", sortable=True)
-    return Section("Where blocks fall, by record", (directions, Note(results.words.means)))
 
 
 def record_directions(results: Results) -> list[tuple[str, ...]]:

@@ -5,6 +5,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.stats import norm
+
+from overturning.statistics.fragility import Fragility, fragility
 
 Rule = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
@@ -52,6 +55,18 @@ def sector_rule(axis: float, half_width: float, largest: float = 1.0, side: int 
         return np.where(slender <= largest + 1e-9, side * sign, 0)
 
     return rule
+
+
+def lognormal_curve(
+    median: float,
+    spread: float,
+    name: str = "all stones",
+    measure: tuple[str, str] = ("PGA", "g"),
+    most: float = 2.0,
+) -> Fragility:
+    """The curve of shares that keep to one, of eight earthquakes, from an intensity of 0.1 to the most."""
+    x = np.tile(np.geomspace(0.1, most, 20), 4)
+    return fragility(name, measure, x, norm.cdf(np.log(x / median) / spread), np.repeat(list("abcdefgh"), 10))
 
 
 @pytest.fixture

@@ -15,8 +15,9 @@ from scipy.stats import norm
 
 from overturning.errors import ArgumentError
 from overturning.report.text import censored
-from overturning.statistics.fragility import fragility, lognormal_fit, record_share
+from overturning.statistics.fragility import Fragility, fragility, lognormal_fit, record_share
 from overturning.statistics.fragility_files import measure_file, write_fragility_csv, write_openquake
+from tests.statistics.conftest import lognormal_curve
 
 NRML = "{http://openquake.org/xmlns/nrml/0.5}"
 
@@ -75,20 +76,25 @@ def test_the_interval_is_that_of_all_samples_of_earthquakes() -> None:
     assert curve.median_interval == pytest.approx(ends, rel=1e-6)
 
 
+def functions_of(curves: list[Fragility], folder: Path) -> list[ElementTree.Element]:
+    """The functions of curves as OpenQuake reads them."""
+    write_openquake(curves, folder / "f.xml", "gravestones")
+    return ElementTree.parse(folder / "f.xml").getroot()[0].findall(f"{NRML}fragilityFunction")
+
+
+def levels_and_chances(function: ElementTree.Element) -> list[NDArray[np.float64]]:
+    return [np.array(str(function.findtext(f"{NRML}{name}")).split(), dtype=float) for name in ("imls", "poes")]
+
+
 def test_a_median_beyond_the_data_is_written_as_above_them(tmp_path: Path) -> None:
-    x = np.tile(np.geomspace(0.1, 1, 20), 4)
-    curve = fragility("stout", ("PGA", "g"), x, norm.cdf(np.log(x / 2) / 0.5), np.repeat(list("abcdefgh"), 10))
+    curve = lognormal_curve(2, 0.5, "stout", most=1)
     assert curve.median == pytest.approx(2, rel=1e-3)
     write_fragility_csv([curve], tmp_path / "f.csv")
     row = (tmp_path / "f.csv").read_text(encoding="utf-8").splitlines()[1]
     assert row == '"stout",PGA,g,inf,inf,inf,nan,0.1,1,nan,nan,stout'
-    write_openquake([curve], tmp_path / "f.xml", "gravestones")
-    function = ElementTree.parse(tmp_path / "f.xml").getroot()[0].find(f"{NRML}fragilityFunction")
-    assert function is not None
-    assert float(str(function.findtext(f"{NRML}imls")).split()[-1]) == 1
-    assert float(str(function.findtext(f"{NRML}poes")).split()[-1]) == pytest.approx(
-        norm.cdf(-np.log(2) / 0.5), abs=1e-4
-    )
+    levels, chances = levels_and_chances(*functions_of([curve], tmp_path))
+    assert levels[-1] == 1
+    assert chances[-1] == pytest.approx(norm.cdf(-np.log(2) / 0.5), abs=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -107,16 +113,9 @@ def test_digits_are_those_of_the_interval(median: float, low: float, high: float
 
 
 def test_formats(tmp_path: Path) -> None:
-    x = np.tile(np.geomspace(0.1, 2, 20), 4)
-    event = np.repeat(list("abcdefgh"), 10)
-    curve = fragility("B/H < 0.4", ("PGA", "g"), x, norm.cdf(np.log(x / 0.6) / 0.4), event)
+    curve = lognormal_curve(0.6, 0.4, "B/H < 0.4")
     assert curve.median_interval == pytest.approx((0.6, 0.6), rel=1e-3)  # all earthquakes alike
-    write_openquake([curve], tmp_path / "f.xml", "gravestones")
-    function = ElementTree.parse(tmp_path / "f.xml").getroot()[0].find(f"{NRML}fragilityFunction")
-    assert function is not None
-    levels, chances = (
-        np.array(str(function.findtext(f"{NRML}{name}")).split(), dtype=float) for name in ("imls", "poes")
-    )
+    levels, chances = levels_and_chances(*functions_of([curve], tmp_path))
     assert chances == pytest.approx(norm.cdf(np.log(levels / 0.6) / 0.4), abs=1e-4)
     assert (np.diff(levels) > 0).all()
     write_fragility_csv([curve], tmp_path / "f.csv")
@@ -151,24 +150,16 @@ def test_records_under_which_all_stones_do_the_same_differ_by_the_record_alone()
 
 def test_openquake_takes_the_names_of_classes_and_of_spectral_acceleration(tmp_path: Path) -> None:
     """Its rule for the id of a function is 1 to 60 of a-zA-Z0-9_- (`openquake.hazardlib.valid.simple_id`)."""
-    x = np.tile(np.geomspace(0.1, 2, 20), 4)
     names = ("B/H up to 0.45, H up to 0.75 m", "B/H above 0.45, H up to 0.75 m", "all stones")
-    curves = [
-        fragility(name, ("SA(0.5)", "g"), x, norm.cdf(np.log(x / 0.6) / 0.4), np.repeat(list("abcdefgh"), 10))
-        for name in names
-    ]
+    curves = [lognormal_curve(0.6, 0.4, name, ("SA(0.5)", "g")) for name in names]
     assert measure_file("SA(0.5)") == "fragility-sa-0.5.xml"
-    write_openquake(curves, tmp_path / "f.xml", "gravestones")
-    functions = ElementTree.parse(tmp_path / "f.xml").getroot()[0].findall(f"{NRML}fragilityFunction")
+    functions = functions_of(curves, tmp_path)
     taken = [str(one.get("id")) for one in functions]
     assert len(set(taken)) == 3
     assert all(re.fullmatch(r"[a-zA-Z0-9_\-]{1,60}", one) for one in taken)
     write_fragility_csv(curves, tmp_path / "f.csv")
     assert all(one in (tmp_path / "f.csv").read_text(encoding="utf-8") for one in taken)
-    for function in functions:
-        imls = function.find(f"{NRML}imls")
-        assert imls is not None
-        assert imls.get("imt") == "SA(0.5)"
+    assert {one.get("imt") for function in functions for one in function.iter(f"{NRML}imls")} == {"SA(0.5)"}
 
 
 EXAMPLE = Path(__file__).parents[2] / "surveys" / "openquake"
@@ -191,19 +182,16 @@ def test_the_example_for_openquake_keeps_to_its_rules(tmp_path: Path) -> None:
     assert all(float(one["number"]) > 0 and float(one["contents"]) > 0 for one in assets)
     assert all(float(one["gmv_PGA"]) > 0 for one in fields)
 
-    x = np.tile(np.geomspace(0.1, 2, 20), 4)
-    curve = fragility("all stones", ("PGA", "g"), x, norm.cdf(np.log(x / 0.6) / 0.4), np.repeat(list("abcdefgh"), 10))
-    write_openquake([curve], tmp_path / "f.xml", "gravestones")
+    (function,) = functions_of([lognormal_curve(0.6, 0.4)], tmp_path)
     root = ElementTree.parse(tmp_path / "f.xml").getroot()
     (fragilities,) = root
     assert (root.tag, fragilities.tag) == (f"{NRML}nrml", f"{NRML}fragilityModel")
     assert fragilities.get("lossCategory") == model.get("category") == "contents"
-    (function,) = fragilities.findall(f"{NRML}fragilityFunction")
     assert {one["taxonomy"] for one in assets} == {function.get("id")}
     imls, poes = function
     states = str(fragilities.findtext(f"{NRML}limitStates")).split()
     assert (function.get("format"), [poes.get("ls")]) == ("discrete", states)
-    levels, chances = (np.array(str(one.text).split(), dtype=float) for one in (imls, poes))
+    levels, chances = levels_and_chances(function)
     assert levels.size == chances.size
     assert float(str(imls.get("noDamageLimit"))) <= levels[0]
     assert (np.diff(levels) > 0).all()

@@ -1,6 +1,7 @@
 """What has stood, against closed forms and quadrature."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +10,9 @@ from scipy.integrate import quad
 from scipy.stats import norm
 
 from overturning.cli import main
-from overturning.statistics.fragility import fragility
 from overturning.statistics.fragility_files import write_fragility_csv
 from overturning.surveys.standing import CurveRow, Hazard, rate_bound, read_curves, read_hazard, standing
+from tests.statistics.conftest import lognormal_curve
 
 
 def power_law(k0: float, k: float, low: float, high: float, count: int = 2) -> Hazard:
@@ -83,11 +84,8 @@ def test_a_rate_after_years_without_a_fall() -> None:
 
 @pytest.fixture
 def tables(tmp_path: Path) -> tuple[Path, Path]:
-    x = np.tile(np.geomspace(0.1, 2, 20), 4)
-    share, event = norm.cdf(np.log(x / 0.6) / 0.4), np.repeat(list("abcdefgh"), 10)
-    made = [fragility("B/H up to 0.4, H up to 0.6 m", ("PGA", "g"), x, share, event)]
-    made.append(fragility("stout", ("PGA", "g"), x, norm.cdf(np.log(x / 9) / 0.8), event))
-    made.append(fragility("stout", ("PGV/PGA", "s"), x, np.full(x.size, 0.5), event))  # no curve fits
+    made = [lognormal_curve(0.6, 0.4, "B/H up to 0.4, H up to 0.6 m"), lognormal_curve(9, 0.8, "stout")]
+    made.append(lognormal_curve(1.0, math.inf, "stout", ("PGV/PGA", "s")))  # half fall everywhere: no curve fits
     write_fragility_csv(made, tmp_path / "fragility.csv")
     (tmp_path / "hazard.csv").write_text(
         "measure,unit,level,annual_rate\nPGA,g,0.01,1\nPGA,g,10,1e-6\n", encoding="utf-8"
@@ -95,14 +93,24 @@ def tables(tmp_path: Path) -> tuple[Path, Path]:
     return tmp_path / "fragility.csv", tmp_path / "hazard.csv"
 
 
-def test_the_command_reads_what_a_run_writes(tables: tuple[Path, Path], capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.fixture
+def stood(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """What `overturning stood` says of curves, a hazard and so many years."""
+
+    def said(*files: Path, years: float, stones: Path | None = None) -> str:
+        with pytest.raises(SystemExit):
+            main(["stood", *map(str, files), "--years", f"{years:g}", *(["--stones", str(stones)] if stones else [])])
+        return "".join(capsys.readouterr())
+
+    return said
+
+
+def test_the_command_reads_what_a_run_writes(tables: tuple[Path, Path], stood: Callable[..., str]) -> None:
     known, *_ = read_curves(tables[0])
     assert known.median == pytest.approx(0.6, rel=1e-3)
     survey = tables[0].with_name("survey.csv")
     survey.write_text("fell,octant,count\nno,,4\n", encoding="utf-8")
-    with pytest.raises(SystemExit):
-        main(["stood", *map(str, tables), "--years", "1000", "--stones", str(survey)])
-    text = capsys.readouterr().out
+    text = stood(*tables, years=1000, stones=survey)
     rate = 1e-4 * 0.6**-2 * math.exp(2 * 0.4**2)
     assert f"{rate:.3g}" in text
     assert f"{100 * math.exp(-1000 * rate):.0f}\u00a0%" in text
@@ -111,22 +119,16 @@ def test_the_command_reads_what_a_run_writes(tables: tuple[Path, Path], capsys: 
     assert "4 stones stood 1000 years: their rate of falls lies below 0.003 a year" in text
     assert "in the line of their class alone" in text, "stones of any size had bounded the hazard for each class"
     survey.write_text("fell,octant,count\nno,,4\nyes,N,1\n", encoding="utf-8")
-    with pytest.raises(SystemExit):
-        main(["stood", *map(str, tables), "--years", "1000", "--stones", str(survey)])
-    assert "4 of 5 stones stand" in capsys.readouterr().out
-    with pytest.raises(SystemExit):
-        main(["stood", *map(str, tables), "--years", "1"])
-    row = next(line for line in capsys.readouterr().out.splitlines() if "B/H" in line)
+    assert "4 of 5 stones stand" in stood(*tables, years=1000, stones=survey)
+    row = next(line for line in stood(*tables, years=1).splitlines() if "B/H" in line)
     assert f"{100 * math.exp(-rate):.2f}\u00a0%" in row, "which stood as 1.00"
 
 
 def test_where_no_curve_fits_no_median_is_said_to_lie_beyond(
-    tables: tuple[Path, Path], capsys: pytest.CaptureFixture[str]
+    tables: tuple[Path, Path], stood: Callable[..., str]
 ) -> None:
     tables[1].write_text("measure,unit,level,annual_rate\nPGV/PGA,s,0.01,1\nPGV/PGA,s,1,0.1\n", encoding="utf-8")
-    with pytest.raises(SystemExit):
-        main(["stood", *map(str, tables), "--years", "1000"])
-    assert capsys.readouterr().out == "stout, PGV/PGA: no curve fits the falls, so nothing is said\n"
+    assert stood(*tables, years=1000) == "stout, PGV/PGA: no curve fits the falls, so nothing is said\n"
 
 
 @pytest.mark.parametrize(
@@ -141,13 +143,9 @@ def test_where_no_curve_fits_no_median_is_said_to_lie_beyond(
         ("", "no level"),
     ],
 )
-def test_a_wrong_hazard_is_told(
-    tables: tuple[Path, Path], rows: str, said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_wrong_hazard_is_told(tables: tuple[Path, Path], rows: str, said: str, stood: Callable[..., str]) -> None:
     tables[1].write_text("measure,unit,level,annual_rate\n" + rows, encoding="utf-8")
-    with pytest.raises(SystemExit):
-        main(["stood", *map(str, tables), "--years", "100"])
-    assert said in capsys.readouterr().err
+    assert said in stood(*tables, years=100)
 
 
 def class_and_hazard(folder: Path, first: float) -> tuple[Path, Path]:
@@ -162,12 +160,10 @@ def class_and_hazard(folder: Path, first: float) -> tuple[Path, Path]:
     return curves, hazard
 
 
-def test_one_stone_of_a_class_that_stands_is_a_strong_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_stone_of_a_class_that_stands_is_a_strong_one(tmp_path: Path, stood: Callable[..., str]) -> None:
     """Under the largest hazard that is named 5 % of stones stand, each through earthquakes drawn one by one."""
-    curves, hazard = class_and_hazard(tmp_path, 0.01)
-    with pytest.raises(SystemExit):
-        main(["stood", str(curves), str(hazard), "--years", "800", "--stones", str(tmp_path / "survey.csv")])
-    row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("  all "))
+    text = stood(*class_and_hazard(tmp_path, 0.01), years=800, stones=tmp_path / "survey.csv")
+    row = next(line for line in text.splitlines() if line.startswith("  all "))
     factor, generator = float(row.split()[-1]), np.random.default_rng(5)
     assert factor > 5 * 3.0 / (800 * float(row.split()[2]))
     stands, weakest = 0, 0.05  # g; of the falls 0.3 % come from weaker shaking
@@ -178,14 +174,13 @@ def test_one_stone_of_a_class_that_stands_is_a_strong_one(tmp_path: Path, capsys
     assert stands / 4000 == pytest.approx(0.05, abs=0.012)
 
 
-def test_a_hazard_that_begins_too_high_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_hazard_that_begins_too_high_is_told(tmp_path: Path, stood: Callable[..., str]) -> None:
     """1 % fall at the first level: what lies below it is the difference from a curve that begins lower."""
     spread, rates = math.hypot(0.3, 0.5), []
     for first in (0.155, 0.0155, 0.005):
-        curves, hazard = class_and_hazard(tmp_path, first)
-        with pytest.raises(SystemExit):
-            main(["stood", str(curves), str(hazard), "--years", "800"])
-        rates.append((standing(curve(0.6, spread), read_hazard(hazard)["PGA"], 800.0).rate, capsys.readouterr().out))
+        files = class_and_hazard(tmp_path, first)
+        text = stood(*files, years=800)
+        rates.append((standing(curve(0.6, spread), read_hazard(files[1])["PGA"], 800.0).rate, text))
     (high, said), (low, quiet), _ = rates
     assert low - high > 0.08 * low
     assert f"weaker shaking is not counted, and would add {low - high:.2g} falls a year" in said

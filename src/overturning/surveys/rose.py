@@ -1,7 +1,5 @@
 """Observed and predicted falls of a survey by compass octant."""
 
-from typing import Any
-
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -9,10 +7,14 @@ from overturning.figures.style import FALLS, INK, caption, compass, grid, radius
 from overturning.surveys.comparison import SurveyComparison
 
 
-def _draw_survey(axes: Any, comparison: SurveyComparison) -> None:
-    """Draw stones per octant as sectors, and the expected ones as an outline; the radius is the root of the count."""
+def survey_figure(comparison: SurveyComparison, title: str) -> Figure:
+    """Figure of a survey's comparison: fallen stones by octant as sectors, and the expected ones as an outline.
+
+    The radius is the root of the count.
+    """
+    figure, panels = grid(1, 1, 4.2, 4.6, polar=True)
+    axes, width = panels[0, 0], np.pi / 4
     compass(axes)
-    width = np.pi / 4
     centres = np.arange(8) * width
     axes.bar(centres, np.sqrt(comparison.octant_observed), width=0.92 * width, color=FALLS, label="observed", zorder=2)
     axes.bar(
@@ -22,11 +24,5 @@ def _draw_survey(axes: Any, comparison: SurveyComparison) -> None:
     top = max(1.0, float(np.sqrt(np.maximum(comparison.octant_observed, comparison.octant_predicted).max())))
     counts = [n for n in (1, 2, 5, 10, 20, 50, 100, 200, 500) if 0.3 * top < np.sqrt(n) <= top * 1.05] or [1]
     radius_ticks(axes, top * 1.08, {float(np.sqrt(n)): str(n) for n in counts})
-
-
-def survey_figure(comparison: SurveyComparison, title: str) -> Figure:
-    """Figure of a survey's comparison: fallen stones by octant, observed and predicted."""
-    figure, panels = grid(1, 1, 4.2, 4.6, polar=True)
-    _draw_survey(panels[0, 0], comparison)
-    caption(figure, f"{title}\nfallen stones by octant", panels[0, 0], 2)
+    caption(figure, f"{title}\nfallen stones by octant", axes, 2)
     return figure

@@ -8,7 +8,7 @@ import numpy as np
 from overturning.report.blocks import Disclosure, Figure, Note, Said, Table, section, table
 from overturning.report.results import Results
 from overturning.report.text import capitalised, counted, interval, number, percent, shown, two_digits
-from overturning.statistics.criteria import BLIND, CRITERIA, PULSE_VALID, UNREAD, CriteriaScores, Score, criteria_scores
+from overturning.statistics.criteria import BLIND, CRITERIA, PULSE_VALID, UNREAD, CriteriaScores, criteria_scores
 from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
 from overturning.study.cube import coefficient_said
 from overturning.study.evaluation import Published
@@ -37,8 +37,11 @@ def cause(results: Results) -> Said:
     fitted = not fit.note.startswith("no fit")
     caption = (
         "Each point is one plane of one record. Lines: the field's criteria, by which a block falls to the right of "
-        f"them{', and the fit to this study' if fitted else ''}.{_frictions(results) if fitted else ''}"
+        f"them{', and the fit to this study' if fitted else ''}."
     )
+    if fitted and results.cube.sizes["friction"] > 1:
+        most = coefficient_said(results.study, float(results.cube["friction"].max()))
+        caption += f" Points are of {most}; the fit takes all frictions together."
     yield Figure(results.figures / "plane.svg", "falls in the plane of PGA and PGV/PGA", caption, width=0.92)
     yield doubling_sentence(fit)
     yield f"{capitalised(fit.note)}." if fit.note else None
@@ -49,14 +52,6 @@ def cause(results: Results) -> Said:
             f"{counted(fit.clusters, 'earthquake')}; intervals clustered by earthquake. PGV/PGA in s, H in m. It says "
             "nothing outside the range of the data."
         )
-
-
-def _frictions(results: Results) -> str:
-    """That points and fit are not of the same frictions, where there are several."""
-    if results.cube.sizes["friction"] == 1:
-        return ""
-    most = coefficient_said(results.study, float(results.cube["friction"].max()))
-    return f" Points are of {most}; the fit takes all frictions together."
 
 
 def _table(fit: LogisticFit) -> Table:
@@ -142,13 +137,12 @@ def _summary(found: CriteriaScores) -> Table:
 
 
 def _by_block(found: CriteriaScores) -> Table:
-    rows = [(height, shape, scores[0].falls, *map(_cell, scores)) for (height, shape), scores in found.blocks.items()]
+    rows = []
+    for (height, shape), scores in found.blocks.items():
+        each = (f"{percent(one.hit_rate)}, {percent(one.false_alarm_rate)}, {number(one.skill)}" for one in scores)
+        rows.append((height, shape, scores[0].falls, *each))
     heads = ("H, m", "B/H", "falls", *(f"{one.name}: hits, false alarms, skill" for one in CRITERIA))
     return table(heads, rows, "gg%", anchor="criteria-blocks", sortable=True)
-
-
-def _cell(score: Score) -> str:
-    return f"{percent(score.hit_rate)}, {percent(score.false_alarm_rate)}, {number(score.skill)}"
 
 
 @section("Beside the published values", "published")

@@ -30,6 +30,11 @@ def _repetitions(found: Convergence) -> dict[str, tuple[str, Repetition]]:
     return {"finer": (names[0], found.finer), "stiffer": (names[1], found.stiffer)}
 
 
+def _undivided(part: Repetition) -> list[float]:
+    """Share of flags that change where the neighbourhood is not divided, of each element."""
+    return [one.flags_undivided / one.undivided for one in part.outcomes if one.undivided]
+
+
 @section("How exact these answers are", "convergence")
 def convergence(results: Results) -> Said:
     """What changes when a part of the study is run again; none where the study leaves it out."""
@@ -37,12 +42,7 @@ def convergence(results: Results) -> Said:
     if found is None:
         return
     repetitions = _repetitions(found).values()
-    warns = [
-        name
-        for name, part in repetitions
-        if any(outcome.flags_undivided > WARN_ABOVE * outcome.undivided for outcome in part.outcomes)
-    ]
-    if warns:
+    if warns := [name for name, part in repetitions if max(_undivided(part), default=0.0) > WARN_ABOVE]:
         yield Caution(
             f"Warning: with {' and with '.join(warns)} more than {percent(WARN_ABOVE)} of the flags change even where "
             "the neighbourhood is not divided. Do not trust single cells of this study"
@@ -80,7 +80,7 @@ def dependence(results: Results) -> Paragraph | None:
         outcomes = [one for one in part.outcomes if one.cases]
         if outcomes:
             flags.append(f"in {percent(max(one.flags / one.cases for one in outcomes), 1)} of the cases with {name}")
-            undivided = [one.flags_undivided / one.undivided for one in outcomes if one.undivided]
+            undivided = _undivided(part)
             warned += [kind] if max(undivided, default=0.0) > WARN_ABOVE else []
             agreed += undivided
         if fallen := sum(one.fallen for one in outcomes):

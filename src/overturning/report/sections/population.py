@@ -66,7 +66,12 @@ def population(results: Results) -> Said:
     if unfit := [one.measure for one in whole if math.isnan(one.median)]:
         why = "the rate hardly grows with it, or leaps from 0 to 100 %"
         yield Note(f"No lognormal curve fits over {' and '.join(unfit)}: {why}.")
-    yield Disclosure("By record", (_by_record(results, found), *_by_amplitude(results, found)))
+    by_record, amplitude = [_by_record(results, found)], found["amplitude"].to_numpy()
+    if amplitude.size > 1:
+        heads = ("fall rate of the record", *(f"× {factor:g}" for factor in amplitude))
+        each = [(name.heading, *of_record) for name, of_record in zip(results.names, rates, strict=True)]
+        by_record.append(table(heads, each, "t" + "%" * amplitude.size, sortable=True))
+    yield Disclosure("By record", tuple(by_record))
 
 
 def caution(found: xr.Dataset) -> tuple[Caution, ...]:
@@ -203,13 +208,3 @@ def _by_record(results: Results, found: xr.Dataset) -> Table:
     shown = (f"{text}, % (95 %)" for text in outcomes)
     heads = ("record", *shown, "most fell towards ± 22.5°", "share of all (95 %)")
     return table(heads, rows, "t", sortable=True)
-
-
-def _by_amplitude(results: Results, found: xr.Dataset) -> tuple[Table, ...]:
-    amplitude = found["amplitude"].to_numpy()
-    if amplitude.size == 1:
-        return ()
-    rates = zip(results.names, found["fall_rate"].to_numpy(), strict=True)
-    heads = ("fall rate of the record", *(f"× {factor:g}" for factor in amplitude))
-    rows = [(name.heading, *of_record) for name, of_record in rates]
-    return (table(heads, rows, "t" + "%" * amplitude.size, sortable=True),)

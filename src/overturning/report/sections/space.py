@@ -79,7 +79,12 @@ def follow_sentences(found: dict[str, Followed], parts: list[str]) -> list[str]:
             text += f" {lie} than to that of the {others[0]}: difference of the cosines {shown(closer)}."
         if heads := references.means.get((best, False)):
             ends = zip(parts, heads[1:], strict=True) if parts else [("", heads[0])]
-            said = "; ".join(f"{f'{part}: ' if part else ''}{_end(one)}" for part, one in ends if one.n)
+            said = "; ".join(
+                f"{f'{part}: ' if part else ''}{shown(one)}, {counted(one.n, 'earthquake')}, "
+                f"{verdict(one, 'with it', 'against it', 'no end shown')}"
+                for part, one in ends
+                if one.n
+            )
             text += f" Mean cos Δ, 1 where blocks fall with its head and −1 against it: {said}."
         sentences.append(text)
     return sentences
@@ -114,12 +119,6 @@ def follow_answer(found: dict[str, Followed], parts: list[str]) -> list[str]:
 def _of_fewer(one: Mean, best: Mean) -> str:
     """Over how many earthquakes a mean is that is not over those of the best."""
     return "" if one.n == best.n else f" over {counted(one.n, 'earthquake')}"
-
-
-def _end(mean: Mean) -> str:
-    """To which end of a reference blocks of one slenderness fall."""
-    way = verdict(mean, "with it", "against it", "no end shown")
-    return f"{shown(mean)}, {counted(mean.n, 'earthquake')}, {way}"
 
 
 def plane_answer(results: Results) -> str:
@@ -172,11 +171,6 @@ def _agreement(counts: xr.Dataset, along: str) -> list[FloatArray]:
     return [found[name].to_numpy() for name in ("flag", "only_space", "only_plane", "face", "axis")]
 
 
-def _above(angle: float) -> str:
-    """An angle rounded up to a tenth of a degree."""
-    return number(math.ceil(10.0 * angle) / 10.0, 1)
-
-
 @section("How far stones turn", "twist")
 def twists(results: Results) -> Said:
     """How far stones turn that do not fall; none where they cannot."""
@@ -189,8 +183,8 @@ def twists(results: Results) -> Said:
         return
     text = (
         f"Of the {whole.stones:,} cases that move and do not fall, half turn about the vertical by less than "
-        f"{_above(whole.median)}°, a tenth by more than {number(whole.most, 1)}°, and one by "
-        f"{number(whole.largest, 0)}°. Field surveys report such stones as rotated."
+        f"{number(math.ceil(10.0 * whole.median) / 10.0, 1)}°, a tenth by more than {number(whole.most, 1)}°, and one "
+        f"by {number(whole.largest, 0)}°. Field surveys report such stones as rotated."
     )
     if results.study.body is not None and results.study.body.plan == "circle":
         text += (

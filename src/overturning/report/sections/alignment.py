@@ -129,7 +129,15 @@ def _of_axes(results: Results) -> Said:
     yield from (axes_sentence(results), agreement_within(results))
     if not (answered and results.study.asks == "direction"):
         yield axes_shown(results)
-    yield _summary(results.axes)
+    rows = [
+        (
+            *(name, s.earthquakes, s.alignment.n, s.alignment.value, interval(s.alignment.low, s.alignment.high)),
+            *(abs(s.axis_deg), half_width(s), f"{s.closer_to_normal} of {s.told}"),
+        )
+        for name, s in results.axes.items()
+    ]
+    heads = ("records", "earthquakes", "with falls and a known fault", "alignment", "interval", "mean axis from normal")
+    yield table((*heads, "interval", "closer to normal"), rows, "tnn2n°")
     weighed = (
         " Each case counts with the probability of its fall over its neighbourhood; the rose counts the falls of the "
         "cases themselves."
@@ -166,15 +174,3 @@ def _by_shape(results: Results) -> Table:
         for j, friction in enumerate(cube["friction"].to_numpy())
     ]
     return table(heads, rows, "gg" + "nn2" * (len(columns) // 3), sortable=True)
-
-
-def _summary(axes: dict[str, AxisSummary]) -> Table:
-    rows = [
-        (
-            *(name, s.earthquakes, s.alignment.n, s.alignment.value, interval(s.alignment.low, s.alignment.high)),
-            *(abs(s.axis_deg), half_width(s), f"{s.closer_to_normal} of {s.told}"),
-        )
-        for name, s in axes.items()
-    ]
-    heads = ("records", "earthquakes", "with falls and a known fault", "alignment", "interval", "mean axis from normal")
-    return table((*heads, "interval", "closer to normal"), rows, "tnn2n°")

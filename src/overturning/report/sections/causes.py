@@ -46,20 +46,16 @@ def cause(results: Results) -> Said:
     yield doubling_sentence(fit)
     yield f"{capitalised(fit.note)}." if fit.note else None
     if fitted:
-        yield _table(fit)
+        rows = [
+            (name, value, interval(low, high), interval(least, most))
+            for name, value, low, high, least, most in describe(fit)
+        ]
+        yield table(("predictor", "coefficient", "95 % interval", "range of the data"), rows, "t2")
         yield Note(
             f"Logistic fit of the probability of overturning to {fit.rows:,} planes and blocks of "
             f"{counted(fit.clusters, 'earthquake')}; intervals clustered by earthquake. PGV/PGA in s, H in m. It says "
             "nothing outside the range of the data."
         )
-
-
-def _table(fit: LogisticFit) -> Table:
-    rows = [
-        (name, value, interval(low, high), interval(least, most))
-        for name, value, low, high, least, most in describe(fit)
-    ]
-    return table(("predictor", "coefficient", "95 % interval", "range of the data"), rows, "t2")
 
 
 def doubling_sentence(fit: LogisticFit) -> str:
@@ -90,7 +86,15 @@ def criteria(results: Results) -> Said:
     if found is None:
         return
     yield _sentence(found)
-    yield _summary(found)
+    rules = [
+        (
+            *(one.name, one.rule, one.overall.hit_rate, one.overall.false_alarm_rate),
+            *(shown(one.skill), shown(one.within), one.within_valid),
+        )
+        for one in found.rules
+    ]
+    heads = ("rule", "a block falls where", "hits", "false alarms", "skill, all blocks at once", "skill within blocks")
+    yield table((*heads, f"the same, ω/p ≤ {PULSE_VALID:g}"), rules, "tt%%nn2", anchor="criteria-summary")
     yield Note(
         "Each plane of every record with its own PGA and PGV, all frictions together, the cells' own outcomes. Hits: "
         "falls that were predicted, of all falls. False alarms: stands for which a fall was predicted, of all stands. "
@@ -98,7 +102,13 @@ def criteria(results: Results) -> Said:
         "within blocks (mean over those of which some fall and some stand) the motion alone. 95 % intervals: "
         "bootstrap over earthquakes. The criteria were made for the ground's peak values, not for those of a plane."
     )
-    yield Disclosure("By size and slenderness", (_by_block(found),))
+    blocks = []
+    for (height, shape), scores in found.blocks.items():
+        each = (f"{percent(one.hit_rate)}, {percent(one.false_alarm_rate)}, {number(one.skill)}" for one in scores)
+        blocks.append((height, shape, scores[0].falls, *each))
+    names = ("H, m", "B/H", "falls", *(f"{one.name}: hits, false alarms, skill" for one in CRITERIA))
+    by_block = table(names, blocks, "gg%", anchor="criteria-blocks", sortable=True)
+    yield Disclosure("By size and slenderness", (by_block,))
 
 
 def _sentence(found: CriteriaScores) -> str:
@@ -122,27 +132,6 @@ def _sentence(found: CriteriaScores) -> str:
             "the pulse with one impact is known to be far too low."
         )
     return said
-
-
-def _summary(found: CriteriaScores) -> Table:
-    rows = [
-        (
-            *(one.name, one.rule, one.overall.hit_rate, one.overall.false_alarm_rate),
-            *(shown(one.skill), shown(one.within), one.within_valid),
-        )
-        for one in found.rules
-    ]
-    heads = ("rule", "a block falls where", "hits", "false alarms", "skill, all blocks at once", "skill within blocks")
-    return table((*heads, f"the same, ω/p ≤ {PULSE_VALID:g}"), rows, "tt%%nn2", anchor="criteria-summary")
-
-
-def _by_block(found: CriteriaScores) -> Table:
-    rows = []
-    for (height, shape), scores in found.blocks.items():
-        each = (f"{percent(one.hit_rate)}, {percent(one.false_alarm_rate)}, {number(one.skill)}" for one in scores)
-        rows.append((height, shape, scores[0].falls, *each))
-    heads = ("H, m", "B/H", "falls", *(f"{one.name}: hits, false alarms, skill" for one in CRITERIA))
-    return table(heads, rows, "gg%", anchor="criteria-blocks", sortable=True)
 
 
 @section("Beside the published values", "published")

@@ -17,7 +17,6 @@ from overturning.report.results import Results, gaps_said
 from overturning.report.text import censored, counted, degrees, number, percent, share
 from overturning.report.words import Words
 from overturning.statistics.bootstrap import bootstrap
-from overturning.statistics.fragility import Fragility
 from overturning.study.evaluation import Population
 from overturning.study.scenes import NOMINAL
 from overturning.surveys.population import fragility_curves, intensities, jma_intensities
@@ -61,14 +60,21 @@ def population(results: Results) -> Said:
     yield from caution(found)
     yield Figure(results.drawn("fall-rate", draw), "fall rate over amplitude and intensity", caption)
     yield Note(_assumed(stones, float(found.attrs["outside"]), results.words, gaps_said(results.cube)))
-    if any(math.isfinite(one.median) for one in curves):
-        yield _curves(curves)
+    fitted = []
+    for one in curves:
+        if math.isfinite(one.median):
+            median, ends, spread = one.told
+            half = censored(median, *ends, one.least, one.most)
+            fitted.append((one.name, f"{one.measure}, {one.unit}", *half, spread, *one.spreads))
+    if fitted:
+        heads = ["stones", "measure", "half of them fall at", "95 % interval", "spread of the logarithm"]
+        yield table([*heads, "from record to record", "all other"], fitted, "ttnn222", anchor="fragility")
     if unfit := [one.measure for one in whole if math.isnan(one.median)]:
         why = "the rate hardly grows with it, or leaps from 0 to 100 %"
         yield Note(f"No lognormal curve fits over {' and '.join(unfit)}: {why}.")
     by_record, amplitude = [_by_record(results, found)], found["amplitude"].to_numpy()
     if amplitude.size > 1:
-        heads = ("fall rate of the record", *(f"× {factor:g}" for factor in amplitude))
+        heads = ["fall rate of the record", *(f"× {factor:g}" for factor in amplitude)]
         each = [(name.heading, *of_record) for name, of_record in zip(results.names, rates, strict=True)]
         by_record.append(table(heads, each, "t" + "%" * amplitude.size, sortable=True))
     yield Disclosure("By record", tuple(by_record))
@@ -178,17 +184,6 @@ def _assumed(stones: Population, outside: float, words: Words, gaps: str) -> str
         f"cube that is like it, of two neighbours by lot.{beyond} {stays} Intervals are those of a "
         "cemetery of so many stones (95 %, Wilson)."
     )
-
-
-def _curves(curves: list[Fragility]) -> Table:
-    rows = []
-    for one in curves:
-        if math.isfinite(one.median):
-            median, ends, spread = one.told
-            half = censored(median, *ends, one.least, one.most)
-            rows.append((one.name, f"{one.measure}, {one.unit}", *half, spread, *one.spreads))
-    heads = ("stones", "measure", "half of them fall at", "95 % interval", "spread of the logarithm")
-    return table((*heads, "from record to record", "all other"), rows, "ttnn222", anchor="fragility")
 
 
 def _share(own: xr.Dataset, rate: str, ends: str) -> str:

@@ -2,12 +2,13 @@
 
 import html.parser
 import re
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from overturning.report.blocks import Film, Report, Section, Table, each_block
 from overturning.report.html import pieces_of
+from overturning.report.results import Results
 from overturning.report.write import write_report
 
 
@@ -45,6 +46,11 @@ def text_of(part: Any) -> str:
 def numbers(text: str) -> list[str]:
     """Every number of a text, in its order."""
     return NUMBER.findall(text)
+
+
+def of_study(results: Results, **settings: Any) -> Results:
+    """The results under a study with other settings."""
+    return replace(results, study=results.study.model_copy(update=settings))
 
 
 def tables(section: Report | Section) -> list[Table]:

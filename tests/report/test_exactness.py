@@ -43,9 +43,7 @@ def results_of(variants: tuple[str, ...] = (), members: int = 0, **found: Any) -
 
 
 def section(**found: Any) -> Section:
-    shown = convergence(results_of(**found))
-    assert shown is not None
-    return shown
+    return convergence(results_of(**found))
 
 
 def warnings(shown: Section) -> list[Caution]:
@@ -101,7 +99,7 @@ def test_what_was_not_run_again() -> None:
     none = section(chosen=0, finer=run_again(cases=0, fallen=0, flags=0, flags_undivided=0))
     assert "No case was run again" in text_of(none)
     assert column(tables(none)[0], "share")[0] == "–"
-    assert convergence(SimpleNamespace(study=None, convergence=None)) is None  # type: ignore[arg-type]
+    assert convergence(SimpleNamespace(study=None, convergence=None)) is None
 
 
 def test_beside_the_exact_rigid_block() -> None:
@@ -128,7 +126,6 @@ def test_of_no_case_nothing_is_told() -> None:
         assert f"In {200 - answered} cases there is nothing to compare" in told
         assert said in told
     line = dependence(results_of(members=24, finer=run_again(undivided=0, flags_undivided=0)))
-    assert line is not None
     assert "is not divided" not in line.text
 
 
@@ -163,7 +160,6 @@ def test_the_line_below_the_answer() -> None:
     settled = dependence(
         results_of(members=24, finer=run_again(flags_undivided=0), stiffer=run_again(flags_undivided=0))
     )
-    assert settled is not None
     assert "is not divided, in none. No single" in settled.text
     shown = section(members=24, finer=outcomes)
     assert warnings(shown) == []
@@ -172,7 +168,7 @@ def test_the_line_below_the_answer() -> None:
     assert column(table, "compared")[:2] == ["200", "160"]
     # 2 of 160 are more than one percent, of all 200 they would not be.
     assert len(warnings(section(members=24, finer=run_again(flags=5, flags_undivided=2)))) == 1
-    assert dependence(SimpleNamespace(study=None, convergence=None)) is None  # type: ignore[arg-type]
+    assert dependence(SimpleNamespace(study=None, convergence=None)) is None
 
 
 def test_the_ensemble(opened: Results, one_record: Callable[..., Results]) -> None:

@@ -20,7 +20,7 @@ from overturning.study.evaluation import Population
 from overturning.study.sections import Variant
 from overturning.surveys.population import jma_intensities, population_rates
 from overturning.units import STANDARD_GRAVITY
-from tests.report.reading import tables, text_of
+from tests.report.reading import of_study, tables, text_of
 
 Make = Callable[..., Results]
 
@@ -28,8 +28,21 @@ Make = Callable[..., Results]
 @pytest.fixture
 def cemetery(one_record: Make) -> Results:
     results, stones = one_record(3), Population(stones=64)
-    study = results.study.model_copy(update={"population": stones})
-    return replace(results, study=study, populations={"nominal": population_rates(results.cube, stones)})
+    rates = population_rates(results.cube, stones)
+    return replace(of_study(results, population=stones), populations={"nominal": rates})
+
+
+def under(cemetery: Results, rates: xr.Dataset) -> Results:
+    """The cemetery with other rates, under as many copies of its first record."""
+    first = [0] * rates.sizes["record"]
+    cube, intensity = (one.isel(record=first) for one in (cemetery.cube, cemetery.intensity))
+    return replace(cemetery, cube=cube, intensity=intensity, populations={"nominal": rates})
+
+
+def eight_earthquakes(cemetery: Results) -> xr.Dataset:
+    """Rates of the first record eight times, each of an earthquake of its own."""
+    rates = cemetery.populations["nominal"].isel(record=[0] * 8)
+    return rates.assign_coords(event=("record", list("abcdefgh")))
 
 
 def said(section: Any) -> str:
@@ -38,7 +51,6 @@ def said(section: Any) -> str:
 
 def test_rates_with_intervals_by_record_and_no_turn_from_planes(cemetery: Results) -> None:
     shown = population(cemetery)
-    assert shown is not None
     (table,) = [table for table in tables(shown) if table.heads[0] == "record"]
     assert table.heads[1:3] == ("fell, % (95 %)", "most fell towards ± 22.5°")
     rate = float(cemetery.populations["nominal"]["fall_rate"][0, 0])
@@ -84,11 +96,10 @@ def test_the_rule_of_field_surveys_beside_the_instrumental_intensity(cemetery: R
     one = cemetery.populations["nominal"]
     many = xr.concat([one, one], dim="record")
     many["fall_rate"][:] = np.repeat([0.5, 0.95], 3)[:, None]
-    intensity = xr.concat([cemetery.intensity, cemetery.intensity], dim="record")
-    intensity["jma_intensity"] = ("record", np.repeat([6.2, 5.2], 3))
-    assert jma_intensities(many.assign_coords(amplitude=[10.0]), intensity)[0] == pytest.approx(8.2)
-    cube = xr.concat([cemetery.cube, cemetery.cube], dim="record")
-    text = said(population(replace(cemetery, cube=cube, populations={"nominal": many}, intensity=intensity)))
+    results = under(cemetery, many)
+    results.intensity["jma_intensity"] = ("record", np.repeat([6.2, 5.2], 3))
+    assert jma_intensities(many.assign_coords(amplitude=[10.0]), results.intensity)[0] == pytest.approx(8.2)
+    text = said(population(results))
     assert "where 40 to 90 % fall, which they take for 6 upper, the instrumental intensity is 6.2" in text
     assert "in 100 % of 3 motions, 3 records of 3 earthquakes, higher in 0 %;" in text
     assert "where 90 % or more fall, which they take for 7, the instrumental intensity is 5.2" in text
@@ -103,19 +114,18 @@ def test_the_share_of_motions_that_keep_the_rule_counts_earthquakes_and_the_miss
     Six of eight are of the degree; of the samples 0.4 % hold at most two of them, 2.7 % at most three (binomial, 6/8),
     so the 2.5 % quantile is three. With 0.1 for the vertical component three are.
     """
-    one = cemetery.populations["nominal"].isel(record=[0] * 8)
-    one = one.assign_coords(event=("record", list("abcdefgh")))
+    one = eight_earthquakes(cemetery)
     one["fall_rate"][:] = 0.5
-    intensity = cemetery.intensity.isel(record=[0] * 8)
-    intensity["jma_intensity"] = ("record", np.full(8, np.nan))
-    intensity["jma_intensity_horizontal"] = ("record", np.repeat([6.2, 6.46, 6.55], [3, 3, 2]))
-    cube = cemetery.cube.isel(record=[0] * 8)
-    text = said(population(replace(cemetery, cube=cube, populations={"nominal": one}, intensity=intensity)))
+    results = under(cemetery, one)
+    results.intensity["jma_intensity"] = ("record", np.full(8, np.nan))
+    results.intensity["jma_intensity_horizontal"] = ("record", np.repeat([6.2, 6.46, 6.55], [3, 3, 2]))
+    text = said(population(results))
     assert "is of that degree in 75 % (38 to 100) of 8 motions, 8 records of 8 earthquakes, higher in 25 %" in text
     assert "with 0.1 for the vertical component of that degree in 38 %" in text
     assert "the instrumental intensity is 6.4 in the median" in text
-    intensity["jma_intensity"] = intensity["jma_intensity_horizontal"]  # of three components: nothing to add
-    text = said(population(replace(cemetery, cube=cube, populations={"nominal": one}, intensity=intensity)))
+    # Of three components: nothing to add.
+    results.intensity["jma_intensity"] = results.intensity["jma_intensity_horizontal"]
+    text = said(population(results))
     assert "75 % (38 to 100) of 8 motions" in text
     assert "vertical component" not in text
 
@@ -123,15 +133,13 @@ def test_the_share_of_motions_that_keep_the_rule_counts_earthquakes_and_the_miss
 def test_a_median_beyond_the_data_is_no_number(cemetery: Results) -> None:
     """Rates of Φ(ln(x/2)/0.5) for PGA of 0.2 to 1.4 g: half of the stones fall above that, not at 2 g."""
     pga = np.geomspace(0.2, 1.4, 8)
-    one = cemetery.populations["nominal"].isel(record=[0] * 8).assign_coords(event=("record", list("abcdefgh")))
+    one = eight_earthquakes(cemetery)
     one["fall_rate"][:] = norm.cdf(np.log(pga / 2) / 0.5)[:, None]
     one["class_rate"][:] = norm.cdf(np.log(pga / 0.8) / 0.5)[:, None, None]
-    intensity = cemetery.intensity.isel(record=[0] * 8)
+    results = under(cemetery, one)
     for name, factor in (("pga", STANDARD_GRAVITY), ("pgv", 1.0)):
-        intensity[f"{name}_rotd"] = (("record", "percentile"), np.tile(factor * pga[:, None], 3))
-    cube = cemetery.cube.isel(record=[0] * 8)
-    shown = population(replace(cemetery, cube=cube, populations={"nominal": one}, intensity=intensity))
-    assert shown is not None
+        results.intensity[f"{name}_rotd"] = (("record", "percentile"), np.tile(factor * pga[:, None], 3))
+    shown = population(results)
     (table,) = [table for table in tables(shown) if table.anchor == "fragility"]
     whole, of_class, *_ = table.rows
     assert whole[1:] == ("PGA, g", "above 1.4", "above 1.4", "–", "–", "–")
@@ -149,12 +157,9 @@ def test_soft_ground_in_a_sentence(cemetery: Results) -> None:
     step = {"step": "site", "chosen": "north converged, strain 1 %; east not converged (last change 3.0 %), strain 2 %"}
     account = {"peaks": {"pga": [4.903325, 9.80665]}, "steps": [step]}
     cube = cemetery.cube.assign_attrs(record_processing=json.dumps({"one": account}))
-    study = cemetery.study.model_copy(update={"variants": {"clay": soft}})
-    results = replace(
-        cemetery, study=study, populations={"nominal": rock, "clay": clay}, cubes={"nominal": cube, "clay": cube}
-    )
+    both = {"populations": {"nominal": rock, "clay": clay}, "cubes": {"nominal": cube, "clay": cube}}
+    results = replace(of_study(cemetery, variants={"clay": soft}), **both)
     shown = ground(results)
-    assert shown is not None
     text = said(shown)
     assert (
         "mean fall rate is 10 % on rock; 40 % through 20 m of soil (150 m/s), the axis of falls turned by 10°" in text

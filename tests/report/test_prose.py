@@ -10,7 +10,7 @@ from overturning.report.results import Results
 from overturning.study.convergence import Convergence
 from overturning.study.evaluation import Population
 from overturning.surveys.population import population_rates
-from tests.report.reading import NUMBER, texts
+from tests.report.reading import NUMBER, of_study, texts
 from tests.report.test_exactness import FOUND
 
 PROSE = Path(__file__).with_name("prose.txt")
@@ -32,10 +32,8 @@ def prose(report: Report) -> str:
 
 def test_the_prose_of_a_small_study(opened: Results, one_record: Callable[..., Results], tmp_path: Path) -> None:
     results, stones = one_record(8), Population(stones=64)
-    study = results.study.model_copy(update={"population": stones, "title": "Tiny"})
     made = replace(
-        results,
-        study=study,
+        of_study(results, population=stones, title="Tiny"),
         convergence=Convergence.model_validate(FOUND),
         populations={"nominal": population_rates(results.cube, stones)},
         illustrative=[],

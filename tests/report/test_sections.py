@@ -28,7 +28,7 @@ from overturning.report.sections.scene import scene
 from overturning.statistics.logistic import LogisticFit, overturning_rows
 from overturning.study.evaluation import Published
 from overturning.study.sections import ContactSettings, Variant
-from tests.report.reading import BAD, column, numbers, tables, text_of
+from tests.report.reading import BAD, column, numbers, of_study, tables, text_of
 from tests.report.tiny_studies import make_results
 
 Make = Callable[..., Results]
@@ -265,7 +265,6 @@ def test_some_outcomes_missing(one_record: Make) -> None:
     cube["overturned"] = cube["overturned"].where(cube["b_over_h"] > 0.25)
     text = text_of(build_report(replace(results, cube=cube, cubes={"nominal": cube})))
     found = re.search(r"Without an outcome: (\d+) simulated, (\d+) at rest\.", text)
-    assert found is not None
     assert int(found[1]) + int(found[2]) == cube["overturned"].size // 3
 
 
@@ -288,8 +287,7 @@ def test_vertical_motion_that_the_study_leaves_out_is_not_said_to_be_lacking(one
     results = one_record(2, vertical=0)
     results.intensity["pga_vertical"][:] = [1.5, np.nan]
     without = results.study.simulation.model_copy(update={"vertical": False})
-    study = results.study.model_copy(update={"simulation": without})
-    text = text_of(build_report(replace(results, study=study)))
+    text = text_of(build_report(of_study(results, simulation=without)))
     assert "The study leaves out the vertical motion, which 1 of 2 records had; what it would change" in text
     assert "The study leaves vertical motion out; it makes blocks" in text
     assert "None of these records" not in text
@@ -304,9 +302,8 @@ def test_published_values(one_record: Make) -> None:
         Published(azimuth=60, label="along", pga_gal=peak / 1.005, overturns=True, **common),
         Published(azimuth=150, pga_gal=peak, overturns=False, **common),
     ]
-    results = replace(results, study=results.study.model_copy(update={"published": rows}))
+    results = of_study(results, published=rows)
     found = published(results)
-    assert found is not None
     peaks, findings = tables(found)
     assert peaks.rows[0] == (
         *("along", "PGA, Gal", f"{peak / 1.005:.1f}", f"{peak:.1f}", "+0.5\u00a0%", "1\u00a0%", "agrees"),
@@ -318,7 +315,7 @@ def test_published_values(one_record: Make) -> None:
     assert findings.rows == (("nominal", "0.6", "1", "overturns", "stands", "holds"),)
     assert "With the nominal contact the published outcomes are found for H = 0.6 m (1 of 1)" in text_of(found)
     # The primary statistic of such a study is the alignment where it names none: its Answer was a KeyError.
-    told_first = text_of(answer(replace(results, study=results.study.model_copy(update={"asks": "survey"}))))
+    told_first = text_of(answer(of_study(results, asks="survey")))
     assert told_first.splitlines()[1].startswith("Primary statistic, fixed beforehand: the alignment of fall axes")
     assert "Over all its azimuths and sizes the block overturns" in told_first
     # At which friction is said where they are not found at every one.
@@ -328,23 +325,20 @@ def test_published_values(one_record: Make) -> None:
     both = xr.concat([low[["overturned"]], tall[["overturned"]]], "height")
     sentence = finding_sentence(replace(results, cubes={"nominal": both}), "nominal")
     assert "are found for H = 0.6 m with µ = 1 and for H = 1.2 m (3 of 4)" in sentence
-    level = results.study.model_copy(update={"variants": {"level": Variant(vertical=False)}})
-    told = published(replace(results, study=level, cubes=results.cubes | {"level": results.cube}))
-    assert told is not None
+    level = of_study(results, variants={"level": Variant(vertical=False)})
+    told = published(replace(level, cubes=results.cubes | {"level": results.cube}))
     assert "With the level setting the published outcomes are found for H = 0.6 m" in text_of(told)
     assert tables(told)[1].heads[0] == "setting"
     nothing = results.cube.assign(overturned=results.cube["overturned"] * np.nan)
     unknown = published(replace(results, cubes={"nominal": nothing}))
-    assert unknown is not None
     assert tables(unknown)[1].rows[0][3:] == ("not found", "not found", "does not hold")
     assert "for none of the sizes (0 of 1)" in text_of(unknown)
 
 
 def test_a_variant_of_the_same_scene_is_no_other_scene(one_record: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its falls were those of the scene, and both were called alike."""
-    results, shown = one_record(), dict[str, float]()
-    level = {"level": Variant(vertical=False)}
-    study = results.study.model_copy(update={"scene": load_scene("shaft-alone"), "variants": level})
+    shown = dict[str, float]()
+    results = of_study(one_record(), scene=load_scene("shaft-alone"), variants={"level": Variant(vertical=False)})
     still = results.cube.assign(overturned=0 * results.cube["overturned"])
 
     def drawn(stones: dict[str, xr.Dataset]) -> Drawing:
@@ -352,9 +346,7 @@ def test_a_variant_of_the_same_scene_is_no_other_scene(one_record: Make, monkeyp
         return Drawing()
 
     monkeypatch.setattr("overturning.report.sections.scene.element_roses_figure", drawn)
-    cubes = {"nominal": results.cube, "level": still}
-    found = scene(replace(results, study=study, cubes=cubes))
-    assert found is not None
+    found = scene(replace(results, cubes={"nominal": results.cube, "level": still}))
     falls = float(abs(results.cube["overturned"]).mean())
     name = "shaft of the shaft-alone scene"
     assert shown == {name: pytest.approx(falls), f"{name}, level": 0.0}
@@ -365,7 +357,7 @@ def test_settings_are_told_apart_by_what_they_differ_in(opened: Results) -> None
     paper, bare = Variant(contact=ContactSettings(damping=3500)), Variant(vertical=False)
     both = paper.model_copy(update={"vertical": False})
     given = {"paper": paper, "bare": bare, "both": both}
-    results = replace(opened, study=opened.study.model_copy(update={"variants": given}))
+    results = of_study(opened, variants=given)
     said = {name: (setting_said(results, "nominal", name), setting_said(results, name, "nominal")) for name in given}
     assert said == {
         "paper": ("in the study itself", "in the variant paper"),
@@ -377,11 +369,8 @@ def test_settings_are_told_apart_by_what_they_differ_in(opened: Results) -> None
 def test_an_ensemble_of_all_cells_is_not_said_to_be_near_a_change(one_record: Make) -> None:
     results = one_record()
     everywhere = results.study.ensemble.model_copy(update={"where": "everywhere"})
-    study = results.study.model_copy(update={"ensemble": everywhere})
-    for one, said in ((results, "Each cell near a change of flag ("), (replace(results, study=study), "Each cell (")):
-        found = ensemble(one)
-        assert found is not None
-        assert said in text_of(found)
+    assert "Each cell near a change of flag (" in text_of(ensemble(results))
+    assert "Each cell (" in text_of(ensemble(of_study(results, ensemble=everywhere)))
 
 
 def test_the_fit(opened: Results, monkeypatch: pytest.MonkeyPatch) -> None:

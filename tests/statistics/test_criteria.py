@@ -115,7 +115,6 @@ def test_what_falls_by_wests_formula_is_predicted_by_it(make_cube) -> None:
         name: (("record", "azimuth"), np.tile(values, (8, 1))) for name, values in (("pga", pga), ("pgv", pga / 30))
     }
     found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
-    assert found is not None
     west, *others, blind = found.rules
     assert (west.name, blind.name) == ("West", BLIND)
     assert (west.skill, west.within) == (Mean(8, 1.0, 1.0, 1.0),) * 2
@@ -142,7 +141,6 @@ def test_rules_are_ranked_within_blocks_beside_the_rule_that_knows_no_motion(mak
     )  # fmt: skip
     peaks = {name: (("record", "azimuth"), np.tile(one, (8, 1))) for name, one in (("pga", pga), ("pgv", pga * ratio))}
     found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
-    assert found is not None
     first, *_, blind = found.rules
     assert (first.name, first.within.value) == ("pulse, one impact", pytest.approx(1.0))
     # By hand: hits less false alarms of each block of which some fall and some stand, and their mean.

@@ -1,6 +1,7 @@
 """How falls lie to the fault normal, and where they go: the alignment of each group of records, roses, by shape."""
 
 import math
+from itertools import product
 
 import numpy as np
 
@@ -166,11 +167,8 @@ def _by_shape(results: Results) -> Table:
     for name, chosen in record_groups(cube).items():
         axes = axes_by_earthquake(cube.isel(record=np.flatnonzero(chosen)), "b_over_h", "friction")
         found = axes["falls"].sum("event"), axes["cosine"].count("event"), axes["cosine"].mean("event")
-        columns += [one.to_numpy() for one in found]
+        columns += [one.to_numpy().ravel() for one in found]
         heads += [f"earthquakes with falls, {name}", f"of these counted, {name}", f"alignment, {name}"]
-    rows = [
-        (b_over_h, friction, *(column[i, j] for column in columns))
-        for i, b_over_h in enumerate(cube["b_over_h"].to_numpy())
-        for j, friction in enumerate(cube["friction"].to_numpy())
-    ]
+    shapes = product(cube["b_over_h"].to_numpy(), cube["friction"].to_numpy())
+    rows = [(*shape, *each) for shape, *each in zip(shapes, *columns, strict=True)]
     return table(heads, rows, "gg" + "nn2" * (len(columns) // 3), sortable=True)

@@ -3,8 +3,6 @@
 import math
 from typing import Final
 
-import numpy as np
-
 from overturning.report.blocks import Disclosure, Figure, Note, Said, Table, section, table
 from overturning.report.results import Results
 from overturning.report.text import capitalised, counted, interval, number, percent, shown, two_digits
@@ -199,17 +197,12 @@ def outcomes(results: Results, variant: str) -> dict[tuple[float, float], tuple[
         cube["overturned"]
         .isel(record=ids.index(row.record))
         .sel(azimuth=row.azimuth, b_over_h=row.b_over_h)
-        .transpose("height", "friction")
-        .to_numpy()
+        .stack(size=("height", "friction"))
         for row in results.study.published
     ]
-    return {
-        (float(height), float(friction)): tuple(
-            None if np.isnan(cell[i, j]) else bool(cell[i, j] != 0) for cell in cells
-        )
-        for i, height in enumerate(cube["height"].to_numpy())
-        for j, friction in enumerate(cube["friction"].to_numpy())
-    }
+    flags = zip(*(cell.to_numpy().tolist() for cell in cells), strict=True)
+    known = (tuple(None if math.isnan(flag) else flag != 0 for flag in each) for each in flags)
+    return dict(zip(cells[0]["size"].to_numpy().tolist(), known, strict=True))
 
 
 def _does(overturns: bool | None) -> str:

@@ -200,23 +200,20 @@ def record_directions(results: Results) -> list[tuple[str, ...]]:
     instead. Dashes where nothing falls, and for a mean whose resultant is below `LEAST_RESULTANT`.
     """
     cube, found = results.cube, results.record_means
-    normal, means = cube["fault_normal"].to_numpy(), []
-    for index in range(cube.sizes["record"]):
-        shown: list[str] = []
-        for kind, full in (("direction", 360), ("axis", 180)):
-            angle, length = (float(found[name][index]) for name in (f"mean_{kind}", f"{kind}_resultant"))
-            shown += [degrees(angle if length >= LEAST_RESULTANT else math.nan, full), number(length)]
-        means.append(shown)
+    normal, columns = cube["fault_normal"].to_numpy(), list[list[str]]()
+    for kind, full in (("direction", 360), ("axis", 180)):
+        lengths = found[f"{kind}_resultant"].to_numpy()
+        angles = np.where(lengths >= LEAST_RESULTANT, found[f"mean_{kind}"], np.nan)
+        columns += [[degrees(one, full) for one in angles.tolist()], [*map(number, lengths.tolist())]]
     if not results.model.one_component:
         off = np.abs(wrap_axis(found["mean_axis"].to_numpy() - normal))
-        return [(*cells, degrees(float(one))) for cells, one in zip(means, off, strict=True)]
+        return list(zip(*columns, map(degrees, off.tolist()), strict=True))
     one = cube.isel(height=[0], friction=[cube.sizes["friction"] - 1])
     easiest = easiest_azimuth(boundary(one), cube["b_over_h"]).isel(height=0, friction=0)
-    rows: list[tuple[str, ...]] = []
-    for index, cells in enumerate(means):
-        best, ratio = float(easiest["easiest_axis"][index]), float(easiest["ratio"][index])
-        bound = "" if math.isnan(ratio) or bool(easiest["bounded"][index]) else "≥ "
-        best = best if ratio > 1.0 + 1e-9 else math.nan  # where all planes are alike none is easiest
-        apart = abs(float(wrap_axis(best - normal[index]))) if np.isfinite(normal[index]) else math.nan
-        rows.append((*cells, degrees(best, 180), degrees(apart), bound + number(ratio)))
-    return rows
+    ratio = easiest["ratio"].to_numpy()
+    best = np.where(ratio > 1.0 + 1e-9, easiest["easiest_axis"], np.nan)  # where all planes are alike none is easiest
+    bounds = np.where(np.isnan(ratio) | easiest["bounded"], "", "≥ ")
+    apart = np.abs(wrap_axis(best - normal)).tolist()
+    columns += [[degrees(one, 180) for one in best.tolist()], [*map(degrees, apart)]]
+    easier = (bound + number(one) for bound, one in zip(bounds.tolist(), ratio.tolist(), strict=True))
+    return list(zip(*columns, easier, strict=True))

@@ -7,10 +7,11 @@ import re
 import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 from overturning.errors import ArgumentError, ConfigError
 
@@ -43,29 +44,27 @@ def atomic_write(path: Path) -> Iterator[Path]:
     The folder is made where it is missing. If the block raises, nothing stays behind and an earlier file keeps its
     content. A NetCDF file is sealed (`seal`).
     """
+    part = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+        part.touch(exist_ok=False)
     except OSError as error:  # of the file that is to be made, not of the other name
         raise OSError(error.errno, error.strerror, str(path)) from None
-    os.close(handle)
-    part = Path(name)
     try:
         yield part
         if path.suffix == ".nc":
             seal(part)
-        os.chmod(part, 0o666 & ~_umask())
-        os.replace(part, path)
+        part.replace(path)
     except (OSError, RuntimeError) as error:
         # A full disk reaches us without the file's name, and from NetCDF as an error that does not say so: one of its
         # own, or that the part, which was ours a moment ago, must not be written.
         odd = str(error).startswith("NetCDF: ") if isinstance(error, RuntimeError) else error.errno == errno.EACCES
-        if (odd and _free(path) < _LITTLE) or (isinstance(error, OSError) and error.errno == errno.ENOSPC):
+        said = isinstance(error, OSError) and error.errno == errno.ENOSPC
+        if said or (odd and shutil.disk_usage(path.parent).free < _LITTLE):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path)) from None
         raise
     finally:
-        with suppress(FileNotFoundError):
-            part.unlink()
+        part.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -100,10 +99,8 @@ def seal(path: Path) -> None:
 
     It is a comment in a table, and no reader of NetCDF or HDF5 looks behind the end that the file's own head states.
     """
-    digest = hashlib.sha256()
     with path.open("r+b") as file:
-        while block := file.read(_BLOCK):
-            digest.update(block)
+        digest = hashlib.file_digest(file, "sha256")
         file.write(_MARK + digest.hexdigest().encode() + b"\n")
 
 
@@ -152,20 +149,10 @@ _LITTLE = 1_000_000  # bytes; a disk with less is full
 _BLOCK = 1 << 20  # bytes read at a time
 
 
-def _free(path: Path) -> int:
-    return shutil.disk_usage(path.parent).free
-
-
 def without_folders(name: str) -> str:
     """A path as a result may state it: an absolute one, which only this machine has, keeps its last part."""
     path = Path(name)
     return path.name if path.is_absolute() else path.as_posix()
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 @cache

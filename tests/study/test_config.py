@@ -232,12 +232,6 @@ def test_unreadable_files(tmp_path: Path) -> None:
             load_study(path)
 
 
-def test_overrides_go_below_the_key_they_name(tmp_path: Path) -> None:
-    path = tmp_path / "mine.yaml"
-    path.write_text("name: mine\nrecords: {use: [rinaldi]}\nazimuth: {step: 10, start: 20}\n", encoding="utf-8")
-    assert load_study(path, {"azimuth": {"step": 30}}).azimuth == AzimuthRange(start=20, step=30)
-
-
 def test_studies_are_frozen() -> None:
     study = check_study(SMALL, "mine.yaml")
     with pytest.raises(ValidationError):

@@ -235,11 +235,14 @@ def test_each_job_of_figures_has_its_own_pulses_and_published_values_alone(tmp_p
 
 def test_keys_of_the_command_line_replace_those_of_the_default_study(tmp_path: Path) -> None:
     checkout, stones = Checkout(tmp_path / "keys"), {"shifted": 0.02, "period": [1.0]}  # which in space alone are told
-    plan = checkout.plan(file=None, name="mine", records={"use": ["rinaldi"]}, body={}, population=stones)
+    keys = {"records": {"use": ["rinaldi"]}, "body": {}, "population": stones, "figures": {"friction": 1.0}}
+    plan = checkout.plan(file=None, name="mine", **keys)
     (sweep,) = (command for command in plan.commands if "overturning sweep" in command)
     assert "results/mine/" in sweep
     values = list(load_study(ROOT / "config" / "near-fault.yaml").b_over_h)
     assert f'"b_over_h": {values}' in sweep, "of near-fault.yaml"
+    (figures,) = (command for command in plan.commands if command.startswith("overturning figures"))
+    assert '"height": 0.6, "friction": 1.0' in figures, "below the key that is named"
 
 
 def test_another_workflow_uses_it_as_a_module(tmp_path: Path) -> None:

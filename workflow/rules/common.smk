@@ -8,9 +8,10 @@ from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 from snakemake.logging import logger
+from snakemake.utils import update_config
 
 from overturning.errors import OverturningError
-from overturning.files import atomic_write, read_mapping
+from overturning.files import atomic_write
 from overturning.statistics.fragility_files import measure_file
 from overturning.surveys.stones import read_survey
 from overturning.study.preflight import (
@@ -21,7 +22,7 @@ from overturning.study.preflight import (
     on_one_page,
     size_of,
 )
-from overturning.study.load import check_study, load_study
+from overturning.study.load import check_study, read_study
 from overturning.study.resume import (
     DAMAGED,
     keep_cubes,
@@ -53,14 +54,15 @@ def load():
         for file in given:
             # Snakemake takes a key that stands twice, and 045 for 37, without a word.
             if Path(file).suffix != ".json":
-                read_mapping(Path(file), "study", "see config/README.md")
+                read_study(Path(file))
         # Snakemake has merged the files of --configfile and the keys of --config already; a workflow that uses this one
         # as a module hands over a whole study, and not only what --config says.
         said = workflow.config_settings.config
         whole = given or ({"name", "records"} <= config.keys() and config != said)
-        study = (
-            check_study(config, where) if whole else load_study(DEFAULT_STUDY, config)
-        )
+        keys = config if whole else read_study(DEFAULT_STUDY)
+        if not whole:
+            update_config(keys, config)
+        study = check_study(keys, where)
         check_size(study, where, chunks=CHUNKS)
         entries, files = check_files(study, where)
         for survey in study.surveys:

@@ -16,21 +16,17 @@ if TYPE_CHECKING:
     from overturning.records.catalogue import RecordEntry
 
 
-def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
-    """Read and check a study file, some of whose keys are replaced by `overrides`, nested like the file.
+def load_study(path: Path) -> Study:
+    """Read and check a study file.
 
     A `ConfigError` says that the file cannot be read, or names file, key, value and remedy of what is wrong.
     """
-    data = read_mapping(path, "study", "see config/README.md", "name a study file with --configfile")
-    return check_study(_merged(data, overrides or {}), str(path))
+    return check_study(read_study(path), str(path))
 
 
-def _merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    result = dict(base)
-    for key, value in overrides.items():
-        below = result.get(key)
-        result[key] = _merged(below, value) if isinstance(below, dict) and isinstance(value, Mapping) else value
-    return result
+def read_study(path: Path) -> dict[str, Any]:
+    """Keys and values of a study file as they stand there; a `ConfigError` where it cannot be read."""
+    return read_mapping(path, "study", "see config/README.md", "name a study file with --configfile")
 
 
 def check_study(data: Mapping[str, Any], where: str) -> Study:

@@ -1,6 +1,7 @@
 """The sweep: every case of one record, or a chunk of them, into one part of the cube."""
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -92,26 +93,23 @@ def sweep_record(
         write_part(path, grid, {}, attributes | {"block_steps": 0})
         return
     numerics = numerics or numerics_of(study)
-    with_ensemble = study.ensemble.members > 0
-    others = [factor for factor in grid.amplitude if factor != 1.0]
-    whole = (NOMINAL_SHARE if with_ensemble else 1.0) * (1 + len(others)) + (1 - NOMINAL_SHARE) * with_ensemble
-    share = (NOMINAL_SHARE if with_ensemble else 1.0) / whole
-    own = replace(numerics, progress=part_of(numerics.progress, 0.0, share))
-    outcome = simulate_variant(study, variant, motion, grid, own)
-    block_steps = int(np.sum(outcome["block_steps"]))
-    if with_ensemble:
-        ensemble, runner = ensemble_of(study, variant, members), member_runner(study, variant, motion, own)
-        of_members = part_of(numerics.progress, share, 1.0 - len(others) * share)
-        spread, more = ensemble.run(motion, grid, outcome, runner, of_members)
+    factors = grid.amplitude or (1.0,)
+    work = [*(NOMINAL_SHARE for _ in factors), *([1.0 - NOMINAL_SHARE] if study.ensemble.members else [])]
+    ends = (np.cumsum([0.0, *work]) / sum(work)).tolist()
+    told = [part_of(numerics.progress, *between) for between in pairwise(ends)]
+    answers = [
+        simulate_variant(study, variant, scaled(motion, factor), grid, replace(numerics, progress=progress))
+        for factor, progress in zip(factors, told, strict=False)  # the last is then the ensemble's
+    ]
+    block_steps = sum(int(np.sum(one["block_steps"])) for one in answers)
+    outcome = answers[factors.index(1.0)]
+    if study.ensemble.members:
+        ensemble, runner = ensemble_of(study, variant, members), member_runner(study, variant, motion, numerics)
+        spread, more = ensemble.run(motion, grid, outcome, runner, told[-1])
         outcome |= spread
         block_steps += more
-    if others:
-        answers = {1.0: outcome}
-        for left, factor in zip(range(len(others), 0, -1), others, strict=True):
-            own = replace(numerics, progress=part_of(numerics.progress, 1.0 - left * share, 1.0 - (left - 1) * share))
-            answers[factor] = simulate_variant(study, variant, scaled(motion, factor), grid, own)
-            block_steps += int(np.sum(answers[factor]["block_steps"]))
-        outcome = _stacked([answers[factor] for factor in grid.amplitude], variables_of(study), outcome)
+    if grid.amplitude:
+        outcome = _stacked(answers, variables_of(study), outcome)
     write_part(path, grid, outcome, attributes | {"block_steps": block_steps}, variables_of(study))
 
 

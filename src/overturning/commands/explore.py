@@ -22,21 +22,17 @@ def explore(
     ] = None,
 ) -> None:
     """Write a page with the maps of a cube, which says of each cell what is known and draws a sketch of its block."""
-    from overturning.errors import ArgumentError
     from overturning.figures.explore import write_explorer
     from overturning.files import check_output
-    from overturning.study.cube import motions_beside, open_cube, study_of
+    from overturning.study.cube import motions_beside, open_cube, record_number, study_of
     from overturning.study.load import study_from
 
     # That of a variant, explore.NAME.html, does not take the place of the study's own.
     path = output or cube.with_name(cube.name.replace("cube", "explore", 1)).with_suffix(".html")
     check_output(path, "--output", ".html")
     with open_cube(cube, element=None) as data:
-        names = [str(name) for name in data["record_id"].to_numpy()]
-        unknown = [name for name in record or () if name not in names]
-        if unknown:
-            raise ArgumentError(f"--record {unknown[0]}: not in {cube}; it has {', '.join(names)}")
+        names = dict.fromkeys(record or data["record_id"].to_numpy().astype(str).tolist())
+        chosen = data.isel(record=[record_number(data, name) for name in names])
         folder = motions or motions_beside(cube, study_of(data), data.attrs["variant"])
-        chosen = data.isel(record=[names.index(name) for name in dict.fromkeys(record or names)])
         write_explorer(chosen, path, folder, study_from(study) if study else None)
     print(path)

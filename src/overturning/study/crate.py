@@ -110,7 +110,10 @@ def write_crate(study: Study, results: Path, made: Sequence[Path]) -> None:
         root["author"] = _several(_entity(crate, f"#author-{number}", "Person", name=name) for number, name in named)
     records = _add_records(crate, cube["records"])
     files = _add_files(crate, results, made, records)
-    versions = {name: _software(crate, name, version) for name, version in cube["versions"].items()}
+    versions = {
+        name: _entity(crate, f"#{name}", "SoftwareApplication", name=name, version=version, softwareVersion=version)
+        for name, version in cube["versions"].items()
+    }
     overturning = versions.pop("overturning")
     overturning["license"] = _terms(crate, f"https://spdx.org/licenses/{program['license']}")
     overturning["softwareRequirements"] = _several(versions.values())
@@ -186,17 +189,6 @@ def _add_records(crate: "ROCrate", rows: Sequence[dict[str, Any]]) -> dict[str, 
         )
         for row in rows
     }
-
-
-def _software(crate: "ROCrate", name: str, version: str) -> Any:
-    return _entity(
-        crate,
-        f"#{name}",
-        "SoftwareApplication",
-        name=name,
-        version=version,
-        softwareVersion=version,
-    )
 
 
 def _add_files(crate: "ROCrate", results: Path, made: Sequence[Path], records: dict[str, Any]) -> dict[str, Any]:

@@ -60,21 +60,14 @@ def _keys(schema: dict[str, Any], model: dict[str, Any], prefix: str) -> list[tu
 
 def tables() -> dict[str, str]:
     """The ``keys`` of a study file and the ``columns`` of the record table as Markdown tables."""
-    schema, keys = Study.model_json_schema(), []
+    schema = Study.model_json_schema()
+    keys, columns = ["| key | default | meaning |", "|---|---|---|"], ["| column | meaning |", "|---|---|"]
     for key, entry, required in _keys(schema, schema, ""):
         default = "needed" if required else f"`{json.dumps(entry.get('default'), ensure_ascii=False)}`"
         keys.append(f"| `{key}` | {default} | {entry.get('description', '')} |")
-    columns = RecordEntry.model_json_schema()["properties"].items()
-    return {
-        "keys": "\n".join(["| key | default | meaning |", "|---|---|---|", *keys]),
-        "columns": "\n".join(
-            [
-                "| column | meaning |",
-                "|---|---|",
-                *(f"| `{n}` | {entry.get('description', '')} |" for n, entry in columns),
-            ]
-        ),
-    }
+    for column, entry in RecordEntry.model_json_schema()["properties"].items():
+        columns.append(f"| `{column}` | {entry.get('description', '')} |")
+    return {"keys": "\n".join(keys), "columns": "\n".join(columns)}
 
 
 def with_tables(text: str) -> str:

@@ -10,7 +10,7 @@ from typing import Any, Final, Self
 import psutil
 import yaml
 
-from overturning.commands.init import WORKFLOW
+from overturning.commands.study import WORKFLOW
 from verification.tables import ROOT
 
 CUBE: Final = "cube.nc"

@@ -6,14 +6,9 @@ from typing import Annotated
 
 import typer
 
-from overturning.commands import cube, records, study, workflow
-from overturning.commands.backwards import backwards
+from overturning.commands import cube, records, study, surveys, workflow
 from overturning.commands.explore import explore
-from overturning.commands.init import init
 from overturning.commands.one import one
-from overturning.commands.recheck import recheck
-from overturning.commands.stood import stood
-from overturning.commands.survey import survey
 from overturning.errors import OverturningError
 from overturning.files import describe
 
@@ -43,7 +38,8 @@ def _add(group: typer.Typer, name: str) -> None:
 
 
 # What a subcommand needs is imported inside its function, so that this is quick.
-for _command in (init, one, cube.figure, explore, survey, backwards, stood, recheck, *workflow.STEPS):
+_OF_CUBES, _OF_STONES = (cube.figure, explore), (surveys.survey, surveys.backwards, surveys.stood)
+for _command in (study.init, one, *_OF_CUBES, *_OF_STONES, cube.recheck, *workflow.STEPS):
     app.command(short_help=_first_paragraph(_command))(_command)
 for _name, _group in {"study": study.app, "records": records.app, "cube": cube.app}.items():
     _add(_group, _name)

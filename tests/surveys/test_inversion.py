@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.commands.backwards import named_apart
+from overturning.commands.surveys import named_apart
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ResultError
 from overturning.model.cases import Cases

@@ -98,6 +98,11 @@ BESIDE = (
     *("title", "question", "asks", "primary"),
     *("population", "surveys", "figures", "crate"),
 )
+# What its cases are, and how they are computed.
+CASES = (
+    *("scene", "body", "orientation", "azimuth", "height", "b_over_h", "friction"),
+    *("density", "contact", "simulation"),
+)
 OF_CUBE = [key for key in SETTINGS if key not in BESIDE]
 VARIANTS = ["nominal", *STUDY.variants]
 ON_SOIL = [name for name, variant in STUDY.variants.items() if variant.site]

@@ -16,19 +16,7 @@ rule convergence:
     resources:
         mem_mb=800,
     params:
-        study=settings(
-            *(
-                "scene",
-                "body",
-                "orientation",
-                "azimuth",
-                "height",
-                "b_over_h",
-                "friction",
-                "density",
-            ),
-            *("contact", "simulation", "verification"),
-        ),
+        study=settings(*CASES, "verification"),
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         sources=sources("workflow:check_convergence"),
     shell:

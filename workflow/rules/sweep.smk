@@ -35,19 +35,7 @@ rule sweep:
         runtime=lambda wildcards, attempt: attempt * SWEEP_MINUTES,
     params:
         study=lambda wildcards: settings(
-            *(
-                "scene",
-                "body",
-                "orientation",
-                "azimuth",
-                "height",
-                "b_over_h",
-                "friction",
-                "amplitude",
-                "density",
-            ),
-            *("contact", "simulation", "variants", "ensemble"),
-            use=[wildcards.record],
+            *(*CASES, "amplitude", "variants", "ensemble"), use=[wildcards.record]
         ),
         sources=sources("workflow:sweep"),
         members=lambda wildcards, input: " ".join(

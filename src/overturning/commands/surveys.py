@@ -1,0 +1,206 @@
+"""`overturning survey`, `backwards` and `stood`: what stones that fell, or still stand, say of the shaking."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+if TYPE_CHECKING:
+    from overturning.records.record import Record
+
+NEGLIGIBLE: Final = 0.01
+"""Part of the falls that shaking below the hazard's first level may add without a word."""
+
+
+def survey(
+    stones: Annotated[Path, typer.Argument(help="the survey (CSV): azimuth_deg or octant, count, …")],
+    cube: Annotated[Path, typer.Option(help="cube of a study that holds the site's record (NetCDF)")],
+    record: Annotated[
+        str | None, typer.Option(help="id of the site's record; not needed where the cube has one")
+    ] = None,
+    background: Annotated[float, typer.Option(help="share of stones taken to fall any way")] = 0.05,
+    figure: Annotated[Path | None, typer.Option(help="figure to draw: .svg, .png or .pdf")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="the comparison as a file (JSON), for a report")
+    ] = None,
+) -> None:
+    """Compare the directions in which stones fell with those that the cube predicts."""
+    from overturning.files import check_output
+    from overturning.report.plain import plain_lines
+    from overturning.report.results import gaps_said
+    from overturning.report.sections.surveys import survey_section
+    from overturning.study.cube import open_cube, record_number, variant_said
+    from overturning.surveys.comparison import compare_survey, survey_result, write_survey
+    from overturning.surveys.stones import read_survey
+
+    check_output(figure, "--figure", ".svg", ".png", ".pdf")
+    check_output(output, "--output")
+    rows = read_survey(stones)
+    with open_cube(cube, chunks={"record": 1}) as data:
+        site = data.isel(record=[record_number(data, record)]).load()
+        name = str(site["record_id"].item())
+        comparison, gaps = compare_survey(rows, site, background=background), gaps_said(site)
+        against = ", ".join([name, *variant_said(site)])
+    result = survey_result(stones, name, comparison)
+    print(f"{result.stones} against {against}")
+    print(*plain_lines(survey_section(result, gaps=gaps)), sep="\n")
+    if output is not None:
+        write_survey(result, output)
+    if figure is not None:
+        from overturning.figures.style import style
+        from overturning.figures.write import save
+        from overturning.surveys.rose import survey_figure
+
+        with style():
+            save(survey_figure(comparison, f"{stones.name}, {against}"), figure)
+        print(f"figure: {figure}")
+
+
+def backwards(
+    stones: Annotated[
+        Path, typer.Argument(help="the survey (CSV): azimuth_deg or octant, b_over_h, height_m, round, …")
+    ],
+    motion: Annotated[
+        list[Path] | None,
+        typer.Option(help="motion of a study (NetCDF), once for each, beside the records and pulses that come along"),
+    ] = None,
+    alone: Annotated[bool, typer.Option("--alone", help="ask among the named motions only")] = False,
+    fixed: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones fixed to their base")] = 0.0,
+    background: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones that do anything")] = 0.05,
+    figure: Annotated[Path | None, typer.Option(help="figure to draw: .svg or .png")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="the posterior as a file (NetCDF), for a report")
+    ] = None,
+    threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 2,
+) -> None:
+    """Say how strong the motion was that made stones fall, along which axis, and which motions could have been it.
+
+    What stones of these sizes do under each motion is computed once, in minutes, or in an hour for many sizes, and kept
+    in the user's cache folder.
+    """
+    import sys
+    import time
+
+    from overturning.files import check_output
+    from overturning.report.plain import plain_lines
+    from overturning.report.sections.surveys import backwards_section, draw_posterior, sizes_taken
+    from overturning.surveys.inversion import Inversion
+    from overturning.surveys.library import candidates
+    from overturning.surveys.posterior import write_backwards
+    from overturning.surveys.responses import Responses, StoneKind
+    from overturning.surveys.stones import read_survey
+
+    check_output(figure, "--figure", ".svg", ".png")
+    check_output(output, "--output")
+    rows = read_survey(stones)
+    library = candidates(named_apart(motion or ()), alone=alone)
+    began = said = time.monotonic()
+
+    def progress(done: int, total: int) -> None:
+        nonlocal said
+        now = time.monotonic()
+        if 0 < done < total and now - said > 2:
+            said, left = now, (now - began) * (total - done) / done
+            computed = f"{done} of {total} motions computed, {100 * done // total}%"  # a run reads the per cents
+            print(f"{computed}, about {left:.0f} s to go", file=sys.stderr, flush=True)
+
+    responses = Responses(library, [StoneKind.of(stone) for stone in rows], threads=threads, progress=progress)
+    result = Inversion(responses, background, fixed).answer(stones.name, rows)
+    print(*plain_lines(backwards_section(result)), sep="\n")
+    if taken := sizes_taken(rows):
+        print(taken)
+    if output is not None:
+        write_backwards(result, output)
+    if figure is not None:
+        draw_posterior(result, figure)
+        print(f"figure: {figure}")
+
+
+def named_apart(paths: Sequence[Path]) -> "list[Record]":
+    """Motions of a study by the ids of their records, those of one id, as a record's on rock and on soil, by files."""
+    from overturning.records.store import read_motion
+
+    records = [read_motion(path) for path in paths]
+    ids = [one.record_id for one in records]
+    files = zip(records, paths, strict=True)
+    return [replace(one, record_id=str(path)) if ids.count(one.record_id) > 1 else one for one, path in files]
+
+
+def stood(
+    fragility: Annotated[Path, typer.Argument(help="fragility curves of a run (CSV)")],
+    hazard: Annotated[Path, typer.Argument(help="hazard curves (CSV): measure, unit, level, annual_rate")],
+    years: Annotated[float, typer.Option(min=1e-3, max=1e7, help="how long the stones are exposed: their age")],
+    stones: Annotated[
+        Path | None, typer.Option(help="survey (CSV): where none of its stones fell it bounds the rate of falls")
+    ] = None,
+) -> None:
+    """Say how probable it is that stones still stand after years of a hazard, and what stones that do stand say of it.
+
+    Earthquakes are a Poisson process: λ = ∫ P(fall | x) |dν(x)|, P(stands) = exp(−λT).
+    """
+    import math
+
+    from overturning.errors import ResultError
+    from overturning.report.blocks import Section, table
+    from overturning.report.plain import plain_lines
+    from overturning.report.text import counted, percent, share
+    from overturning.study.ensemble import wilson
+    from overturning.surveys.standing import (
+        BOUND,
+        hazard_bound,
+        rate_bound,
+        read_curves,
+        read_hazard,
+        standing,
+        weaker_falls,
+    )
+    from overturning.surveys.stones import read_survey
+
+    curves, hazards = read_curves(fragility), read_hazard(hazard)
+    rows = None if stones is None else read_survey(stones)
+    upright, fell = (sum(one.count for one in rows or () if one.fell is kind) for kind in (False, True))
+    bound = rate_bound(years) if upright and not fell else math.nan
+    units = {one.measure: one.unit for one in curves}
+    for measure in hazards.keys() & units.keys():
+        own = hazards[measure].unit
+        if own != units[measure]:
+            raise ResultError(f"{hazard}: {measure} in {own}, but {fragility} has it in {units[measure]}; convert it")
+    shared = [one for one in curves if one.measure in hazards]
+    if not shared:
+        raise ResultError(f"{hazard}: {', '.join(hazards)}; {fragility} has {', '.join(units)}: give one of these")
+    known = [(one, hazards[one.measure]) for one in shared if math.isfinite(one.log_spread)]
+    told = [standing(*one, years) for one in known]
+    for row in shared:
+        if not math.isfinite(row.log_spread):
+            why = "no curve fits the falls" if math.isnan(row.median) else "the median lies beyond the records"
+            print(f"{row.stones}, {row.measure}: {why}, so nothing is said")
+    lines = [
+        (
+            *(one.stones, one.measure, f"{one.rate:.3g}", share(one.stands, one.low, one.high)),
+            *(one.share, one.beyond, "–" if math.isnan(most := hazard_bound(*of, years, bound)) else f"{most:.3g}"),
+        )
+        for of, one in zip(known, told, strict=True)
+    ]
+    heads = ("stones", "measure", "falls a year", f"P(stands {years:g} years)", "share of the class that stands")
+    more = ("of the falls, beyond the records", "hazard at most so many times")
+    if lines:
+        print(*plain_lines(Section("What has stood", (table((*heads, *more), lines, "tttt%%t"),))), sep="\n")
+    for (row, curve), found in zip(known, told, strict=True):
+        if (uncounted := weaker_falls(row, curve)) > NEGLIGIBLE * found.rate:
+            print(
+                f"{found.stones}, {found.measure}: {percent(found.first, 1)} fall at the hazard's first level, "
+                f"{curve.level[0]:g} {curve.unit}; weaker shaking is not counted, and would add {uncounted:.2g} falls "
+                "a year down to a tenth of that level if the curve goes on as it begins: begin the hazard curve lower"
+            )
+    if not math.isnan(bound):
+        print(
+            f"{counted(upright, 'stone')} stood {years:g} years: their rate of falls lies below {bound:.3g} a year "
+            f"with {percent(BOUND)} probability; they share their earthquakes and count as one. The hazard is bounded "
+            "in the line of their class alone, which is not sought by the sizes in the survey"
+        )
+    elif rows is not None:
+        low, high = wilson(upright, upright + fell)
+        standing_share = share(upright / (upright + fell), float(low), float(high))
+        print(f"{upright} of {upright + fell} stones stand, {standing_share}; where some fell no bound is given")

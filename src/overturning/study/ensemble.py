@@ -214,18 +214,15 @@ class CellEnsemble:
         """
         overturned, marked, members = nominal["overturned"], nominal[self.model.copied], self.members
         chosen = cells_to_run(overturned, self.everywhere, len(grid.shape)) & (marked == 0)
-        arrays: Arrays = {
-            variable.name: np.zeros(grid.shape, variable.dtype)
-            if variable.dtype == "i2"
-            else np.full(overturned.shape if variable.per_element else grid.shape, np.nan, variable.dtype)
-            for variable in self.model.ensemble_variables
-        }
+        arrays: Arrays = {}
+        for variable in self.model.ensemble_variables:
+            shape = overturned.shape if variable.per_element else grid.shape
+            arrays[variable.name] = np.full(shape, 0 if variable.name == "members" else np.nan, variable.dtype)
         directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
         together = max(1, min(BATCH, members.size))
         cells_of_each = max(1, int(np.prod(chosen.shape[1:])))
-        group = max(
-            1, min(MOST_GROUND_VALUES // (together * motion.samples), MOST_MEMBERS // (together * cells_of_each))
-        )
+        most = min(MOST_GROUND_VALUES // motion.samples, MOST_MEMBERS // cells_of_each)
+        group = max(1, most // together)
         work, done, block_steps = max(1, int(chosen.sum())), 0, 0
         for start in range(0, directions.size, group):
             some = np.zeros_like(chosen)

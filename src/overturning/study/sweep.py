@@ -122,10 +122,6 @@ def _stacked(
     answers: list[dict[str, NDArray[Any]]], variables: tuple[Variable, ...], recorded: dict[str, NDArray[Any]]
 ) -> dict[str, NDArray[Any]]:
     """Answers under the motion times each factor in one array; the ensemble is run as recorded only."""
-    missing = {
-        variable.name: np.zeros_like(recorded[variable.name])
-        if variable.dtype == "i2"
-        else np.full_like(recorded[variable.name], np.nan if variable.dtype[0] == "f" else variable.fill_value)
-        for variable in variables
-    }
+    unknown = {one.name: 0 if one.name == "members" else one.missing for one in variables}
+    missing = {name: np.full_like(recorded[name], value) for name, value in unknown.items()}
     return {name: np.stack([one.get(name, absent) for one in answers]) for name, absent in missing.items()}

@@ -1,11 +1,14 @@
-"""What many tests expect: a refusal that names what is wrong, and tools that are there."""
+"""What many tests expect: a refusal that names what is wrong, a command that ends well, and tools that are there."""
 
 import os
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from io import StringIO
 from typing import NoReturn
 
 import pytest
+
+from overturning.cli import main
 
 
 @contextmanager
@@ -16,6 +19,14 @@ def refused(kind: type[Exception], *words: str, brief: bool = False) -> Iterator
     message = str(problem.value)
     assert [word for word in words if word not in message] == [], message
     assert not brief or "\n" not in message
+
+
+def said(*words: object, status: int = 0) -> str:
+    """What `overturning` says, on both streams, where it ends with a status."""
+    with redirect_stdout(StringIO()) as text, redirect_stderr(text), pytest.raises(SystemExit) as end:
+        main([str(word) for word in words])
+    assert (end.value.code or 0) == status, text.getvalue()
+    return text.getvalue()
 
 
 def lacking(reason: str) -> NoReturn:

@@ -4,14 +4,13 @@ import errno
 import re
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
 from overturning import files
-from overturning.cli import main
 from overturning.errors import ArgumentError, ConfigError
 from overturning.files import atomic_write, check_output, read_mapping
+from tests.expect import said
 
 
 @pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "full"), RuntimeError("NetCDF: HDF error")])
@@ -23,29 +22,21 @@ def test_a_full_disk_is_said_with_the_file(tmp_path: Path, monkeypatch: pytest.M
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_command_line_says_it_in_a_sentence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_line_says_it_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError(errno.EROFS, "Read-only file system", "config/schema.json")
 
     monkeypatch.setattr("overturning.study.document.write_documentation", full)
-    with pytest.raises(SystemExit) as stop:
-        main(["study", "document"])
-    assert stop.value.code == 1
-    text = capsys.readouterr().err
+    text = said("study", "document", status=1)
     assert text == "error: config/schema.json: read-only file system; choose a folder that you may write to\n"
 
 
-def test_an_interrupt_is_a_sentence(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_interrupt_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     def stopped(*_: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("overturning.study.document.write_documentation", stopped)
-    with pytest.raises(SystemExit) as stop:
-        main(["study", "document"])
-    assert stop.value.code == 130
-    assert capsys.readouterr().err == "Stopped; nothing half-written was kept.\n"
+    assert said("study", "document", status=130) == "Stopped; nothing half-written was kept.\n"
 
 
 @pytest.mark.parametrize(
@@ -61,15 +52,12 @@ def test_an_interrupt_is_a_sentence(monkeypatch: pytest.MonkeyPatch, capsys: pyt
     ],
     ids=lambda words: words[0],
 )
-def test_a_place_that_cannot_be_written_is_named_in_a_line(arguments: list[str], capsys: Any) -> None:
+def test_a_place_that_cannot_be_written_is_named_in_a_line(arguments: list[str]) -> None:
     """Nobody can make a file in /proc, whatever its permissions say."""
-    with pytest.raises(SystemExit) as stop:
-        main(arguments)
-    said = capsys.readouterr().err
-    assert stop.value.code == 1
-    assert said.startswith("error: "), said
-    assert "/proc/x" in said
-    assert len(said.splitlines()) <= 2
+    text = said(*arguments, status=1)
+    assert text.startswith("error: "), text
+    assert "/proc/x" in text
+    assert len(text.splitlines()) <= 2
 
 
 def test_a_folder_that_is_not_there_is_not_made(tmp_path: Path) -> None:

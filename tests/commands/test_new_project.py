@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from overturning.cli import main
+from tests.expect import said
 
 ROOT = Path(__file__).parents[2]
 
@@ -44,10 +44,8 @@ def overturning(wheel: Path, folder: Path, *words: str, check: bool = True) -> s
     return run(wheel, folder, "-m", "overturning.cli", *words, check=check)
 
 
-def test_what_init_says_can_be_typed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["init", str(tmp_path / "my stones")])
-    go = capsys.readouterr().out.splitlines()[1]
+def test_what_init_says_can_be_typed(tmp_path: Path) -> None:
+    go = said("init", tmp_path / "my stones").splitlines()[1]
     done = subprocess.run(["sh", "-c", f"{go} && ls"], capture_output=True, text=True, check=True)
     assert "config" in done.stdout
 
@@ -85,16 +83,8 @@ def test_a_project_of_ones_own(wheel: Path, tmp_path: Path) -> None:
     assert "is there already and not empty" in again.stderr
 
 
-def test_a_record_and_a_study_of_ones_own(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def said(*words: str, status: int = 0) -> str:
-        with pytest.raises(SystemExit) as stop:
-            main(list(words))
-        assert (stop.value.code or 0) == status
-        return "".join(capsys.readouterr())
-
-    said("init", str(tmp_path / "mine"))
+def test_a_record_and_a_study_of_ones_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    said("init", tmp_path / "mine")
     monkeypatch.chdir(tmp_path / "mine")
     rows = "\n".join(f"{0.01 * n:.2f},{100 * (n % 50 == 7)},{50 * (n % 40 == 3)}" for n in range(400))
     (tmp_path / "my-site.csv").write_text(f"time,north,east\n{rows}\n", encoding="utf-8")

@@ -22,10 +22,12 @@ def study(**more: object) -> Study:
     return check_study(base | more, "small")
 
 
-def pulse(name: str = "a", peak: float = 6.0, across: float = 0.3) -> Record:
-    """One cycle of a sine of 0.8 s northwards after 1 s, with a share of it across; as it stands in a file."""
-    time = np.arange(0, 4, 0.01)
-    cycle = np.round(np.where((time > 1) & (time < 1.8), peak * np.sin(2 * np.pi * (time - 1) / 0.8), 0.0), 9)
+def pulse(name: str = "a", peak: float = 6.0, across: float = 0.3, begin: float = 1.0, cycles: int = 1) -> Record:
+    """Cycles of a sine of 0.8 s northwards, with a share of it across, and 2.2 s of rest; as it stands in a file."""
+    end = begin + 0.8 * cycles
+    time = np.arange(0, end + 2.2, 0.01)
+    sine = peak * np.sin(2 * np.pi * (time - begin) / 0.8)
+    cycle = np.round(np.where((time > begin) & (time < end), sine, 0.0), 9)
     about = {"station": "S", "event": "E", "source": "made", "licence": "none", "sha256": "0" * 64}
     return Record(name, cycle, np.round(across * cycle, 9), None, 0.01, **about)
 

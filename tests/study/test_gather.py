@@ -2,8 +2,6 @@
 
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,69 +23,50 @@ from overturning.study.scenes import grid_of, model_for
 from overturning.study.schema import Study
 
 NAMES = ("first", "second")
-Outcome = dict[str, np.ndarray]
+AXES = {"azimuth": {"step": 45}, "b_over_h": [0.2, 0.4, 0.6], "friction": [0.5, 1.0], "ensemble": {"members": 0}}
+STUDY = check_study({"name": "small", "records": {"use": list(NAMES)}, **AXES}, "test")
+STILL = np.zeros(10)
+PLACE = {"latitude": 35.2, "longitude": 133.4, "fault_strike_deg": 30.0}
+EXTRA = {"pulse": True, "event_latitude": 35.3, "event_longitude": 133.3}
+RECORDS = [
+    Record("first", STILL, STILL, None, 0.01, station="A", event="E", **PLACE, extra=EXTRA),
+    Record("second", STILL, STILL, STILL, 0.01, station="<script>", event="E"),
+]
 
 
-@pytest.fixture
-def study() -> Study:
-    axes = {"azimuth": {"step": 45}, "b_over_h": [0.2, 0.4, 0.6], "friction": [0.5, 1.0]}
-    return check_study({"name": "small", "records": {"use": list(NAMES)}, **axes, "ensemble": {"members": 0}}, "test")
-
-
-@pytest.fixture
-def records() -> list[Record]:
-    samples = np.zeros(10)
-    place = {"latitude": 35.2, "longitude": 133.4, "fault_strike_deg": 30.0}
-    extra = {"pulse": True, "event_latitude": 35.3, "event_longitude": 133.3}
-    return [
-        Record("first", samples, samples, None, 0.01, station="A", event="E", **place, extra=extra),
-        Record("second", samples, samples, samples, 0.01, station="<script>", event="E"),
-    ]
-
-
-def outcome(shape: tuple[int, ...], seed: int) -> Outcome:
+def outcome(shape: tuple[int, ...], seed: int) -> dict[str, np.ndarray]:
     rng = np.random.default_rng(seed)
     values = {v.name: rng.random(shape).astype(v.dtype) for v in VARIABLES if v.dtype == "f4"}
     values |= {"overturned": rng.integers(-1, 2, shape, dtype=np.int8), "status": np.zeros(shape, np.int8)}
     return values | {"mirrored": np.zeros(shape, np.int8)}
 
 
-@pytest.fixture
-def parts(study: Study, tmp_path: Path) -> Callable[..., list[Path]]:
-    def make(pieces: int = 1) -> list[Path]:
-        grid, paths = grid_of(study), []
-        for seed, name in enumerate(NAMES):
-            full = outcome(grid.shape, seed)
-            for piece, places in enumerate(np.array_split(np.arange(grid["azimuth"].size), pieces)):
-                path = tmp_path / f"{name}-{pieces}-{piece}.nc"
-                part = grid.changed(azimuth=grid["azimuth"][places])
-                cells = {variable: values[places] for variable, values in full.items()}
-                write_part(path, part, cells, {"record_id": name, "variant": "nominal", "block_steps": places.size})
-                paths.append(path)
-        return paths
-
-    return make
+def parts(folder: Path, pieces: int = 1) -> list[Path]:
+    """Parts of the study, each record's in some pieces."""
+    grid, paths = grid_of(STUDY), []
+    for seed, name in enumerate(NAMES):
+        full = outcome(grid.shape, seed)
+        for piece, places in enumerate(np.array_split(np.arange(grid["azimuth"].size), pieces)):
+            path = folder / f"{name}-{pieces}-{piece}.nc"
+            part = grid.changed(azimuth=grid["azimuth"][places])
+            cells = {variable: values[places] for variable, values in full.items()}
+            write_part(path, part, cells, {"record_id": name, "variant": "nominal", "block_steps": places.size})
+            paths.append(path)
+    return paths
 
 
-@pytest.fixture
-def cube(
-    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
-) -> Iterator[Callable[..., xr.Dataset]]:
-    """Gathers the parts of the study, or of another one or of other records, and opens the cube."""
-    with ExitStack() as opened:
-
-        def make(of: list[Record] = records, settings: Study = study) -> xr.Dataset:
-            gather(settings, of, parts(), tmp_path / "cube.nc")
-            return opened.enter_context(open_cube(tmp_path / "cube.nc"))
-
-        yield make
+def cube(folder: Path, of: list[Record] = RECORDS, settings: Study = STUDY) -> xr.Dataset:
+    """The cube of the parts of the study, or of another one or of other records."""
+    gather(settings, of, parts(folder), folder / "cube.nc")
+    with open_cube(folder / "cube.nc") as opened:
+        return opened.load()
 
 
-def test_every_cell_is_in_its_place(cube: Callable[..., xr.Dataset], study: Study) -> None:
-    found = cube()
-    assert found.attrs["block_steps"] == 2 * grid_of(study)["azimuth"].size, "one a direction"
+def test_every_cell_is_in_its_place(tmp_path: Path) -> None:
+    found = cube(tmp_path)
+    assert found.attrs["block_steps"] == 2 * grid_of(STUDY)["azimuth"].size, "one a direction"
     for seed in range(2):
-        for name, values in outcome(grid_of(study).shape, seed).items():
+        for name, values in outcome(grid_of(STUDY).shape, seed).items():
             np.testing.assert_array_equal(found[name].isel(record=seed), values)
     assert found["fault_normal"].values.tolist()[0] == 120.0
     assert np.isnan(found["fault_normal"].values[1])
@@ -99,15 +78,13 @@ def test_every_cell_is_in_its_place(cube: Callable[..., xr.Dataset], study: Stud
     assert found["epicentre_latitude"].values.tolist()[0] == 35.3
     assert found["epicentre_longitude"].values.tolist()[0] == 133.3
     assert np.isnan([found[name].values[1] for name in found.coords if "itude" in name]).all()
-    assert study_of(found) == study
+    assert study_of(found) == STUDY
 
 
 @pytest.mark.parametrize(("scene", "period"), [("gravestone", 180.0), ("three-tier", 180.0), ("against-a-wall", 360.0)])
-def test_a_cube_says_whether_opposite_azimuths_are_one_case(
-    scene: str, period: float, study: Study, tmp_path: Path
-) -> None:
+def test_a_cube_says_whether_opposite_azimuths_are_one_case(scene: str, period: float, tmp_path: Path) -> None:
     """A wall on one side stands in the way of a fall towards 0°, or 180° under the opposite motion: two cases."""
-    of_scene = study.model_copy(update={"scene": load_scene(scene)})
+    of_scene = STUDY.model_copy(update={"scene": load_scene(scene)})
     with netCDF4.Dataset(tmp_path / "cube.nc", "w") as cube:
         describe_cube(cube, of_scene, [])
         assert cube["azimuth"].period == period
@@ -117,13 +94,11 @@ def test_a_cube_says_whether_opposite_azimuths_are_one_case(
     assert (answering == grid["azimuth"].size) == (period == 360)
 
 
-def test_what_describes_a_record_is_carried_into_the_cube(
-    cube: Callable[..., xr.Dataset], records: list[Record]
-) -> None:
+def test_what_describes_a_record_is_carried_into_the_cube(tmp_path: Path) -> None:
     numbers = {"magnitude": 7.8, "rupture_distance": 1.5, "vs30": 410.0, "pulse_period": 2.2}
     known = numbers | {"site_class": "C", "wall": "foot", "agency_processing": "gefiltert in Zürich"}
-    described = [replace(records[0], extra=records[0].extra | known), records[1]]
-    found = cube(described)
+    described = [replace(RECORDS[0], extra=RECORDS[0].extra | known), RECORDS[1]]
+    found = cube(tmp_path, described)
     processing = known.pop("agency_processing")
     for name, value in known.items():
         assert found[name].values[0] == value
@@ -137,62 +112,52 @@ def test_what_describes_a_record_is_carried_into_the_cube(
     assert processing in found.attrs["record_processing"], "as it is written, for those who look at it with ncdump"
 
 
-def test_one_earthquake_under_two_names_is_one_in_the_cube_and_said(
-    cube: Callable[..., xr.Dataset], records: list[Record]
-) -> None:
+def test_one_earthquake_under_two_names_is_one_in_the_cube_and_said(tmp_path: Path) -> None:
     names = ("Loma Prieta 10/18/1989", "Loma Prieta, CA")
     named = [
         replace(record, event=name, extra={"origin_time": f"1989-10-18T00:04:{second}Z"})
-        for record, name, second in zip(records, names, (15, 14), strict=True)
+        for record, name, second in zip(RECORDS, names, (15, 14), strict=True)
     ]
-    found = cube(named)
+    found = cube(tmp_path, named)
     assert found["event"].to_numpy().tolist() == [names[0]] * 2
     assert earthquakes_said(found) == [
         f"'{names[0]}' and '{names[1]}' are one earthquake (one origin, 1989-10-18 00:04)"
     ]
 
 
-def test_pieces_in_any_order_give_the_same_bytes(
-    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
-) -> None:
-    gather(study, records, parts(), tmp_path / "whole.nc")
-    gather(study, records, parts(3)[::-1], tmp_path / "pieces.nc")
+def test_pieces_in_any_order_give_the_same_bytes(tmp_path: Path) -> None:
+    gather(STUDY, RECORDS, parts(tmp_path), tmp_path / "whole.nc")
+    gather(STUDY, RECORDS, parts(tmp_path, 3)[::-1], tmp_path / "pieces.nc")
     assert (tmp_path / "whole.nc").read_bytes() == (tmp_path / "pieces.nc").read_bytes()
 
 
-def test_missing_cells_stop_the_gathering_and_leave_no_cube(
-    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
-) -> None:
+def test_missing_cells_stop_the_gathering_and_leave_no_cube(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match="no part holds all cells of second"):
-        gather(study, records, parts(2)[:-1], tmp_path / "cube.nc")
+        gather(STUDY, RECORDS, parts(tmp_path, 2)[:-1], tmp_path / "cube.nc")
     assert not [path for path in tmp_path.iterdir() if "cube" in path.name]
 
 
-def test_part_of_another_study_is_refused(
-    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
-) -> None:
-    other = study.model_copy(update={"friction": (0.5, 0.9)})
+def test_part_of_another_study_is_refused(tmp_path: Path) -> None:
+    other = STUDY.model_copy(update={"friction": (0.5, 0.9)})
     with pytest.raises(ResultError, match="its friction values are not those of the study"):
-        gather(other, records, parts(), tmp_path / "cube.nc")
+        gather(other, RECORDS, parts(tmp_path), tmp_path / "cube.nc")
     with pytest.raises(ResultError, match="which are not in this study"):
-        gather(study, records[:1], parts(), tmp_path / "cube.nc")
+        gather(STUDY, RECORDS[:1], parts(tmp_path), tmp_path / "cube.nc")
     broken = tmp_path / "broken.nc"
     broken.write_bytes(b"CDF nothing")
     with pytest.raises(ResultError, match=r"broken\.nc: damaged"):
-        gather(study, records, [broken], tmp_path / "cube.nc")
+        gather(STUDY, RECORDS, [broken], tmp_path / "cube.nc")
 
 
-def test_missing_outcomes_are_missing_and_never_a_flag(
-    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
-) -> None:
-    paths = parts()
-    grid = grid_of(study)
+def test_missing_outcomes_are_missing_and_never_a_flag(tmp_path: Path) -> None:
+    paths = parts(tmp_path)
+    grid = grid_of(STUDY)
     cells = outcome(grid.shape, 0)
     cells["overturned"][2, 0, 1, 1] = INT8_MISSING
     cells["overturning_time"][2, 0, 1, 1] = FLOAT32_MISSING
     cells["status"][2, 0, 1, 1] = Status.UNDECIDED
     write_part(paths[0], grid, cells, {"record_id": "first", "variant": "nominal", "block_steps": 5})
-    gather(study, records, paths, tmp_path / "cube.nc")
+    gather(STUDY, RECORDS, paths, tmp_path / "cube.nc")
     with open_cube(tmp_path / "cube.nc") as cube:
         assert int(cube["overturned"].isnull().sum()) == 1
         assert np.isnan(cube["overturned"][0, 2, 0, 1, 1])
@@ -200,18 +165,16 @@ def test_missing_outcomes_are_missing_and_never_a_flag(
         assert cube["status"][0, 2, 0, 1, 1] == Status.UNDECIDED
 
 
-def test_flags_of_records_say_what_their_values_mean(cube: Callable[..., xr.Dataset]) -> None:
-    found = cube()
+def test_flags_of_records_say_what_their_values_mean(tmp_path: Path) -> None:
+    found = cube(tmp_path)
     for name, meanings in (("pulse", "no_pulse pulse"), ("vertical", "horizontal_only with_vertical")):
         assert found[name].attrs["flag_values"].tolist() == [0, 1]
         assert found[name].attrs["flag_meanings"] == meanings
 
 
-def test_cube_passes_the_checker_of_the_convention_it_claims(
-    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
-) -> None:
+def test_cube_passes_the_checker_of_the_convention_it_claims(tmp_path: Path) -> None:
     path = tmp_path / "cube.nc"
-    gather(study, records, parts(), path)
+    gather(STUDY, RECORDS, parts(tmp_path), path)
     program = Path(sys.executable).with_name("compliance-checker")
     done = subprocess.run(
         [program, "--test", "cf:1.11", "--criteria", "strict", str(path)], capture_output=True, text=True, check=False
@@ -224,19 +187,17 @@ def test_cube_passes_the_checker_of_the_convention_it_claims(
     assert "Errors" not in done.stdout
 
 
-def test_opening_something_else_is_refused(tmp_path: Path, study: Study) -> None:
+def test_opening_something_else_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match="a folder; name the cube in it"):
         open_cube(tmp_path)
     with pytest.raises(ResultError, match="no such cube"):
         open_cube(tmp_path / "none.nc")
-    write_part(tmp_path / "part.nc", grid_of(study), outcome(grid_of(study).shape, 0), {"record_id": "a"})
+    write_part(tmp_path / "part.nc", grid_of(STUDY), outcome(grid_of(STUDY).shape, 0), {"record_id": "a"})
     with pytest.raises(ResultError, match="not a cube"):
         open_cube(tmp_path / "part.nc")
 
 
-def test_paths_of_this_machine_stay_out_of_the_cube(
-    cube: Callable[..., xr.Dataset], study: Study, tmp_path: Path
-) -> None:
-    folder = study.records.model_copy(update={"folder": str(tmp_path / "mine")})
-    found = cube(settings=study.model_copy(update={"records": folder}))
+def test_paths_of_this_machine_stay_out_of_the_cube(tmp_path: Path) -> None:
+    folder = STUDY.records.model_copy(update={"folder": str(tmp_path / "mine")})
+    found = cube(tmp_path, settings=STUDY.model_copy(update={"records": folder}))
     assert str(tmp_path) not in repr(dict(found.attrs))

@@ -9,7 +9,6 @@ import psutil
 import pytest
 
 from overturning import plot
-from overturning.cli import main
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ConfigError, ResultError
 from overturning.figures.explore import explorer_data
@@ -30,7 +29,8 @@ from overturning.study.load import check_study
 from overturning.study.recheck import recheck
 from overturning.study.scenes import scene_of
 from overturning.study.schema import Study
-from tests.study.small_study import cube_of
+from tests.expect import said
+from tests.study.small_study import cube_of, pulse
 
 ROOT = Path(__file__).parents[2]
 AXES = "radius: slenderness B/H", "largest B/H that falls, by azimuth of the motion"
@@ -46,12 +46,7 @@ def _study(**keys: Any) -> Study:
 
 
 def _record() -> Record:
-    time = np.arange(0, 5, 0.01)
-    pulse = np.where(time < 1.6, 9.0 * np.sin(2 * np.pi * time / 0.8), 0.0)
-    return Record(
-        north=np.round(pulse, 9), east=np.round(0.2 * pulse, 9), up=None, sampling_interval=0.01, record_id="pulse",
-        station="S", event="E", source="made", licence="none", sha256="0" * 64,
-    )  # fmt: skip
+    return pulse("pulse", 9.0, 0.2, begin=0.0, cycles=2)
 
 
 def test_sizes_are_the_scenes_own_where_none_is_given() -> None:
@@ -84,7 +79,7 @@ def test_a_study_without_a_scene_has_the_shipped_gravestone_with_its_own_contact
         scene_of(study, "hard")
 
 
-def test_a_cube_with_elements(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_cube_with_elements(tmp_path: Path) -> None:
     study = _study(
         variants={"monolith": {"scene": "monolith"}, "alone": {"scene": "shaft-alone"}},
         azimuth={"start": 0, "stop": 360, "step": 60}, b_over_h=[0.2, 0.25], friction=[0.5, 0.9],
@@ -142,9 +137,8 @@ def test_a_cube_with_elements(tmp_path: Path, capsys: pytest.CaptureFixture[str]
             "variant monolith (H and B/H are those of the study's shaft; the monolith has 1.85 times that height and "
             "a B/H of 0.463 whatever the shaft has)"
         )
-        with pytest.raises(SystemExit):
-            main(["cube", "export", str(paths["monolith"]), str(tmp_path / "cases.csv")])
-        assert f"cases.csv: 24 cases, {variant_said(monolith)[0]}\n" in capsys.readouterr().out
+        exported = said("cube", "export", paths["monolith"], tmp_path / "cases.csv")
+        assert f"cases.csv: 24 cases, {variant_said(monolith)[0]}\n" in exported
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
     results = Results(study, cubes["nominal"], cubes, cubes["nominal"], tmp_path, tmp_path, [], None, ())
     shown = scene_section(results)

@@ -168,32 +168,22 @@ def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     return hodograph_figure(Motion.of(read_motion(_motion(one))), float(one["fault_normal"]), _place(one))
 
 
-def _history_of(cube: "xr.Dataset", record: str | None = None) -> "Figure":
-    """Time histories and spectra of a record before and after its processing."""
-    from overturning.figures.history import history_figure
-    from overturning.records.store import read_motion, read_unprocessed
-
-    path = _motion(_one(cube, record))
-    used = read_motion(path)
-    return history_figure(read_unprocessed(path) or used, used)
-
-
-KINDS["history"] = _styled(_history_of)
-
-
-@_styled
+@_of_a_cube
 def history(motion: "Recorded | xr.Dataset", record: str | None = None) -> "Figure":
     """Time histories and spectra of a motion or record as it is, or of a cube's before and after its processing."""
     import xarray as xr
 
-    if isinstance(motion, xr.Dataset):
-        return _history_of(motion, record)
-    if record is not None:
-        raise ArgumentError(f"record: {record!r}; a motion or record is one by itself: leave it out")
     from overturning.figures.history import history_figure
     from overturning.motion.motion import as_motion
     from overturning.records.record import Record, as_record
+    from overturning.records.store import read_motion, read_unprocessed
 
+    if isinstance(motion, xr.Dataset):
+        path = _motion(_one(motion, record))
+        used = read_motion(path)
+        return history_figure(read_unprocessed(path) or used, used)
+    if record is not None:
+        raise ArgumentError(f"record: {record!r}; a motion or record is one by itself: leave it out")
     one = as_record(motion if isinstance(motion, Record) else as_motion(motion))
     return history_figure(one, one)
 

@@ -261,37 +261,33 @@ def test_blocks_that_cannot_slide_stand_beside_the_exact_rigid_block(tmp_path: P
     assert (hopping.cases, hopping.unanswered) == (15, 15)
 
 
-def test_what_may_slide_or_is_no_rectangle_has_no_exact_rigid_block(row_of_two: dict[str, object]) -> None:
+ROW = {
+    "name": "row",
+    "elements": [
+        {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]},
+        {"name": "slender", "width": 0.1, "height": 0.4, "at": [-0.6, 0]},
+        {"name": "squat", "width": 0.3, "height": 0.2, "at": [0.6, 0]},
+    ],
+}
+
+
+def row_of_two(**keys: object) -> Study:
+    """A study of a slender and a squat stone beside each other: two free elements."""
+    return check_study({"name": "row", "records": {"use": ["a"]}, "scene": ROW, "friction": [0.7], **keys}, "row")
+
+
+def test_what_may_slide_or_is_no_rectangle_has_no_exact_rigid_block() -> None:
     """Without such a cell no cube is read."""
-    nowhere, base = Path("nowhere.nc"), {"name": "row", "records": {"use": ["a"]}, "friction": [1.0]}
+    nowhere = Path("nowhere.nc")
     assert read_rigid(nowhere, study(friction=[0.33, 0.99])) is None
     assert read_rigid(nowhere, study(friction=[1.0], b_over_h=[1.0, 1.5])) is None
-    assert read_rigid(nowhere, check_study(base | {"scene": row_of_two}, "row")) is None
-    body = {"body": {}, "height": [0.6], "b_over_h": [0.2], "orientation": {"step": 30}}
-    assert read_rigid(nowhere, check_study(base | body, "row")) is None
+    assert read_rigid(nowhere, row_of_two(friction=[1.0])) is None
+    body = {"body": {}, "azimuth": {}, "orientation": {"step": 30}}
+    assert read_rigid(nowhere, study(friction=[1.0], b_over_h=[0.2], **body)) is None
 
 
-@pytest.fixture(scope="module")
-def row_of_two() -> dict[str, object]:
-    """A slender and a squat stone beside each other: two free elements."""
-    return {
-        "name": "row",
-        "elements": [
-            {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]},
-            {"name": "slender", "width": 0.1, "height": 0.4, "at": [-0.6, 0]},
-            {"name": "squat", "width": 0.3, "height": 0.2, "at": [0.6, 0]},
-        ],
-    }
-
-
-def test_convergence_of_scenes_is_checked_element_by_element(row_of_two: dict[str, object], tmp_path: Path) -> None:
-    settings = check_study(
-        {
-            "name": "row", "records": {"use": ["a"]}, "azimuth": {"step": 60}, "scene": row_of_two, "friction": [0.7],
-            "verification": {"at_least": 4, "cost": 20},
-        },
-        "row",
-    )  # fmt: skip
+def test_convergence_of_scenes_is_checked_element_by_element(tmp_path: Path) -> None:
+    settings = row_of_two(azimuth={"step": 60}, verification={"at_least": 4, "cost": 20})
     done = swept(settings, [short(7)], tmp_path)
     found = check_convergence(settings, done.records, done.sample)
     assert [one.element for one in found.finer.outcomes] == ["slender", "squat"]
@@ -312,10 +308,8 @@ def test_convergence_of_scenes_is_checked_element_by_element(row_of_two: dict[st
     ]  # fmt: skip
 
 
-def test_scene_repetitions_are_finer_and_stiffer(row_of_two: dict[str, object]) -> None:
-    settings = check_study(
-        {"name": "row", "records": {"use": ["a"]}, "scene": row_of_two, "simulation": {"time_step": "auto"}}, "row"
-    )
+def test_scene_repetitions_are_finer_and_stiffer() -> None:
+    settings = row_of_two()
     motion, cases = Motion.of(short(7)), Cases([0.0, 60.0], 0.4, 0.25, 0.7)
     own = run(settings.scene, motion, cases)
     steps = {
@@ -347,17 +341,11 @@ def test_the_gravestone_scene_is_checked_with_the_fast_kernel() -> None:
         np.testing.assert_array_equal(found.block_steps, expected.block_steps)
 
 
-def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
-    row_of_two: dict[str, object], tmp_path: Path
-) -> None:
-    data = {
-        "name": "row", "records": {"use": ["a"]}, "azimuth": {"step": 30}, "scene": row_of_two, "friction": [0.4, 0.7],
-        "verification": {"cost": 4},
-    }  # fmt: skip
-    settings = check_study(data, "row")
+def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(tmp_path: Path) -> None:
+    settings = row_of_two(azimuth={"step": 30}, friction=[0.4, 0.7], verification={"cost": 4})
     cube = cube_of(settings, [short(7)], tmp_path)
     output = tmp_path / "convergence.json"
-    workflow.check_convergence(json.dumps(data), tmp_path / "motion", cube, output)
+    workflow.check_convergence(settings.model_dump_json(), tmp_path / "motion", cube, output)
     found = Convergence.read(output)
     assert 6 <= found.chosen < found.wanted == 24, "none of the scene's azimuths is mirrored"
     spent = sum(part.block_steps for part in (found.finer, found.stiffer, found.settling))

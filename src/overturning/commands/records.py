@@ -14,17 +14,14 @@ if TYPE_CHECKING:
     from overturning.records.catalogue import RecordEntry
     from overturning.records.record import Record
 
+Paths = Annotated[list[Path], typer.Argument(help="files, or folders; of one file the others of its record are found")]
+
 app = typer.Typer(no_args_is_help=True, help="Check record files, or fetch them.")
 
 
 @app.command()
 @grouped
-def check(
-    paths: Annotated[
-        list[Path], typer.Argument(help="files, or folders; of one file the others of its record are found")
-    ],
-    given: Declared,
-) -> None:
+def check(paths: Paths, given: Declared) -> None:
     """Read files of any known format and print what was found, or why they are refused.
 
     Folders are read with the folders in them. Exit status 1 if anything was refused.
@@ -58,9 +55,7 @@ def _echo_left_out(record: "Record") -> None:
 @app.command()
 @grouped
 def plot(
-    paths: Annotated[
-        list[Path], typer.Argument(help="files, or folders; of one file the others of its record are found")
-    ],
+    paths: Paths,
     given: Declared,
     output: Annotated[
         Path,

@@ -25,6 +25,15 @@ def study_of(tmp_path: Path, *rows: str, **more: Any) -> Any:
     return check_study({"name": "mine", "records": records} | more, "mine.yaml")
 
 
+def mine(record: str, **more: Any) -> Any:
+    return check_study({"name": "mine", "records": {"use": [record]}} | more, "mine.yaml")
+
+
+def told(study: Any) -> tuple[str, ...]:
+    """What is said of the records of a study."""
+    return check_records(study, check_files(study, "mine.yaml")[0])
+
+
 def test_all_missing_files_are_named(tmp_path: Path) -> None:
     with pytest.raises(MissingDataError) as found:
         check_files(study_of(tmp_path, *(f"r{n}\tauto\tr{n}.V2A" for n in range(9))), "mine.yaml")
@@ -58,8 +67,8 @@ def test_what_was_left_out_of_a_file_is_said(tmp_path: Path) -> None:
     waves = 50 * np.sin(np.arange(500) / 9)
     (tmp_path / "x.asa").write_text(unam_text({"N00E": waves, "N90E": waves, "V": waves}), encoding="utf-8")
     study = study_of(tmp_path, "one\tauto\tx.asa", b_over_h=[0.02, 0.1])
-    (said,) = check_records(study, check_files(study, "mine.yaml")[0])
-    assert said.startswith("record one: vertical axis 'V' left out: x.asa does not say whether up or down")
+    (note,) = told(study)
+    assert note.startswith("record one: vertical axis 'V' left out: x.asa does not say whether up or down")
 
 
 @pytest.mark.parametrize(("gal", "weak"), [(90.0, True), (105.0, False)])
@@ -67,10 +76,9 @@ def test_a_record_too_weak_to_move_any_stone_is_said_to_be(tmp_path: Path, gal: 
     """West: a rigid block of B/H = 0.1 rocks from 98 Gal on, along the motion."""
     row = f"slight\tsynthetic\tsine amplitude_gal={gal:g} period_s=1 azimuth_deg=40"
     study = study_of(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5])
-    said = check_records(study, check_files(study, "mine.yaml")[0])
-    assert said == (("record slight: too weak to move any stone of the study",) if weak else ())
+    assert told(study) == (("record slight: too weak to move any stone of the study",) if weak else ())
     twice = study_of(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], amplitude=[1, 2])
-    assert check_records(twice, check_files(twice, "mine.yaml")[0]) == ()
+    assert told(twice) == ()
 
 
 def test_nothing_is_said_of_the_strength_of_a_record_that_soil_may_amplify(tmp_path: Path) -> None:
@@ -79,19 +87,15 @@ def test_nothing_is_said_of_the_strength_of_a_record_that_soil_may_amplify(tmp_p
     layer = {"thickness_m": 20, "velocity_m_s": 150, "density_kg_m3": 1800}
     site = {"layers": [layer], "rock": {"velocity_m_s": 760}}
     for more in ({"site": site}, {"variants": {"soil": {"site": site}}}):
-        study = study_of(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], **more)
-        assert check_records(study, check_files(study, "mine.yaml")[0]) == ()
+        assert told(study_of(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], **more)) == ()
 
 
 def test_a_study_too_large_is_refused_with_what_it_would_take() -> None:
     fine = {"start": 0.001, "stop": 10, "step": 0.001}
-    study = check_study(
-        {"name": "mine", "records": {"use": ["rinaldi"]}, "b_over_h": fine, "friction": fine}, "mine.yaml"
-    )
     with pytest.raises(
         ConfigError, match=r"mine\.yaml: 1 record × 7,200,000,000 cases = .* of processor time, .* of memory"
     ):
-        check_size(study, "mine.yaml")
+        check_size(mine("rinaldi", b_over_h=fine, friction=fine), "mine.yaml")
 
 
 @pytest.mark.parametrize(
@@ -105,26 +109,22 @@ def test_a_study_too_large_is_refused_with_what_it_would_take() -> None:
     ],
 )
 def test_cases_that_no_run_would_compute_are_refused_before_it(keys: dict[str, Any], message: str) -> None:
-    study = check_study({"name": "mine", "records": {"use": ["wtmc"]}} | keys, "mine.yaml")
     with pytest.raises(ConfigError, match=re.escape(message)):
-        check_records(study, check_files(study, "mine.yaml")[0])
+        told(mine("wtmc", **keys))
 
 
 def test_what_a_run_is_said_to_take_is_about_what_was_measured() -> None:
     measured = pd.read_csv(ROOT / "verification/results/x86-64-2-cores.csv").set_index("quantity")["value"]
     processor_s = float(measured["default study, whole run: processor time"])
     assert 0.5 < size_of(load_study(ROOT / "config/near-fault.yaml")).processor_s / processor_s < 2
-    small = size_of(check_study({"name": "mine", "records": {"use": ["wtmc"]}}, "mine.yaml"))
+    small = size_of(mine("wtmc"))
     assert 10 < small.processor_s < 100, "most of it is no case"
     assert 1e6 < small.disk_bytes < 5e6, "the report alone is half a megabyte"
 
 
 def test_the_memory_of_an_ensemble_holds_the_answers_of_its_members() -> None:
     """A flag of one byte and an azimuth of eight for each member of each case of the largest job."""
-    study = {"name": "mine", "records": {"use": ["rinaldi"]}}
-    without, with_members = (
-        size_of(check_study(study | {"ensemble": {"members": members}}, "mine.yaml"), chunks=4) for members in (0, 24)
-    )
+    without, with_members = (size_of(mine("rinaldi", ensemble={"members": n}), chunks=4) for n in (0, 24))
     assert with_members.memory_bytes - without.memory_bytes >= 9 * 24 * with_members.cases / 4
 
 

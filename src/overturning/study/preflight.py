@@ -93,10 +93,11 @@ def on_one_page(study: Study) -> bool:
     return len(study.records.use) * study.cases * len(model_for(study).elements) <= MOST_CELLS
 
 
-def check_size(study: Study, where: str, results: Path = Path("results"), chunks: int = 1) -> Size:
+def check_size(study: Study, where: str, chunks: int = 1) -> Size:
     """The size of a study; a `ConfigError` where this machine has neither the memory nor the disk for it."""
     size = size_of(study, chunks)
-    memory, disk = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"), shutil.disk_usage(_there(results)).free
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    disk = shutil.disk_usage(_there(Path("results"))).free
     if size.memory_bytes > memory or size.disk_bytes > disk:
         raise ConfigError(
             f"{where}: {size}. This machine has {_bytes(memory)} of memory and {_bytes(disk)} of free disk: take "

@@ -1,7 +1,6 @@
 """What a scene is made of: elements, materials and contact laws, as the files in config/scenes/ give them."""
 
 from dataclasses import fields
-from functools import cached_property
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -156,7 +155,7 @@ class Element(Keys):
             points = np.column_stack([c * points[:, 0] + s * points[:, 1], c * points[:, 1] - s * points[:, 0]])
         return points
 
-    @cached_property
+    @property
     def shape(self) -> Polygon:
         """The polygon of these."""
         return polygon(self.name, self.points)

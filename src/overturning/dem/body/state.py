@@ -16,8 +16,8 @@ from overturning.dem.kernel.ending import Course, Rest
 from overturning.dem.kernel.ground import Line
 from overturning.dem.kernel.lanes import INLINE, Rows
 
-COLUMNS: Final = 48
-"""Bodies side by side."""
+COLUMNS: Final = 16
+"""Bodies side by side: their rows fit into the nearest cache of a processor, 48 KB, those of more do not."""
 
 TICKS: Final = BODY.whole
 """Ticks of a whole step."""

@@ -270,7 +270,8 @@ def correct(
     moment = cross(r, force)
     found = Largest(
         changed, 1.0 if wrong & (not fine) else 0.0, 1.0 if backwards & (not fine) else 0.0,
-        1.0 if carries & (not slips) else 0.0, 1.0 if back & (not fine) else 0.0, 0.0 if n > 0.0 else 1.0, depth,
+        1.0 if carries & (not slips) else 0.0, 1.0 if back & (not fine) else 0.0, 0.0 if n > 0.0 else 1.0,
+        1.0 if carries & slips else 0.0, depth,
     )  # fmt: skip
     x, y = (u.x if round_ else (w.place.x + r.x) + half * e.x), (u.y if round_ else (w.place.y + r.y) + half * e.y)
     return (
@@ -289,10 +290,14 @@ def turns_fast(s: State, w: Predicted, t: Largest) -> bool:
 
 
 @njit(**INLINE)
-def found_of(t: Largest, weight: float, fast: bool) -> Found:
-    """What an attempt at a step has found, for the clock; a rim that runs round too fast asks for a shorter step."""
-    slides = (t.holds == 0.0) & (weight > 0.0)
-    return Found(t.changed > 0.0, fast, False, t.wrong > 0.0, t.reversed > 0.0, t.back > 0.0, slides, False)
+def found_of(t: Largest, weight: float, fast: bool, length: float) -> Found:
+    """What an attempt at a step of some ticks has found, for the clock.
+
+    A rim that runs round too fast asks for a shorter step, and a point that slides for one no longer than a whole one.
+    """
+    slides, slips = (t.holds == 0.0) & (weight > 0.0), t.slips > 0.0
+    stands, fast = (t.off == 0.0) & (not slips), fast | (slips & (length > BODY.whole))
+    return Found(t.changed > 0.0, fast, False, t.wrong > 0.0, t.reversed > 0.0, t.back > 0.0, slides, stands)
 
 
 class Kept(NamedTuple):

@@ -21,7 +21,6 @@ from overturning.dem.body.centred import (
 from overturning.dem.body.lying import lie_all, lies, waits
 from overturning.dem.body.state import (
     ROWS,
-    TICKS,
     VERTEX,
     Account,
     Body,
@@ -152,8 +151,9 @@ def commit_all(state: Any, columns: int, ticks: float, round_: Any) -> None:
         body, s, attempt, t = load_body(state, j), load_state(state, j), load_attempt(state, j), load_sum(state, j)
         most = load_largest(state, j)
         fast = turns_fast(s, load_predicted(state, j), most) if round_ else False
+        found = found_of(most, t.force.z, fast, attempt.length)
         again, sooner, following = next_attempt(
-            BODY, load_clock(state, j), attempt, found_of(most, t.force.z, fast), s.tick + attempt.length, ticks
+            BODY, load_clock(state, j), attempt, found, s.tick + attempt.length, ticks
         )
         kept = Kept(s, load_peaks(state, j), load_account(state, j))
         w, d = load_predicted(state, j), load_change(state, j)
@@ -176,7 +176,7 @@ def remember_all(state: Any, one: Any, columns: int) -> None:
 
 @cache
 def loops(round_: bool) -> Any:
-    """The steps of a sample, for bodies with vertices or with a rim; the type of `kind` is for the compiled name."""
+    """So many steps, for bodies with vertices or with a rim; the type of `kind` is for the compiled name."""
 
     @njit(**INNER)
     def advance(
@@ -187,10 +187,11 @@ def loops(round_: bool) -> Any:
         base: int,
         columns: int,
         steps: int,
+        ticks: float,
     ) -> None:
         half = count // 2 * OF_A_VERTEX
         for _ in range(steps):
-            predict_all(state, columns, TICKS * steps)
+            predict_all(state, columns, ticks)
             lie_all(state, vertices, half, base, columns, round_)
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
@@ -204,7 +205,7 @@ def loops(round_: bool) -> Any:
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
                 correct_all(state, one, other, columns, round_)
-            commit_all(state, columns, TICKS * steps, round_)
+            commit_all(state, columns, ticks, round_)
             for point in range(0, 2 * half, OF_A_VERTEX):
                 remember_all(state, vertices[point : point + OF_A_VERTEX], columns)
 

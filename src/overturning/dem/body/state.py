@@ -254,7 +254,9 @@ class Largest(NamedTuple):
     back: float
     """or slides where friction held it the other way before,"""
     off: float
-    """or is in the air;"""
+    """or is in the air,"""
+    slips: float
+    """or slides at all;"""
     depth: float
 
 

@@ -90,8 +90,8 @@ def predict_vertices(state: Any, one: Any, other: Any, columns: int) -> None:
         p, q, lying = load_vertex(one, j), load_vertex(other, j), load_lying(state, j)
         a, b = apply(f, p.own), apply(f, q.own)
         left, right = load_memory(one, j), load_memory(other, j)
-        store_point(one, j, predict_point(body, w, f, a, left, fine, False, waits(body, lying, p, a.z, left)))
-        store_point(other, j, predict_point(body, w, f, b, right, fine, False, waits(body, lying, q, b.z, right)))
+        store_point(one, j, predict_point(body, w, a, left, fine, False, waits(body, lying, p, a.z, left)))
+        store_point(other, j, predict_point(body, w, b, right, fine, False, waits(body, lying, q, b.z, right)))
 
 
 @njit(**INNER)
@@ -106,8 +106,8 @@ def predict_rim(state: Any, one: Any, other: Any, columns: int, ahead: float, as
             (aside != 0.0) & (not lies(load_lying(state, j))),
         )
         a, b = rim_point(body, f, ahead, aside), rim_point(body, f, -ahead, -aside)
-        store_point(one, j, predict_point(body, w, f, a, left, fine, True, between & (left.depth <= 0.0)))
-        store_point(other, j, predict_point(body, w, f, b, right, fine, True, between & (right.depth <= 0.0)))
+        store_point(one, j, predict_point(body, w, a, left, fine, True, between & (left.depth <= 0.0)))
+        store_point(other, j, predict_point(body, w, b, right, fine, True, between & (right.depth <= 0.0)))
 
 
 @njit(**INNER)
@@ -115,9 +115,7 @@ def contribute_all(state: Any, one: Any, other: Any, columns: int) -> None:
     """Their parts in the equations."""
     for j in range(columns):
         body, half = load_body(state, j), load_predicted(state, j).half
-        fine = is_fine(load_clock(state, j), load_attempt(state, j))
-        a = contribution(body, half, load_point(one, j), load_memory(one, j), fine)
-        b = contribution(body, half, load_point(other, j), load_memory(other, j), fine)
+        a, b = contribution(body, half, load_point(one, j)), contribution(body, half, load_point(other, j))
         store_equations(state, j, add_equations(load_equations(state, j), add_equations(a, b)))
 
 
@@ -126,7 +124,8 @@ def solve_all(state: Any, columns: int) -> None:
     """The equations of all bodies."""
     for j in range(columns):
         store_change(state, j, solve(
-            load_body(state, j), load_state(state, j), load_predicted(state, j), load_equations(state, j)
+            load_body(state, j), load_state(state, j), load_predicted(state, j), load_frame(state, j),
+            load_equations(state, j),
         ))  # fmt: skip
 
 

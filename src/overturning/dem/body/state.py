@@ -172,8 +172,10 @@ class PredictedPoint(NamedTuple):
     slides: float
     """and to slide,"""
     dx: float
-    """friction pointing this way."""
+    """friction pointing this way"""
     dy: float
+    part: float
+    """and being this part of the force that would hold it, from 0 to 1;"""
     waits: float
     """1 where it does not carry before the ends of the base rest."""
 
@@ -197,6 +199,8 @@ class Predicted(NamedTuple):
     """velocity at its end,"""
     spin: Vector
     """angular velocity there;"""
+    mobility: Symmetric
+    """m/I in space;"""
     shaking: Vector
     """−a along x and y, and a_up, m/s²;"""
     half: float
@@ -208,8 +212,8 @@ class Equations(NamedTuple):
 
     force: Vector
     moment: Vector
-    a: Matrix
-    """Force by velocity,"""
+    a: Symmetric
+    """Force by velocity, as the upper half of a matrix whose z-row is 0 before its last element,"""
     b: Matrix
     """force by angular velocity,"""
     c: Matrix

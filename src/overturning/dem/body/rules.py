@@ -28,6 +28,7 @@ from overturning.dem.body.state import (
     TICKS,
     VERTEX,
     Body,
+    Loaded,
     Memory,
     Peaks,
     Point,
@@ -51,7 +52,7 @@ from overturning.dem.body.vectors import (
     transposed,
 )
 from overturning.dem.kernel.clock import Attempt, Clock
-from overturning.dem.kernel.ending import Course, Rest, begin_sample, surely_goes_on
+from overturning.dem.kernel.ending import STILL, Course, Rest, begin_sample, surely_goes_on
 from overturning.dem.kernel.ground import Ground, cannot_move, is_looked_at, piece, samples_at_rest
 from overturning.dem.kernel.lanes import INNER, aligned
 from overturning.dem.kernel.queue import Job, by_type, implement, with_room
@@ -140,7 +141,8 @@ store_vertex, store_memory = VERTEX.access(Vertex).store, VERTEX.access(Point, "
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
 TICK, LAST_UPRIGHT = ROWS.row(State, "tick"), ROWS.row(Peaks, "last_upright")
-LENGTH, BEARS = ROWS.row(Attempt, "length"), ROWS.row(Rest, "bears")
+LENGTH, LOADED = ROWS.row(Attempt, "length"), ROWS.row(Loaded, "sample")
+BEARS, FOUND = ROWS.row(Rest, "bears"), ROWS.row(Rest, "found")
 SAMPLE, UPRIGHT_UNTIL = ROWS.row(Course, "sample"), ROWS.row(Course, "upright_until")
 
 
@@ -234,6 +236,9 @@ def next_sample(state: Any, columns: int, row: Any, cases: Any, ground: Any, job
     last = up.shape[0] - 3
     for j in range(columns):
         course = load_course(state, j)
+        if state[LOADED + j] == course.sample + 1.0:
+            continue
+        state[LOADED + j] = course.sample + 1.0
         i = min(int(course.sample), last)
         # A base that accelerates one way pushes the body the other way.
         push_x = piece(along[row[cases[j]], 0], i, -course.amplitude, scale)
@@ -274,16 +279,33 @@ def mark_due(state: Any, active: int, due: Any, ticks: float, end: float) -> int
     return int(count)
 
 
+@njit(**INNER)
+def find_slow(state: Any, active: int) -> int:
+    """Mark and count lanes that may be at rest: a quick test, for all lanes at once, that none of these fails."""
+    number = 0
+    for j in range(active):
+        s, length, least = load_state(state, j), state[LENGTH + j], STILL * state[BEARS + j] * GRAVITY
+        v, a, most = s.velocity, s.acceleration, 1.001 * least
+        still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most)
+        slow = 2.0 * abs(v.z) < most * (load_body(state, j).step * length)
+        may = (length >= TICKS) & still & slow
+        state[FOUND + j] = 1.0 if may else 0.0
+        number += 1 if may else 0
+    return number
+
+
 def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> None:
     """Leave out samples of lanes at rest."""
     job, state, ground, row, base = rules.job, work.state, rules.ground, rules.row, rules.base
     count = rules.points.shape[1]
+    if find_slow(state, active) == 0:
+        return
     for j in range(active):
         course, over, bears = load_course(state, j), state[TICK + j] * (1.0 / job.ticks), state[BEARS + j]
         now = course.sample + over
-        long = state[LENGTH + j] >= TICKS and is_looked_at(now)
         # The shaking first, then the body, which takes longer to look at.
-        quiet = long and cannot_move(ground, row[cases[j]], now, course.amplitude, bears)
+        quiet = state[FOUND + j] > 0.0 and is_looked_at(now)
+        quiet = quiet and cannot_move(ground, row[cases[j]], now, course.amplitude, bears)
         if quiet and rests(state, work.vertices, count, base, j, bears):
             samples = samples_at_rest(ground, row[cases[j]], now, course.amplitude, bears)
             state[SAMPLE + j] += samples

@@ -144,6 +144,12 @@ class Shaking(NamedTuple):
     """a_up, which adds to gravity."""
 
 
+class Loaded(NamedTuple):
+    """Which shaking is in the lane: that of a sample counted from 1, 0 where none is."""
+
+    sample: float
+
+
 class Stance(NamedTuple):
     """What a case is judged by beside its `Course`."""
 
@@ -265,7 +271,7 @@ class Largest(NamedTuple):
 
 
 ROWS: Final = Rows(
-    COLUMNS, Body, Clock, State, Matrix, Lying, Peaks, Account, Shaking, Course, Stance, Attempt, Rejected, Predicted,
+    COLUMNS, Body, Clock, State, Matrix, Lying, Peaks, Account, Shaking, Loaded, Course, Stance, Attempt, Rejected, Predicted,
     Equations, Change, Sum, Largest, Rest,
 )  # fmt: skip
 VERTEX: Final = Rows(COLUMNS, Vertex, Point, PredictedPoint)

@@ -271,8 +271,8 @@ class Largest(NamedTuple):
 
 
 ROWS: Final = Rows(
-    COLUMNS, Body, Clock, State, Matrix, Lying, Peaks, Account, Shaking, Loaded, Course, Stance, Attempt, Rejected, Predicted,
-    Equations, Change, Sum, Largest, Rest,
+    COLUMNS, Body, Clock, State, Matrix, Lying, Peaks, Account, Shaking, Loaded, Course, Stance, Attempt, Rejected,
+    Predicted, Equations, Change, Sum, Largest, Rest,
 )  # fmt: skip
 VERTEX: Final = Rows(COLUMNS, Vertex, Point, PredictedPoint)
 

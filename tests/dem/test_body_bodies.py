@@ -275,6 +275,18 @@ def test_faces_of_a_prism_of_vertices_are_counted_from_the_one_that_looks_along_
         np.testing.assert_allclose(body.faces, own.faces, atol=1e-9)
 
 
+@pytest.mark.parametrize("decimals", [4, 5, 6, 7, 16])
+def test_a_side_whose_vertices_are_rounded_counts_as_one(decimals: int) -> None:
+    """An obelisk of a mesh file has four sides to fall onto, whose azimuths follow from its outline."""
+    for turn in np.linspace(0.05, 1.5, 12):
+        angle = turn + 0.5 * np.pi * np.arange(4)  # of the sides, anticlockwise from x
+        ring = np.column_stack([np.cos(angle + 0.25 * np.pi), np.sin(angle + 0.25 * np.pi)])
+        levels = [np.column_stack([r * ring, np.full(4, z)]) for r, z in ((0.15, 0.0), (0.1, 0.8))]
+        faces = Polyhedron(np.round(np.concatenate(levels), decimals)).own.faces
+        clockwise = np.sort(-angle % (2.0 * np.pi))
+        np.testing.assert_allclose(np.arctan2(-faces[:, 1], faces[:, 0]) % (2.0 * np.pi), clockwise, atol=2e-3)
+
+
 def test_a_start_turns_with_the_body_at_orientations_at_which_it_looks_the_same() -> None:
     """It begins leaning towards its first side, over that edge, at its tipping angle and on the way down."""
     alpha, radius = np.arctan(0.4), 0.3 / np.cos(np.arctan(0.4))

@@ -114,11 +114,13 @@ def _rests(hull: Hull, size: float) -> tuple[float, FloatArray]:
     stable = can_rest(normals, offsets, size) & (np.abs(down) < 1.0 - FLAT)
     if not stable.any():
         return np.pi, np.zeros((0, 3))
-    # Rounded, since a face that looks along x but for the last digit would else be the last instead of the first.
-    turn = np.round(-np.arctan2(normals[stable, 1], normals[stable, 0]), 9) % (2.0 * np.pi)
-    order = np.argsort(turn, kind="stable")
     tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), DIGITS))
-    return tilt, np.round(normals[stable][order], DIGITS)
+    # The triangles of a face whose vertices a file has rounded lie askew: they are one, as in `can_rest`.
+    faces = normals[stable]
+    faces = faces[~np.tril(faces @ faces.T > 1.0 - FLAT, -1).any(axis=1)]
+    # Rounded, since a face that looks along x but for the last digit would else be the last instead of the first.
+    turn = np.round(-np.arctan2(faces[:, 1], faces[:, 0]), 9) % (2.0 * np.pi)
+    return tilt, np.round(faces[np.argsort(turn, kind="stable")], DIGITS)
 
 
 def _can_touch(hull: Hull, tilt: float) -> NDArray[np.int64]:

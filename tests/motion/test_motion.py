@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from overturning.errors import ArgumentError
+from overturning.errors import ArgumentError, RecordError
 from overturning.motion.motion import Motion
+from overturning.records.record import Record
 
 
 def test_a_sine_has_its_amplitude_and_direction() -> None:
@@ -36,6 +37,23 @@ def test_components_of_two_places_are_no_motion(key: str) -> None:
     several[1].stats[key] = "10"
     with pytest.raises(ArgumentError, match="east and north differ in station, location, start"):
         Motion.from_obspy(several)
+
+
+def test_masked_samples_are_refused_wherever_they_stand() -> None:
+    """What an array holds below its mask is no motion: here 30 m/s²."""
+    samples = np.where(np.arange(200) == 70, 30.0, np.sin(np.arange(200) / 10))
+    gap, still = np.ma.masked_greater(samples, 20.0), np.zeros(200)
+    for of in (
+        {"north": gap, "east": still},
+        {"north": still, "east": gap},
+        {"north": still, "east": still, "up": gap},
+    ):
+        with pytest.raises(ArgumentError, match="sample 70 is masked, a gap"):
+            Motion(**of, sampling_interval=0.01)
+    with pytest.raises(RecordError, match="record own: north: sample 70 is masked"):
+        Record("own", gap, still, None, 0.01)
+    whole = np.ma.masked_array(samples[:70])
+    assert type(Motion(whole, whole, sampling_interval=0.01).north) is np.ndarray
 
 
 @pytest.mark.parametrize("channels", [("HNN", "HNE", "HNZ"), ("NS2", "EW2", "UD2")])

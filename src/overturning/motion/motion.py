@@ -69,13 +69,15 @@ class Recorded:
         return type(self).__name__
 
     def check(self, error: type[OverturningError], of: str = "") -> None:
-        """Refuse components that are empty, unlike long or not finite, and an interval that is not positive."""
+        """Refuse components that are empty, unlike long, not finite or masked, and an interval that is not positive."""
         for name, samples in zip(("north", "east", "up"), self.components, strict=False):
             if samples.ndim != 1 or samples.size < 2:
                 raise error(f"{of}{name}: shape {samples.shape}; a component is one row of at least 2 samples")
-            if not np.isfinite(samples).all():
-                first = int(np.flatnonzero(~np.isfinite(samples))[0])
-                raise error(f"{of}{name}: sample {first} is not finite; repair it, or leave the record out")
+            finite = np.isfinite(np.ma.filled(samples, np.nan))
+            if not finite.all():
+                first = int(np.flatnonzero(~finite)[0])
+                what = "masked, a gap" if np.ma.is_masked(samples) else "not finite"
+                raise error(f"{of}{name}: sample {first} is {what}; repair it, or leave the record out")
             if samples.size != self.north.size:
                 sizes = f"{samples.size} samples, north has {self.north.size}"
                 raise error(f"{of}{name}: {sizes}; components must be equally long: cut all to their common window")
@@ -155,8 +157,8 @@ class Motion(Recorded):
     Raises
     ------
     ArgumentError
-        If a component is empty or not finite, lengths differ, the sampling interval is not positive, or the motion is
-        not the size of one: above 5 g or 1000 cm/s, or below 0.0001 g without being rest.
+        If a component is empty, not finite or masked in part, lengths differ, the sampling interval is not positive, or
+        the motion is not the size of one: above 5 g or 1000 cm/s, or below 0.0001 g without being rest.
     """
 
     def __init__(
@@ -168,8 +170,9 @@ class Motion(Recorded):
         sampling_interval: float,
         trust_data: bool = False,
     ) -> None:
-        self.north, self.east = np.array(north, dtype=np.float64), np.array(east, dtype=np.float64)
-        self.up = None if up is None else np.array(up, dtype=np.float64)
+        # Masked arrays keep their masks until they are looked at.
+        self.north, self.east = (np.array(of, dtype=np.float64, subok=np.ma.is_masked(of)) for of in (north, east))
+        self.up = None if up is None else np.array(up, dtype=np.float64, subok=np.ma.is_masked(up))
         self.sampling_interval, self.trusted = float(sampling_interval), trust_data
         self.check(ArgumentError)
         for samples in self.components:

@@ -83,6 +83,17 @@ def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None
         assert poses[-1, 1, 0] < poses[0, 1, 0]
 
 
+@pytest.mark.parametrize("b_over_h", [0.35, 0.5, 0.8])
+@pytest.mark.parametrize("height", [0.6, 1.2])
+def test_a_block_on_a_slope_stays_a_rectangle_whatever_its_b_over_h(height: float, b_over_h: float) -> None:
+    """It tips down a slope of angle β from tan(α − β) g on, α its own, and lies on the slope with its whole base."""
+    prepared = prepare(_on_slope(0.2, 0.3, 0.6), height, b_over_h)
+    assert prepared.threshold == pytest.approx(np.tan(np.arctan(b_over_h) - np.arctan(0.2)), rel=1e-9)
+    sides = np.diff(prepared.placed[1].points[:3], axis=0)
+    assert np.hypot(*sides.T) == pytest.approx([b_over_h * height, height])
+    assert sides[0] @ sides[1] == pytest.approx(0.0, abs=1e-9)
+
+
 def _slides_to(acceleration: np.ndarray, interval: float, friction: float, tangent: float) -> float:
     """How far a particle slides along a slope that rises towards +x, m, by explicit steps; µ holds it or drags."""
     cosine, sine = np.array([1.0, tangent]) / np.hypot(1.0, tangent)

@@ -9,7 +9,7 @@ from overturning.dem.trajectory import trajectory
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
-from overturning.model.scene import gravestone
+from overturning.model.scene import gravestone, load_scene
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
@@ -61,3 +61,16 @@ def test_a_body_in_space_pressed_in_too_far_is_marked(
         assert stiff["overturned"].item() != INT8_MISSING
     path = trajectory(motion, Body(plan, VertexContact(0.06 * times)), b_over_h=2.0, **size)
     assert (int(path.status), int(path.overturned), path.sizes["time"]) == (Status.UNSTABLE, INT8_MISSING, 200)
+
+
+@SHAKEN
+def test_a_stone_as_wide_as_to_overlap_its_wall_has_no_answer(peak: float) -> None:
+    """The face of the wall is at 0.22 m: of a stone of 0.6 m a B/H of 0.7333; wider, the wall would throw it."""
+    motion = Motion(peak * np.sin(np.arange(200) * 0.1), np.zeros(200), sampling_interval=0.01)
+    ratios = [0.4, 0.73, 0.44 / 0.6, 0.7334, 0.75, 0.9]
+    found = simulate_arrays(motion, load_scene("against-a-wall"), azimuth_deg=[0, 180], b_over_h=ratios)
+    none = found["status"] == Status.UNSTABLE
+    assert none.reshape(2, -1).tolist() == [[False, False, False, True, True, True]] * 2
+    assert ((found["overturned"] == INT8_MISSING) == none).all()
+    way = trajectory(motion, load_scene("against-a-wall"), azimuth_deg=0, b_over_h=0.75)
+    assert (way.status, way.overturned.sel(element="stone")) == (Status.UNSTABLE, INT8_MISSING)

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION, Contact
-from overturning.model.pieces import outline
+from overturning.model.pieces import outline as outline_of
 from overturning.model.polygon import Polygon, polygon, rectangle
 from overturning.units import GRANITE_DENSITY
 
@@ -133,8 +133,8 @@ class Element(Keys):
         return self
 
     @property
-    def points(self) -> FloatArray:
-        """Vertices of its polygon before it is shifted, shape (n, 2), m; each of its pieces is checked."""
+    def outline(self) -> FloatArray:
+        """Vertices of its polygon before it is turned and shifted, shape (n, 2), m; each of its pieces is checked."""
         if self.vertices is not None:
             points = np.array(self.vertices, dtype=np.float64)
         elif self.pieces is not None:
@@ -144,11 +144,15 @@ class Element(Keys):
                         f"element {self.name}: piece {number} is not convex; split it, or give the outline of all as "
                         "vertices"
                     )
-            points = outline(self.name, [np.array(piece) for piece in self.pieces])
+            points = outline_of(self.name, [np.array(piece) for piece in self.pieces])
         else:
             assert self.width is not None  # one form is given
             assert self.height is not None
             points = rectangle(self.width, self.height)
+        return points
+
+    def turned(self, points: FloatArray) -> FloatArray:
+        """Points of its outline, shape (n, 2), m, turned by its rotation."""
         if self.rotation_deg:
             # Rounded, since libm differs between processors in the last digit.
             c, s = (round(float(f(np.radians(self.rotation_deg))), 12) for f in (np.cos, np.sin))
@@ -156,6 +160,17 @@ class Element(Keys):
         return points
 
     @property
+    def points(self) -> FloatArray:
+        """Vertices of its polygon before it is shifted, shape (n, 2), m."""
+        return self.turned(self.outline)
+
+    @property
     def shape(self) -> Polygon:
         """The polygon of these."""
         return polygon(self.name, self.points)
+
+    @property
+    def own_size(self) -> tuple[float, float]:
+        """Width and height before it is turned, m."""
+        upright = polygon(self.name, self.outline)
+        return upright.width, upright.height

@@ -112,21 +112,22 @@ def place(scene: Stage, height: float | None = None, b_over_h: float | None = No
     """Put the elements into their places; an `ArgumentError` as of `overturning.model.polygon.polygon`.
 
     With `height` (m) of the reference element all lengths of the scene scale, but that the `ground_of` it becomes no
-    narrower, however small the stones; `b_over_h` makes the reference element alone wider or narrower.
+    narrower, however small the stones; `b_over_h` makes the reference element alone wider or narrower. Both are its own
+    before it is turned, so that a rectangle stays one.
     """
     own = next(element for element in scene.elements if element.name == scene.reference_name)
-    reference = own.shape
-    scale, ground = 1.0 if height is None else height / reference.height, ground_of(scene)
+    own_width, own_height = own.own_size
+    scale, ground = 1.0 if height is None else height / own_height, ground_of(scene)
     placed: list[Placed] = []
     for element in scene.elements:
-        points = element.points
+        points = element.outline
         if element.name == ground:
             points[:, 0] *= max(1.0, 1.0 / scale)
         if b_over_h is not None and element.name == scene.reference_name:
             middle = 0.5 * (points[:, 0].max() + points[:, 0].min())
             # One rounding only, as in a block of width B/H · H.
-            points[:, 0] = (points[:, 0] - middle) * (b_over_h * reference.height / reference.width) + middle
-        shape = polygon(element.name, points * scale)
+            points[:, 0] = (points[:, 0] - middle) * (b_over_h * own_height / own_width) + middle
+        shape = polygon(element.name, element.turned(points) * scale)
         shift_x, shift_z = element.at[0] * scale, element.at[1] * scale
         x, z = shape.centre[0] + shift_x, shape.centre[1] + shift_z
         if element.stands_on is not None:
@@ -166,9 +167,9 @@ def plane_period(scene: Stage) -> float:
 
 
 def native_size(scene: Stage) -> tuple[float, float]:
-    """Height (m) and B/H of a scene's reference element as the file gives it."""
-    shape = next(item.shape for item in place(scene) if item.element.name == scene.reference_name)
-    return shape.height, shape.width / shape.height
+    """Height (m) and B/H of a scene's reference element as the file gives it, before it is turned."""
+    width, height = next(item.own_size for item in scene.elements if item.name == scene.reference_name)
+    return height, width / height
 
 
 def separations(one: Placed, other: Placed) -> FloatArray:
@@ -258,11 +259,16 @@ def resting(placed: list[Placed], pairs: list[ElementPair]) -> list[Touch]:
 
 def check_geometry(scene: Stage) -> None:
     """Refuse elements that overlap or hang in the air: an `ArgumentError` that names element and remedy."""
-    placed = place(scene)
+    if fault := misplaced(place(scene)):
+        raise ArgumentError(fault)
+
+
+def misplaced(placed: list[Placed]) -> str:
+    """Which element overlaps another or hangs in the air, and what to do; empty where none does."""
     for i, j, gap in sorted(_gaps(placed)):
         a, b = placed[i], placed[j]
         if -gap > 1e-6 * min(a.size, b.size):
-            raise ArgumentError(
+            return (
                 f"element {a.element.name}: overlaps {b.element.name} by {-gap:.3g} m; move it, or place it with "
                 f"stands_on: {b.element.name}"
             )
@@ -278,7 +284,8 @@ def check_geometry(scene: Stage) -> None:
         carried |= more
     for i, item in enumerate(placed):
         if i not in carried:
-            raise ArgumentError(
+            return (
                 f"element {item.element.name}: hangs in the air, nothing carries it; place it with stands_on: and an "
                 "element listed before it"
             )
+    return ""

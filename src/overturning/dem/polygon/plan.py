@@ -154,9 +154,9 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
             stands_from[:, part] = quiet(np.minimum(SAFE_UPLIFT * safe, grip) / SAFE_SHARE)[1]
     return PolygonPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
-        steps=per_sample[variant] * numerics.refinement, first=first,
-        stays_at_rest=stays_at_rest, too_soft=np.array([item.sinks for item in variants])[variant], variants=variants,
-        variant=variant, table=table, stands_from=stands_from, arrays=t.arrays_of(variants),
+        steps=per_sample[variant] * numerics.refinement, first=first, stays_at_rest=stays_at_rest,
+        too_soft=np.array([item.unanswered for item in variants])[variant], variants=variants, variant=variant,
+        table=table, stands_from=stands_from, arrays=t.arrays_of(variants),
     )  # fmt: skip
 
 

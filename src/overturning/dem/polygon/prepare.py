@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.limits import sinks_too_far
 from overturning.dem.polygon.statics import Laws, Loaded, contact_laws, highest_modes, joints_of, rest, slowest_mode
-from overturning.model.geometry import ElementPair, End, Placed, ground_of, pairs_of, place
+from overturning.model.geometry import ElementPair, End, Placed, ground_of, misplaced, pairs_of, place
 from overturning.model.scene import Scene
 
 
@@ -37,6 +37,7 @@ class Prepared:
     support: NDArray[np.int64]  # shape (elements,): the first that carries it; itself where nothing does
     base: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
     carriers: list[set[int]]  # what carries each element at rest
+    fits: bool  # whether no element overlaps another or hangs in the air at this B/H
 
     @property
     def free(self) -> NDArray[np.int64]:
@@ -68,6 +69,11 @@ class Prepared:
     def sinks(self) -> bool:
         """Whether its weight alone presses a pair in too far; faces may even have passed one another then."""
         return bool(sinks_too_far(self.sunk, smallest(self.placed)).any())
+
+    @property
+    def unanswered(self) -> bool:
+        """Whether there is no answer whatever the motion: weight presses a pair in too far, or an element misfits."""
+        return self.sinks or not self.fits
 
     @property
     def rocking_time(self) -> float:
@@ -135,7 +141,7 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
         *highest_modes(placed, pairs, joints, laws), slowest_mode(placed, joints, laws),
         threshold, parts, safe, tips, critical, barrier, support, base,
-        [set(stands.get(k, {})) for k in range(len(placed))],
+        [set(stands.get(k, {})) for k in range(len(placed))], b_over_h is None or not misplaced(placed),
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.arrays import rests_on_one_face
 from overturning.dem.polygon.prepare import prepare
 from overturning.dem.run import run
+from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
@@ -16,6 +17,7 @@ from overturning.model.geometry import nearest_faces, place, plane_period
 from overturning.model.scene import Scene, check_scene, load_scene
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
+from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, scene, shaken, shipped, still
 from tests.dem.polygon_scenes import run as run_from_start
 
@@ -202,3 +204,18 @@ def test_a_stone_on_a_held_shelf_does_not_feel_the_shaking() -> None:
     # The stone on the ground does.
     assert np.abs(poses[:, 3, 2]).max() > 0.05
     assert answers.overturned[0, 0] == 0
+
+
+@pytest.mark.parametrize("rise", [1.0, -1.0])
+def test_stones_on_a_held_shelf_have_not_fallen_where_the_ground_rises(rise: float) -> None:
+    """A ground that rises by A T²/2π = 1.3 m has come nearer to a stone and the one on it, which do not move."""
+    shelf = {"name": "shelf", "kind": "held", "width": 2.0, "height": 0.5, "at": [0, 3.0]}
+    stones = block("stone", 0.3, 0.6, "shelf"), block("upper", 0.2, 0.4, "stone"), block("below", 0.3, 0.6)
+    made = scene(GROUND, shelf, *stones)
+    time = np.arange(0, 4, 0.01)
+    up = np.where(time < 2, rise * 2.0 * np.sin(np.pi * time), 0.0)
+    motion = Motion(0.001 * up, 0 * up, up, sampling_interval=0.01)
+    assert motion.displacement[2][-1] == pytest.approx(rise * 2.0 * 4.0 / (2.0 * np.pi), rel=1e-3)
+    found = simulate_arrays(motion, made, azimuth_deg=[0.0], friction=[0.6])
+    assert found["overturned"].ravel().tolist() == [0, 0, 0]
+    assert np.abs(found["peak_slip"]).max() < 1e-3

@@ -21,10 +21,10 @@ friction, factor on the dashpots, samples from which it is computed, at which it
 undecided; the clock."""
 
 ELEMENT: Final = np.dtype([(name, "f8") for name in (
-    "is_free", "fall_angle", "tips_back", "tips_on", "support", "barrier",
+    "is_free", "fall_angle", "tips_back", "tips_on", "support", "rides", "barrier",
 )])  # fmt: skip
 """Of an element whether it is free, angle at which it has fallen for good, angles from which it cannot come back to
-−x and +x (rad), what it stands on, and the energy that its overturning takes (J)."""
+−x and +x (rad), what it stands on and the held one below that (−1: none), and the energy its overturning takes (J)."""
 
 LIMITS: Final = np.dtype([(name, "f8") for name in ("deepest", "rest_energy", "least_barrier", "least_scale")])
 """Of a scene its deepest penetration (m), kinetic energy at rest, least barrier, and least energy that an error is a
@@ -158,7 +158,7 @@ def element_rules(prepared: Prepared) -> NDArray[np.void]:
     """When elements have fallen, of `ELEMENT`, shape (elements,)."""
     return np.array(
         [
-            (not item.fixed, fallen_angle(item), *prepared.tips[k], prepared.support[k], prepared.barrier[k])
+            (not item.fixed, fallen_angle(item), *prepared.tips[k], *prepared.stands_on(k), prepared.barrier[k])
             for k, item in enumerate(prepared.placed)
         ],
         ELEMENT,

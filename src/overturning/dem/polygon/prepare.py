@@ -102,6 +102,13 @@ class Prepared:
             [far[on] - abs(x - self.placed[on].x) for on, (x, _) in zip(self.support, self.base, strict=True)]
         )
 
+    def stands_on(self, k: int) -> tuple[int, int]:
+        """What carries an element, and the held one on which it stands, directly or not; −1 for none."""
+        last = k
+        while not self.placed[last].fixed and self.support[last] != last:
+            last = int(self.support[last])
+        return int(self.support[k]), last if self.placed[last].element.kind == "held" else -1
+
     def onset(self, friction: FloatArray) -> FloatArray:
         """Horizontal acceleration over g below which nothing can start to move, with the friction that is swept."""
         return np.minimum(self.threshold, self.grip(friction))

@@ -30,7 +30,7 @@ from overturning.dem.polygon.path import POSE_COLUMNS, note, note_forces
 from overturning.dem.polygon.resting import rests
 from overturning.dem.polygon.search import search
 from overturning.dem.polygon.state import Case, Law, Pose, Shaking, Verdict
-from overturning.dem.polygon.verdict import note_carried, note_standing, verdict, write_results
+from overturning.dem.polygon.verdict import move_home, note_carried, note_standing, verdict, write_results
 from overturning.dem.time_step import Scheme
 
 SCHEMES: Final[dict[Scheme, Any]] = {Scheme.CUNDALL: cundall.Cundall(), Scheme.CENTRED: step.Centred()}
@@ -206,6 +206,12 @@ def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple
 def end_sample(state: Any, scene: Any, ticks: float, interval: float) -> None:
     """Each element's slip, and until when a standing one could come back and was on what carried it."""
     rules = scene.elements[0]
+    for i in range(rules.size):
+        if rules[i].rides >= 0.0 and rules[i].is_free > 0.0:
+            move_home(rows.of_element(state, i), rows.of_element(state, int(rules[i].rides)))
+    for i in range(rules.size):
+        if rules[i].rides == i:
+            move_home(rows.of_element(state, i), rows.of_element(state, i))
     for i in range(rules.size):
         if rules[i].is_free > 0.0:
             on = rows.of_element(state, int(rules[i].support))

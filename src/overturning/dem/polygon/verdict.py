@@ -20,7 +20,7 @@ from overturning.dem.polygon.resting import (
     one_slides,
     support_until,
 )
-from overturning.dem.polygon.state import Element, Pose, Standing
+from overturning.dem.polygon.state import Element, Home, Pose, Standing
 from overturning.model.status import Status
 
 SAFE_TILT: Final = 0.1
@@ -211,6 +211,17 @@ def point_of(pose: Pose, px: float, pz: float) -> tuple[float, float]:
     """Where a point of an element is."""
     x, z = rotated(pose, px, pz)
     return pose.x + x, pose.z + z
+
+
+@njit(**INNER)
+def move_home(e: Any, held: Any) -> None:
+    """Move the home of an element as far as a held one under it has gone from its own: the base moves below both."""
+    for j in range(rows.COLUMNS):
+        pose, at, home = rows.load_pose(held, j), rows.load_home(held, j), rows.load_home(e, j)
+        x, z = pose.x - at.x, pose.z - at.z
+        rows.store_home(e, j, Home(
+            home.base_x, home.base_z, home.support_x, home.support_z, home.x + x, home.z + z, home.lowest + z
+        ))  # fmt: skip
 
 
 @njit(**INNER)

@@ -82,6 +82,16 @@ def test_forces_press_at_vertices_and_keep_to_the_slider(path: xr.Dataset) -> No
     assert force[0].sum(axis=0) == pytest.approx([0.0, weight], abs=1e-3 * weight)
 
 
+def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(path: xr.Dataset) -> None:
+    """Where the outline's two lowest vertices are, which need not lie below the centre; the ground does not turn."""
+    item = next(one for one in place(shipped(path.attrs["scene"])) if not one.fixed)
+    way, low = path.sel(element=item.element.name), item.shape.vertices
+    low = low[low[:, 1] < low[:, 1].min() + 1e-9].mean(axis=0)
+    turn = way["rotation"].to_numpy()
+    x = way["x"].to_numpy() + low[0] * np.cos(turn) + low[1] * np.sin(turn)
+    np.testing.assert_allclose(way["base_slip"], x - (item.x + low[0]), atol=1e-12)
+
+
 def test_the_film_has_them_in_weights_where_they_act(path: xr.Dataset) -> None:
     film = film_of([path], pulse(6.0), "film")
     panel = film.panels[0]

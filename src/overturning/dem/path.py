@@ -46,7 +46,11 @@ class PlanePath:
         for item, row in zip(self.placed, vertices, strict=True):
             row[: len(item.shape.vertices)] = item.shape.vertices
         x, _, angle = np.moveaxis(self.poses[:, :, :3], 2, 0)
-        slip = x - [item.x for item in self.placed] + np.nanmin(vertices[:, :, 1], axis=1) * np.sin(angle)
+        low = np.nanmin(vertices[:, :, 1], axis=1)
+        side = vertices[:, :, 1] <= (low + 1e-9 * np.nanmax(vertices[:, :, 1], axis=1))[:, None]
+        # The middle of the lower side need not be below the centre.
+        aside = np.mean(vertices[:, :, 0], axis=1, where=side)
+        slip = x - [item.x for item in self.placed] + low * np.sin(angle) + aside * (np.cos(angle) - 1.0)
         variables = {
             name: described("time element", self.poses[:, :, column], *about)
             for column, (name, about) in enumerate(POSES.items())

@@ -15,6 +15,7 @@ from overturning.motion.noise import NoiseRatio, noise_ratio
 from overturning.motion.spectra import rotd
 from overturning.records.processing import SIGNAL_TO_NOISE
 from overturning.records.record import Record, state_of, summary
+from overturning.study.intensity import PERCENTILES, SPECTRUM_PERIODS
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
@@ -23,20 +24,21 @@ if TYPE_CHECKING:
 
 COMPONENTS: Final = ("north", "east", "up")
 SERIES_ROWS: Final = (("acceleration, Gal", GAL), ("velocity, cm/s", CM), ("displacement, cm", CM))
-RESPONSE_PERIODS: Final = np.geomspace(0.05, 10.0, 47)
+RESPONSE_PERIODS: Final = SPECTRUM_PERIODS[SPECTRUM_PERIODS >= 0.05]
 """Periods of the response spectra, s: twenty per decade; their damping ratio is 0.05."""
 
 BINS: Final = 600
 """Bins along the time axis, of each of which the least and the largest sample are drawn: finer than a pixel."""
 
 
-def history_figure(before: Record, after: Record) -> "Figure":
+def history_figure(before: Record, after: Record, spectra: FloatArray | None = None) -> "Figure":
     """Figure of a record as the file is, and as it is used, with a column per component.
 
     Rows: acceleration, velocity and displacement before (grey) and after processing; Fourier amplitudes with the
     corners and the noise before the onset; Husid plot, signal-to-noise ratio, the acceleration that was taken away, and
     response spectra over all azimuths as it is used.
-    Both records are the same where nothing was done.
+    Both records are the same where nothing was done. The spectra, m/s², are RotD00, RotD50 and RotD100 of the
+    pseudo-acceleration at `RESPONSE_PERIODS`, shape (3, periods); they are computed where they are not given.
     """
     names = [name for name in COMPONENTS if getattr(after, name) is not None]
     wide = len(names) > 2
@@ -45,7 +47,7 @@ def history_figure(before: Record, after: Record) -> "Figure":
         panel.remove()
     if wide:
         panels[5, 0].set_subplotspec(panels[5, 0].get_gridspec()[5, :])
-    _draw_response(panels[5, 0 if wide else 1], after)
+    _draw_response(panels[5, 0 if wide else 1], rotd_of(after) if spectra is None else spectra)
     moving = [getattr(before, name) for name in names]
     noise = noise_ratio(moving, before.sampling_interval)
     for column, name in enumerate(names):
@@ -183,12 +185,15 @@ def _draw_ratio(panel: "Axes", noise: NoiseRatio | None, names: list[str]) -> No
     panel.legend(fontsize=7, loc="best")
 
 
-def _draw_response(panel: "Axes", after: Record) -> None:
-    """Pseudo-acceleration spectra of the horizontal motion: RotD00, RotD50 and RotD100."""
-    percentiles = (0, 50, 100)
-    spectra = rotd(Motion.of(after), RESPONSE_PERIODS, percentiles=percentiles)["psa"]
-    for percentile, spectrum, colour in zip(percentiles, spectra, SERIES, strict=False):
-        panel.plot(RESPONSE_PERIODS, spectrum / GAL, color=colour, linewidth=0.9, label=f"RotD{percentile:02d}")
+def rotd_of(record: Record) -> FloatArray:
+    """RotD00, RotD50 and RotD100 of the pseudo-acceleration, m/s², at `RESPONSE_PERIODS`, shape (3, periods)."""
+    return rotd(Motion.of(record), RESPONSE_PERIODS, percentiles=PERCENTILES)["psa"]
+
+
+def _draw_response(panel: "Axes", spectra: FloatArray) -> None:
+    """Pseudo-acceleration spectra of the horizontal motion."""
+    for percentile, spectrum, colour in zip(PERCENTILES, spectra, SERIES, strict=False):
+        panel.plot(RESPONSE_PERIODS, spectrum / GAL, color=colour, linewidth=0.9, label=f"RotD{percentile:02.0f}")
     _logarithmic(panel)
     panel.set_ylim(bottom=1e-4 * float(spectra[-1].max()) / GAL or None)  # along one azimuth RotD00 is nothing
     labels(panel, "period, s", "pseudo-acceleration, Gal")

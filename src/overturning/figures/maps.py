@@ -1,5 +1,6 @@
 """Where blocks fall under a record: polar maps of planes by slenderness, and maps of bodies in space by orientation."""
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -34,6 +35,8 @@ _KINDS: Final = {
     "falls towards the azimuth": style.FALLS,
     "no outcome": style.MISSING,
 }
+
+_COLOUR_OF_KIND: Final = ListedColormap(list(_KINDS.values()))
 
 _CHANCE: Final = LinearSegmentedColormap.from_list(
     "probability", [style.STANDS, "#f6c9a0", "#e58a4b", style.FALLS, style.DARKEST]
@@ -77,11 +80,13 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
         axes.set_title(f"{friction}, H = {float(cells['height']):g} m", pad=3, fontsize=9)
         towards, away = (cells[name].transpose("b_over_h", "azimuth").to_numpy() for name in ("towards", "away"))
         kinds = np.select([np.isnan(towards), away > MORE_LIKELY, towards > MORE_LIKELY], [3, 1, 2], 0)
+        layers: list[tuple[Any, dict[str, Any]]] = []
         if spread:
             shaded = (kinds == 0) | (kinds == 2)
-            mesh = draw_cells(axes, cells, np.ma.masked_where(~shaded, towards), cmap=_CHANCE, vmin=0.0, vmax=1.0)
+            layers.append((np.ma.masked_where(~shaded, towards), {"cmap": _CHANCE, "vmin": 0.0, "vmax": 1.0}))
             kinds = np.ma.masked_where(shaded, kinds)
-        draw_cells(axes, cells, kinds, cmap=ListedColormap(list(_KINDS.values())), vmin=-0.5, vmax=3.5)
+        layers.append((kinds, {"cmap": _COLOUR_OF_KIND, "vmin": -0.5, "vmax": 3.5}))
+        mesh, *_ = draw_cells(axes, cells, layers)
         axes.set_rlabel_position(free_sector(cells, normal, radial))
         style.mark_fault_normal(axes, normal)
         style.mark_radial(axes, radial)
@@ -169,18 +174,21 @@ def azimuth_edges(azimuth_deg: FloatArray) -> FloatArray:
     return np.radians(np.append(after[-1] - 360.0, after))
 
 
-def draw_cells(axes: Any, cells: xr.Dataset, values: Any, **colours: Any) -> Any:
-    """Colour the cells of a compass by ``values`` (b_over_h, azimuth), and return the mesh for a colour bar."""
+def draw_cells(axes: Any, cells: xr.Dataset, layers: Sequence[tuple[Any, dict[str, Any]]]) -> list[Any]:
+    """Colour the cells of a compass by layers of values (b_over_h, azimuth), each with its colours; their meshes."""
+    axes.xaxis.grid(False)
     style.compass(axes)
-    axes.grid(False)
     edges = azimuth_edges(cells["azimuth"].to_numpy().astype(np.float64))
     parts = int(np.ceil(np.degrees(np.diff(edges).max()) / STEP_DEG))
     theta = np.append((edges[:-1, None] + np.diff(edges)[:, None] * np.arange(parts) / parts).ravel(), edges[-1])
     radius = slenderness_edges(cells["b_over_h"].to_numpy().astype(np.float64))
-    mesh = axes.pcolormesh(theta, radius, np.repeat(values, parts, axis=1), rasterized=True, shading="flat", **colours)
+    meshes = [
+        axes.pcolormesh(theta, radius, np.repeat(values, parts, axis=1), rasterized=True, shading="flat", **colours)
+        for values, colours in layers
+    ]
     style.slenderness_ticks(axes, radius[-1], float(radius.mean()))
     axes.yaxis.grid(True, linewidth=0.4)
-    return mesh
+    return meshes
 
 
 def space_map_figure(cube: xr.Dataset, title: str) -> Figure:

@@ -6,7 +6,7 @@ from pathlib import Path
 import xarray as xr
 
 from overturning.figures.ground import intensity_figure
-from overturning.figures.history import history_figure
+from overturning.figures.history import RESPONSE_PERIODS, history_figure
 from overturning.figures.maps import map_figure
 from overturning.figures.style import style
 from overturning.figures.write import Write, save
@@ -45,7 +45,10 @@ def draw_records(
                 if study.several_blocks:
                     write(map_figure(one, f"{title}{stone}"), folder / "blocks" / name)
                 write(intensity_figure(around, float(one["fault_normal"]), title), folder / "intensity" / name)
-                save(history_figure(read_unprocessed(motion) or used, used), folder / "history" / f"{name}.svg")
+                spectra = around["psa_rotd"].sel(period=RESPONSE_PERIODS, method="nearest").to_numpy()
+                save(
+                    history_figure(read_unprocessed(motion) or used, used, spectra), folder / "history" / f"{name}.svg"
+                )
 
 
 def stone_of(cube: xr.Dataset) -> str:

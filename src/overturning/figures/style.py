@@ -183,8 +183,8 @@ def compass(axes: Any, names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", 
     """Turn a polar axes into a compass: north up, clockwise, eight directions named."""
     axes.set_theta_zero_location("N")
     axes.set_theta_direction(-1)
+    axes.tick_params(axis="x", pad=pad)  # before there are eight ticks to be told
     axes.set_xticks(np.radians(np.arange(0, 360, 45)), names)
-    axes.tick_params(axis="x", pad=pad)
     axes.spines["polar"].set_linewidth(0.6)
 
 

@@ -30,7 +30,7 @@ def save(
     _lay_out_once(figure)
     for path in paths:
         kind = path.suffix.removeprefix(".")
-        with atomic_write(path) as part:
+        with atomic_write(path) as part, _measure_once():
             if kind == "pdf" and scale != 1.0:
                 _save_scaled_pdf(figure, part, scale, dpi)
                 continue
@@ -114,3 +114,31 @@ def _lay_out_once(figure: "Figure") -> None:
             engine.execute(figure)
 
     figure.draw = draw_or_lay_out  # type: ignore[method-assign]
+
+
+@contextmanager
+def _measure_once() -> Iterator[None]:
+    """Measure a text of a figure once: for layout and drawing Matplotlib does so about eight times with each label."""
+    from matplotlib.text import Text
+
+    measure, known = Text._get_layout, {}  # type: ignore[attr-defined]
+
+    def measured(text: Any, renderer: Any) -> Any:
+        """What is kept, by all that a layout depends on."""
+        if text.get_wrap():
+            return measure(text, renderer)
+        key = (
+            text.get_text(), hash(text.get_fontproperties()), text.get_rotation(), text.get_rotation_mode(),
+            text.get_horizontalalignment(), text.get_verticalalignment(), text._get_multialignment(), text._linespacing,
+            text.get_usetex(), text.get_parse_math(), text.get_figure(root=True).dpi,
+            type(getattr(renderer, "_renderer", renderer)),  # of an SVG with pictures one of two
+        )  # fmt: skip
+        if key not in known:
+            known[key] = measure(text, renderer)
+        return known[key]
+
+    Text._get_layout = measured  # type: ignore[attr-defined]
+    try:
+        yield
+    finally:
+        Text._get_layout = measure  # type: ignore[attr-defined]

@@ -72,13 +72,14 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
     width, height = PANEL[columns] * columns + 0.85 * spread, (PANEL[columns] + 0.2) * rows + 0.8
     figure, panels = style.grid(rows, columns, width, height, used=len(blocks), polar=True, layout=apart)
     shown = out_to_the_first_ring_without_falls(chance, chance["towards"] + chance["away"], abs(whole["overturned"]))
+    shown = shown.transpose("height", "friction", "b_over_h", "azimuth")
     normal = float(cube["fault_normal"]) if "fault_normal" in cube.variables else float("nan")
     radial = float(radial_azimuth(cube))
     for axes, (row, column) in zip(panels.flat, blocks, strict=False):
         cells = shown.isel(height=row, friction=column)
         friction = friction_said(cube, float(cells["friction"]))
         axes.set_title(f"{friction}, H = {float(cells['height']):g} m", pad=3, fontsize=9)
-        towards, away = (cells[name].transpose("b_over_h", "azimuth").to_numpy() for name in ("towards", "away"))
+        towards, away = (cells[name].to_numpy() for name in ("towards", "away"))
         kinds = np.select([np.isnan(towards), away > MORE_LIKELY, towards > MORE_LIKELY], [3, 1, 2], 0)
         layers: list[tuple[Any, dict[str, Any]]] = []
         if spread:
@@ -124,7 +125,8 @@ def free_sector(cells: xr.Dataset, *marked_deg: float) -> float:
 
     Not within 20° of an axis that is marked there.
     """
-    falls = (cells["towards"] + cells["away"]).transpose("b_over_h", "azimuth").fillna(1.0).to_numpy().sum(axis=0)
+    towards, away = (cells[name].transpose("b_over_h", "azimuth").to_numpy() for name in ("towards", "away"))
+    falls = np.nan_to_num(towards + away, nan=1.0).sum(axis=0)
     azimuth = cells["azimuth"].to_numpy().astype(np.float64)
     count = {}
     for middle in np.arange(22.5, 360.0, 45.0):

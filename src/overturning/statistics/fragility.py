@@ -118,12 +118,10 @@ def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | No
 def _fits(
     logs: FloatArray, y: FloatArray, weight: FloatArray, near: tuple[float, float] | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Medians and spreads, shape (m,), of `lognormal_fit` with each row of weights, shape (m, n), by Fisher scoring.
+    """Medians and spreads, shape (m,), of `lognormal_fit` with each row of weights, shape (m, n), by Newton's method.
 
-    It begins at the median and spread of a fit that is `near`, where one is known.
-
-    McCullagh & Nelder 1989, Generalized Linear Models, section 2.5. A step that lowers the likelihood, which is
-    concave, is halved: without that the iteration may go to and fro for ever.
+    It begins at the median and spread of a fit that is `near`, where one is known. A step that lowers the likelihood,
+    which is concave, is halved: without that the iteration may go to and fro for ever.
     """
     middle, width = float(logs.mean()), max(float(logs.std()), 1e-3)
     scaled = (logs - middle) / width
@@ -145,7 +143,8 @@ def _fits(
         found[better], likelihood[better], w = tried[~worse], reached[~worse], weight[better]
         density = -0.5 * z * z - 0.5 * math.log(2 * math.pi)
         falls, stands = np.exp(density - below), np.exp(density - above)
-        score, information = w * (y * falls - (1 - y) * stands), w * falls * stands
+        score = w * (y * falls - (1 - y) * stands)
+        information = w * (y * falls * (falls + z) + (1 - y) * stands * (stands - z))  # less the score's slope
         gradient = np.stack([score.sum(axis=1), score @ scaled], axis=1)
         a, b, c = information.sum(axis=1), information @ scaled, information @ scaled**2
         with np.errstate(divide="ignore", invalid="ignore"):  # of stones that a motion separates there is no step
@@ -192,12 +191,12 @@ def record_share(
     density = -0.5 * NODES**2
 
     def unlikely(part: float) -> float:
-        total = 0.0
+        likely = []
         for level, fell in records:
             at = (level + math.sqrt(part) * NODES) / math.sqrt(1 - part)
-            likely = stones * (fell * scipy.special.log_ndtr(at) + (1 - fell) * scipy.special.log_ndtr(-at))
-            total += float(scipy.special.logsumexp(likely.sum(axis=0) + density))
-        return -total
+            each = stones * (fell * scipy.special.log_ndtr(at) + (1 - fell) * scipy.special.log_ndtr(-at))
+            likely.append(each.sum(axis=0) + density)
+        return -float(scipy.special.logsumexp(likely, axis=1).sum())
 
     found = scipy.optimize.minimize_scalar(unlikely, bounds=(0.0, 0.99), method="bounded", options={"xatol": 1e-3})
     return float(found.x)

@@ -12,7 +12,7 @@ from overturning.figures import style
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
-from overturning.motion.spectra import spectra_by_azimuth
+from overturning.motion.spectra import pseudo_acceleration
 from overturning.units import CM, GAL
 
 Spectrum = tuple[FloatArray, list[FloatArray]]
@@ -77,7 +77,7 @@ def fourier_spectrum(motion: Motion, azimuth_deg: list[float]) -> Spectrum:
 def response_spectrum(motion: Motion, azimuth_deg: list[float]) -> Spectrum:
     """Pseudo-acceleration (m/s²) by period (s), damping 5 %."""
     periods = np.geomspace(0.05, 10.0, 60)
-    return periods, list(spectra_by_azimuth(motion, periods, azimuth_deg)["acceleration"].T)
+    return periods, list(pseudo_acceleration(motion, periods, azimuth_deg).T)
 
 
 def spectra_figure(motion: Motion, azimuth_deg: list[float], title: str) -> Figure:

@@ -44,7 +44,7 @@ def measures_by_azimuth(motion: Recorded, azimuth_deg: ArrayLike) -> dict[str, F
     The measures of φ and φ + 180° are the same, so half a turn is computed. Velocity and displacement come from the
     trapezoidal rule, starting from rest; integration and rotation commute, so each component is integrated once.
     """
-    from overturning.motion.spectra import spectra_by_azimuth, spectrum_intensity
+    from overturning.motion.spectra import pseudo_acceleration, spectrum_intensity
 
     half, back = np.unique(np.round(checked_azimuths(azimuth_deg) % 180.0, 9), return_inverse=True)
     velocity = integrate(motion.horizontal, motion.sampling_interval)
@@ -55,7 +55,7 @@ def measures_by_azimuth(motion: Recorded, azimuth_deg: ArrayLike) -> dict[str, F
     measures["duration"] = significant_duration(motion, half)
     measures["si20"] = spectrum_intensity(motion, half, damping=0.20)
     measures["si05"] = spectrum_intensity(motion, half, damping=0.05)
-    spectra = spectra_by_azimuth(motion, PREDOMINANT_PERIODS, half, points_per_period=24)["acceleration"]
+    spectra = pseudo_acceleration(motion, PREDOMINANT_PERIODS, half, points_per_period=24)
     measures["predominant_period"] = PREDOMINANT_PERIODS[spectra.argmax(axis=0)]
     return {name: values[back] for name, values in measures.items()}
 

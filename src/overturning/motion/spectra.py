@@ -37,8 +37,26 @@ def spectra_by_azimuth(
     periods, cosines = checked_periods(period_s), cosines_of(azimuth_deg)
     both = _peaks(motion, periods, cosines, damping, ("displacement", "velocity"), points_per_period)
     spectra = dict(zip(("displacement", "velocity"), both, strict=True))
-    spectra["acceleration"] = spectra["displacement"] * (2.0 * np.pi / periods[:, None]) ** 2
+    spectra["acceleration"] = _pseudo_acceleration(spectra["displacement"], periods)
     return spectra
+
+
+def pseudo_acceleration(
+    motion: Recorded,
+    period_s: ArrayLike,
+    azimuth_deg: ArrayLike,
+    *,
+    damping: float = 0.05,
+    points_per_period: int = POINTS_PER_PERIOD,
+) -> FloatArray:
+    """The ``acceleration`` of `spectra_by_azimuth` alone, in half of the time; m/s², shape (p, m)."""
+    periods = checked_periods(period_s)
+    peaks = _peaks(motion, periods, cosines_of(azimuth_deg), damping, ("displacement",), points_per_period)
+    return _pseudo_acceleration(peaks[0], periods)
+
+
+def _pseudo_acceleration(displacement: FloatArray, periods: FloatArray) -> FloatArray:
+    return np.asarray(displacement * (2.0 * np.pi / periods[:, None]) ** 2)
 
 
 def _peaks(
@@ -72,7 +90,7 @@ def rotd(
     """
     periods, cosines = checked_periods(period_s), cosines_of(ROTD_AZIMUTHS)
     (displacement,) = _peaks(motion, periods, cosines, 0.05, ("displacement",))
-    psa = displacement * (2.0 * np.pi / periods[:, None]) ** 2
+    psa = _pseudo_acceleration(displacement, periods)
     velocity = integrate(motion.horizontal, motion.sampling_interval)
     return {
         "pga": np.percentile(largest_along(motion.horizontal, cosines), percentiles),

@@ -1,5 +1,6 @@
 """Types of arrays that the whole package uses, and datasets of them."""
 
+import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -34,3 +35,21 @@ def dataset(
         }
 
     return xr.Dataset(taken(variables), taken(coordinates), attributes)
+
+
+class _Dask:
+    @property
+    def type(self) -> tuple[Any, ...]:
+        """The class of dask's arrays, or none."""
+        dask: Any = sys.modules.get("dask.array")
+        return (dask.Array,) if hasattr(dask, "Array") else ()
+
+
+def spare_dask() -> None:
+    """Keep xarray from importing dask's arrays, a third of a second, to see that what it holds is none of them.
+
+    Nothing can be one before something has imported them.
+    """
+    from xarray.namedarray import pycompat
+
+    pycompat._cached_duck_array_modules.setdefault("dask", _Dask())  # type: ignore[arg-type]

@@ -165,7 +165,7 @@ def fragility(
     settings = study_from(study)
     if settings.population is None:
         raise ConfigError(f"{settings.name}: no population; add the key population to the study")
-    with xr.open_dataset(intensity) as measures, open_cube(cube, amplitude=None) as outcomes:
+    with open_cube(cube, amplitude=None) as outcomes, xr.open_dataset(intensity) as measures:
         curves = fragility_curves(population_rates(outcomes, settings.population), measures)
     write_fragility_csv(curves, output / "fragility.csv")
     for measure in filter(for_openquake, dict.fromkeys(one.measure for one in curves)):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from overturning.arrays import spare_dask
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import checksum_matches
 from overturning.model.falls import model_of
@@ -65,6 +66,7 @@ def open_cube(
         raise ResultError(f"{path}: {why}")
     if checksum_matches(path) is False:
         raise ResultError(f"{path}: damaged, its checksum does not fit; run the study again, which makes it anew")
+    spare_dask()
     try:
         with _little_cache(read_once=chunks is not None):
             cube = xr.open_dataset(path, engine="netcdf4", chunks=chunks, decode_timedelta=False)

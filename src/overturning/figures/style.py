@@ -161,14 +161,7 @@ def labels(axes: Any, across: str, up: str, which: str = "major") -> None:
     """Name both axes of a panel, in small letters."""
     axes.set_xlabel(across, fontsize=8)
     axes.set_ylabel(up, fontsize=8)
-    _unnamed(*(axis for axis, name in ((axes.xaxis, across), (axes.yaxis, up)) if not name))
     axes.tick_params(labelsize=8, which=which)
-
-
-def _unnamed(*axis: Any) -> None:
-    """Spare axes without a name the search for its place, for which Matplotlib measures all their ticks again."""
-    for one in axis:
-        one.set_label_coords(0.5, 0.0)
 
 
 def logarithmic(axis: Any) -> None:
@@ -190,7 +183,6 @@ def compass(axes: Any, names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", 
     """Turn a polar axes into a compass: north up, clockwise, eight directions named."""
     axes.set_theta_zero_location("N")
     axes.set_theta_direction(-1)
-    _unnamed(axes.xaxis, axes.yaxis)
     axes.tick_params(axis="x", pad=pad)  # before there are eight ticks to be told
     axes.set_xticks(np.radians(np.arange(0, 360, 45)), names)
     axes.spines["polar"].set_linewidth(0.6)

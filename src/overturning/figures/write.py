@@ -28,6 +28,9 @@ def save(
     if (wide := (width or figure.get_figwidth()) / scale) != figure.get_figwidth():
         figure.set_size_inches(wide, wide * figure.get_figheight() / figure.get_figwidth())
     _lay_out_once(figure)
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        if not axis.get_label_text():  # else all ticks would be measured for the place of a name that there is not
+            axis.set_label_coords(0.5, 0.0)
     for path in paths:
         kind = path.suffix.removeprefix(".")
         with atomic_write(path) as part, _measure_once():

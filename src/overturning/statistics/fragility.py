@@ -22,8 +22,8 @@ LARGEST_STEP: Final = 2.0
 NODES: Final = np.linspace(-6.0, 6.0, 1201)
 """Where the likelihood of a record is taken over how much stronger it is than its intensity says, in spreads."""
 
-MOST_AT_ONCE: Final = 500_000
-"""Values that are fitted in one go: samples times shares."""
+MOST_AT_ONCE: Final = 50_000
+"""Values that are fitted in one go, samples times shares: what of them is in use stays near the processor."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.falls import model_of
-from overturning.statistics.by_record import one_record
+from overturning.statistics.by_record import few_records
 from overturning.statistics.circular import wrap_axis
 
 WHICH_SIDE: Final = "Falls, but to which side?"
@@ -99,9 +99,7 @@ def _normal_against_parallel(one: xr.Dataset) -> Candidate | None:
 
 def _which_side(one: xr.Dataset) -> Candidate | None:
     model = model_of(one)
-    nominal = model.falls(one, ensemble=False)
-    x, y = (nominal[f"direction_{name}"].transpose(*model.dims).to_numpy() for name in ("cosine", "sine"))
-    sure = model.falls(one)["falls"].transpose(*model.dims).to_numpy() > 0.99
+    x, y, sure = (one[name].to_numpy() for name in ("direction_cosine", "direction_sine", "sure"))
     turns = x[:-1] * x[1:] + y[:-1] * y[1:] < 0  # by more than 90°; where a block stands both parts are 0
     if not turns.any():
         return None
@@ -157,17 +155,22 @@ RULES: Final = (
 
 
 def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
-    """The illustrative cases of a study, at most one of each of `RULES`, of equals the first; read record by record."""
+    """Illustrative cases of a study, at most one of each of `RULES`, of equals the first; few records are in memory."""
     model, cells = model_of(cube), model_of(cube).representative(cube)
     rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
     names = ["overturned", *model.reads, *{name for rule in rules for name in rule.needs}]
     best: dict[str, tuple[Candidate, int]] = {}
-    for record in range(cube.sizes["record"]):
-        one = one_record(cube, record, names).isel({model.direction: cells}).transpose(*model.dims, ...)
-        for rule in rules:
-            found = rule.find(one)
-            if found is not None and (rule.title not in best or found.score > best[rule.title][0].score):
-                best[rule.title] = found, record
+    for places, some in few_records(cube, names):
+        half = some.isel({model.direction: cells})
+        nominal = model.falls(half, ensemble=False)[["direction_cosine", "direction_sine"]]
+        told = half.assign(nominal.assign(sure=model.falls(half)["falls"] > 0.99))
+        told = told.transpose("record", *model.dims, ...)
+        for at, record in enumerate(places):
+            one = told.isel(record=at)
+            for rule in rules:
+                found = rule.find(one)
+                if found is not None and (rule.title not in best or found.score > best[rule.title][0].score):
+                    best[rule.title] = found, record
     cases = []
     for rule in rules:
         if rule.title in best:

@@ -5,6 +5,7 @@ Snakemake's own trigger looks at the command of a rule, not at the package that 
 
 import ast
 import hashlib
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -26,10 +27,18 @@ def _named(name: str, roots: tuple[Path, ...]) -> tuple[Path, str]:
     return path, function
 
 
+def _statements(node: ast.AST) -> Iterator[ast.AST]:
+    """All statements inside of one, at any depth: a tenth of the nodes, and imports are among them."""
+    for name in ("body", "orelse", "handlers", "finalbody", "cases"):
+        for one in getattr(node, name, ()):
+            yield one
+            yield from _statements(one)
+
+
 @cache
 def _imports(path: Path, roots: tuple[Path, ...], function: str = "") -> frozenset[Path]:
     names = set()
-    for node in ast.walk(part_of(path, function)):
+    for node in _statements(part_of(path, function)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:

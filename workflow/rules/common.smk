@@ -129,9 +129,9 @@ FRAGILITY = [f"{RESULTS}/fragility/fragility.csv"] if STUDY.population else []
 
 SURVEYS = list(range(1, len(STUDY.surveys) + 1))
 
-# Figures of so many records are one job: its imports take as long as drawing one. Each is a rule, as no wildcard is in
+# Figures of so many records are one job: its imports take longer than drawing one. Each is a rule, as no wildcard is in
 # it.
-BATCH = max(4, -(-len(RECORDS) // 16))
+BATCH = max(7, -(-len(RECORDS) // 16))
 BATCHES = {
     f"record_figures_{at // BATCH + 1}": RECORDS[at : at + BATCH]
     for at in range(0, len(RECORDS), BATCH)
@@ -147,14 +147,14 @@ SWEEP_MINUTES = 10 + round(SWEEP_S / 12)
 # Of a job of each rule, for the time to go: near-fault.yaml on two cores, of whose seconds most go with the records.
 EXPECTED_S = {
     "read": 0.5,
-    "rotate": round(1.5 + 0.4 * len(RECORDS), 1),
+    "rotate": round(1.5 + 0.25 * len(RECORDS), 1),
     "sweep": round(SWEEP_S, 1),
     "gather": round(1 + 0.05 * len(RECORDS), 1),
     "convergence": round(2 + 0.05 * SWEEP_S * CHUNKS * len(RECORDS), 1),
-    **dict.fromkeys(BATCHES, round(1.5 + 1.1 * BATCH, 1)),
+    **dict.fromkeys(BATCHES, round(1.5 + 0.9 * BATCH, 1)),
     "figures": round(2 + 0.15 * len(RECORDS), 1),
-    "illustrative": 5.0,
-    "report": round(3 + 0.2 * len(RECORDS), 1),
+    "illustrative": 4.0,
+    "report": round(3 + 0.1 * len(RECORDS), 1),
     "crate": 1.5,
 }
 logger.info(

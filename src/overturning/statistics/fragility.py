@@ -129,17 +129,20 @@ def _fits(
     first = (0.0, 1.0) if near is None else ((middle - math.log(near[0])) / near[1], width / near[1])
     found, moving = np.tile(first, (len(weight), 1)), np.ones(len(weight), bool)
     likelihood, trying = np.full(len(weight), -np.inf), np.zeros_like(found)
-    for _ in range(MOST_ITERATIONS):
+    for iteration in range(MOST_ITERATIONS):
         at = np.flatnonzero(moving)
         if not at.size:
             break
         tried = found[at] + trying[at]
-        z = tried[:, :1] + tried[:, 1:] * scaled
+        different = slice(None) if iteration else slice(1)  # all rows begin at the same
+        z = tried[different, :1] + tried[different, 1:] * scaled
         below, above = scipy.special.log_ndtr(z), scipy.special.log_ndtr(-z)
         reached = (weight[at] * (y * below + (1 - y) * above)).sum(axis=1)
         worse = reached < likelihood[at] - 1e-12 * np.abs(reached)
         trying[at[worse]] /= 2
-        better, z, below, above = at[~worse], z[~worse], below[~worse], above[~worse]
+        better = at[~worse]
+        if worse.any():
+            z, below, above = z[~worse], below[~worse], above[~worse]
         found[better], likelihood[better], w = tried[~worse], reached[~worse], weight[better]
         density = -0.5 * z * z - 0.5 * math.log(2 * math.pi)
         falls, stands = np.exp(density - below), np.exp(density - above)

@@ -1,16 +1,20 @@
 """The page of a record's time histories: the same each time, with what it is to show, and light."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from overturning.figures.history import BINS, envelope, history_figure, shift_of
+from overturning.figures.history import BINS, RESPONSE_PERIODS, envelope, history_figure, shift_of
 from overturning.figures.style import style
 from overturning.figures.write import save
 from overturning.records.processing import process
 from overturning.records.record import Record
 from overturning.records.steps import Cut, Highpass, RemoveMean
+from overturning.study.intensity import write_intensity
+from overturning.study.load import load_study
 
 TIME = np.arange(0, 60, 0.01)
 
@@ -76,6 +80,16 @@ def test_response_spectra_over_all_azimuths_of_a_motion_along_one(up):
     assert (lines["RotD00"] < 1e-9 * lines["RotD100"]).all()
     # An oscillator that is far stiffer than the motion follows the ground: 1 m/s².
     assert lines["RotD100"][0] == pytest.approx(100, rel=0.02)
+
+
+def test_response_spectra_out_of_the_file_of_intensities_are_those_computed_here(tmp_path):
+    one = raw()
+    write_intensity(load_study(Path("config/near-fault.yaml"), {"azimuth": {"step": 90}}), [one], tmp_path / "i.nc")
+    with style(), xr.open_dataset(tmp_path / "i.nc") as measures:
+        spectra = measures["psa_rotd"].isel(record=0).sel(period=RESPONSE_PERIODS, method="nearest").to_numpy()
+        for page, given in (("a.svg", spectra), ("b.svg", None)):
+            save(history_figure(one, one, given), tmp_path / page)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
 
 def test_the_envelope_keeps_every_peak_and_the_order_of_time():

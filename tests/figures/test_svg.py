@@ -3,12 +3,15 @@
 import base64
 import io
 import re
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
+import pytest
 from PIL import Image
 
-from overturning.figures.style import DPI, style
+from overturning.figures import write
+from overturning.figures.style import DPI, caption, compass, grid, labels, style
 from overturning.figures.svg import compact
 from overturning.figures.write import save
 
@@ -65,3 +68,29 @@ def test_neighbouring_ticks_are_one_path_at_their_places() -> None:
         f"{use.format(10)}{use.format(20)}</g></svg>"
     )
     assert '<path style="stroke: #222; fill: none" d="M 10.12 2 L 10.12 5.5 M 20.12 2 L 20.12 5.5" />' in made
+
+
+def compasses(path: Path) -> bytes:
+    """Two compasses and a panel with texts turned and of several lines, a legend, and axes with and without a name."""
+    with style():
+        figure, panels = grid(1, 2, 6.4, 3.5, polar=True)
+        for axes in panels.flat:
+            compass(axes)
+            axes.plot([0.0, 1.0, 2.0], [1e-3, 2e-3, 3e-3], label="one")
+            axes.set_title("two\nlines", fontsize=9)
+        beside = figure.add_axes((0.7, 0.7, 0.2, 0.2))
+        beside.loglog([1, 1e4], [1e-3, 1e3])
+        labels(beside, "", "up")
+        beside.annotate("turned", (10, 1), rotation=30, ha="right", rotation_mode="anchor")
+        caption(figure, "Title", panels[0, 0])
+        save(figure, path)
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("kind", ["svg", "png"])
+def test_what_is_spared_changes_no_byte(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Texts that are measured once and names of axes that are not looked for stand where Matplotlib puts them."""
+    spared = compasses(tmp_path / f"spared.{kind}")
+    monkeypatch.setattr(write, "_measure_once", nullcontext)
+    monkeypatch.setattr("matplotlib.axis.Axis.set_label_coords", lambda *_: None)
+    assert compasses(tmp_path / f"whole.{kind}") == spared

@@ -201,3 +201,23 @@ def test_paths_of_this_machine_stay_out_of_the_cube(tmp_path: Path) -> None:
     folder = STUDY.records.model_copy(update={"folder": str(tmp_path / "mine")})
     found = cube(tmp_path, settings=STUDY.model_copy(update={"records": folder}))
     assert str(tmp_path) not in repr(dict(found.attrs))
+
+
+def test_arrays_of_dask_are_imported_where_a_cube_is_read_by_them_and_known_then(
+    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
+) -> None:
+    gather(study, records, parts(), tmp_path / "cube.nc")
+    program = f"""if True:
+        import sys
+        from pathlib import Path
+        from xarray.namedarray.pycompat import array_type
+        from overturning.study.cube import open_cube
+        with open_cube(Path({str(tmp_path / "cube.nc")!r})) as cube:
+            print((cube["overturned"] == 0).sum().item(), "dask.array" in sys.modules)
+        with open_cube(Path({str(tmp_path / "cube.nc")!r}), {{"record": 1}}) as cube:
+            known = isinstance(cube["overturned"].data, array_type("dask"))
+            print((cube["overturned"] == 0).sum().compute().item(), known)
+    """
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    whole, spared, by_record, known = done.stdout.split()
+    assert (whole, spared, known) == (by_record, "False", "True")

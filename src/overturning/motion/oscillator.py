@@ -84,6 +84,7 @@ class Oscillators:
     ) -> None:
         self._points = points_per_period
         rest = math.ceil(min(longest_s, 10.0) / sampling_interval)
+        self._samples = components.shape[1]
         self._components = np.pad(components, ((0, 0), (0, rest)))
         self._interval = sampling_interval
         self._finer: dict[int, FloatArray] = {1: self._components}
@@ -111,7 +112,9 @@ class Oscillators:
         if not 0 <= damping < 1:
             raise ArgumentError(f"damping: {damping}; give a ratio from 0 to below 1")
         factor = self.factor(period_s)
-        motion = self._interpolated(factor)
+        # Later the free response only decays: rest of one period holds its peak.
+        until = self._samples + math.ceil(period_s / self._interval)
+        motion = self._interpolated(factor)[:, : factor * until]
         displacement, velocity, below = coefficients(period_s, damping, self._interval / factor)
         above = {"displacement": displacement, "velocity": velocity}
         return [np.asarray(lfilter(above[q], below, motion, axis=1)) for q in quantities]

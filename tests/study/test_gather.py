@@ -203,10 +203,8 @@ def test_paths_of_this_machine_stay_out_of_the_cube(tmp_path: Path) -> None:
     assert str(tmp_path) not in repr(dict(found.attrs))
 
 
-def test_arrays_of_dask_are_imported_where_a_cube_is_read_by_them_and_known_then(
-    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
-) -> None:
-    gather(study, records, parts(), tmp_path / "cube.nc")
+def test_arrays_of_dask_are_imported_where_a_cube_is_read_by_them_and_known_then(tmp_path: Path) -> None:
+    gather(STUDY, RECORDS, parts(tmp_path), tmp_path / "cube.nc")
     program = f"""if True:
         import sys
         from pathlib import Path

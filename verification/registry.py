@@ -153,11 +153,11 @@ MEASURES: Final[dict[str, Measure]] = {
         ("config/soft-ground.yaml",), STUDY, others=_RUN,
     ),
     "backwards_coverage:measured": Measure(
-        "backwards_coverage", ("backwards-coverage", "backwards-coverage.csv"), ("block",), _RECORDS,
+        "backwards_coverage", ("backwards-coverage", "backwards-coverage.csv"), ("body",), _RECORDS,
         _BACKWARDS,
     ),
     "backwards_coverage:ruin": Measure(
-        "backwards_coverage", ("example-ruin", "example-ruin.svg"), ("block", "body"),
+        "backwards_coverage", ("example-ruin", "example-ruin.svg"), ("body",),
         ("surveys/example-ruin.csv",), _BACKWARDS,
     ),
     "shaking_table.__main__": Measure(

@@ -222,7 +222,7 @@ def test_a_key_that_stands_twice_is_named(tmp_path: Path) -> None:
 
 
 def test_each_job_of_figures_has_its_own_pulses_and_published_values_alone(tmp_path: Path) -> None:
-    pulses = ", ".join(f"p{n}: sine amplitude_gal={n}00 period_s=1" for n in range(1, 7))
+    pulses = ", ".join(f"p{n}: sine amplitude_gal={n}00 period_s=1" for n in range(1, 10))
     published = "published: [{record: rinaldi, azimuth: 32, b_over_h: 0.4, overturns: true}]\n"
     checkout = Checkout(
         tmp_path / "pulses",
@@ -230,7 +230,7 @@ def test_each_job_of_figures_has_its_own_pulses_and_published_values_alone(tmp_p
     )
     commands = [command for command in checkout.plan().commands if "record-figures" in command]
     used = [re.search(r'"use": \[(.*?)\]', command) for command in commands]
-    assert sorted(found[1] for found in used if found) == ['"p4", "p5", "p6"', '"rinaldi", "p1", "p2", "p3"']
+    assert sorted(found[1] for found in used if found) == ['"p7", "p8", "p9"', '"rinaldi", "p1", "p2", "p3", "p4", "p5", "p6"']
 
 
 def test_keys_of_the_command_line_replace_those_of_the_default_study(tmp_path: Path) -> None:

@@ -56,9 +56,7 @@ load_equations, store_equations, _ = ROWS.access(Equations)
 load_change, store_change, _ = ROWS.access(Change)
 load_sum, store_sum, _ = ROWS.access(Sum)
 load_largest, store_largest, _ = ROWS.access(Largest)
-no_equations, add_equations = arithmetic(Equations).zero, arithmetic(Equations).plus
-no_sum, add_sum = arithmetic(Sum).zero, arithmetic(Sum).plus
-nothing, larger_of = arithmetic(Largest).zero, arithmetic(Largest).largest
+add_equations, add_sum, larger_of = arithmetic(Equations).plus, arithmetic(Sum).plus, arithmetic(Largest).largest
 load_vertex = VERTEX.access(Vertex).load
 load_memory, _, store_memory = VERTEX.access(Point, "old")
 load_point, store_point, _ = VERTEX.access(PredictedPoint)
@@ -76,9 +74,6 @@ def predict_all(state: Any, columns: int, ticks: float) -> None:
         )
         store_predicted(state, j, w)
         store_frame(state, j, frame_of(w.turn))
-        store_equations(state, j, no_equations())
-        store_sum(state, j, no_sum())
-        store_largest(state, j, nothing())
 
 
 @njit(**INNER)
@@ -111,8 +106,17 @@ def predict_rim(state: Any, one: Any, other: Any, columns: int, ahead: float, as
 
 
 @njit(**INNER)
-def contribute_all(state: Any, one: Any, other: Any, columns: int) -> None:
-    """Their parts in the equations."""
+def contribute_first(state: Any, one: Any, other: Any, columns: int) -> None:
+    """The part of the first pair in the equations."""
+    for j in range(columns):
+        body, half = load_body(state, j), load_predicted(state, j).half
+        a, b = contribution(body, half, load_point(one, j)), contribution(body, half, load_point(other, j))
+        store_equations(state, j, add_equations(a, b))
+
+
+@njit(**INNER)
+def contribute_next(state: Any, one: Any, other: Any, columns: int) -> None:
+    """That of another pair, added."""
     for j in range(columns):
         body, half = load_body(state, j), load_predicted(state, j).half
         a, b = contribution(body, half, load_point(one, j)), contribution(body, half, load_point(other, j))
@@ -130,8 +134,22 @@ def solve_all(state: Any, columns: int) -> None:
 
 
 @njit(**INNER)
-def correct_all(state: Any, one: Any, other: Any, columns: int, round_: Any) -> None:
-    """Forces of a pair of points at the solution."""
+def correct_first(state: Any, one: Any, other: Any, columns: int, round_: Any) -> None:
+    """Forces of the first pair of points at the solution."""
+    for j in range(columns):
+        body, w, d = load_body(state, j), load_predicted(state, j), load_change(state, j)
+        fine = is_fine(load_clock(state, j), load_attempt(state, j))
+        a, worst_a, next_a = correct(body, w, load_point(one, j), load_memory(one, j), d, fine, round_)
+        b, worst_b, next_b = correct(body, w, load_point(other, j), load_memory(other, j), d, fine, round_)
+        store_next(one, j, next_a)
+        store_next(other, j, next_b)
+        store_sum(state, j, add_sum(a, b))
+        store_largest(state, j, larger_of(worst_a, worst_b))
+
+
+@njit(**INNER)
+def correct_next(state: Any, one: Any, other: Any, columns: int, round_: Any) -> None:
+    """Those of another pair, added."""
     for j in range(columns):
         body, w, d = load_body(state, j), load_predicted(state, j), load_change(state, j)
         fine = is_fine(load_clock(state, j), load_attempt(state, j))
@@ -199,11 +217,17 @@ def loops(round_: bool) -> Any:
                     predict_rim(state, one, other, columns, ahead, 1.0 - ahead)
                 else:
                     predict_vertices(state, one, other, columns)
-                contribute_all(state, one, other, columns)
+                if pair == 0:
+                    contribute_first(state, one, other, columns)
+                else:
+                    contribute_next(state, one, other, columns)
             solve_all(state, columns)
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
-                correct_all(state, one, other, columns, round_)
+                if pair == 0:
+                    correct_first(state, one, other, columns, round_)
+                else:
+                    correct_next(state, one, other, columns, round_)
             commit_all(state, columns, ticks, round_)
             for point in range(0, 2 * half, OF_A_VERTEX):
                 remember_all(state, vertices[point : point + OF_A_VERTEX], columns)

@@ -48,8 +48,9 @@ class _Dask:
 def spare_dask() -> None:
     """Keep xarray from importing dask's arrays, a third of a second, to see that what it holds is none of them.
 
-    Nothing can be one before something has imported them.
+    Nothing can be one before something has imported them. A version of xarray that keeps no such table imports them.
     """
     from xarray.namedarray import pycompat
 
-    pycompat._cached_duck_array_modules.setdefault("dask", _Dask())  # type: ignore[arg-type]
+    table: Any = getattr(pycompat, "_cached_duck_array_modules", {})
+    table.setdefault("dask", _Dask())

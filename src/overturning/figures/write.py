@@ -121,10 +121,16 @@ def _lay_out_once(figure: "Figure") -> None:
 
 @contextmanager
 def _measure_once() -> Iterator[None]:
-    """Measure a text of a figure once: for layout and drawing Matplotlib does so about eight times with each label."""
+    """Measure a text of a figure once: for layout and drawing Matplotlib does so about eight times with each label.
+
+    A version of Matplotlib that measures otherwise goes on as it does.
+    """
     from matplotlib.text import Text
 
-    measure, known = Text._get_layout, {}  # type: ignore[attr-defined]
+    measure, known = getattr(Text, "_get_layout", None), {}
+    if measure is None:
+        yield
+        return
 
     def measured(text: Any, renderer: Any) -> Any:
         """What is kept, by all that a layout depends on."""

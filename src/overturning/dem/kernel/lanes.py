@@ -36,7 +36,7 @@ OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "bo
 OWNER: Final[dict[str, Any]] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
 """Of those that a queue calls and that may make arrays; without entries for Python and C, long for named tuples."""
 
-INNER: Final[dict[str, Any]] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
+INNER: Final[dict[str, Any]] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False, "forceinline": False}
 """Of those that compiled code alone calls: they take arrays that are `borrowed`, make none, and count no references."""
 
 INLINE: Final[dict[str, Any]] = {**INNER, "forceinline": True}

@@ -16,16 +16,17 @@ numbers among a tuple's own arguments; and storing under a condition (a masked s
 number by number instead.
 """
 
-from collections.abc import Collection, Iterator
+import hashlib
+from collections.abc import Collection
 from functools import cache
 from typing import Any, Final, NamedTuple, get_type_hints
 
 import numpy as np
-from llvmlite.ir.instructions import Instruction
 from numba import njit, types
 from numba.extending import intrinsic
 
 from overturning.dem.kernel.cache import prefer_vector_code, refuse_calls_from_python
+from overturning.dem.kernel.tuples import by_numbers, chosen, loads, paths_of, stores, stores_unless, zeros
 
 prefer_vector_code()  # before anything is compiled
 refuse_calls_from_python()
@@ -36,7 +37,13 @@ OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "bo
 OWNER: Final[dict[str, Any]] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
 """Of those that a queue calls and that may make arrays; without entries for Python and C, long for named tuples."""
 
-INNER: Final[dict[str, Any]] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False, "forceinline": False}
+INNER: Final[dict[str, Any]] = {
+    **OPTIONS,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+    "_nrt": False,
+    "forceinline": False,
+}
 """Of those that compiled code alone calls: they take arrays that are `borrowed`, make none, and count no references."""
 
 INLINE: Final[dict[str, Any]] = {**INNER, "forceinline": True}
@@ -81,18 +88,10 @@ borrowed: Final[Any] = intrinsic(_borrowed)
 
 
 def _select(_: Any, condition: Any, first: Any, second: Any) -> Any:
-    """The first number where the condition holds, else the second, without a branch wherever it is stored.
-
-    LLVM leaves out the store of a number where it has just been loaded from, and so stores under a condition; frozen,
-    the number is not known to be that one.
-    """
+    """The first number where the condition holds, else the second, without a branch; as `chosen`."""
 
     def make(_: Any, builder: Any, __: Any, values: Any) -> Any:
-        # The builder has no method for this instruction.
-        frozen = [Instruction(builder.block, value.type, "freeze", [value]) for value in values[1:]]
-        for one in frozen:
-            builder._insert(one)
-        return builder.select(values[0], *frozen)
+        return chosen(builder, *values)
 
     return second(condition, first, second), make
 
@@ -127,17 +126,17 @@ class Arithmetic(NamedTuple):
 @cache
 def arithmetic(of: type) -> Arithmetic:
     """Arithmetic of a named tuple of numbers or of further such tuples."""
-    forms = {
-        "zero()": "0.0",
-        "plus(a, b)": "a.{0} + b.{0}",
-        "minus(a, b)": "a.{0} - b.{0}",
-        "largest(a, b)": "select(a.{0} > b.{0}, a.{0}, b.{0})",
-    }
-    space: dict[str, Any] = {"select": select}
-    for head, form in forms.items():
-        value = _construction(of, {path: form.format(path) for path in _paths(of)}, space)
-        exec(f"def {head}:\n    return {value}", space)
-    return Arithmetic(*(njit(**INLINE)(space[name]) for name in Arithmetic._fields))
+    name = f"{of.__module__}.{of.__qualname__}"
+
+    def larger(builder: Any, x: Any, y: Any) -> Any:
+        return chosen(builder, builder.fcmp_ordered(">", x, y), x, y)
+
+    return Arithmetic(
+        zeros(of),
+        by_numbers(of, f"plus.{name}", lambda builder, x, y: builder.fadd(x, y)),
+        by_numbers(of, f"minus.{name}", lambda builder, x, y: builder.fsub(x, y)),
+        by_numbers(of, f"largest.{name}", larger),
+    )
 
 
 class Rows:
@@ -157,7 +156,7 @@ class Rows:
     """
 
     def __init__(self, lanes: int, *tuples: type) -> None:
-        numbers = [(of, path) for of in tuples for path in _paths(of)]
+        numbers = [(of, path) for of in tuples for path in paths_of(of)]
         self.count: Final = len(numbers)
         self.size: Final = lanes * self.count
         self._rows = {number: lanes * row for row, number in enumerate(numbers)}
@@ -182,47 +181,14 @@ class Rows:
         kind, prefix = of, ""
         for name in path.split(".") if path else ():
             kind, prefix = get_type_hints(kind)[name], f"{prefix}{name}."
-        inner = [inner for inner in _paths(kind) if not set(inner.split(".")) & set(without)]
+        inner = [inner for inner in paths_of(kind) if not set(inner.split(".")) & set(without)]
         key = (of, path, *inner)
         if key not in self._made:
             self._made[key] = self._make(of, kind, prefix, inner)
         return self._made[key]
 
     def _make(self, of: type, kind: type, prefix: str, inner: list[str]) -> Access:
-        # Unsigned: Numba lets a signed index count from the end, and LLVM cannot always see that this one does not. As
-        # names of constants, since a call for each would take a third of the time to compile.
-        place = {p: f"array[row{number} + j]" for number, p in enumerate(inner)}
-        space: dict[str, Any] = {f"row{number}": np.uintp(self._rows[of, prefix + p]) for number, p in enumerate(inner)}
-        space |= {"unsigned": np.uintp, "select": select}
-        value = _construction(kind, place, space)
-        stores = [f"{at} = value.{p}" for p, at in place.items()]
-        choices = [f"{at} = select(keep, {at}, value.{p})" for p, at in place.items()]
-        source = {
-            "load(array, j)": [f"return {value}"],
-            "store(array, j, value)": stores or ["pass"],
-            "store_unless(array, j, keep, value)": choices or ["pass"],
-        }
-        for head, body in source.items():
-            exec("\n    ".join([f"def {head}:", "j = unsigned(j)", *body]), space)
-        return Access(*(njit(**INLINE)(space[name]) for name in Access._fields))
-
-
-def _paths(of: type, prefix: str = "") -> Iterator[str]:
-    """Paths of field names to the numbers of a tuple, depth first."""
-    for name, kind in get_type_hints(of).items():
-        if hasattr(kind, "_fields"):
-            yield from _paths(kind, f"{prefix}{name}.")
-        else:
-            yield prefix + name
-
-
-def _construction(of: Any, place: dict[str, str], space: dict[str, Any], prefix: str = "") -> str:
-    """Source of the call that builds a tuple of numbers by their places; the types it names are put into `space`."""
-    space[of.__name__] = of
-    parts = [
-        _construction(kind, place, space, f"{prefix}{name}.")
-        if hasattr(kind, "_fields")
-        else place.get(prefix + name, "0.0")
-        for name, kind in get_type_hints(of).items()
-    ]
-    return f"{of.__name__}({', '.join(parts)})"
+        rows = [self._rows[of, prefix + path] if path in inner else None for path in paths_of(kind)]
+        # By the rows: what has another name in the machine code is another function.
+        name = f"{kind.__module__}.{kind.__qualname__}.{hashlib.sha256(str(rows).encode()).hexdigest()[:16]}"
+        return Access(loads(kind, rows, name), stores(kind, rows, name), stores_unless(kind, rows, name))

@@ -1,0 +1,235 @@
+"""Functions of named tuples of numbers, written as LLVM instructions.
+
+A kernel has some fifty functions that only load, store or add all numbers of a tuple. As functions in Python each of
+their numbers would be variables, types and calls to Numba, a fifth of the time in which a kernel is compiled.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import cache
+from typing import Any, get_type_hints
+
+from llvmlite import ir
+from llvmlite.ir.instructions import Instruction
+from numba import types
+from numba.core import cgutils
+from numba.core.errors import TypingError
+from numba.extending import intrinsic
+
+
+def paths_of(of: type, prefix: str = "") -> Iterator[str]:
+    """Paths of field names to the numbers of a tuple, depth first."""
+    for name, kind in get_type_hints(of).items():
+        if hasattr(kind, "_fields"):
+            yield from paths_of(kind, f"{prefix}{name}.")
+        else:
+            yield prefix + name
+
+
+@cache
+def type_of(kind: type) -> Any:
+    """Numba's type of a tuple of floating-point numbers or of further such tuples."""
+    if not hasattr(kind, "_fields"):
+        return types.float64
+    return types.BaseTuple.from_types(tuple(type_of(inner) for inner in get_type_hints(kind).values()), pyclass=kind)
+
+
+def numbers_of(builder: Any, kind: type, value: Any) -> list[Any]:
+    """The numbers of a tuple, in the order of their paths."""
+    inners = get_type_hints(kind).values() if hasattr(kind, "_fields") else ()
+    parts = (numbers_of(builder, inner, builder.extract_value(value, at)) for at, inner in enumerate(inners))
+    return [number for part in parts for number in part] if inners else [value]
+
+
+def tuple_of(context: Any, builder: Any, kind: type, numbers: Iterator[Any]) -> Any:
+    """A tuple of numbers that come in the order of their paths."""
+    if not hasattr(kind, "_fields"):
+        return next(numbers)
+    parts = [tuple_of(context, builder, inner, numbers) for inner in get_type_hints(kind).values()]
+    return context.make_tuple(builder, type_of(kind), parts)
+
+
+def chosen(builder: Any, condition: Any, first: Any, second: Any) -> Any:
+    """The first number where the condition holds, else the second, without a branch wherever it is stored.
+
+    LLVM leaves out the store of a number where it has just been loaded from, and so stores under a condition; frozen,
+    the number is not known to be that one.
+    """
+    # The builder has no method for this instruction.
+    frozen = [Instruction(builder.block, value.type, "freeze", [value]) for value in (first, second)]
+    for one in frozen:
+        builder._insert(one)
+    return builder.select(condition, *frozen)
+
+
+class Written:
+    """A function that is written once, when it is first called, and linked into all that call it, where it is inlined.
+
+    Parameters
+    ----------
+    name : str
+        Of the function in the machine code: what has the same name does the same.
+    write : callable
+        ``write(context, builder, *values)`` writes its instructions and returns its result, None where it has none.
+    """
+
+    def __init__(self, name: str, write: Callable[..., Any]) -> None:
+        self._name, self._write, self._library = name, write, None
+
+    def __call__(self, context: Any, builder: Any, returns: Any, *values: Any) -> Any:
+        """Call it from code that is being compiled, with numbers and addresses; it returns a value of a type."""
+        into = None if returns == types.void else cgutils.alloca_once(builder, context.get_value_type(returns))
+        values = values if into is None else (into, *values)
+        kind = ir.FunctionType(ir.VoidType(), [value.type for value in values])
+        self._library = self._library or self._made(context, kind, into is not None)
+        context.add_linking_libs([self._library])
+        builder.call(cgutils.get_or_insert_function(builder.module, kind, self._name), values)
+        return context.get_dummy_value() if into is None else builder.load(into)
+
+    def _made(self, context: Any, kind: Any, gives: bool) -> Any:
+        library = context.codegen().create_library(self._name)
+        module = library.create_ir_module(self._name)
+        function = ir.Function(module, kind, self._name)
+        function.attributes.add("alwaysinline")
+        builder = ir.IRBuilder(function.append_basic_block())
+        result = self._write(context, builder, *function.args[gives:])
+        if gives:
+            function.args[0].add_attribute("noalias")
+            builder.store(result, function.args[0])
+        builder.ret_void()
+        library.add_ir_module(module)
+        return library
+
+
+def _as(context: Any, builder: Any, kind: type, given: Any, value: Any) -> Any:
+    """A tuple, or a number, of whatever types of numbers as one of floating-point numbers."""
+    if given == type_of(kind):
+        return value
+    if not hasattr(kind, "_fields"):
+        return context.cast(builder, value, given, types.float64)
+    inners = zip(get_type_hints(kind).values(), given, strict=True)
+    parts = [
+        _as(context, builder, inner, of, builder.extract_value(value, at)) for at, (inner, of) in enumerate(inners)
+    ]
+    return context.make_tuple(builder, type_of(kind), parts)
+
+
+def _check(kind: type, *given: Any) -> None:
+    for one in given:
+        if getattr(one, "instance_class", None) is not kind:
+            raise TypingError(f"expected a {kind.__name__}, got {one}")
+
+
+def _data(context: Any, builder: Any, array: Any, value: Any) -> Any:
+    if not (
+        isinstance(array, types.Array) and array.ndim == 1 and array.layout == "C" and array.dtype == types.float64
+    ):
+        raise TypingError(f"expected a contiguous row of numbers, got {array}")
+    return context.make_array(array)(context, builder, value=value).data
+
+
+def loads(kind: type, rows: list[int | None], name: str) -> Any:
+    """``load(array, j)`` for compiled code: the tuple of the numbers at ``array[row + j]``, 0 where a row is None."""
+
+    def write(context: Any, builder: Any, data: Any, j: Any) -> Any:
+        zero = ir.Constant(ir.DoubleType(), 0.0)
+        numbers = [zero if row is None else builder.load(_at(builder, data, row, j)) for row in rows]
+        return tuple_of(context, builder, kind, iter(numbers))
+
+    written = Written(f"load.{name}", write)
+
+    def load(_: Any, array: Any, j: Any) -> Any:  # noqa: ARG001
+        def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            data = _data(context, builder, signature.args[0], values[0])
+            return written(context, builder, signature.return_type, data, values[1])
+
+        return type_of(kind)(array, types.uintp), make
+
+    return intrinsic(load)
+
+
+def stores(kind: type, rows: list[int | None], name: str) -> Any:
+    """``store(array, j, value)`` for compiled code: puts numbers of a tuple there; those whose row is None nowhere."""
+
+    def write(_: Any, builder: Any, data: Any, j: Any, *numbers: Any) -> None:
+        for row, number in zip(rows, numbers, strict=True):
+            if row is not None:
+                builder.store(number, _at(builder, data, row, j))
+
+    written = Written(f"store.{name}", write)
+
+    def store(_: Any, array: Any, j: Any, value: Any) -> Any:  # noqa: ARG001
+        _check(kind, value)
+
+        def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            data = _data(context, builder, signature.args[0], values[0])
+            numbers = _as(context, builder, kind, signature.args[2], values[2])
+            return written(context, builder, types.void, data, values[1], *numbers_of(builder, kind, numbers))
+
+        return types.void(array, types.uintp, value), make
+
+    return intrinsic(store)
+
+
+def stores_unless(kind: type, rows: list[int | None], name: str) -> Any:
+    """``store_unless(array, j, keep, value)`` for compiled code: does so where not `keep`, without a branch."""
+
+    def write(_: Any, builder: Any, data: Any, j: Any, keep: Any, *numbers: Any) -> None:
+        for row, number in zip(rows, numbers, strict=True):
+            if row is not None:
+                at = _at(builder, data, row, j)
+                builder.store(chosen(builder, keep, builder.load(at), number), at)
+
+    written = Written(f"store_unless.{name}", write)
+
+    def store_unless(_: Any, array: Any, j: Any, keep: Any, value: Any) -> Any:  # noqa: ARG001
+        _check(kind, value)
+
+        def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            data = _data(context, builder, signature.args[0], values[0])
+            numbers = _as(context, builder, kind, signature.args[3], values[3])
+            return written(
+                context, builder, types.void, data, values[1], values[2], *numbers_of(builder, kind, numbers)
+            )
+
+        return types.void(array, types.uintp, types.boolean, value), make
+
+    return intrinsic(store_unless)
+
+
+def _at(builder: Any, data: Any, row: int, j: Any) -> Any:
+    # Unsigned: LLVM cannot always see that a signed index does not count from the end.
+    return builder.gep(data, [builder.add(j, ir.Constant(j.type, row))])
+
+
+def zeros(kind: type) -> Any:
+    """``zero()`` for compiled code: a tuple of zeros."""
+
+    def zero(_: Any) -> Any:
+        def make(context: Any, *_: Any) -> Any:
+            return ir.Constant(context.get_value_type(type_of(kind)), None)
+
+        return type_of(kind)(), make
+
+    return intrinsic(zero)
+
+
+def by_numbers(kind: type, name: str, of_two: Callable[[Any, Any, Any], Any]) -> Any:
+    """``f(a, b)`` for compiled code: the tuple of what ``of_two(builder, x, y)`` makes of each two numbers."""
+
+    def write(context: Any, builder: Any, *numbers: Any) -> Any:
+        first, second = numbers[: len(numbers) // 2], numbers[len(numbers) // 2 :]
+        return tuple_of(context, builder, kind, (of_two(builder, *two) for two in zip(first, second, strict=True)))
+
+    written = Written(name, write)
+
+    def function(_: Any, a: Any, b: Any) -> Any:
+        _check(kind, a, b)
+
+        def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            two = [_as(context, builder, kind, *one) for one in zip(signature.args, values, strict=True)]
+            numbers = [number for one in two for number in numbers_of(builder, kind, one)]
+            return written(context, builder, signature.return_type, *numbers)
+
+        return type_of(kind)(a, b), make
+
+    return intrinsic(function)

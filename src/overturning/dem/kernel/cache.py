@@ -10,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
+import llvmlite.binding as llvm
 from llvmlite.binding import Linkage
 from numba.core.codegen import JITCodeLibrary
 from numba.core.dispatcher import _DispatcherBase
@@ -28,7 +29,6 @@ def prefer_vector_code() -> None:
     without AVX-512 take ten cycles. Both hold for all that Numba compiles in the process, and change the speed only,
     never the bits.
     """
-    import llvmlite.binding as llvm
     from numba import config as numba_config
 
     config: Any = numba_config
@@ -130,13 +130,58 @@ def _seal(file: Any) -> None:
     file._dump, file._load_index, file._load_data = sealed, checked_index, checked_data
 
 
+_SMALL = 100  # instructions
+
+
 class _Linked(JITCodeLibrary):
-    """Code of a function; that which Python cannot call is linked into its callers, and gets no machine code itself."""
+    """Code of a function; that which Python cannot call is linked into its callers, and gets no machine code itself.
+
+    What is large and not to be inlined is linked in last, by what Python calls: every caller on the way there would
+    optimise it again.
+    """
+
+    _last: tuple["_Linked", ...] = ()
 
     @cached_property
     def has_entry(self) -> bool:
-        of_its_own = (item.name for item in self._final_module.functions if item.linkage == Linkage.external)
-        return any(name.startswith("_ZN7cpython") for name in of_its_own)
+        return any(function.name.startswith("_ZN7cpython") for function in self._of_its_own())
+
+    @cached_property
+    def _waits(self) -> bool:
+        own = list(self._of_its_own())
+        if self.has_entry or any(b"alwaysinline" in attributes for one in own for attributes in one.attributes):
+            return False
+        instructions = (one for function in own for block in function.blocks for one in block.instructions)
+        return any(number == _SMALL for number, _ in enumerate(instructions))
+
+    def _of_its_own(self) -> Iterator[Any]:
+        return (
+            one for one in self._final_module.functions if one.linkage == Linkage.external and not one.is_declaration
+        )
+
+    def finalize(self) -> None:
+        called = [library for library in self._linking_libraries if isinstance(library, _Linked)]
+        last = [one for library in called for one in (*library._last, *([library] if library._waits else ()))]
+        self._last = tuple(dict.fromkeys(last))
+        self._linking_libraries = [library for library in self._linking_libraries if library not in self._last]
+        super().finalize()
+
+    def _optimize_final_module(self) -> None:
+        super()._optimize_final_module()
+        if not self.has_entry or not self._last:
+            return
+        # Callers first: of what nobody calls yet a definition that others may have, too, is left out.
+        for library in reversed(self._last):
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
+                function.linkage = "internal"
+        # Of an array most functions use the address of its numbers alone, out of seven arguments.
+        passes = llvm.create_new_module_pass_manager()
+        passes.add_ipsccp_pass()
+        passes.add_dead_arg_elimination_pass()
+        passes.add_global_opt_pass()
+        passes.run(self._final_module, self._codegen._pass_builder())
 
     def _finalize_final_module(self) -> None:
         if self.has_entry:

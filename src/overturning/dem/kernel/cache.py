@@ -130,7 +130,13 @@ def _seal(file: Any) -> None:
     file._dump, file._load_index, file._load_data = sealed, checked_index, checked_data
 
 
-_SMALL = 100  # instructions
+_SMALL = 100
+"""Instructions of a function that is linked into its callers at once, where LLVM may inline it."""
+
+
+def _inlined(function: Any) -> bool:
+    """Whether LLVM puts a function into all that call it."""
+    return any(b"alwaysinline" in attributes for attributes in function.attributes)
 
 
 class _Linked(JITCodeLibrary):
@@ -149,7 +155,7 @@ class _Linked(JITCodeLibrary):
     @cached_property
     def _waits(self) -> bool:
         own = list(self._of_its_own())
-        if self.has_entry or any(b"alwaysinline" in attributes for one in own for attributes in one.attributes):
+        if self.has_entry or any(map(_inlined, own)):
             return False
         instructions = (one for function in own for block in function.blocks for one in block.instructions)
         return any(number == _SMALL for number, _ in enumerate(instructions))
@@ -165,6 +171,12 @@ class _Linked(JITCodeLibrary):
         self._last = tuple(dict.fromkeys(last))
         self._linking_libraries = [library for library in self._linking_libraries if library not in self._last]
         super().finalize()
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        if all(_inlined(one) for one in ll_module.functions if not one.is_declaration):
+            ll_module.data_layout = self._codegen._data_layout  # and no passes: its callers have theirs
+        else:
+            super()._optimize_functions(ll_module)
 
     def _optimize_final_module(self) -> None:
         super()._optimize_final_module()

@@ -44,7 +44,11 @@ INNER: Final[dict[str, Any]] = {
     "_nrt": False,
     "forceinline": False,
 }
-"""Of those that compiled code alone calls: they take arrays that are `borrowed`, make none, and count no references."""
+"""Of those that compiled code alone calls: they take arrays that are `borrowed`, make none, and count no references.
+
+Numba lets a function that does not say whether it is to be inlined do as its caller: then all of a kernel is one
+function, which takes twice the time to compile.
+"""
 
 INLINE: Final[dict[str, Any]] = {**INNER, "forceinline": True}
 """Of those called within a loop over the lanes."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import Ground
-from overturning.dem.kernel.lanes import INLINE, OPTIONS, OWNER, aligned, borrowed
+from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, aligned, borrowed
 from overturning.model.status import Status
 
 
@@ -138,7 +138,7 @@ def by_type(table: Mapping[Any, Any]) -> Callable[[Any], Any]:
     return found
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def copy_lane(state: Any, lanes: int, source: int, target: int) -> None:
     """Copy all rows of a lane."""
     for row in range(state.size // lanes):
@@ -156,7 +156,7 @@ def with_room(path: Any, rows: int, most: int) -> Any:
     return longer
 
 
-@njit(nogil=True, **OPTIONS)
+@njit(nogil=True, no_cfunc_wrapper=True, **OPTIONS)
 def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
     """Run cases, all with the same steps per sample.
 

@@ -1,20 +1,16 @@
 """Where compiled kernels are kept, so that an edited kernel is never answered by a stale one."""
 
-import gc
 import hashlib
 import os
 import pickle
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from functools import cached_property
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
-import llvmlite.binding as llvm
-from llvmlite.binding import Linkage
-from numba.core.codegen import JITCodeLibrary
 from numba.core.dispatcher import _DispatcherBase
 from numba.core.runtime import rtsys
+
+from overturning.dem.kernel.compiling import without_unused_work
 
 NEWEST_LLVM: Final = 22
 """Version of LLVM up to which its options are known; it ends the process where one is not."""
@@ -29,6 +25,7 @@ def prefer_vector_code() -> None:
     without AVX-512 take ten cycles. Both hold for all that Numba compiles in the process, and change the speed only,
     never the bits.
     """
+    import llvmlite.binding as llvm
     from numba import config as numba_config
 
     config: Any = numba_config
@@ -130,98 +127,6 @@ def _seal(file: Any) -> None:
     file._dump, file._load_index, file._load_data = sealed, checked_index, checked_data
 
 
-_SMALL = 100
-"""Instructions of a function that is linked into its callers at once, where LLVM may inline it."""
-
-
-def _inlined(function: Any) -> bool:
-    """Whether LLVM puts a function into all that call it."""
-    return any(b"alwaysinline" in attributes for attributes in function.attributes)
-
-
-class _Linked(JITCodeLibrary):
-    """Code of a function; that which Python cannot call is linked into its callers, and gets no machine code itself.
-
-    What is large and not to be inlined is linked in last, by what Python calls: every caller on the way there would
-    optimise it again.
-    """
-
-    _last: tuple["_Linked", ...] = ()
-
-    @cached_property
-    def has_entry(self) -> bool:
-        return any(function.name.startswith("_ZN7cpython") for function in self._of_its_own())
-
-    @cached_property
-    def _waits(self) -> bool:
-        own = list(self._of_its_own())
-        if self.has_entry or any(map(_inlined, own)):
-            return False
-        instructions = (one for function in own for block in function.blocks for one in block.instructions)
-        return any(number == _SMALL for number, _ in enumerate(instructions))
-
-    def _of_its_own(self) -> Iterator[Any]:
-        return (
-            one for one in self._final_module.functions if one.linkage == Linkage.external and not one.is_declaration
-        )
-
-    def finalize(self) -> None:
-        called = [library for library in self._linking_libraries if isinstance(library, _Linked)]
-        last = [one for library in called for one in (*library._last, *([library] if library._waits else ()))]
-        self._last = tuple(dict.fromkeys(last))
-        self._linking_libraries = [library for library in self._linking_libraries if library not in self._last]
-        super().finalize()
-
-    def _optimize_functions(self, ll_module: Any) -> None:
-        if all(_inlined(one) for one in ll_module.functions if not one.is_declaration):
-            ll_module.data_layout = self._codegen._data_layout  # and no passes: its callers have theirs
-        else:
-            super()._optimize_functions(ll_module)
-
-    def _optimize_final_module(self) -> None:
-        super()._optimize_final_module()
-        if not self.has_entry or not self._last:
-            return
-        # Callers first: of what nobody calls yet a definition that others may have, too, is left out.
-        for library in reversed(self._last):
-            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
-        for function in self._final_module.functions:
-            if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
-                function.linkage = "internal"
-        # Of an array most functions use the address of its numbers alone, out of seven arguments.
-        passes = llvm.create_new_module_pass_manager()
-        passes.add_ipsccp_pass()
-        passes.add_dead_arg_elimination_pass()
-        passes.add_global_opt_pass()
-        passes.run(self._final_module, self._codegen._pass_builder())
-
-    def _finalize_final_module(self) -> None:
-        if self.has_entry:
-            super()._finalize_final_module()
-        else:
-            self._finalize_dynamic_globals()
-            self._finalized = True
-
-
-@contextmanager
-def _without_unused_code(context: Any) -> Iterator[None]:
-    """Compile what `INNER` functions do for their callers alone; their own machine code took an eighth of the time."""
-    codegen, executable = context.codegen(), context.get_executable
-
-    def executable_of(library: Any, description: Any, environment: Any) -> Any:
-        return executable(library, description, environment) if library.has_entry else object()
-
-    usual, codegen._library_class, context.get_executable = codegen._library_class, _Linked, executable_of
-    collects = gc.isenabled()
-    gc.disable()  # what is compiled is many objects in use: looking for others took a tenth of the time
-    try:
-        yield
-    finally:
-        codegen._library_class, context.get_executable = usual, executable
-        if collects:
-            gc.enable()
-
-
 def keep_compiled(dispatcher: Any) -> Any:
     """Let a function jitted without ``cache=True`` keep its code in `cache_directory`; returns the same function.
 
@@ -267,7 +172,7 @@ def keep_compiled(dispatcher: Any) -> Any:
                 save(signature, data)
 
     def compile_once(*signature: Any) -> Any:
-        with _without_unused_code(dispatcher.targetctx):
+        with without_unused_work(dispatcher.targetctx):
             return compile_all(*signature)
 
     _seal(file)

@@ -34,6 +34,9 @@ refuse_calls_from_python()
 OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "boundscheck": False}
 """Of every jitted function: no fast-math, no contraction, so that the bits are the same everywhere."""
 
+QUEUE: Final[dict[str, Any]] = {**OPTIONS, "nogil": True, "no_cfunc_wrapper": True}
+"""Of the one that Python calls; without an entry for C."""
+
 OWNER: Final[dict[str, Any]] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
 """Of those that a queue calls and that may make arrays; without entries for Python and C, long for named tuples."""
 

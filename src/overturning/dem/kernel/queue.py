@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import Ground
-from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, aligned, borrowed
+from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, QUEUE, aligned, borrowed
 from overturning.model.status import Status
 
 
@@ -156,7 +156,7 @@ def with_room(path: Any, rows: int, most: int) -> Any:
     return longer
 
 
-@njit(nogil=True, no_cfunc_wrapper=True, **OPTIONS)
+@njit(**QUEUE)
 def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
     """Run cases, all with the same steps per sample.
 

@@ -1,0 +1,138 @@
+"""How a kernel is compiled in less time: what Numba does that no kernel needs is left out (docs/design-notes.md)."""
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cached_property
+from types import SimpleNamespace
+from typing import Any
+
+import llvmlite.binding as llvm
+from llvmlite.binding import Linkage
+from numba.core import errors, ir
+from numba.core.codegen import JITCodeLibrary
+
+_SMALL = 100
+"""Instructions of a function that is linked into its callers at once, where LLVM may inline it."""
+
+
+def _inlined(function: Any) -> bool:
+    """Whether LLVM puts a function into all that call it."""
+    return any(b"alwaysinline" in attributes for attributes in function.attributes)
+
+
+class _Linked(JITCodeLibrary):
+    """Code of a function; that which Python cannot call is linked into its callers, and gets no machine code itself.
+
+    What is large and not to be inlined is linked in last, by what Python calls: every caller on the way there would
+    optimise it again.
+    """
+
+    _last: tuple["_Linked", ...] = ()
+
+    @cached_property
+    def has_entry(self) -> bool:
+        return any(function.name.startswith("_ZN7cpython") for function in self._of_its_own())
+
+    @cached_property
+    def _waits(self) -> bool:
+        own = list(self._of_its_own())
+        if self.has_entry or any(map(_inlined, own)):
+            return False
+        instructions = (one for function in own for block in function.blocks for one in block.instructions)
+        return any(number == _SMALL for number, _ in enumerate(instructions))
+
+    def _of_its_own(self) -> Iterator[Any]:
+        return (
+            one for one in self._final_module.functions if one.linkage == Linkage.external and not one.is_declaration
+        )
+
+    def finalize(self) -> None:
+        called = [library for library in self._linking_libraries if isinstance(library, _Linked)]
+        last = [one for library in called for one in (*library._last, *([library] if library._waits else ()))]
+        self._last = tuple(dict.fromkeys(last))
+        self._linking_libraries = [library for library in self._linking_libraries if library not in self._last]
+        super().finalize()
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        if all(_inlined(one) for one in ll_module.functions if not one.is_declaration):
+            ll_module.data_layout = self._codegen._data_layout  # and no passes: its callers have theirs
+        else:
+            super()._optimize_functions(ll_module)
+
+    def _optimize_final_module(self) -> None:
+        super()._optimize_final_module()
+        if not self.has_entry or not self._last:
+            return
+        # Callers first: of what nobody calls yet a definition that others may have, too, is left out.
+        for library in reversed(self._last):
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
+                function.linkage = "internal"
+        # Of an array most functions use the address of its numbers alone, out of seven arguments.
+        passes = llvm.create_new_module_pass_manager()
+        passes.add_ipsccp_pass()
+        passes.add_dead_arg_elimination_pass()
+        passes.add_global_opt_pass()
+        passes.run(self._final_module, self._codegen._pass_builder())
+
+    def _finalize_final_module(self) -> None:
+        if self.has_entry:
+            super()._finalize_final_module()
+        else:
+            self._finalize_dynamic_globals()
+            self._finalized = True
+
+
+_PLAIN = SimpleNamespace(**dict.fromkeys(("code", "errmsg", "filename", "indicate", "highlight", "reset"), str))
+"""In place of colours in messages: most say which operators do not fit, and are thrown away."""
+
+_kinds: dict[type, str] = {}
+
+
+def _kind(of: type) -> str:
+    kinds: dict[str, Any] = {"variable": ir.Var, "instruction": ir.Inst, "list": (list, tuple), "table": dict}
+    return _kinds.setdefault(of, next((name for name, types in kinds.items() if issubclass(of, types)), ""))
+
+
+def _variables(self: Any, value: Any) -> list[Any]:
+    """All variables in a part of Numba's code, as of `ir.Inst._rec_list_vars`, which asks for abstract types each time.
+
+    It is called two million times for a kernel.
+    """
+    kind = _kinds.get(type(value)) or _kind(type(value))
+    if kind in {"list", "table"}:
+        found: list[Any] = []
+        for part in value if kind == "list" else value.values():
+            if (inner := _kinds.get(type(part))) is None or inner:
+                found.extend(_variables(self, part))
+        return found
+    return [value] if kind == "variable" else value.list_vars() if kind == "instruction" else []
+
+
+@contextmanager
+def without_unused_work(context: Any) -> Iterator[None]:
+    """Compile what `INNER` functions do for their callers alone, and without what Numba does beside it.
+
+    The machine code of these functions took an eighth of the time, the rest as much again.
+    """
+    messages: Any = errors
+    instruction: Any = ir.Inst
+    codegen, executable = context.codegen(), context.get_executable
+
+    def executable_of(library: Any, description: Any, environment: Any) -> Any:
+        return executable(library, description, environment) if library.has_entry else object()
+
+    usual, codegen._library_class, context.get_executable = codegen._library_class, _Linked, executable_of
+    colours, messages._termcolor_inst = messages._termcolor_inst, _PLAIN
+    variables, instruction._rec_list_vars = instruction._rec_list_vars, _variables
+    collects = gc.isenabled()
+    gc.disable()  # what is compiled is many objects in use: looking for others took a tenth of the time
+    try:
+        yield
+    finally:
+        codegen._library_class, context.get_executable = usual, executable
+        messages._termcolor_inst, instruction._rec_list_vars = colours, variables
+        if collects:
+            gc.enable()

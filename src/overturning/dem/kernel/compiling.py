@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import llvmlite.binding as llvm
 from llvmlite.binding import Linkage
@@ -29,6 +29,7 @@ class _Linked(JITCodeLibrary):
     """
 
     _last: tuple["_Linked", ...] = ()
+    _among_its_own: ClassVar[bool] = False
 
     @cached_property
     def has_entry(self) -> bool:
@@ -52,7 +53,24 @@ class _Linked(JITCodeLibrary):
         last = [one for library in called for one in (*library._last, *([library] if library._waits else ()))]
         self._last = tuple(dict.fromkeys(last))
         self._linking_libraries = [library for library in self._linking_libraries if library not in self._last]
-        super().finalize()
+        before, _Linked._among_its_own = _Linked._among_its_own, True
+        try:
+            super().finalize()
+        finally:
+            _Linked._among_its_own = before
+
+    def _get_module_for_linking(self) -> Any:
+        own = super()._get_module_for_linking()
+        if _Linked._among_its_own or self.has_entry or not self._last:
+            return own
+        # For a function compiled in another way, by a test, which links in nothing last.
+        return self._with_last(own.clone())
+
+    def _with_last(self, module: Any) -> Any:
+        # Callers first: of what nobody calls yet a definition that others may have, too, is left out.
+        for library in reversed(self._last):
+            module.link_in(super(_Linked, library)._get_module_for_linking(), preserve=True)
+        return module
 
     def _optimize_functions(self, ll_module: Any) -> None:
         if all(_inlined(one) for one in ll_module.functions if not one.is_declaration):
@@ -64,12 +82,10 @@ class _Linked(JITCodeLibrary):
         super()._optimize_final_module()
         if not self.has_entry or not self._last:
             return
-        # Callers first: of what nobody calls yet a definition that others may have, too, is left out.
-        for library in reversed(self._last):
-            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self._with_last(self._final_module)
         for function in self._final_module.functions:
             if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
-                function.linkage = "internal"
+                function.linkage = "private"  # with other arguments, nobody else may find it by its name
         # Of an array most functions use the address of its numbers alone, out of seven arguments.
         passes = llvm.create_new_module_pass_manager()
         passes.add_ipsccp_pass()

@@ -14,7 +14,7 @@ from numba.core import errors, ir
 from numba.core.codegen import JITCodeLibrary
 
 KNOWN: Final = "0.68."
-"""Version of Numba whose inner workings are changed here; another one compiles as it always does, which takes longer."""
+"""Version of Numba whose inner workings are changed here; another compiles as it always does, which takes longer."""
 
 _SMALL = 100
 """Instructions of a function that is linked into its callers at once, where LLVM may inline it."""

@@ -12,12 +12,10 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.run import plan_of, run_cases
 from overturning.dem.time_step import contact_time, highest_eigenvalue
 from overturning.dem.trajectory import trajectory
-from overturning.model.body import Body
 from overturning.model.cases import Cases
-from overturning.model.contact import STATIC_PENETRATION, Contact, VertexContact
+from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.planes import Planes
 from overturning.model.scene import gravestone
-from overturning.model.shapes import Rectangle
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
@@ -178,34 +176,6 @@ def test_samples_are_steps_enough_for_a_standing_block_on_a_rigid_contact(step: 
     standing = rigid.table["standing"] / WHOLE
     np.testing.assert_array_equal(rigid.steps % standing, 0.0)
     np.testing.assert_array_equal(standing, np.gcd(usual, rigid.steps))
-
-
-@pytest.mark.parametrize("step", ["auto", "0.5 stable", 2e-4])
-def test_samples_are_steps_enough_for_a_standing_body_on_a_contact_that_is_rigid_and_does_not_ring(
-    step: float | str,
-) -> None:
-    contacts = [VertexContact(2e-2), VertexContact(2e-6, damping_ratio=0.1), VertexContact(2e-6)]
-    soft, rings, rigid = (
-        plan_of(Body(Rectangle(), one), pulse(), blocks(), Numerics(time_step=step)) for one in contacts
-    )
-    usual = plan_of(Body(Rectangle(), contacts[2]), pulse(), blocks(), Numerics()).steps
-    assert (soft.table["standing"] == BODY.whole).all()
-    assert (rings.table["standing"] == BODY.whole).all()
-    np.testing.assert_array_equal(rigid.table["standing"] / BODY.whole, np.gcd(usual, rigid.steps))
-
-
-def test_a_body_stands_through_whole_samples_until_a_vertex_slides() -> None:
-    """Of µ 0.5 and B/H 0.6, begins to slide at 4.9 m/s² and to rock at 5.9; its lighter vertices slide before."""
-
-    def steps_of(level: float, samples: int) -> int:
-        shaking = Motion(level * np.sin(0.09 * np.arange(samples)), np.zeros(samples), sampling_interval=0.01)
-        found = run_cases(shaking, Cases(0.0, 0.6, 0.6, 0.5), Body(Rectangle()), leave_out=False)
-        assert found.energy_error[0] < 1e-6
-        return int(found.block_steps[0])
-
-    # What begins and what follows after the record is the same of both.
-    assert steps_of(2.5, 1000) - steps_of(2.5, 500) == 500
-    assert steps_of(3.5, 1000) - steps_of(3.5, 500) > 600
 
 
 @pytest.mark.parametrize("general", [False, True])

@@ -1,7 +1,6 @@
 """The page of a record's time histories: the same each time, with what it is to show, and light."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from overturning.records.processing import process
 from overturning.records.record import Record
 from overturning.records.steps import Cut, Highpass, RemoveMean
 from overturning.study.intensity import write_intensity
-from overturning.study.load import load_study
+from overturning.study.load import check_study
 
 TIME = np.arange(0, 60, 0.01)
 
@@ -84,7 +83,8 @@ def test_response_spectra_over_all_azimuths_of_a_motion_along_one(up):
 
 def test_response_spectra_out_of_the_file_of_intensities_are_those_computed_here(tmp_path):
     one = raw()
-    write_intensity(load_study(Path("config/near-fault.yaml"), {"azimuth": {"step": 90}}), [one], tmp_path / "i.nc")
+    study = check_study({"name": "a", "records": {"use": [one.record_id]}, "azimuth": {"step": 90}}, "test")
+    write_intensity(study, [one], tmp_path / "i.nc")
     with style(), xr.open_dataset(tmp_path / "i.nc") as measures:
         spectra = measures["psa_rotd"].isel(record=0).sel(period=RESPONSE_PERIODS, method="nearest").to_numpy()
         for page, given in (("a.svg", spectra), ("b.svg", None)):

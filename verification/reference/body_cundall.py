@@ -17,12 +17,11 @@ from unittest import mock
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from overturning.dem.body import plan as body_plan
 from overturning.dem.body.centred import acceleration, rim_point
 from overturning.dem.body.lying import lie_all, lies, waits
-from overturning.dem.body.rules import LOOPS, BodyRules
+from overturning.dem.body.rules import LOOPS
 from overturning.dem.body.state import (
     COLUMNS,
     ROWS,
@@ -297,7 +296,6 @@ def loops(round_: bool) -> Any:
         base: int,
         columns: int,
         steps: int,
-        ticks: float,  # noqa: ARG001
     ) -> None:
         half, acting = count // 2 * OF_A_VERTEX, aligned(ACTING_SIZE)
         shift_all(state, columns, -0.5)
@@ -342,11 +340,6 @@ class CundallPlan(body_plan.BodyPlan):
     def kind(self) -> Any:
         """As of `BodyPlan.kind`."""
         return CundallRim() if self.solids[0].radius > 0 else CundallVertices()
-
-    def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BodyRules:
-        """As of `BodyPlan.rules`, a sample at a time: all steps are of one length."""
-        given = super().rules(chosen, tables, finer)
-        return given._replace(job=given.job._replace(at_once=int(self.steps[chosen[0]]) * finer))
 
 
 @contextmanager

@@ -28,7 +28,6 @@ from overturning.dem.body.state import (
 )
 from overturning.dem.body.vectors import (
     Matrix,
-    Symmetric,
     Vector,
     along,
     apply,
@@ -36,7 +35,6 @@ from overturning.dem.body.vectors import (
     frame_of,
     full,
     inverse,
-    inverse_of_upper,
     matrix_minus,
     matrix_plus,
     minus,
@@ -44,8 +42,7 @@ from overturning.dem.body.vectors import (
     rotated,
     scaled,
     times,
-    times_upper,
-    turned_tensor,
+    transposed,
 )
 from overturning.dem.kernel.clock import BODY, Attempt, Clock, Found
 from overturning.dem.kernel.ground import at_tick
@@ -81,13 +78,12 @@ def predict(body: Body, s: State, length: float, shaking: Shaking, ticks: float)
     w = angular_velocity(body, frame_of(s.turn), momentum)
     w = angular_velocity(body, frame_of(rotated(s.turn, half, w)), momentum)
     turn = rotated(s.turn, dt, w)
-    mobility = turned_tensor(frame_of(turn), body.inverse)
-    spin = apply(full(mobility), along(momentum, half, s.moment))
+    spin = angular_velocity(body, frame_of(turn), along(momentum, half, s.moment))
     at_end = Vector(
         at_tick(shaking.push_x, tick, past), at_tick(shaking.push_y, tick, past), at_tick(shaking.lift, tick, past)
     )
     return Predicted(
-        along(s.place, dt, v), turn, v, momentum, along(v, half, s.acceleration), spin, mobility, at_end, half
+        along(s.place, dt, v), turn, v, momentum, along(v, half, s.acceleration), spin, at_end, half
     )  # fmt: skip
 
 
@@ -118,7 +114,7 @@ def is_fine(clock: Clock, attempt: Attempt) -> bool:
 
 @njit(**INLINE)
 def predict_point(
-    body: Body, w: Predicted, r: Vector, old: Memory, fine: bool, round_: bool, waits: bool
+    body: Body, w: Predicted, f: Matrix, r: Vector, old: Memory, fine: bool, round_: bool, waits: bool
 ) -> PredictedPoint:
     """A point at the predicted end: what it is taken to do.
 
@@ -144,16 +140,13 @@ def predict_point(
     smooth = body.friction == 0.0
     slides = (square > most * most if fine else old.slid > 0.0) | smooth
     # A normal force on a sliding point must push it out; where friction would turn the body in instead, it sticks.
-    turn = apply(full(w.mobility), Vector(
+    turn = angular_velocity(body, f, Vector(
         r.y - r.z * body.friction * dy, r.z * body.friction * dx - r.x, body.friction * (r.x * dy - r.y * dx)
     ))  # fmt: skip
     free = 1.0 + (turn.x * r.y - turn.y * r.x) > LEAST_FREEDOM
     slides = in_contact & slides & (some | smooth) & free
-    part = most * one
-    part = part if part < 1.0 else 1.0
-    part = part if part > 0.0 else 0.0
     return PredictedPoint(
-        r, depth, tx, ty, u, 1.0 if in_contact else 0.0, 1.0 if slides else 0.0, dx, dy, part, 1.0 if waits else 0.0
+        r, depth, tx, ty, u, 1.0 if in_contact else 0.0, 1.0 if slides else 0.0, dx, dy, 1.0 if waits else 0.0
     )
 
 
@@ -161,7 +154,15 @@ def predict_point(
 
 
 @njit(**INLINE)
-def contribution(body: Body, half: float, t: PredictedPoint) -> Equations:
+def held(most: float, square: float, slides: bool) -> float:
+    """Which part of the force that would hold a sliding point, given by its square, friction is: from 0 to 1."""
+    part = most / math.sqrt(square if slides else 1.0)
+    part = part if part < 1.0 else 1.0
+    return part if part > 0.0 else 0.0
+
+
+@njit(**INLINE)
+def contribution(body: Body, half: float, t: PredictedPoint, old: Memory, fine: bool) -> Equations:
     """A point's part in the equations, f' = f − G (e_v + e_w × r): a sliding one carries μ times its normal force.
 
     Across its direction a sliding point is held as if it stuck, in the proportion of friction to what would hold it.
@@ -170,9 +171,10 @@ def contribution(body: Body, half: float, t: PredictedPoint) -> Equations:
     press, stick = body.dashpot + half * body.stiffness, body.dashpot + half * body.tangential
     n = body.stiffness * t.depth - body.dashpot * u.z
     hx, hy = -(body.tangential * t.tx) - body.dashpot * u.x, -(body.tangential * t.ty) - body.dashpot * u.y
+    part = held(body.friction * (n if fine else old.normal), hx * hx + hy * hy, slides)
     mx, my = body.friction * t.dx, body.friction * t.dy
     fx, fy = (mx * n if slides else hx), (my * n if slides else hy)
-    across = half * (stick * t.part if slides else stick)
+    across = half * (stick * part if slides else stick)
     gxx = across * (1.0 - t.dx * t.dx if slides else 1.0)
     gyy = across * (1.0 - t.dy * t.dy if slides else 1.0)
     gxy = -(across * (t.dx * t.dy)) if slides else 0.0
@@ -191,7 +193,7 @@ def contribution(body: Body, half: float, t: PredictedPoint) -> Equations:
     return Equations(
         f,
         cross(r, f),
-        Symmetric(gxx, gyy, gzz, gxy, gxz, gyz),
+        Matrix(gxx, gxy, gxz, gxy, gyy, gyz, 0.0, 0.0, gzz),
         Matrix(bx.x, bx.y, bx.z, by.x, by.y, by.z, bz.x, bz.y, bz.z),
         Matrix(
             -(r.z * gxy), -(r.z * gyy), cz.x, r.z * gxx, r.z * gxy, cz.y,
@@ -202,19 +204,17 @@ def contribution(body: Body, half: float, t: PredictedPoint) -> Equations:
 
 
 @njit(**INLINE)
-def solve(body: Body, s: State, w: Predicted, f: Matrix, q: Equations) -> Change:
-    """Velocities at the end of the step, with springs and dashpots taken there, by blocks; `f` is the frame there."""
+def solve(body: Body, s: State, w: Predicted, q: Equations) -> Change:
+    """Velocities at the end of the step, with springs and dashpots taken there, by blocks."""
     a, b, c, d = q.a, q.b, q.c, q.d
     u = scaled(w.half, minus(acceleration(q.force, w.shaking), s.acceleration))
     t = scaled(w.half, minus(q.moment, s.moment))
-    i = full(turned_tensor(f, body.inertia))
-    a = inverse_of_upper(Symmetric(1.0 + a.xx, 1.0 + a.yy, 1.0 + a.zz, a.xy, a.xz, a.yz))
-    c = times_upper(c, a)
+    f = frame_of(w.turn)
+    i = times(times(f, full(body.inertia)), transposed(f))
+    a = inverse(Matrix(1.0 + a.xx, a.xy, a.xz, a.yx, 1.0 + a.yy, a.yz, a.zx, a.zy, 1.0 + a.zz))
+    c = times(c, a)
     e = apply(inverse(matrix_minus(matrix_plus(i, d), times(c, b))), minus(t, apply(c, u)))
-    v = minus(u, apply(b, e))
-    return Change(Vector(
-        (a.xx * v.x + a.xy * v.y) + a.xz * v.z, (a.xy * v.x + a.yy * v.y) + a.yz * v.z, a.zz * v.z
-    ), e)  # fmt: skip
+    return Change(apply(a, minus(u, apply(b, e))), e)
 
 
 # 3. Commit ------------------------------------------------------------------------------------------------------------
@@ -270,8 +270,7 @@ def correct(
     moment = cross(r, force)
     found = Largest(
         changed, 1.0 if wrong & (not fine) else 0.0, 1.0 if backwards & (not fine) else 0.0,
-        1.0 if carries & (not slips) else 0.0, 1.0 if back & (not fine) else 0.0, 0.0 if n > 0.0 else 1.0,
-        1.0 if carries & slips else 0.0, depth,
+        1.0 if carries & (not slips) else 0.0, 1.0 if back & (not fine) else 0.0, 0.0 if n > 0.0 else 1.0, depth,
     )  # fmt: skip
     x, y = (u.x if round_ else (w.place.x + r.x) + half * e.x), (u.y if round_ else (w.place.y + r.y) + half * e.y)
     return (
@@ -290,14 +289,10 @@ def turns_fast(s: State, w: Predicted, t: Largest) -> bool:
 
 
 @njit(**INLINE)
-def found_of(t: Largest, weight: float, fast: bool, length: float) -> Found:
-    """What an attempt at a step of some ticks has found, for the clock.
-
-    A rim that runs round too fast asks for a shorter step, and a point that slides for one no longer than a whole one.
-    """
-    slides, slips = (t.holds == 0.0) & (weight > 0.0), t.slips > 0.0
-    stands, fast = (t.off == 0.0) & (not slips), fast | (slips & (length > BODY.whole))
-    return Found(t.changed > 0.0, fast, False, t.wrong > 0.0, t.reversed > 0.0, t.back > 0.0, slides, stands)
+def found_of(t: Largest, weight: float, fast: bool) -> Found:
+    """What an attempt at a step has found, for the clock; a rim that runs round too fast asks for a shorter step."""
+    slides = (t.holds == 0.0) & (weight > 0.0)
+    return Found(t.changed > 0.0, fast, False, t.wrong > 0.0, t.reversed > 0.0, t.back > 0.0, slides, False)
 
 
 class Kept(NamedTuple):

@@ -21,6 +21,7 @@ from overturning.dem.body.centred import (
 from overturning.dem.body.lying import lie_all, lies, waits
 from overturning.dem.body.state import (
     ROWS,
+    TICKS,
     VERTEX,
     Account,
     Body,
@@ -85,8 +86,8 @@ def predict_vertices(state: Any, one: Any, other: Any, columns: int) -> None:
         p, q, lying = load_vertex(one, j), load_vertex(other, j), load_lying(state, j)
         a, b = apply(f, p.own), apply(f, q.own)
         left, right = load_memory(one, j), load_memory(other, j)
-        store_point(one, j, predict_point(body, w, a, left, fine, False, waits(body, lying, p, a.z, left)))
-        store_point(other, j, predict_point(body, w, b, right, fine, False, waits(body, lying, q, b.z, right)))
+        store_point(one, j, predict_point(body, w, f, a, left, fine, False, waits(body, lying, p, a.z, left)))
+        store_point(other, j, predict_point(body, w, f, b, right, fine, False, waits(body, lying, q, b.z, right)))
 
 
 @njit(**INNER)
@@ -101,8 +102,8 @@ def predict_rim(state: Any, one: Any, other: Any, columns: int, ahead: float, as
             (aside != 0.0) & (not lies(load_lying(state, j))),
         )
         a, b = rim_point(body, f, ahead, aside), rim_point(body, f, -ahead, -aside)
-        store_point(one, j, predict_point(body, w, a, left, fine, True, between & (left.depth <= 0.0)))
-        store_point(other, j, predict_point(body, w, b, right, fine, True, between & (right.depth <= 0.0)))
+        store_point(one, j, predict_point(body, w, f, a, left, fine, True, between & (left.depth <= 0.0)))
+        store_point(other, j, predict_point(body, w, f, b, right, fine, True, between & (right.depth <= 0.0)))
 
 
 @njit(**INNER)
@@ -110,7 +111,9 @@ def contribute_first(state: Any, one: Any, other: Any, columns: int) -> None:
     """The part of the first pair in the equations."""
     for j in range(columns):
         body, half = load_body(state, j), load_predicted(state, j).half
-        a, b = contribution(body, half, load_point(one, j)), contribution(body, half, load_point(other, j))
+        fine = is_fine(load_clock(state, j), load_attempt(state, j))
+        a = contribution(body, half, load_point(one, j), load_memory(one, j), fine)
+        b = contribution(body, half, load_point(other, j), load_memory(other, j), fine)
         store_equations(state, j, add_equations(a, b))
 
 
@@ -119,7 +122,9 @@ def contribute_next(state: Any, one: Any, other: Any, columns: int) -> None:
     """That of another pair, added."""
     for j in range(columns):
         body, half = load_body(state, j), load_predicted(state, j).half
-        a, b = contribution(body, half, load_point(one, j)), contribution(body, half, load_point(other, j))
+        fine = is_fine(load_clock(state, j), load_attempt(state, j))
+        a = contribution(body, half, load_point(one, j), load_memory(one, j), fine)
+        b = contribution(body, half, load_point(other, j), load_memory(other, j), fine)
         store_equations(state, j, add_equations(load_equations(state, j), add_equations(a, b)))
 
 
@@ -128,8 +133,7 @@ def solve_all(state: Any, columns: int) -> None:
     """The equations of all bodies."""
     for j in range(columns):
         store_change(state, j, solve(
-            load_body(state, j), load_state(state, j), load_predicted(state, j), load_frame(state, j),
-            load_equations(state, j),
+            load_body(state, j), load_state(state, j), load_predicted(state, j), load_equations(state, j)
         ))  # fmt: skip
 
 
@@ -168,9 +172,8 @@ def commit_all(state: Any, columns: int, ticks: float, round_: Any) -> None:
         body, s, attempt, t = load_body(state, j), load_state(state, j), load_attempt(state, j), load_sum(state, j)
         most = load_largest(state, j)
         fast = turns_fast(s, load_predicted(state, j), most) if round_ else False
-        found = found_of(most, t.force.z, fast, attempt.length)
         again, sooner, following = next_attempt(
-            BODY, load_clock(state, j), attempt, found, s.tick + attempt.length, ticks
+            BODY, load_clock(state, j), attempt, found_of(most, t.force.z, fast), s.tick + attempt.length, ticks
         )
         kept = Kept(s, load_peaks(state, j), load_account(state, j))
         w, d = load_predicted(state, j), load_change(state, j)
@@ -193,7 +196,7 @@ def remember_all(state: Any, one: Any, columns: int) -> None:
 
 @cache
 def loops(round_: bool) -> Any:
-    """So many steps, for bodies with vertices or with a rim; the type of `kind` is for the compiled name."""
+    """The steps of a sample, for bodies with vertices or with a rim; the type of `kind` is for the compiled name."""
 
     @njit(**INNER)
     def advance(
@@ -204,11 +207,10 @@ def loops(round_: bool) -> Any:
         base: int,
         columns: int,
         steps: int,
-        ticks: float,
     ) -> None:
         half = count // 2 * OF_A_VERTEX
         for _ in range(steps):
-            predict_all(state, columns, ticks)
+            predict_all(state, columns, TICKS * steps)
             lie_all(state, vertices, half, base, columns, round_)
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
@@ -228,7 +230,7 @@ def loops(round_: bool) -> Any:
                     correct_first(state, one, other, columns, round_)
                 else:
                     correct_next(state, one, other, columns, round_)
-            commit_all(state, columns, ticks, round_)
+            commit_all(state, columns, TICKS * steps, round_)
             for point in range(0, 2 * half, OF_A_VERTEX):
                 remember_all(state, vertices[point : point + OF_A_VERTEX], columns)
 

@@ -7,7 +7,6 @@ from numba import njit
 
 from overturning.dem.body.state import (
     ROWS,
-    TICKS,
     VERTEX,
     Account,
     Body,
@@ -33,9 +32,6 @@ load_shaking = ROWS.access(Shaking).load
 load_memory = VERTEX.access(Point, "old").load
 OF_A_VERTEX: Final = VERTEX.size
 LENGTH: Final = ROWS.row(Attempt, "length")
-
-NEARLY: Final = 1e-9
-"""Of a sample, by which a time that was computed otherwise may miss it."""
 
 
 @njit(**INLINE)
@@ -167,14 +163,6 @@ def finish_body(state: Any, vertices: Any, count: int, j: int, status: int, out:
     swing = np.sqrt(GRAVITY * (body.foot * body.foot + stance.reach * stance.reach) ** 1.5)
     out.spin = abs(spin_about_origin(s) - stance.spin - account.spin) / swing
     out.qw, out.qx, out.qy, out.qz = s.turn
-
-
-@njit(**INNER)
-def goes_on_since(state: Any, j: int, interval: float, ticks: float, time: float) -> bool:
-    """Whether a column, noted at a time before, is in another sample since, or has gone on in short steps."""
-    sample, before = load_course(state, j).sample + load_state(state, j).tick / ticks, time / interval
-    another = np.floor(sample + NEARLY) > np.floor(before + NEARLY)
-    return bool(another or (state[LENGTH + j] < TICKS and sample > before + NEARLY))
 
 
 @njit(**INNER)

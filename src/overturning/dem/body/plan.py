@@ -1,7 +1,7 @@
 """How each case in space is to be computed: its body, contact and steps, and the time that can be left out."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,15 +27,6 @@ from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-AHEAD: Final = 1
-"""Steps that may follow those of a whole sample before the shaking of the next but one is needed."""
-
-RIGID: Final = 10.0
-"""A body stands through whole samples on contacts whose fastest time, 1/ω, is no longer than a sample over this,"""
-
-RINGING: Final = 0.5
-"""and whose highest mode has at least this damping ratio."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class BodyPlan(Plan):
@@ -60,12 +51,6 @@ class BodyPlan(Plan):
         return Rim() if self.solids[0].radius > 0 else Vertices()
 
     @property
-    def group(self) -> NDArray[np.int64]:
-        """Cases with equal steps, standing and not, share a queue."""
-        of_all = np.stack([self.steps, self.table["standing"]])
-        return np.asarray(np.unique(of_all, axis=1, return_inverse=True)[1]).ravel()
-
-    @property
     def upward(self) -> FloatArray:
         """As of `Plan.upward`, zeros where it moves level."""
         up = super().upward
@@ -74,12 +59,7 @@ class BodyPlan(Plan):
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BodyRules:
         """As of `Plan.rules`, of cases with the same steps per sample."""
         queued = self.queued(chosen, tables, finer, TICKS, COLUMNS)
-        job, standing = queued.pop("job"), float(queued["cases"]["standing"][0])
-        # Many steps between two looks at the lanes, but none beyond the next sample, as far as the shaking is loaded.
-        job = job._replace(at_once=int(job.ticks / standing) + AHEAD)
-        return BodyRules(
-            job, **queued, kind=self.kind, bodies=self.bodies, points=self.points, base=self.solids[0].base
-        )
+        return BodyRules(**queued, kind=self.kind, bodies=self.bodies, points=self.points, base=self.solids[0].base)
 
     def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
         """As of `Plan.answers`."""
@@ -127,7 +107,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
     interval, samples = motion.sampling_interval, motion.samples
     dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
-    steps, standing, finest, dwell = _steps_of(numerics, square[which], dashpot * modes[which], interval, period[which])
+    steps, finest, dwell = _steps_of(numerics, square[which], dashpot * modes[which], interval, period[which])
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
     row, cosines, along = _shaking(motion, cases)
     first, calm, stays_at_rest = (
@@ -162,7 +142,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         "calm": calm,
         "after": samples + np.ceil(AFTERMATH * period[which] / interval),
         "finest": finest,
-        "standing": PACE.whole * standing,
+        "standing": PACE.whole,
         "dwell": dwell * numerics.refinement,
         "settled": PACE.settled,
     }
@@ -185,8 +165,8 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
 
 def _steps_of(
     numerics: Numerics, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray
-) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray, FloatArray]:
-    """Whole steps of each case in a sample and in a step that stands, ticks of the finest, and steps after a change.
+) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+    """Whole steps in a sample, ticks of the finest, and how many of these follow a change of contact, of each case.
 
     By ω² (1/s²), twice the damping rate (1/s) and 1/p (s); `ArgumentError` if the time step is longer than the
     longest.
@@ -194,19 +174,12 @@ def _steps_of(
     # Stable with any step: the limit is what it resolves, given as the one of an oscillator without damping.
     whole = PACE.longest * period
     wanted = "1 stable" if numerics.time_step == "auto" else numerics.time_step
-    usual, steps = (
-        steps_per_sample(Scheme.CUNDALL, step, (2.0 / whole) ** 2, np.zeros(whole.size), interval, period)
-        for step in ("1 stable", wanted)
-    )
-    # Where steps are wanted shorter, those of a body that stands are, too.
-    frequency = np.sqrt(square)
-    stands = (frequency * interval >= RIGID) & (rate >= 2.0 * RINGING * frequency)
-    standing = np.where(stands, np.gcd(usual, steps), 1)
+    steps = steps_per_sample(Scheme.CUNDALL, wanted, (2.0 / whole) ** 2, np.zeros(whole.size), interval, period)
     tick, contact = interval / steps / PACE.whole, contact_time(square, rate)
     share = np.minimum(interval / steps / whole, 1.0)
     finest = np.exp2(np.frexp(np.clip(PACE.finest * share * contact / tick, 1.0, PACE.whole))[1] - 1.0)
     # The ticks of a finer step are shorter.
-    return steps, standing, finest, np.ceil(PACE.dwell * contact / (finest * tick))
+    return steps, finest, np.ceil(PACE.dwell * contact / (finest * tick))
 
 
 def _shaking(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:

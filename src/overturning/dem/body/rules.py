@@ -12,16 +12,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.centred_loops import loops
-from overturning.dem.body.ending import (
-    energy,
-    finish_body,
-    goes_on_since,
-    has_ended,
-    note,
-    rests,
-    spin_about_origin,
-    total_of,
-)
+from overturning.dem.body.ending import energy, finish_body, has_ended, note, rests, spin_about_origin, total_of
 from overturning.dem.body.state import (
     COLUMNS,
     ROWS,
@@ -247,17 +238,16 @@ def next_sample(state: Any, columns: int, row: Any, cases: Any, ground: Any, job
 
 
 def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple[Any, int]:
-    """Compute as many steps as surely fit into a sample; before them the first lane is noted, where it has gone on."""
+    """Compute the steps of a sample; the first lane is noted at its begin."""
     # All at once, for `rules` kept beyond a branch would count a use of each of its arrays, for every sample.
     job, kind, count, base = rules.job, rules.kind, rules.points.shape[1], rules.base
     if path.shape[0] > 0:
         path = with_room(path, noted + 1, job.most_rows)
         if path.shape[0] == noted:
             return path, -1
-        if noted == 0 or goes_on_since(work.state, 0, job.interval, job.ticks, path[noted - 1].time):
-            note(work.state, 0, job.interval, job.ticks, path[noted])
-            noted += 1
-    loops_of(kind)(kind, work.state, work.vertices, count, base, columns, job.at_once, job.ticks)
+        note(work.state, 0, job.interval, job.ticks, path[noted])
+        noted += 1
+    loops_of(kind)(kind, work.state, work.vertices, count, base, columns, job.at_once)
     return path, noted
 
 

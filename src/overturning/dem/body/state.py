@@ -178,10 +178,8 @@ class PredictedPoint(NamedTuple):
     slides: float
     """and to slide,"""
     dx: float
-    """friction pointing this way"""
+    """friction pointing this way."""
     dy: float
-    part: float
-    """and being this part of the force that would hold it, from 0 to 1;"""
     waits: float
     """1 where it does not carry before the ends of the base rest."""
 
@@ -205,8 +203,6 @@ class Predicted(NamedTuple):
     """velocity at its end,"""
     spin: Vector
     """angular velocity there;"""
-    mobility: Symmetric
-    """m/I in space;"""
     shaking: Vector
     """−a along x and y, and a_up, m/s²;"""
     half: float
@@ -218,8 +214,8 @@ class Equations(NamedTuple):
 
     force: Vector
     moment: Vector
-    a: Symmetric
-    """Force by velocity, as the upper half of a matrix whose z-row is 0 before its last element,"""
+    a: Matrix
+    """Force by velocity,"""
     b: Matrix
     """force by angular velocity,"""
     c: Matrix
@@ -264,9 +260,7 @@ class Largest(NamedTuple):
     back: float
     """or slides where friction held it the other way before,"""
     off: float
-    """or is in the air,"""
-    slips: float
-    """or slides at all;"""
+    """or is in the air;"""
     depth: float
 
 

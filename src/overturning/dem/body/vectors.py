@@ -119,38 +119,6 @@ def inverse(m: Matrix) -> Matrix:
 
 
 @njit(**INLINE)
-def inverse_of_upper(m: Symmetric) -> Symmetric:
-    """As of `inverse`, of a matrix like a symmetric one whose z-row is 0 before its last element; of the same kind."""
-    zx, zy, zz = m.xy * m.yz - m.xz * m.yy, m.xz * m.xy - m.xx * m.yz, m.xx * m.yy - m.xy * m.xy
-    one = 1.0 / (m.zz * zz)
-    return Symmetric(
-        one * (m.yy * m.zz), one * (m.xx * m.zz), one * zz, -(one * (m.xy * m.zz)), one * zx, one * zy
-    )  # fmt: skip
-
-
-@njit(**INLINE)
-def times_upper(a: Matrix, b: Symmetric) -> Matrix:
-    """Product of a matrix and one of the kind of `inverse_of_upper`."""
-    return Matrix(
-        a.xx * b.xx + a.xy * b.xy, a.xx * b.xy + a.xy * b.yy, (a.xx * b.xz + a.xy * b.yz) + a.xz * b.zz,
-        a.yx * b.xx + a.yy * b.xy, a.yx * b.xy + a.yy * b.yy, (a.yx * b.xz + a.yy * b.yz) + a.yz * b.zz,
-        a.zx * b.xx + a.zy * b.xy, a.zx * b.xy + a.zy * b.yy, (a.zx * b.xz + a.zy * b.yz) + a.zz * b.zz,
-    )  # fmt: skip
-
-
-@njit(**INLINE)
-def turned_tensor(f: Matrix, s: Symmetric) -> Symmetric:
-    """A tensor of the body in space. Its xy is the mean of two sums, of which each is the other's mirror image."""
-    m = times(f, full(s))
-    x, y, z = Vector(f.xx, f.xy, f.xz), Vector(f.yx, f.yy, f.yz), Vector(f.zx, f.zy, f.zz)
-    of_x, of_y = Vector(m.xx, m.xy, m.xz), Vector(m.yx, m.yy, m.yz)
-    return Symmetric(
-        dot(of_x, x), dot(of_y, y), dot(Vector(m.zx, m.zy, m.zz), z), 0.5 * (dot(of_x, y) + dot(of_y, x)),
-        dot(of_x, z), dot(of_y, z),
-    )  # fmt: skip
-
-
-@njit(**INLINE)
 def frame_of(q: Quaternion) -> Matrix:
     """The body's axes in space."""
     w, x, y, z = q

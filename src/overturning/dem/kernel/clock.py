@@ -46,7 +46,7 @@ class Pace(NamedTuple):
 # round a rim.
 BLOCK: Final = Pace(LONGEST_ROCKING, 0.08, 2.0**24, 4.0, 2.0, 8.0, 8.0, 2.0)
 SCENE: Final = Pace(0.0125, 0.16, 2.0**20, 4.0, 2.0, 8.0, 8.0, 2.0)
-BODY: Final = Pace(0.004, 0.125, 2.0**9, 2.0, 3.0, 1.5, 0.0, 4.0)
+BODY: Final = Pace(0.004, 0.125, 2.0**9, 2.0, 3.0, 6.0, 0.0, 4.0)
 """`dwell` of a body in space is a time, in 1/ω; of the others it is a number of steps."""
 
 SLIDING: Final = 0.25

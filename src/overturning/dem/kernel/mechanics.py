@@ -46,9 +46,6 @@ def within_circle(
     square, stretch = hx * hx + hy * hy, tx * tx + ty * ty
     slips, holds = square > limit * limit, limit * compliance
     cut = slips & (stretch > holds * holds)
-    # One division for both: they are slow.
-    length, way = math.sqrt(square if slips else 1.0), math.sqrt(stretch if cut else 1.0)
-    one = 1.0 / (length * way)
-    share = limit * (one * way) if slips else 1.0
-    kept = holds * (one * length) if cut else 1.0
+    share = limit / math.sqrt(square if slips else 1.0) if slips else 1.0
+    kept = holds / math.sqrt(stretch if cut else 1.0) if cut else 1.0
     return hx * share, hy * share, tx * kept, ty * kept, slips

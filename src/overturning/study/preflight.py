@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from overturning.records.record import Record
 
 # Of the default study and of the tutorial's on one core of a small machine; they tell minutes from days and no more.
-_CASE_S: Final = 8e-5
-_RECORD_S: Final = 8.0  # to read it, start its sweep, draw it
-_STUDY_S: Final = 25.0  # what each run does once: members, convergence check, figures of all records, report
+_CASE_S: Final = 5e-5
+_RECORD_S: Final = 4.0  # to read it, start its sweep, draw it
+_STUDY_S: Final = 20.0  # what each run does once: members, convergence check, figures of all records, report
 _RUN_AGAIN: Final = 0.4  # share of the members that are run: of cells near a change of flag, until they are settled
 
 _BASE_MEMORY: Final = 4e8

@@ -107,25 +107,17 @@ def predict_rim(state: Any, one: Any, other: Any, columns: int, ahead: float, as
 
 
 @njit(**INNER)
-def contribute_first(state: Any, one: Any, other: Any, columns: int) -> None:
-    """The part of the first pair in the equations."""
+def contribute_all(state: Any, one: Any, other: Any, columns: int, more: Any) -> None:
+    """The part of a pair in the equations; `more` is None of the first one, anything of those that are added to it."""
     for j in range(columns):
         body, half = load_body(state, j), load_predicted(state, j).half
         fine = is_fine(load_clock(state, j), load_attempt(state, j))
         a = contribution(body, half, load_point(one, j), load_memory(one, j), fine)
         b = contribution(body, half, load_point(other, j), load_memory(other, j), fine)
-        store_equations(state, j, add_equations(a, b))
-
-
-@njit(**INNER)
-def contribute_next(state: Any, one: Any, other: Any, columns: int) -> None:
-    """That of another pair, added."""
-    for j in range(columns):
-        body, half = load_body(state, j), load_predicted(state, j).half
-        fine = is_fine(load_clock(state, j), load_attempt(state, j))
-        a = contribution(body, half, load_point(one, j), load_memory(one, j), fine)
-        b = contribution(body, half, load_point(other, j), load_memory(other, j), fine)
-        store_equations(state, j, add_equations(load_equations(state, j), add_equations(a, b)))
+        part = add_equations(a, b)
+        if more is not None:
+            part = add_equations(load_equations(state, j), part)
+        store_equations(state, j, part)
 
 
 @njit(**INNER)
@@ -138,8 +130,8 @@ def solve_all(state: Any, columns: int) -> None:
 
 
 @njit(**INNER)
-def correct_first(state: Any, one: Any, other: Any, columns: int, round_: Any) -> None:
-    """Forces of the first pair of points at the solution."""
+def correct_all(state: Any, one: Any, other: Any, columns: int, round_: Any, more: Any) -> None:
+    """Forces of a pair of points at the solution; `more` as of `contribute_all`."""
     for j in range(columns):
         body, w, d = load_body(state, j), load_predicted(state, j), load_change(state, j)
         fine = is_fine(load_clock(state, j), load_attempt(state, j))
@@ -147,22 +139,11 @@ def correct_first(state: Any, one: Any, other: Any, columns: int, round_: Any) -
         b, worst_b, next_b = correct(body, w, load_point(other, j), load_memory(other, j), d, fine, round_)
         store_next(one, j, next_a)
         store_next(other, j, next_b)
-        store_sum(state, j, add_sum(a, b))
-        store_largest(state, j, larger_of(worst_a, worst_b))
-
-
-@njit(**INNER)
-def correct_next(state: Any, one: Any, other: Any, columns: int, round_: Any) -> None:
-    """Those of another pair, added."""
-    for j in range(columns):
-        body, w, d = load_body(state, j), load_predicted(state, j), load_change(state, j)
-        fine = is_fine(load_clock(state, j), load_attempt(state, j))
-        a, worst_a, next_a = correct(body, w, load_point(one, j), load_memory(one, j), d, fine, round_)
-        b, worst_b, next_b = correct(body, w, load_point(other, j), load_memory(other, j), d, fine, round_)
-        store_next(one, j, next_a)
-        store_next(other, j, next_b)
-        store_sum(state, j, add_sum(load_sum(state, j), add_sum(a, b)))
-        store_largest(state, j, larger_of(load_largest(state, j), larger_of(worst_a, worst_b)))
+        forces, worst = add_sum(a, b), larger_of(worst_a, worst_b)
+        if more is not None:
+            forces, worst = add_sum(load_sum(state, j), forces), larger_of(load_largest(state, j), worst)
+        store_sum(state, j, forces)
+        store_largest(state, j, worst)
 
 
 @njit(**INNER)
@@ -220,16 +201,16 @@ def loops(round_: bool) -> Any:
                 else:
                     predict_vertices(state, one, other, columns)
                 if pair == 0:
-                    contribute_first(state, one, other, columns)
+                    contribute_all(state, one, other, columns, None)
                 else:
-                    contribute_next(state, one, other, columns)
+                    contribute_all(state, one, other, columns, 1)
             solve_all(state, columns)
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
                 if pair == 0:
-                    correct_first(state, one, other, columns, round_)
+                    correct_all(state, one, other, columns, round_, None)
                 else:
-                    correct_next(state, one, other, columns, round_)
+                    correct_all(state, one, other, columns, round_, 1)
             commit_all(state, columns, TICKS * steps, round_)
             for point in range(0, 2 * half, OF_A_VERTEX):
                 remember_all(state, vertices[point : point + OF_A_VERTEX], columns)

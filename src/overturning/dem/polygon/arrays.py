@@ -24,7 +24,7 @@ ELEMENT: Final = np.dtype([(name, "f8") for name in (
     "is_free", "fall_angle", "tips_back", "tips_on", "support", "rides", "barrier",
 )])  # fmt: skip
 """Of an element whether it is free, angle at which it has fallen for good, angles from which it cannot come back to
-−x and +x (rad), what it stands on and the held one below that (−1: none), and the energy its overturning takes (J)."""
+−x and +x (rad), what it stands on, the held one below that (−1: none), the energy that overturning it takes (J)."""
 
 LIMITS: Final = np.dtype([(name, "f8") for name in ("deepest", "rest_energy", "least_barrier", "least_scale")])
 """Of a scene its deepest penetration (m), kinetic energy at rest, least barrier, and least energy that an error is a

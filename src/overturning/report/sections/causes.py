@@ -114,7 +114,8 @@ def _sentence(found: CriteriaScores) -> str:
     best, blind = found.rules[0], found.rules[-1]
     if math.isnan(best.within.value):
         return "Of each block all fall or all stand, so no criterion can show skill."
-    said = f"Among blocks of one size and shape the rule “{best.name}” predicts best: mean skill {shown(best.within)}."
+    skill = f"mean skill {shown(best.within)}"
+    said = f"Among blocks of one size and shape the rule “{best.name}” predicts best: {skill}."
     if best.name in UNREAD:
         said += " Its formula is as others give it; the paper itself could not be read."
     if blind.name == BLIND:

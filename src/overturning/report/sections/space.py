@@ -183,8 +183,8 @@ def twists(results: Results) -> Said:
         return
     text = (
         f"Of the {whole.stones:,} cases that move and do not fall, half turn about the vertical by less than "
-        f"{number(math.ceil(10.0 * whole.median) / 10.0, 1)}°, a tenth by more than {number(whole.most, 1)}°, and one "
-        f"by {number(whole.largest, 0)}°. Field surveys report such stones as rotated."
+        f"{number(math.ceil(10.0 * whole.median) / 10.0, 1)}°, a tenth by more than {number(whole.most, 1)}°, and "
+        f"one by {number(whole.largest, 0)}°. Field surveys report such stones as rotated."
     )
     if results.study.body is not None and results.study.body.plan == "circle":
         text += (

@@ -9,9 +9,11 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
+from numba.core import ir
 
-from overturning.dem.kernel import cache, queue
+from overturning.dem.kernel import cache, compiling, queue
 from overturning.dem.kernel.cache import cache_directory, keep_compiled
+from overturning.dem.kernel.compiling import without_unused_work
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
@@ -109,3 +111,15 @@ def test_all_that_kernels_import_names_the_folder_of_the_cache() -> None:
             types = {"overturning.arrays", "overturning.motion.motion"}  # nothing of them is compiled
             assert {modules()[other] for other in imports(name) - types} <= {*cache._COMPILED}, name
     assert queue.run_queue._cache._cache_path == str(cache_directory())
+
+
+def test_another_version_of_numba_compiles_as_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is changed of its inner workings is changed in the version alone for which that was written."""
+    target, instruction = queue.run_queue.targetctx, ir.Inst
+    usual = target.codegen()._library_class, instruction._rec_list_vars
+    with without_unused_work(target):
+        assert target.codegen()._library_class is not usual[0]
+        assert instruction._rec_list_vars is not usual[1]
+    monkeypatch.setattr(compiling, "KNOWN", "another")
+    with without_unused_work(target):
+        assert (target.codegen()._library_class, instruction._rec_list_vars) == usual

@@ -56,12 +56,15 @@ def quiet_windows(
             with np.errstate(divide="ignore", invalid="ignore"):
                 ratio = np.where(weight > 0, np.abs(factor * ground[row[group[0]]]) / weight, np.inf)
             level = threshold[group]
-        rising = np.maximum.accumulate(ratio)
-        falling = np.maximum.accumulate(ratio[::-1])
-        stays_at_rest[group] = rising[-1] <= level
-        first[group] = np.maximum(np.searchsorted(rising, SAFE_SHARE * level, side="right") - 1 - lead, 0)
+        # Of the samples above the lowest level alone: of all of them a running maximum would be half of the time here.
+        safe = SAFE_SHARE * level
+        loud = np.concatenate([[-1], np.flatnonzero(ratio > safe.min()), [samples]])
+        rising = np.maximum.accumulate(ratio[loud[1:-1]])
+        falling = np.maximum.accumulate(ratio[loud[-2:0:-1]])
+        stays_at_rest[group] = ratio.max() <= level
+        first[group] = np.maximum(loud[1:][np.searchsorted(rising, safe, side="right")] - 1 - lead, 0)
         # One more, since the motion goes on linearly from the last loud sample to the next.
-        calm[group] = np.minimum(samples - np.searchsorted(falling, SAFE_SHARE * level, side="right") + 1, samples)
+        calm[group] = np.minimum(loud[-2::-1][np.searchsorted(falling, safe, side="right")] + 2, samples)
     return first, calm, stays_at_rest
 
 

@@ -88,19 +88,22 @@ def loudest_ahead(size: FloatArray, interval: float) -> FloatArray:
     """
     samples = size.shape[-1] - 3
     window, count = LEAP + int(np.ceil(LEAD / interval)) + 1, samples // LEAP + 1
-    padded = np.zeros((*size.shape[:-1], LEAP * (count + window // LEAP + 1)))
-    padded[..., : samples + 1] = size[..., : samples + 1]
-    by_place = [padded[..., place::LEAP] for place in range(LEAP)]
-    whole, ahead = reduce(np.maximum, by_place), np.empty((*size.shape[:-1], count, LOOKS))
-    for look in range(LOOKS):
-        # The window covers the rest of its own leap, so many further ones, and what is left of it in the last.
-        further, left = divmod(window - (LEAP - look), LEAP)
-        parts = [leaps[..., :count] for leaps in by_place[look:]]
-        parts += [whole[..., leap : leap + count] for leap in range(1, 1 + further)]
-        parts += [leaps[..., 1 + further : 1 + further + count] for leaps in by_place[:left]]
-        ahead[..., look] = reduce(np.maximum, parts)
-        ahead[..., LEAP * np.arange(count) + look > samples - LEAP, look] = np.inf
-    return ahead
+    padded = np.zeros((count + window // LEAP + 1, LEAP))
+    late = [LEAP * np.arange(count) + look > samples - LEAP for look in range(LOOKS)]
+    rows = size.reshape(-1, size.shape[-1])
+    ahead = np.empty((len(rows), count, LOOKS))
+    # Direction by direction, whose samples stay in the cache of a processor.
+    for row, found in zip(rows, ahead, strict=True):
+        padded.flat[: samples + 1] = row[: samples + 1]
+        by_place = np.ascontiguousarray(padded.T)
+        whole = by_place.max(axis=0)
+        for look in range(LOOKS):
+            # The window covers the rest of its own leap, so many further ones, and what is left of it in the last.
+            further, left = divmod(window - (LEAP - look), LEAP)
+            parts = [*by_place[look:, :count], *(whole[leap : leap + count] for leap in range(1, 1 + further))]
+            parts += [*by_place[:left, 1 + further : 1 + further + count]]
+            found[:, look] = np.where(late[look], np.inf, reduce(np.maximum, parts))
+    return ahead.reshape(*size.shape[:-1], count, LOOKS)
 
 
 @njit(**INLINE)

@@ -143,9 +143,7 @@ def test_a_body_at_rest_that_is_not_followed_falls_as_one_that_is(
     monkeypatch.setattr(plan, "borne", lambda lifts, *_: 0.0 * lifts)
     full = run(model, motion, cases)
     assert (full.samples_left_out == 0).all()
-    # A zigzag from sample to sample lets no body in space come to rest.
-    followed = (name, wave) == ("space", "zigzag")
-    assert short.samples_left_out.max() == 0 if followed else short.samples_left_out.mean() > 100
+    assert short.samples_left_out.mean() > 100
     # Of a stack that is left alone the rest may take another way, some steps longer.
     assert (short.block_steps <= (1.001 if name == "scene" else 1.0) * full.block_steps).all()
     np.testing.assert_array_equal(short.overturned, full.overturned)

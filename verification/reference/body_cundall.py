@@ -296,6 +296,7 @@ def loops(round_: bool) -> Any:
         base: int,
         columns: int,
         steps: int,
+        ticks: float,  # noqa: ARG001
     ) -> None:
         half, acting = count // 2 * OF_A_VERTEX, aligned(ACTING_SIZE)
         shift_all(state, columns, -0.5)
@@ -356,6 +357,7 @@ def in_use() -> Iterator[None]:
         rate, interval = planned.table["dashpot"] * modes, motion.sampling_interval
         steps = steps_per_sample(Scheme.CUNDALL, numerics.time_step, square, rate, interval)
         planned.table["finest"] = planned.table["dwell"] = 1.0
+        planned.table["standing"] = WHOLE
         return CundallPlan(**vars(planned) | {"steps": steps * numerics.refinement})
 
     with mock.patch("overturning.dem.body.plan.plan_body", plan):

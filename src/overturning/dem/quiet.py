@@ -16,7 +16,8 @@ LEAD: Final = 2.0
 """And from this long before, s."""
 
 BORNE: Final = 0.5
-"""A body at rest is followed from this share of its lower threshold on (docs/method.md: up to it nothing creeps),"""
+"""A body at rest is followed from this share of its lower threshold on (docs/method.md: up to it nothing creeps), and
+one in space that is followed while it stands takes samples as steps below it;"""
 
 BORNE_BY_STACKS: Final = 0.3
 """a scene from this one, since a joint that has slipped lifts earlier,"""

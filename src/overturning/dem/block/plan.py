@@ -158,8 +158,7 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         "gentle": GENTLE * finest * width * rounded(np.arctan, ratio) / period,
         "finest": np.ldexp(1.0, BLOCK.halvings - np.clip(halvings, 0, BLOCK.halvings)),
         "standing": TICKS * standing,
-        # A lightly damped contact rings for longer.
-        "dwell": np.round(BLOCK.dwell * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0) / shorter),
+        "dwell": np.round(BLOCK.dwell_of(square, rate) / shorter),
         "settled": np.round(BLOCK.settled / shorter),
     }
     for name, values in columns.items():

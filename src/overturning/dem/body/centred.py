@@ -289,10 +289,26 @@ def turns_fast(s: State, w: Predicted, t: Largest) -> bool:
 
 
 @njit(**INLINE)
-def found_of(t: Largest, weight: float, fast: bool) -> Found:
+def is_steady(shaking: Shaking, now: Vector, ticks: float, steady: float) -> bool:
+    """Whether the shaking, at the end of a step and of the next sample, stays below what a standing body bears.
+
+    In a step of a sample the springs would keep ringing with what sets it going: it slid or rocked too far.
+    """
+    end = 2.0 * ticks
+    x, y, up = (
+        at_tick(shaking.push_x, end, ticks), at_tick(shaking.push_y, end, ticks), at_tick(shaking.lift, end, ticks)
+    )  # fmt: skip
+    first, second = steady * (GRAVITY + now.z), steady * (GRAVITY + up)
+    below = (now.x * now.x + now.y * now.y < first * first) & (x * x + y * y < second * second)
+    return below & (first > 0.0) & (second > 0.0)
+
+
+@njit(**INLINE)
+def found_of(t: Largest, weight: float, fast: bool, steady: bool) -> Found:
     """What an attempt at a step has found, for the clock; a rim that runs round too fast asks for a shorter step."""
     slides = (t.holds == 0.0) & (weight > 0.0)
-    return Found(t.changed > 0.0, fast, False, t.wrong > 0.0, t.reversed > 0.0, t.back > 0.0, slides, False)
+    stands = steady & (t.off == 0.0)
+    return Found(t.changed > 0.0, fast, False, t.wrong > 0.0, t.reversed > 0.0, t.back > 0.0, slides, stands)
 
 
 class Kept(NamedTuple):

@@ -12,6 +12,7 @@ from overturning.dem.body.centred import (
     correct,
     found_of,
     is_fine,
+    is_steady,
     predict,
     predict_point,
     rim_point,
@@ -21,7 +22,6 @@ from overturning.dem.body.centred import (
 from overturning.dem.body.lying import lie_all, lies, waits
 from overturning.dem.body.state import (
     ROWS,
-    TICKS,
     VERTEX,
     Account,
     Body,
@@ -35,6 +35,7 @@ from overturning.dem.body.state import (
     PredictedPoint,
     Rejected,
     Shaking,
+    Stance,
     State,
     Sum,
     Vertex,
@@ -46,6 +47,7 @@ from overturning.dem.kernel.lanes import INNER, arithmetic, select
 load_body, load_shaking = ROWS.access(Body).load, ROWS.access(Shaking).load
 load_frame, store_frame, _ = ROWS.access(Matrix)
 load_state, _, store_state = ROWS.access(State)
+load_stance = ROWS.access(Stance).load
 load_lying, store_lying, _ = ROWS.access(Lying)
 load_peaks, _, store_peaks = ROWS.access(Peaks)
 load_account, _, store_account = ROWS.access(Account)
@@ -152,12 +154,14 @@ def commit_all(state: Any, columns: int, ticks: float, round_: Any) -> None:
     for j in range(columns):
         body, s, attempt, t = load_body(state, j), load_state(state, j), load_attempt(state, j), load_sum(state, j)
         most = load_largest(state, j)
-        fast = turns_fast(s, load_predicted(state, j), most) if round_ else False
+        w, d = load_predicted(state, j), load_change(state, j)
+        fast = turns_fast(s, w, most) if round_ else False
+        steady = is_steady(load_shaking(state, j), w.shaking, ticks, load_stance(state, j).steady)
+        found = found_of(most, t.force.z, fast, steady)
         again, sooner, following = next_attempt(
-            BODY, load_clock(state, j), attempt, found_of(most, t.force.z, fast), s.tick + attempt.length, ticks
+            BODY, load_clock(state, j), attempt, found, s.tick + attempt.length, ticks
         )
         kept = Kept(s, load_peaks(state, j), load_account(state, j))
-        w, d = load_predicted(state, j), load_change(state, j)
         kept = commit(body, kept, w, d, t, most.depth, attempt.length)
         store_attempt(state, j, following)
         store_rejected(state, j, Rejected(1.0 if again else 0.0, 1.0 if sooner else 0.0))
@@ -188,10 +192,11 @@ def loops(round_: bool) -> Any:
         base: int,
         columns: int,
         steps: int,
+        ticks: float,
     ) -> None:
         half = count // 2 * OF_A_VERTEX
         for _ in range(steps):
-            predict_all(state, columns, TICKS * steps)
+            predict_all(state, columns, ticks)
             lie_all(state, vertices, half, base, columns, round_)
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
@@ -211,7 +216,7 @@ def loops(round_: bool) -> Any:
                     correct_all(state, one, other, columns, round_, None)
                 else:
                     correct_all(state, one, other, columns, round_, 1)
-            commit_all(state, columns, TICKS * steps, round_)
+            commit_all(state, columns, ticks, round_)
             for point in range(0, 2 * half, OF_A_VERTEX):
                 remember_all(state, vertices[point : point + OF_A_VERTEX], columns)
 

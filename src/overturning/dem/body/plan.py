@@ -1,6 +1,7 @@
 """How each case in space is to be computed: its body, contact and steps, and the time that can be left out."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -10,7 +11,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.body.path import BodyPath
 from overturning.dem.body.results import answers_of
 from overturning.dem.body.rules import BODY, CASE, RESULT, ROW, START, BodyRules, Rim, Vertices
-from overturning.dem.body.state import COLUMNS, TICKS
+from overturning.dem.body.state import COLUMNS, RIGID, TICKS
 from overturning.dem.body.statics import highest_mode, lowest_mode, rest, unloading
 from overturning.dem.kernel.clock import BODY as PACE
 from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
@@ -46,6 +47,12 @@ class BodyPlan(Plan):
     cosines: FloatArray  # shape (n, 2): of the orientation, north and east
 
     @property
+    def group(self) -> NDArray[np.int64]:
+        """Cases with equal steps, standing and not, share a queue."""
+        both = np.stack([self.steps, self.table["standing"]])
+        return np.asarray(np.unique(both, axis=1, return_inverse=True)[1]).ravel()
+
+    @property
     def kind(self) -> Any:
         """Mark of the bodies, by which the kernel takes its loops."""
         return Rim() if self.solids[0].radius > 0 else Vertices()
@@ -57,8 +64,12 @@ class BodyPlan(Plan):
         return np.zeros(self.motion.samples + 3) if up is None else up
 
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BodyRules:
-        """As of `Plan.rules`, of cases with the same steps per sample."""
+        """As of `Plan.rules`, of cases with the same steps per sample, standing or not."""
         queued = self.queued(chosen, tables, finer, TICKS, COLUMNS)
+        # No look at the lanes is later than the end of the longest step: by then the next sample must be loaded.
+        job, standing = queued["job"], float(queued["cases"]["standing"][0])
+        queued["job"] = job._replace(at_once=int(job.ticks / standing))
+        queued["cases"]["settled"] *= finer
         return BodyRules(**queued, kind=self.kind, bodies=self.bodies, points=self.points, base=self.solids[0].base)
 
     def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
@@ -107,7 +118,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
     interval, samples = motion.sampling_interval, motion.samples
     dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
-    steps, finest, dwell = _steps_of(numerics, square[which], dashpot * modes[which], interval, period[which])
+    steps, pace = _pace_of(numerics, square[which], dashpot * modes[which], interval, period[which])
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
     row, cosines, along = _shaking(motion, cases)
     first, calm, stays_at_rest = (
@@ -115,12 +126,11 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         np.full(cases.size, np.inf),
         np.zeros(cases.size, np.bool_),
     )
-    bears = np.zeros(cases.size)
+    bears, threshold = np.zeros(cases.size), np.minimum((reach / foot)[which], friction)
     if numerics.leave_out and start is None:
         # Uplift over the nearest edge needs the least; between samples the length of the vector is convex, and so
         # largest at one.
         strongest = np.sqrt(motion.north**2 + motion.east**2)[None, :]
-        threshold = np.minimum((reach / foot)[which], friction)
         first, quiet, stays_at_rest = quiet_windows(
             motion, np.zeros(cases.size, np.int64), amplitude, strongest, threshold
         )
@@ -141,10 +151,9 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         "first": first,
         "calm": calm,
         "after": samples + np.ceil(AFTERMATH * period[which] / interval),
-        "finest": finest,
-        "standing": PACE.whole,
-        "dwell": dwell * numerics.refinement,
-        "settled": PACE.settled,
+        # Points of a rim remember velocities, which ring in such steps.
+        "steady": BORNE * threshold if start is None and made[0].radius == 0.0 else 0.0,
+        **pace,
     }
     for name, values in columns.items():
         table[name] = values
@@ -157,29 +166,40 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     bodies, points = _bodies(made)
     return BodyPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies, points=points,
-        cosines=cosines, row=row, ground=along, steps=steps * numerics.refinement, first=first, table=table,
+        cosines=cosines, row=row, ground=along, steps=steps, first=first, table=table,
         stays_at_rest=stays_at_rest,
         too_soft=sinks_too_far(sunk, 2.0 * np.minimum(foot, reach))[which],
     )  # fmt: skip
 
 
-def _steps_of(
+def _pace_of(
     numerics: Numerics, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray
-) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Whole steps in a sample, ticks of the finest, and how many of these follow a change of contact, of each case.
+) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
+    """Whole steps in a sample, and what the clock of each case goes by, as of `Clock`.
 
     By ω² (1/s²), twice the damping rate (1/s) and 1/p (s); `ArgumentError` if the time step is longer than the
     longest.
     """
     # Stable with any step: the limit is what it resolves, given as the one of an oscillator without damping.
     whole = PACE.longest * period
-    wanted = "1 stable" if numerics.time_step == "auto" else numerics.time_step
-    steps = steps_per_sample(Scheme.CUNDALL, wanted, (2.0 / whole) ** 2, np.zeros(whole.size), interval, period)
+    per_sample = partial(
+        steps_per_sample, Scheme.CUNDALL, square=(2.0 / whole) ** 2, rate=np.zeros(whole.size),
+        sampling_interval=interval, period=period,
+    )  # fmt: skip
+    usual = per_sample("1 stable")
+    steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
     tick, contact = interval / steps / PACE.whole, contact_time(square, rate)
     share = np.minimum(interval / steps / whole, 1.0)
     finest = np.exp2(np.frexp(np.clip(PACE.finest * share * contact / tick, 1.0, PACE.whole))[1] - 1.0)
-    # The ticks of a finer step are shorter.
-    return steps, finest, np.ceil(PACE.dwell * contact / (finest * tick))
+    # The ticks of finer steps are shorter; of these more are taken.
+    steps = steps * numerics.refinement
+    rigid = np.sqrt(square) * interval >= RIGID
+    return steps, {
+        "finest": finest,
+        "standing": PACE.whole * np.where(rigid, np.gcd(usual, steps), 1),
+        "dwell": np.round(PACE.dwell_of(square, rate) * steps / usual),
+        "settled": np.round(PACE.settled * steps / usual),
+    }
 
 
 def _shaking(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:

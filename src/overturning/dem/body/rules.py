@@ -55,7 +55,7 @@ START: Final = np.dtype([(name, "f8") for name in (
 """How a body begins: place (m), rotation from rest, velocity (m/s) and angular velocity (rad/s) in its own frame."""
 
 CASE: Final = np.dtype([("body", "i8"), *((name, "f8") for name in (
-    "stiffness", "tangential", "dashpot", "friction", "amplitude", "bears", "first", "calm", "after",
+    "stiffness", "tangential", "dashpot", "friction", "amplitude", "bears", "steady", "first", "calm", "after",
     *Clock._fields,
 )), ("start", START)])  # fmt: skip
 """What a case is computed with, in the units of `Body`, `Course` and `Clock`; `body` is the row of `BODY`."""
@@ -193,7 +193,7 @@ def put(state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, inte
         energy(body, begin, vertices, points.shape[0], j), barrier,
     ))  # fmt: skip
     state[BEARS + j] = case.bears
-    store_stance(state, j, Stance(spin_about_origin(begin), of.reach, of.fallen, of.deepest))
+    store_stance(state, j, Stance(spin_about_origin(begin), of.reach, of.fallen, of.deepest, case.steady))
 
 
 @njit(**INNER)
@@ -238,7 +238,7 @@ def next_sample(state: Any, columns: int, row: Any, cases: Any, ground: Any, job
 
 
 def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple[Any, int]:
-    """Compute the steps of a sample; the first lane is noted at its begin."""
+    """Compute the steps of a sample; the first lane is noted at its begin, where time has passed since the last row."""
     # All at once, for `rules` kept beyond a branch would count a use of each of its arrays, for every sample.
     job, kind, count, base = rules.job, rules.kind, rules.points.shape[1], rules.base
     if path.shape[0] > 0:
@@ -246,8 +246,8 @@ def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple
         if path.shape[0] == noted:
             return path, -1
         note(work.state, 0, job.interval, job.ticks, path[noted])
-        noted += 1
-    loops_of(kind)(kind, work.state, work.vertices, count, base, columns, job.at_once)
+        noted += 1 if noted == 0 or path[noted].time > path[noted - 1].time else 0
+    loops_of(kind)(kind, work.state, work.vertices, count, base, columns, job.at_once, job.ticks)
     return path, noted
 
 

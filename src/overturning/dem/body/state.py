@@ -19,6 +19,9 @@ from overturning.dem.kernel.lanes import INLINE, Rows
 COLUMNS: Final = 16
 """Bodies side by side: their rows fit into the nearest cache of a processor, 48 KB, those of more do not."""
 
+RIGID: Final = 10.0
+"""Whole samples are the steps of a body that stands where 1/ω is so many times shorter than they are."""
+
 TICKS: Final = BODY.whole
 """Ticks of a whole step."""
 
@@ -160,7 +163,9 @@ class Stance(NamedTuple):
     fallen: float
     """cosine of the tilt at which it has fallen;"""
     deepest: float
-    """penetration beyond which the case has failed, m."""
+    """penetration beyond which the case has failed, m;"""
+    steady: float
+    """horizontal acceleration below which it stands in steps of a sample, as a share of its weight."""
 
 
 class PredictedPoint(NamedTuple):

@@ -8,8 +8,10 @@ sample, over which the shaking is linear.
 
 from typing import Final, NamedTuple
 
+import numpy as np
 from numba import njit
 
+from overturning.arrays import FloatArray
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.time_step import LONGEST_ROCKING
 
@@ -40,14 +42,17 @@ class Pace(NamedTuple):
         """How often a whole step may be halved."""
         return int(self.whole).bit_length() - 1
 
+    def dwell_of(self, square: FloatArray, rate: FloatArray) -> FloatArray:
+        """Steps of a length after a change, more where a contact rings: by ω², 1/s², and twice its damping rate, 1/s."""
+        return np.asarray(self.dwell * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0))
+
 
 # Where measured: the rigid limit and the default step, docs/measurements.md; scenes, `python -m verification.scenes
 # steps`; in space, `python -m verification.space`. A body in space takes shorter steps, since its deepest point runs
 # round a rim.
 BLOCK: Final = Pace(LONGEST_ROCKING, 0.08, 2.0**24, 4.0, 2.0, 8.0, 8.0, 2.0)
 SCENE: Final = Pace(0.0125, 0.16, 2.0**20, 4.0, 2.0, 8.0, 8.0, 2.0)
-BODY: Final = Pace(0.004, 0.125, 2.0**9, 2.0, 3.0, 6.0, 0.0, 4.0)
-"""`dwell` of a body in space is a time, in 1/ω; of the others it is a number of steps."""
+BODY: Final = Pace(0.004, 0.1, 2.0**9, 2.0, 3.0, 8.0, 8.0, 4.0)
 
 SLIDING: Final = 0.25
 """Longest step of what slides as a whole, in samples: within a longer one it could stop, or begin."""

@@ -124,9 +124,8 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
     table["amplitude"], table["friction"], table["damping"] = cases.amplitude, cases.friction, cases.damping_factor
     table["calm"], table["after"] = np.inf, motion.samples + np.ceil(AFTERMATH * slowest / motion.sampling_interval)
     table["finest"] = finest[variant]
-    # A lightly damped contact rings for longer. Where steps are wanted shorter, each is divided.
-    dwell = SCENE.dwell * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0) * divided * numerics.refinement
-    table["dwell"] = np.round(dwell)[variant]
+    # Where steps are wanted shorter, each is divided.
+    table["dwell"] = np.round(SCENE.dwell_of(square, rate) * divided * numerics.refinement)[variant]
     table["standing"], table["settled"] = SCENE.whole, SCENE.settled
     first, stays_at_rest = np.zeros(cases.size, np.int64), np.zeros(cases.size, np.bool_)
     stands_from = np.full((cases.size, len(variants[0].parts)), np.inf)

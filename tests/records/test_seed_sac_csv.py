@@ -213,6 +213,21 @@ def test_sac_of_velocity_or_of_a_borehole_by_its_header_is_refused(tmp_path, key
         read_path(path, Declarations(unit="m/s2"))
 
 
+@pytest.mark.parametrize(
+    ("word", "value", "words"),
+    [(85, 2, "a spectrum"), (85, 3, "a spectrum"), (85, 4, "x and y"), (105, 0, "uneven times"), (86, 50, "volts")],
+)
+def test_sac_that_is_no_even_series_of_accelerations_is_refused(tmp_path, word, value, words):
+    """Words 85, 86 and 105 of the header: IFTYPE, IDEP and LEVEN; what it holds was read as samples."""
+    paths = [write_sac(tmp_path / f"{name}.sac", N / 1e5, name, 0.0, 90.0) for name in ("HNN", "HNE")]
+    for path in paths:
+        header = bytearray(path.read_bytes())
+        struct.pack_into("<i", header, 4 * word, value)
+        path.write_bytes(bytes(header))
+    with refused(RecordError, "HNN.sac", words, "by its header"):
+        read_path(paths, Declarations(unit="gal"))
+
+
 @pytest.mark.parametrize(("unit", "scale"), [("M/S**2", 1.0), ("CM/S**2", 0.01), ("G", 9.80665)])
 def test_sac_takes_its_unit_from_stationxml(tmp_path, unit, scale):
     write_inventory(tmp_path / "s.xml", CHANNELS, gain=4e5, unit=unit)

@@ -14,8 +14,11 @@ from overturning.units import UNITS
 
 UNDEFINED: Final = -12345.0
 
-NOT_ACCELERATION: Final[dict[float | None, str]] = {6.0: "displacement", 7.0: "velocity"}
+NOT_ACCELERATION: Final[dict[float | None, str]] = {6.0: "displacement", 7.0: "velocity", 50.0: "volts"}
 """Values of SAC's IDEP."""
+
+NO_SERIES: Final[dict[float | None, str]] = {2.0: "a spectrum", 3.0: "a spectrum", 4.0: "x and y", 51.0: "x, y and z"}
+"""Values of SAC's IFTYPE."""
 
 
 def read(source: SourceFile, declared: Declarations) -> list[Component]:
@@ -25,6 +28,10 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
     if not any(1e-6 < interval < 1e3 for interval in intervals):
         raise RecordError(f"{source.name}: sampling interval {intervals[0]:g} s in the header; get the file again")
     stream = read_stream(source, "SAC", checksize=True)
+    header = stream[0].stats.sac
+    uneven = "samples at uneven times" if header.get("leven") == 0 else ""
+    if what := NO_SERIES.get(header.get("iftype")) or uneven:
+        raise RecordError(f"{source.name}: {what} by its header, not evenly sampled acceleration; get that file")
     inventory = read_inventory(declared.metadata)
     if inventory is not None:
         return components_of(stream, inventory, source, declared.unit)

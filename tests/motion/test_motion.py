@@ -1,5 +1,7 @@
 """Motions made of a formula or of an obspy Stream."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -69,6 +71,9 @@ def test_from_obspy(channels: tuple[str, ...]) -> None:
         (("HNN", "HNZ"), "no component towards east"),
         (("HN1", "HN2"), "neither N, E nor Z"),
         (("HNN", "HNN"), "stands twice"),
+        (("DOWN", "E"), "'DOWN' is neither N, E nor Z"),  # names that end alike: down was north, S00E east
+        (("N", "S00E"), "'S00E' is neither N, E nor Z"),
+        (("TRAN", "N90E"), "'TRAN' is neither N, E nor Z"),
     ],
 )
 def test_streams_that_are_no_motion(channels: tuple[str, ...], message: str) -> None:
@@ -131,6 +136,30 @@ def test_what_obspy_has_removed_the_response_to_counts(code: str, output: str, t
     else:
         with pytest.raises(ArgumentError, match=f"its response was removed to {output}"):
             Motion.from_obspy(found)
+
+
+def test_what_obspy_has_integrated_is_no_acceleration() -> None:
+    """A velocity of obspy's `integrate` had the size of a motion, and was taken for m/s²."""
+    found = stream("HNN", "HNE").integrate()
+    with pytest.raises(ArgumentError, match=r"HNN: integrated by obspy; .* unit='m/s2'"):
+        Motion.from_obspy(found)
+    assert Motion.from_obspy(found, unit="m/s2").samples == 100
+    assert Motion.from_obspy(found.differentiate()).samples == 100
+
+
+def test_a_direction_in_a_sac_header_that_contradicts_the_code_is_warned_of() -> None:
+    found = stream("HNN", "HNE", "HNZ")
+    axes = {"HNN": (0.0, 90.0), "HNE": (93.0, 90.0), "HNZ": (0.0, 0.0)}
+    for trace in found:
+        trace.stats.sac = dict(zip(("cmpaz", "cmpinc"), axes[trace.stats.channel], strict=True))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Motion.from_obspy(found)
+    for channel, key, value, words in ((0, "cmpaz", 137.0, "azimuth 137°"), (2, "cmpinc", 180.0, "180° from up")):
+        wrong = found.copy()
+        wrong[channel].stats.sac[key] = value
+        with pytest.warns(UserWarning, match=rf"is taken towards (north|up) by its code; .*{words}.* its SAC header"):
+            Motion.from_obspy(wrong)
 
 
 def test_the_borehole_of_kik_net_is_refused_unless_declared() -> None:

@@ -1,6 +1,7 @@
 """Ground motion as the simulation takes it: three accelerations and a sampling interval, nothing else."""
 
 import re
+import warnings
 from importlib import import_module
 from typing import Any
 
@@ -24,15 +25,54 @@ def _no_acceleration(trace: Any, code: str, unit: str | None) -> str:
     if unit is not None:
         return ""
     steps = " ".join(trace.stats.get("processing", ()))
-    removed = re.findall(r"remove_response\([^()]*?output='?(\w+)", steps)
+    done = re.findall(r"remove_response\([^()]*?output='?(\w+)|\b(integrate|differentiate)\(", steps)
+    removed = [output for output, _ in done if output]
     # SEED's instrument codes: H and L seismometers of high and low gain, P geophones; N and G accelerometers.
-    velocity = removed[-1] != "ACC" if removed else len(code) == 3 and code[1] in "HLP" and code[2] in "NEZ"
-    return (
-        f"{f'its response was removed to {removed[-1]}' if removed else 'a velocity sensor by its code'}; remove the "
-        "response with output='ACC', or say unit='m/s2' if these are accelerations"
-        if velocity
-        else ""
-    )
+    why = "a velocity sensor by its code" if len(code) == 3 and code[1] in "HLP" and code[2] in "NEZ" else ""
+    integrals = 0  # that lead to it from acceleration
+    for output, step in done:
+        integrals = _INTEGRALS.get(output, 1) if output else integrals + (1 if step == "integrate" else -1)
+    if removed or integrals:
+        last = (
+            f"its response was removed to {removed[-1]}" if removed and not done[-1][1] else f"{done[-1][1]}d by obspy"
+        )
+        why = last if integrals else ""
+    return f"{why}; remove the response with output='ACC', or say unit='m/s2' if these are accelerations" if why else ""
+
+
+_INTEGRALS = {"ACC": 0, "VEL": 1, "DISP": 2}
+"""Of the outputs of obspy's `remove_response`, how often acceleration is integrated to them."""
+
+_CHANNEL = re.compile(r"(?:[A-Z]{2})?([NEZ])|(NS|EW|UD)[12]?")
+"""SEED codes, with or without band and instrument, and NIED's; other names that end alike are of other directions."""
+
+_TOWARDS = {"N": "north", "NS": "north", "E": "east", "EW": "east", "Z": "up", "UD": "up"}
+
+
+def _direction_of(trace: Any, code: str) -> str | None:
+    """North, east or up by the code of a channel; None where it says none of them.
+
+    A warning where the direction in a SAC header (CMPAZ, CMPINC), which obspy carries along, is more than 5° from it.
+    """
+    found = _CHANNEL.fullmatch(code)
+    if found is None:
+        return None
+    name = _TOWARDS[found[1] or found[2]]
+    azimuth, inclination = (trace.stats.get("sac", {}).get(key, _UNDEFINED) for key in ("cmpaz", "cmpinc"))
+    if _UNDEFINED not in (azimuth, inclination):
+        tilt, turn = np.radians(inclination), np.radians(azimuth)
+        along = {"north": np.sin(tilt) * np.cos(turn), "east": np.sin(tilt) * np.sin(turn), "up": np.cos(tilt)}[name]
+        if along < np.cos(np.radians(5.0)):
+            where = f"azimuth {azimuth:g}°, {inclination:g}° from up, by its SAC header"
+            more = "overturning.read takes SAC files as their headers say"
+            warnings.warn(
+                f"stream: channel {trace.id} is taken towards {name} by its code; {where}: {more}", stacklevel=4
+            )
+    return name
+
+
+_UNDEFINED = -12345.0
+"""SAC's word for what is not known."""
 
 
 def _other_sensor(code: str, sensor: str) -> str:
@@ -204,8 +244,9 @@ class Motion(Recorded):
     def from_obspy(cls, stream: Any, *, unit: str | None = None, sensor: str = "surface") -> "Motion":
         """The motion of an obspy Stream of three components, or two horizontal ones.
 
-        Traces are told apart by the last letters of their channels: N, E, Z, or NS, EW, UD. Samples are multiplied by
-        ``stats.calib``, where readers of counts leave the m/s² per count.
+        Traces are told apart by their channels' codes: SEED's that end in N, E, Z, or NS, EW, UD; a SAC header that
+        gives another direction is warned of. Samples are multiplied by ``stats.calib``, where readers of counts leave
+        the m/s² per count.
 
         Parameters
         ----------
@@ -220,8 +261,8 @@ class Motion(Recorded):
         Raises
         ------
         ArgumentError
-            If north or east is missing or doubled, a trace has gaps (is masked), is a velocity or of the other sensor,
-            or the traces differ in station, location, start, length or sampling interval.
+            If north or east is missing or doubled, a trace has gaps (is masked), is a velocity, integrated or of the
+            other sensor, or the traces differ in station, location, start, length or sampling interval.
         """
         if unit is not None and unit not in UNITS:
             raise ArgumentError(f"unit: {unit!r}; known are {', '.join(UNITS)}")
@@ -230,8 +271,7 @@ class Motion(Recorded):
             code = str(trace.stats.channel).upper()
             if why := _no_acceleration(trace, code, unit) or _other_sensor(code, sensor):
                 raise ArgumentError(f"stream: channel {trace.id}: {why}")
-            ends = {"N": "north", "E": "east", "Z": "up"}
-            name = {"NS": "north", "EW": "east", "UD": "up"}.get(code[:2], ends.get(code[-1:]))
+            name = _direction_of(trace, code)
             if name is None or name in traces:
                 raise ArgumentError(
                     f"stream: channel {trace.stats.channel!r} {'stands twice' if name else 'is neither N, E nor Z'}; "

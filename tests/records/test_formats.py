@@ -377,6 +377,14 @@ def test_components_of_two_stations_or_earthquakes_are_no_record(tmp_path, this,
     check(put(tmp_path, files), A * MG, B * MG, rtol=1e-6)
 
 
+def test_components_of_two_locations_of_a_station_of_esm_are_no_record(tmp_path):
+    files = {f"x.{s}.ASC": esm_text(x, 0.01, s) for s, x in (("HNE", A), ("HNN", B))}
+    code = {"x.HNE.ASC": "00", "x.HNN.ASC": "10"}
+    files = {n: text.replace("STATION_NAME:", f"LOCATION: {code[n]}\nSTATION_NAME:") for n, text in files.items()}
+    with refused(RecordError, "components of '00' and '10'"):
+        put(tmp_path, files)
+
+
 def test_what_is_declared_and_a_file_states_itself_is_not_taken_and_told(tmp_path):
     raw = "1 UNCORRECTED ACCELEROGRAM"
     files = {f"x{n}.smc": smc_text(x, 100, axis, kind=raw) for n, (x, axis) in enumerate([(A, "0"), (B, "90")])}

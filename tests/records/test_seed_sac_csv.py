@@ -59,6 +59,34 @@ def test_sensors_of_two_locations_are_no_record(tmp_path):
     assert [len(finding.components) for finding in check_paths([tmp_path]) if finding.record] == [3]
 
 
+def test_a_location_code_of_blanks_is_a_sensor_of_its_own(tmp_path):
+    write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "10.HNE": (90.0, 0.0)})
+    with refused(RecordError, "components of '--' and '10'; they are not of one record"):
+        read_path(write_mseed(tmp_path / "x.mseed", {"HNN": N, "10.HNE": E}))
+
+
+@pytest.mark.parametrize(
+    ("words", "values", "why"),
+    [
+        ((70,), (-12345,), "HNE of HNE.sac does not say when it begins, other components do"),
+        ((31, 32), (35.3, 133.4), "at 35.2° N, 133.4° E and at 35.3° N, 133.4° E, 11.1 km apart"),
+        ((152, 153), (b"YY  ", b"    "), "components of 'XX' and 'YY'"),
+    ],
+)
+def test_components_of_two_places_and_one_without_a_start_are_no_record(tmp_path, words, values, why):
+    """Words of SAC's header: NZYEAR, STLA and STLO, KNETWK. The undated was laid beside the other's first sample."""
+    paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
+    header = bytearray(paths[1].read_bytes())
+    for word, value in zip(words, values, strict=True):
+        code = {int: "<i", float: "<f", bytes: "4s"}[type(value)]
+        struct.pack_into(code, header, 4 * word, value)
+    paths[1].write_bytes(bytes(header))
+    with refused(RecordError, why, "--trust-data"):
+        read_path(paths, Declarations(unit="gal"))
+    trusting = read_path(paths, Declarations(unit="gal", trust_data=True))
+    assert why in trusting.extra["trusted"][0]
+
+
 def test_a_channel_that_breaks_off_before_the_strong_motion_is_refused(tmp_path):
     """All three were cut to what the shortest one has: 4 Gal of a motion of 100, and reading it said nothing."""
     write_inventory(tmp_path / "s.xml", CHANNELS)

@@ -14,6 +14,7 @@ from overturning.errors import Reasons, RecordError
 from overturning.motion.direction import direction_cosines
 from overturning.motion.plausible import implausible
 from overturning.records.component import Component, check_peak, in_a_structure, is_vertical_of_unknown_sense
+from overturning.records.earthquakes import distance_km
 from overturning.records.record import Record, peaks_of
 from overturning.records.source import Declarations, VerticalSense
 
@@ -22,6 +23,9 @@ MAXIMUM_SPREAD = 0.5
 
 LEAST_PEAK = 0.8
 """Share of a component's peak that the common window must hold, where lengths are further apart than that."""
+
+SAME_STATION = 1.0
+"""Largest distance between the places that files of one station state, km: rounded degrees and minutes differ."""
 
 MINIMUM_SINE = 0.9
 """Smallest sine of the angle between two horizontal axes that may be turned to north and east."""
@@ -75,7 +79,10 @@ def _common_window(components: Sequence[Component], reasons: _Reasons) -> list[C
     its channels one after the other. Unlike lengths of several files, and stations, earthquakes or places of the sensor
     that differ, or raw beside processed data, are contradictions, which may be trusted.
     """
-    said = [(c.station, c.event, "processed" if c.processed else "raw", c.location) for c in components]
+    said = [
+        (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location)
+        for c in components
+    ]
     for texts in zip(*said, strict=True):
         named = {" ".join(text.split()).casefold(): text for text in texts if text}
         if len(named) > 1:
@@ -89,8 +96,13 @@ def _common_window(components: Sequence[Component], reasons: _Reasons) -> list[C
                 f"{other.file}: sampling interval {other.sampling_interval:g} s along {other.axis}, "
                 f"{components[0].file} has {interval:g} s; components of one record must share it"
             )
+    _check_one_place(components, reasons)
     starts = [c.start for c in components if c.start is not None]
     offsets = [0] * len(components)
+    if 0 < len(starts) < len(components):
+        undated = " and ".join(f"{c.axis} of {c.file}" for c in components if c.start is None)
+        remedy = "give it the start that it has, or say --trust-data to take first samples as those of one time"
+        reasons.contradict(f"{undated} does not say when it begins, other components do", remedy)
     if len(starts) == len(components):
         latest = max(starts)
         spread = (latest - min(starts)).total_seconds()
@@ -117,6 +129,17 @@ def _common_window(components: Sequence[Component], reasons: _Reasons) -> list[C
     if spread > MAXIMUM_SPREAD:
         _check_largest_is_kept(components, cut, reasons)
     return cut
+
+
+def _check_one_place(components: Sequence[Component], reasons: _Reasons) -> None:
+    """Refuse components whose station stands at two places."""
+    places = [(c.latitude, c.longitude) for c in components if c.latitude is not None and c.longitude is not None]
+    for place in places[1:]:
+        if (apart := distance_km(places[0], place)) > SAME_STATION:
+            first, other = (f"{north:g}° N, {east:g}° E" for north, east in (places[0], place))
+            why = f"{components[0].file}: components at {first} and at {other}, {apart:.3g} km apart"
+            remedy = "give the files of one sensor together, or say --trust-data if it is one all the same"
+            reasons.contradict(why, f"they are not of one record: {remedy}")
 
 
 def _check_largest_is_kept(whole: Sequence[Component], window: Sequence[Component], reasons: _Reasons) -> None:

@@ -68,7 +68,7 @@ class _Known:
             return self.event_id == other.event_id
         if self.origin is None or other.origin is None:
             return None
-        near = self.place is None or other.place is None or _distance(self.place, other.place) <= SAME_PLACE
+        near = self.place is None or other.place is None or distance_km(self.place, other.place) <= SAME_PLACE
         return near and abs(self.origin - other.origin) <= SAME_TIME
 
 
@@ -96,7 +96,7 @@ def _known(record: Record | RecordEntry) -> _Known:
     )
 
 
-def _distance(first: tuple[float, float], second: tuple[float, float]) -> float:
+def distance_km(first: tuple[float, float], second: tuple[float, float]) -> float:
     """Length of the great circle between two places, km (haversine formula)."""
     (lat1, lon1), (lat2, lon2) = np.radians(first), np.radians(second)
     half = np.sin((lat2 - lat1) / 2) ** 2 + np.cos(lat1) * np.cos(lat2) * np.sin((lon2 - lon1) / 2) ** 2

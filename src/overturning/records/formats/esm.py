@@ -12,6 +12,7 @@ LINE: Final = r"[A-Z][A-Z0-9_/^]*:(\s.*)?"
 KEYS: Final = (
     *("EVENT_NAME", "EVENT_ID", "EVENT_DATE_YYYYMMDD", "EVENT_TIME_HHMMSS", "EVENT_LATITUDE_DEGREE"),
     *("EVENT_LONGITUDE_DEGREE", "MAGNITUDE_W", "STATION_CODE", "STATION_LATITUDE_DEGREE", "STATION_LONGITUDE_DEGREE"),
+    "LOCATION",
     *("VS30_M/S", "SENSOR_DEPTH_M", "DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS", "SAMPLING_INTERVAL_S", "NDATA", "STREAM"),
     *("UNITS", "PGA_CM/S^2", "BASELINE_CORRECTION", "FILTER_TYPE", "LOW_CUT_FREQUENCY_HZ", "HIGH_CUT_FREQUENCY_HZ"),
     *("DATA_TYPE", "PROCESSING"),
@@ -48,6 +49,7 @@ def read(source: SourceFile) -> list[Component]:
             place=(header.optional("STATION_LATITUDE_DEGREE"), header.optional("STATION_LONGITUDE_DEGREE")),
             peak=header.peak("PGA_CM/S^2", GAL) if text("PGA_CM/S^2") else None,
             sensor=sensor_at(header.optional("SENSOR_DEPTH_M")),
+            location=text("LOCATION"),
             processed=not (raw or text("DATA_TYPE").upper().startswith("UNPROCESSED")),
             epicentre=(header.optional("EVENT_LATITUDE_DEGREE"), header.optional("EVENT_LONGITUDE_DEGREE")),
             extra=extra | ({"agency_processing": filtered} if all(corners) else {}),

@@ -23,6 +23,8 @@ ACCELERATION: Final = {f"{length}{per}": scale for length, scale in _LENGTHS.ite
 VELOCITY: Final = {"M/S", "M/SEC"}
 LONGEST_TAPER: Final = 5.0
 """Longest taper at each end before a response is removed, s."""
+BLANK: Final = "--"
+"""A location code of blanks as it is written: it tells sensors apart as any other code does."""
 FULL_SCALE: Final = 0.01
 """Velocity from which on most velocity sensors are at the end of their range, m/s."""
 
@@ -123,7 +125,7 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: str | N
         station=trace.stats.station,
         place=(place["latitude"], place["longitude"]),
         sensor=sensor_at(place["local_depth"]),
-        location=trace.stats.location,
+        location=trace.stats.location or BLANK,
         unit=declared if declared and UNITS.get(declared) == ACCELERATION.get(unit) else "",
         extra={"removed": removed, "network": trace.stats.network},
         notes=tuple(notes),

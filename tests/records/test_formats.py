@@ -14,7 +14,7 @@ from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_paths
 from overturning.records.component import channel_axis, parse_axis
 from overturning.records.read import read_files, read_path, read_record
-from overturning.records.record import Record
+from overturning.records.record import Record, provenance
 from overturning.records.source import Declarations, SourceFile
 from tests.expect import refused
 from tests.records.record_writers import (
@@ -375,6 +375,15 @@ def test_components_of_two_stations_or_earthquakes_are_no_record(tmp_path, this,
     assert all(name in told for name in (this, that)), "what is trusted is said"
     files["x2.AT2"] = files["x2.AT2"].replace(that, f" {this.upper()}")
     check(put(tmp_path, files), A * MG, B * MG, rtol=1e-6)
+
+
+def test_unlike_filters_of_the_agency_are_told_of_each_component(tmp_path):
+    """The corners of the first were said to be those of all."""
+    files = {f"x{axis}.AT2": peer_text(x / 1000, 0.01, axis, header="old") for axis, x in (("N", A), ("E", B))}
+    assert provenance(put(tmp_path, files))["agency"] == "band-pass filter 0.1 to 30.0 Hz"
+    files["xE.AT2"] = files["xE.AT2"].replace("HP=0.1 Hz", "HP=0.4 Hz")
+    agency = provenance(put(tmp_path, files))["agency"]
+    assert agency == "N: band-pass filter 0.1 to 30.0 Hz; E: band-pass filter 0.4 to 30.0 Hz"
 
 
 def test_components_of_two_locations_of_a_station_of_esm_are_no_record(tmp_path):

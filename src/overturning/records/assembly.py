@@ -204,6 +204,7 @@ def assemble(
     first = window[0]
     borehole = ["borehole sensor"] if declared.sensor == "borehole" else []
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
+    extra |= _of_their_agency(window)
     extra |= {"axes": [c.axis for c in window]} | ({"origin_time": iso(first.origin)} if first.origin else {})
     extra |= {"header_peak_difference": differences} if differences else {}
     extra |= {"trusted_data": True, "trusted": trusted} if declared.trust_data else {}
@@ -246,6 +247,16 @@ def _stated_otherwise(component: Component, declared: Declarations) -> str:
         said.append(f"{declared.sampling_interval_s:g} s")
     what = f"what is declared of axis {component.axis!r} ({', '.join(said)})"
     return f"{what} is not taken: {component.file} states its own" if said else ""
+
+
+def _of_their_agency(components: Sequence[Component]) -> dict[str, str]:
+    """What the agency has done to the components, of each where it is not the same; empty where nothing is stated."""
+    done = {c.axis: str(c.extra.get("agency_processing", "")) for c in components}
+    if not any(done.values()):
+        return {}
+    alike = len(set(done.values())) == 1
+    of_each = "; ".join(f"{axis}: {what or 'not stated'}" for axis, what in done.items())
+    return {"agency_processing": next(iter(done.values())) if alike else of_each}
 
 
 def _not_the_size_of_a_motion(components: Sequence[Component]) -> str:

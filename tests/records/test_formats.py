@@ -244,6 +244,21 @@ def test_bhrc_ends_each_component_with_a_mark(tmp_path):
             put(tmp_path, "\n".join(cut))
 
 
+def test_an_interval_that_contradicts_the_header_s_length_is_refused(tmp_path):
+    """210 samples of 10 ms, which a header with another interval made a record of twice the length."""
+    texts = [esm_text(A, 0.01, "HNE"), esm_text(B, 0.01, "HNN"), unam_text({"N00E": A, "N90E": B})]
+    stated = ("SAMPLING_INTERVAL_S: 0.01", "SAMPLING_INTERVAL_S: 0.01", "/0.01/")
+    wrong = [text.replace(old, old.replace("1", "2")) for text, old in zip(texts, stated, strict=True)]
+    assert all(text != other for text, other in zip(texts, wrong, strict=True))
+    for files in ({"a.HNE.ASC": wrong[0], "a.HNN.ASC": wrong[1]}, {"x.asa": wrong[2]}):
+        with refused(RecordError, "210 samples every 0.02 s, but the header's length is 2.1 s"):
+            put(tmp_path, files)
+    rounded = {
+        f"a.{s}.ASC": text.replace("DURATION_S: 2.100", "DURATION_S: 2") for s, text in zip("EN", texts, strict=False)
+    }
+    assert put(tmp_path, rounded).duration == pytest.approx(2.09)
+
+
 def test_unam_counts_the_hours_from_the_earthquake_s_day(tmp_path):
     late = unam_text({"N00E": A, "N90E": B}, first="00:00:03").replace("07:19:10.0", "23:59:50.0")
     assert put(tmp_path, late).start == "1995-09-15T00:00:03Z"

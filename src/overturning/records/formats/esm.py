@@ -14,6 +14,7 @@ KEYS: Final = (
     *("EVENT_LONGITUDE_DEGREE", "MAGNITUDE_W", "STATION_CODE", "STATION_LATITUDE_DEGREE", "STATION_LONGITUDE_DEGREE"),
     "LOCATION",
     *("VS30_M/S", "SENSOR_DEPTH_M", "DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS", "SAMPLING_INTERVAL_S", "NDATA", "STREAM"),
+    "DURATION_S",
     *("UNITS", "PGA_CM/S^2", "BASELINE_CORRECTION", "FILTER_TYPE", "LOW_CUT_FREQUENCY_HZ", "HIGH_CUT_FREQUENCY_HZ"),
     *("DATA_TYPE", "PROCESSING"),
 )
@@ -31,6 +32,8 @@ def read(source: SourceFile) -> list[Component]:
     if text("DATA_TYPE"):  # raw files write it small, or say that it is unprocessed
         header.check_unit("DATA_TYPE", r"(unprocessed )?acceleration$", "acceleration")
     samples, notes = header.promised("NDATA", header.column(first))
+    interval = header.value("SAMPLING_INTERVAL_S")
+    header.check_duration("DURATION_S", samples.size, interval)
     corners = [text(f"{end}_CUT_FREQUENCY_HZ") for end in ("LOW", "HIGH")]
     filtered = f"{text('FILTER_TYPE').lower() or 'filter'} {corners[0]} to {corners[1]} Hz"
     extra = header.numbers({"magnitude": "MAGNITUDE_W", "vs30": "VS30_M/S"})
@@ -41,7 +44,7 @@ def read(source: SourceFile) -> list[Component]:
             text("STREAM"),
             channel_axis(text("STREAM")),
             samples * GAL,
-            header.value("SAMPLING_INTERVAL_S"),
+            interval,
             start=header.moment(first_sample, "%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S") if text(first_sample) else None,
             station=text("STATION_CODE"),
             event=text("EVENT_NAME") or text("EVENT_ID"),

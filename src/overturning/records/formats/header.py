@@ -168,6 +168,15 @@ class Header(Lines):
         if self.value(name) != found:
             raise self.error(name, f"{self.text(name)} samples here, but {found} below; get the file again")
 
+    def check_duration(self, name: str, count: int, interval: float, text: str | None = None) -> None:
+        """Refuse an interval, s, at which so many samples last another time than a field, or a part of it, states.
+
+        Nothing where it is not stated. The length may be rounded, and counted to the last sample or one further.
+        """
+        stated = self.text(name) if text is None else text
+        if stated:
+            self.check_length(self.at(name), count, interval, self.value(name, stated), 1.01 * resolution(stated))
+
     def promised(self, name: str, values: FloatArray, stated: str | None = None) -> tuple[FloatArray, tuple[str, ...]]:
         """As many of the samples as a field promises, or a part of its text, and what is said of a file with more.
 

@@ -71,9 +71,9 @@ class Lines:
             )
         return 1.0 / rate
 
-    def check_length(self, index: int, count: int, interval: float, length: float) -> None:
-        """Refuse a count whose samples do not last as long, s, as a line states."""
-        if abs(count * interval - length) > max(2.0 * interval, 0.011):
+    def check_length(self, index: int, count: int, interval: float, length: float, digit: float = 0.0) -> None:
+        """Refuse a count whose samples do not last as long, s, as a line states, to so much of its last digit."""
+        if abs(count * interval - length) > max(2.0 * interval, 0.011, digit):
             what = f"{count} samples every {interval:g} s, but the header's length is {length:g} s"
             raise self.error(index, f"{what}; the file is cut or holds more: get it again")
 

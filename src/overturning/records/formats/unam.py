@@ -22,6 +22,7 @@ FIELDS: Final[Fields] = {
     "ORIENTACION": r"^\s*ORIENTACION C1-C6[^:]*:(.*)",
     "INTERVALO DE MUESTREO": r"^\s*INTERVALO DE MUESTREO, C1-C6[^:]*:(.*)",
     "NUM. TOTAL DE MUESTRAS": r"^\s*NUM\. TOTAL DE MUESTRAS, C1-C6[^:]*:(.*)",
+    "DURACION DEL REGISTRO": r"^\s*DURACION DEL REGISTRO[^:]*:(.*)",
     "ACEL. MAX.": r"^\s*ACEL\. MAX\.\(GAL\), C1-C6[^:]*:(.*)",
     "UNIDADES DE LOS DATOS": r"^\s*UNIDADES DE LOS DATOS[^:]*:(.*)",
     "FECHA DEL SISMO": r"^\s*FECHA DEL SISMO[^:]*:(.*)",
@@ -50,6 +51,10 @@ def read(source: SourceFile) -> list[Component]:
         raise header.error("ORIENTACION", why)
     values = header.rows(first, len(axes))
     promised = [header.promised("NUM. TOTAL DE MUESTRAS", values, count) for count in counts]
+    lengths = _list(header, "DURACION DEL REGISTRO") if header.text("DURACION DEL REGISTRO") else []
+    for count, interval, length in zip(counts, intervals, lengths, strict=False):
+        samples, step = header.value("NUM. TOTAL DE MUESTRAS", count), header.value("INTERVALO DE MUESTREO", interval)
+        header.check_duration("DURACION DEL REGISTRO", int(samples), step, length)
     peaks = _list(header, "ACEL. MAX.") if header.match("ACEL. MAX.") else []
     origin, start = _moments(header)
     return [

@@ -106,6 +106,16 @@ def test_a_high_pass_filter_makes_no_step_of_an_offset(offset):
         assert np.abs(speed).max() == pytest.approx(np.abs(integrate(shaken, DT)).max(), rel=0.01)
 
 
+@pytest.mark.parametrize("step", [Lowpass(corner_hz=20), *(Resample(sampling_interval_s=s) for s in (0.004, 0.02))])
+def test_no_step_makes_spikes_of_an_offset_at_the_ends(step):
+    """Of an offset of 50 Gal the zeros beside it made 15 to 25 Gal there, the peak of a weak motion."""
+    weak = 0.01 * sine(1.0)
+    for steps in ([step, RemoveMean()], [RemoveMean(), step]):
+        done = process(record(weak + 0.5), steps).north
+        assert np.abs(done).max() == pytest.approx(0.01, rel=0.01)
+    assert process(record(weak + 0.5), [step]).north[0] == pytest.approx(0.5, abs=1e-4)
+
+
 def test_a_push_between_rest_and_rest_is_no_offset():
     """Its filter is that of its own samples between zeros."""
     pulse = np.where(np.abs(TIME - TIME[-1] / 2) < 5.0, 1.0, 0.0)

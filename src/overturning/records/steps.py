@@ -145,6 +145,10 @@ class Lowpass(Filter):
     step: Literal["lowpass"] = "lowpass"
     corner_hz: Positive = Field(description="Corner frequency; the amplitude there is halved by the two passes.")
 
+    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+        offset = _offset(samples, record.sampling_interval)
+        return super().apply(samples - offset, record) + offset
+
 
 class Baseline(_Step):
     """Baseline correction by the named published scheme.
@@ -210,7 +214,8 @@ class Resample(_Step):
             raise _refused(record, what, f"their ratio must be a fraction of whole numbers up to {LARGEST_RATIO}")
         if ratio == 1:
             return samples
-        out = resample_poly(samples, ratio.numerator, ratio.denominator)
+        offset = _offset(samples, record.sampling_interval)  # beside which the ends are zeros, too
+        out = resample_poly(samples - offset, ratio.numerator, ratio.denominator) + offset
         return np.ascontiguousarray(out, dtype=np.float64)
 
 

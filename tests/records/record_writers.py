@@ -144,13 +144,16 @@ def cosmos_text(channels: dict, interval: float, *, unit: int = 4, kind: str = "
     return text
 
 
-def smc_text(samples, rate: float, axis: str, *, kind: str = "2 CORRECTED ACCELEROGRAM", vertical: int = 90) -> str:
-    """SMC; samples in cm/s²."""
+def smc_text(
+    samples, rate: float, axis: str, *, kind: str = "2 CORRECTED ACCELEROGRAM", vertical: int = 90, more=None,
+    longitude=-122.385,
+) -> str:  # fmt: skip
+    """SMC; samples in cm/s²; ``more`` are integers of the header by their places."""
     samples = np.asarray(samples, dtype=float)
     azimuth = int(axis) if axis.isdigit() else 0
     start = (1989, 291, 0, 4, 12, 500)
-    whole = numbers(48, -32768, {1: start, 12: (vertical, azimuth), 15: (2, samples.size)})
-    known = {1: (rate,), 5: (7.1,), 10: (37.728, -122.385), 28: (1.0, samples.max(), 2.0, samples.min())}
+    whole = numbers(48, -32768, {1: start, 12: (vertical, azimuth), 15: (2, samples.size)} | (more or {}))
+    known = {1: (rate,), 5: (7.1,), 10: (37.728, longitude), 28: (1.0, samples.max(), 2.0, samples.min())}
     real = numbers(50, 1.7e38, known)
     lines = head("smc", samples, 1 / rate, kind=kind, axis=axis).splitlines()
     text = "".join(f"{line:<80}\n" for line in lines) + fixed(whole, 10, 0, 8)

@@ -423,6 +423,24 @@ def test_what_is_declared_and_a_file_states_itself_is_not_taken_and_told(tmp_pat
         put(tmp_path, files, format="smc", columns="north:gal east:gal")
 
 
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"more": {24: (12,)}}, "a sensor at '12th floor' has the motion of a structure, not of the ground"),
+        ({"more": {26: (3,)}}, "a sensor at 'deck above a pier' has"),
+        ({"more": {27: (2,)}}, "a sensor at 'crest of a dam' has"),
+        ({"more": {17: (1,)}}, "x0.smc: its header flags a problem with the record; read its comments"),
+        ({"longitude": 122.385}, "longitude 122.385 is taken as east; give station_longitude_deg where it counts"),
+        ({"more": {24: (1,)}}, None),
+    ],
+)
+def test_what_the_numbers_of_smc_say_of_the_place_and_the_record_is_told(tmp_path, stated, words):
+    """Its integers 18, 25, 27 and 28, which nobody read; some files count longitude to the west."""
+    files = {f"x{n}.smc": smc_text(x, 100, axis, **stated) for n, (x, axis) in enumerate([(A, "0"), (B, "90")])}
+    notes = put(tmp_path, files).notes
+    assert any(words in note for note in notes) if words else notes == []
+
+
 def test_a_raw_and_a_processed_component_are_no_record(tmp_path):
     kinds = ("1 UNCORRECTED ACCELEROGRAM", "2 CORRECTED ACCELEROGRAM")
     files = {

@@ -20,6 +20,9 @@ KINDS: Final = {"1 UNCORRECTED ACCELEROGRAM": False, "2 CORRECTED ACCELEROGRAM":
 TEXT_LINES: Final = 11
 HEADER_LINES: Final = 27
 NULL: Final = -32768
+BRIDGE: Final = {1: "base of a pier", 2: "abutment of a bridge", 3: "deck above a pier", 4: "deck between piers"}
+DAM: Final = {1: "base of a dam", 2: "crest of a dam", 3: "abutment of a dam"}
+"""Where a sensor stands by the integers 27 and 28."""
 
 
 def read(source: SourceFile) -> list[Component]:
@@ -54,9 +57,10 @@ def read(source: SourceFile) -> list[Component]:
             place=(known.get(10), known.get(11)),
             # Seven digits in the header, five in the data: half a unit of the data's last digit is what may differ.
             peak=StatedPeak(max(peaks) * GAL, 1e-4 * max(peaks) * GAL, line=23) if peaks else None,
+            location=_location(whole),
             processed=KINDS[kind],
             extra={"magnitude": known[5]} if 5 in known else {},
-            notes=notes,
+            notes=(*notes, *_doubts(source.name, whole, known)),
         )
     ]
 
@@ -81,6 +85,22 @@ def _axis(text: Lines, whole: np.ndarray) -> tuple[str, Direction]:
     level = whole[12] == 90 and whole[13] != NULL
     coded = (float(whole[13]) % 360.0, 0) if level else senses.get(int(whole[12]), UNKNOWN)
     return axis, agreed(axis, coded, partial(text.error, 5))
+
+
+def _location(whole: np.ndarray) -> str:
+    """Where in a structure the sensor stands, by the integers 25 (floor above the basement), 27 and 28."""
+    floor, bridge, dam = (int(whole[i]) for i in (24, 26, 27))
+    if 0 < floor < 200:
+        return f"{floor}{({1: 'st', 2: 'nd', 3: 'rd'}).get(floor, 'th')} floor"
+    return BRIDGE.get(bridge, DAM.get(dam, ""))
+
+
+def _doubts(name: str, whole: np.ndarray, known: dict[int, float]) -> list[str]:
+    """What a user has to know: a record that its agency has flagged, and a longitude that may count to the west."""
+    flagged = [f"{name}: its header flags a problem with the record; read its comments"] if whole[17] == 1 else []
+    east = known.get(11, 0.0)
+    remedy = "give station_longitude_deg where it counts to the west, as some of these files do"
+    return flagged + ([f"the station's longitude {east:g} is taken as east; {remedy}"] if east > 0 else [])
 
 
 def _start(whole: np.ndarray, text: Lines) -> datetime | None:

@@ -236,6 +236,16 @@ def test_years_of_two_digits_are_those_since_the_first_accelerogram(tmp_path, ye
     assert record.start == f"{stated}-07-21T03:16:08Z"
 
 
+@pytest.mark.parametrize(("axis", "code", "sense"), [("Up", 500, 1), ("Down", 600, -1)])
+def test_csmip_compares_the_sense_of_a_vertical_axis_with_its_code(tmp_path, axis, code, sense):
+    """Code 500 is up, as in CSMIP's own files, and 600 down."""
+    channels = {"360 Deg": (360, A / 1000), "270 Deg": (270, B / 1000), axis: (code, C / 1000)}
+    check(put(tmp_path, csmip_text(channels, 100)), A * MG, -B * MG, sense * C * MG, rtol=1e-6)
+    other = {500: "down", 600: "up"}[code]
+    with refused(RecordError, f"axis {axis!r}, but the numbers below it say {other}; components may be swapped"):
+        put(tmp_path, csmip_text(channels | {axis: (1100 - code, C / 1000)}, 100))
+
+
 def test_bhrc_ends_each_component_with_a_mark(tmp_path):
     lines = bhrc_text({"L": A / 100, "V": C / 100, "T": B / 100}).splitlines()
     mark = lines.index("/&")

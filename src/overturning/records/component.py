@@ -64,6 +64,10 @@ def coded_azimuth(code: float) -> Direction:
     return (float(code) % 360.0, 0) if 0 < code <= 360 else UNKNOWN
 
 
+CODED_SENSES: Final[dict[int, Direction]] = {500: (None, 1), 600: (None, -1)}
+"""Codes of a vertical axis in the place of the azimuth, of California's formats on film; 400 says nothing."""
+
+
 def agreed(text: str, coded: Direction, error: Callable[[str], RecordError]) -> Direction:
     """Direction of an axis by its name, or where that says nothing by a code; both must agree, to a degree."""
     named = parse_axis(text)

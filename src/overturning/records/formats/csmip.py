@@ -14,7 +14,16 @@ from typing import Final
 
 import numpy as np
 
-from overturning.records.component import Component, agreed, coded_azimuth, sensor_at, stated_location
+from overturning.records.component import (
+    CODED_SENSES,
+    UNKNOWN,
+    Component,
+    agreed,
+    coded_azimuth,
+    parse_axis,
+    sensor_at,
+    stated_location,
+)
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
 from overturning.records.formats.lines import FLOAT, Lines, in_turn
 from overturning.units import GAL, STANDARD_GRAVITY
@@ -68,7 +77,10 @@ def read(block: Lines) -> tuple[Component, int]:
     at = header.at("CHAN with the axis")
     number, axis = header.found["CHAN with the axis"][1].groups()
     whole = block.fixed_integers(text_lines, width=5, per_line=16, count=100)
-    direction = agreed(axis, coded_azimuth(whole[26]), partial(block.error, at))
+    code = int(whole[26])
+    # A code alone tells no sense: RENADIC's V is not said to be up.
+    senses = {} if parse_axis(axis) == UNKNOWN else CODED_SENSES
+    direction = agreed(axis, senses.get(code, coded_azimuth(code)), partial(block.error, at))
     introduced = re.compile(str(DATA["number of samples"]), re.IGNORECASE)
     data_at = next((i for i in range(text_lines + 7, end) if introduced.match(block.lines[i])), 0)
     samples, interval, notes = _evenly(block, data_at, header) if data_at else _pairs(block, text_lines, header)

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.records.component import Component, Direction, agreed, coded_azimuth
+from overturning.records.component import CODED_SENSES, Component, agreed, coded_azimuth
 from overturning.records.formats.header import PLACE, Fields, Header, stated_time
 from overturning.records.formats.lines import FLOAT, Lines, in_turn
 from overturning.units import STANDARD_GRAVITY
@@ -32,9 +32,6 @@ FIELDS: Final[Fields] = {
     "DURATION": (10, rf"DURATION *= *({FLOAT})"),
     "UNITS ARE SEC AND G/10 (no other is read)": (11, r"^(UNITS ARE SEC AND G/10)\b"),
 }
-SENSES: Final[dict[int, Direction]] = {500: (None, 1), 600: (None, -1)}
-"""Codes of a vertical axis in the place of the azimuth; 400 says nothing of its sense."""
-
 INTERVAL: Final = 0.005
 """To which uneven times are resampled, s; the instruments end at 25 Hz."""
 FINER: Final = 5
@@ -68,7 +65,7 @@ def read(block: Lines) -> tuple[Component, int]:
     ends = end < len(text) and bool(text[end].strip()) and not text[end].startswith("FILE")
     return header.component(
         header.text("COMP"),
-        agreed(header.text("COMP"), SENSES.get(code, coded_azimuth(code)), partial(header.error, "COMP")),
+        agreed(header.text("COMP"), CODED_SENSES.get(code, coded_azimuth(code)), partial(header.error, "COMP")),
         samples,
         interval,
         station=f"USC {header.text('station')}, {header.text('site')}",

@@ -328,6 +328,25 @@ def test_columns_that_do_not_hold_what_is_declared(tmp_path, text, columns, inte
         read_path(path, Declarations(columns=columns, sampling_interval_s=interval, processed=True))
 
 
+@pytest.mark.parametrize(
+    ("headings", "told"),
+    [
+        ("t,N,E", []),
+        ("time (s),acc 1,acc 2", []),
+        ('T,360 (cm/s/s),"E" [cm/s²]', []),
+        ("t,E,N", ["'E' is taken as north in gal", "'N' is taken as 90 in gal"]),
+        ("t,north (g),east", ["'north (g)' is taken as north in gal"]),
+        ("t,N,Up", ["'Up' is taken as 90 in gal"]),
+    ],
+)
+def test_headings_that_say_otherwise_than_what_is_declared_are_told(tmp_path, headings, told):
+    """East declared as north turned every direction, and nothing was said of the headings that had it right."""
+    path = tmp_path / "x.csv"
+    path.write_text(f"{headings}\n" + "".join(f"{n / 100},{n},{-2 * n}\n" for n in range(20)))
+    record = read_path(path, Declarations(columns="time:s north:gal 90:gal", processed=True))
+    assert record.notes == [f"x.csv: the column under {why}, as declared" for why in told]
+
+
 @quick
 @given(st.integers(2, 60).flatmap(lambda n: arrays(np.int64, (2, n), elements=st.integers(-99999, 99999))), st.data())
 def test_any_columns_are_read_back(samples, data):

@@ -1,6 +1,7 @@
 """Plain columns (CSV, tab, blanks) whose meaning and units the record table declares: nothing is guessed."""
 
 import re
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -37,7 +38,7 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
             )
     reasons.tell()
     lines = Lines(source, source.lines)
-    rows, first = _rows(lines, len(columns))
+    rows, first, notes = _rows(lines, columns)
     interval = declared.sampling_interval_s or 0.0
     for index, (word, unit) in enumerate(columns):
         if word == "time":
@@ -53,6 +54,7 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
             processed=declared.processed,
             unit=unit,
             extra=extra,
+            notes=notes,
         )
         for index, (word, unit) in enumerate(columns)
         if word not in ("time", "skip")
@@ -83,13 +85,15 @@ def _columns(text: str, name: str) -> list[tuple[str, str]]:
     return columns
 
 
-def _rows(lines: Lines, width: int) -> tuple[FloatArray, int]:
-    """Numbers of all rows, and the line of the first."""
+def _rows(lines: Lines, columns: Sequence[tuple[str, str]]) -> tuple[FloatArray, int, tuple[str, ...]]:
+    """Numbers of all rows, the line of the first, and which headings say otherwise than what is declared."""
+    width = len(columns)
+    notes: tuple[str, ...] = ()
     texts = {i: text for i, line in enumerate(lines.lines) if (text := line.strip()) and not text.startswith("#")}
     separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
     cells = {i: [cell.strip() for cell in text.split(separator)] for i, text in texts.items()}
     if cells and any(re.search("[A-Za-z]", cell) and not NUMBER.fullmatch(cell) for cell in next(iter(cells.values()))):
-        del cells[next(iter(cells))]  # headings
+        notes = _said_otherwise(lines.source.name, cells.pop(next(iter(cells))), columns)
     for index, row in cells.items():
         if wrong := _wrong_separator(texts[index], row, separator, width):
             raise lines.error(index, wrong)
@@ -99,7 +103,19 @@ def _rows(lines: Lines, width: int) -> tuple[FloatArray, int]:
         raise lines.error(len(lines.lines) - 1, why)
     if len(values) < 2:
         raise RecordError(f"{lines.source.name}: {len(values)} rows of numbers; a record needs at least 2")
-    return np.array(values, dtype=np.float64), next(iter(cells))
+    return np.array(values, dtype=np.float64), next(iter(cells)), notes
+
+
+def _said_otherwise(name: str, headings: Sequence[str], columns: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """What is said of headings that name another axis or unit, ``E``, ``north (g)``, than is declared."""
+    notes = []
+    for text, (word, unit) in zip(headings, columns, strict=False):
+        axis, _, rest = text.strip("\"' ").replace("[", "(").partition("(")
+        named = rest.rstrip(")] ").lower().replace("²", "2").replace("^", "").replace("/s/s", "/s2")
+        other_axis = parse_axis(axis) not in (UNKNOWN, parse_axis(word))
+        if word not in ("time", "skip") and (other_axis or UNITS.get(named, UNITS[unit]) != UNITS[unit]):
+            notes.append(f"{name}: the column under {text!r} is taken as {word} in {unit}, as declared")
+    return tuple(notes)
 
 
 def _wrong_separator(line: str, cells: list[str], separator: str | None, width: int) -> str:

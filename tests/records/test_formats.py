@@ -269,6 +269,16 @@ def test_an_interval_that_contradicts_the_header_s_length_is_refused(tmp_path):
     assert put(tmp_path, rounded).duration == pytest.approx(2.09)
 
 
+@pytest.mark.parametrize(("unit", "known"), [("cm/s2", True), ("cm/seg/seg", True), ("cm/s", False), ("g", False)])
+def test_unam_is_in_gal_and_no_velocity(tmp_path, unit, known):
+    text = unam_text({"N00E": A, "N90E": B}).replace("Gal (cm/s/s)", unit)
+    if known:
+        check(put(tmp_path, text), A / 100, B / 100)
+    else:
+        with refused(RecordError, f"UNIDADES DE LOS DATOS {unit!r}; only Gal is read"):
+            put(tmp_path, text)
+
+
 def test_unam_counts_the_hours_from_the_earthquake_s_day(tmp_path):
     late = unam_text({"N00E": A, "N90E": B}, first="00:00:03").replace("07:19:10.0", "23:59:50.0")
     assert put(tmp_path, late).start == "1995-09-15T00:00:03Z"

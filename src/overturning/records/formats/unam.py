@@ -42,7 +42,7 @@ def read(source: SourceFile) -> list[Component]:
     if first is None:
         raise header.error(len(lines) - 1, "no samples after DATOS DE ACELERACION; the file is cut: get it again")
     if header.text("UNIDADES DE LOS DATOS"):
-        header.check_unit("UNIDADES DE LOS DATOS", "gal|cm/s", "Gal")
+        header.check_unit("UNIDADES DE LOS DATOS", r"gal|cm/s(eg)?(/s|\^?2|\*\*2)", "Gal")
     axes, intervals, counts = (
         _list(header, n) for n in ("ORIENTACION", "INTERVALO DE MUESTREO", "NUM. TOTAL DE MUESTRAS")
     )

@@ -27,7 +27,7 @@ from tests.records.record_writers import (
     smc_text,
 )
 from tests.records.world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text, usc_text
-from tests.records.written import FORMS, G
+from tests.records.written import FORMS, TURNED, G
 
 MG = G / 1000
 STEPS = np.random.default_rng(7).integers(-999, 999, (3, 210))
@@ -244,6 +244,22 @@ def test_csmip_compares_the_sense_of_a_vertical_axis_with_its_code(tmp_path, axi
     other = {500: "down", 600: "up"}[code]
     with refused(RecordError, f"axis {axis!r}, but the numbers below it say {other}; components may be swapped"):
         put(tmp_path, csmip_text(channels | {axis: (1100 - code, C / 1000)}, 100))
+
+
+@pytest.mark.parametrize("begins", ["Sta Cha:  {}", "Sta Chan:  {}", "Sta Chan   {}"])
+def test_cosmos_compares_the_axis_in_the_text_with_its_code(tmp_path, begins):
+    """After `Sta Cha:`, as in its own files, the text was not read: the code alone counted."""
+
+    def text(**codes: int) -> str:
+        axes = {name: (codes.get(name.split()[0], code), x) for (name, code), x in zip(TURNED, (A, B, C), strict=True)}
+        return re.sub(r"Sta Cha:  (\d)", lambda number: begins.format(number[1]), cosmos_text(axes, 0.01))
+
+    record = put(tmp_path, text())
+    check(record, *turned(A / 100, 340, B / 100, 70), C / 100)
+    check(put(tmp_path, text(**{"340": -999})), record.north, record.east, record.up)
+    for wrong, says in (({"340": 70}, "70 degrees"), ({"Up": 401}, "down")):
+        with refused(RecordError, f"the numbers below it say {says}; components may be swapped"):
+            put(tmp_path, text(**wrong))
 
 
 def test_bhrc_ends_each_component_with_a_mark(tmp_path):

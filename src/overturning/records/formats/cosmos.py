@@ -46,7 +46,7 @@ FIELDS: Final[Fields] = {
     "filter": r"Record filtered\s+(below\s.*?)\s*$",
     "event": (1, "(.*)"),
     "station": r"Code:\s*(\S+)",
-    "axis": r"Sta Cha\w*\s+\S+?:\s*(.*?)\s*(?:\(|Location|$)",
+    "axis": r"Sta Cha\w*:?\s+\S+?:\s*(.*?)\s*(?:\(|Location|$)",
 }
 
 

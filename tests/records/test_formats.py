@@ -27,7 +27,7 @@ from tests.records.record_writers import (
     smc_text,
 )
 from tests.records.world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text, usc_text
-from tests.records.written import FORMS, TURNED, G
+from tests.records.written import FORMS, OF_COSMOS, TURNED, G
 
 MG = G / 1000
 STEPS = np.random.default_rng(7).integers(-999, 999, (3, 210))
@@ -260,6 +260,20 @@ def test_cosmos_compares_the_axis_in_the_text_with_its_code(tmp_path, begins):
     for wrong, says in (({"340": 70}, "70 degrees"), ({"Up": 401}, "down")):
         with refused(RecordError, f"the numbers below it say {says}; components may be swapped"):
             put(tmp_path, text(**wrong))
+
+
+def test_cosmos_compares_the_unit_in_the_text_with_its_code(tmp_path):
+    text = cosmos_text({name: (code, x) for (name, code), x in zip(TURNED, (A, B, C), strict=True)}, 0.01)
+    check(put(tmp_path, text.replace("=cm/sec2(04)", "=cm/sec^2 (04)")), *turned(A / 100, 340, B / 100, 70), C / 100)
+    with refused(RecordError, "x.txt line 45", "samples in g, but the code says 4"):
+        put(tmp_path, text.replace("units=cm/sec2(04)", "units=g(04)"))
+
+
+@pytest.mark.parametrize(("clock", "start"), [("UTC", OF_COSMOS["start"]), ("GMT", OF_COSMOS["start"]), ("PDT", None)])
+def test_cosmos_starts_by_a_clock_of_utc_alone(tmp_path, clock, start):
+    """Local time was taken for UTC, seven hours early."""
+    text = cosmos_text({name: (code, x) for (name, code), x in zip(TURNED, (A, B, C), strict=True)}, 0.01)
+    assert put(tmp_path, text.replace("20:53:04.400 UTC", f"20:53:04.400 {clock}")).start == start
 
 
 def test_bhrc_ends_each_component_with_a_mark(tmp_path):

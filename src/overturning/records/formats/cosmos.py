@@ -33,6 +33,8 @@ from overturning.units import GAL, STANDARD_GRAVITY
 UNITS: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVITY}
 """COSMOS table 2: g, cm/s², Gal, mg."""
 COUNTS: Final = 50
+WORDS: Final = {"g": 2, "cm/sec2": 4, "cm/sec/sec": 4, "cm/s2": 4, "cm/s/s": 4, "gal": 10, "mg": 11, "counts": COUNTS}
+"""Units as the text has them; it may have other words."""
 NULL: Final = -999.0
 
 SET: Final = re.compile(r"\s*(\d+)\s.*Format\s*=\s*\((\d+)[IFE](\d+)", re.IGNORECASE)
@@ -44,6 +46,7 @@ FIELDS: Final[Fields] = {
     "processed by": r"Src:\s*(\S.*)",
     "processed": r"^\s*Processed:\s*(\S.*?),?\s+Max",
     "filter": r"Record filtered\s+(below\s.*?)\s*$",
+    "clock": r"start time:\s*[\d/]+[,\s]+[\d:. ]+?\s*([A-Z]{3,4})\b",
     "event": (1, "(.*)"),
     "station": r"Code:\s*(\S+)",
     "axis": r"Sta Cha\w*:?\s+\S+?:\s*(.*?)\s*(?:\(|Location|$)",
@@ -98,7 +101,8 @@ def read(lines: Lines) -> tuple[Component, int]:
         direction,
         samples * scale,
         interval,
-        start=_start(lines, whole, float(real[29])),
+        # A clock of local time does not say how far that is from UTC.
+        start=_start(lines, whole, float(real[29])) if header.text("clock").upper() in ("", "UTC", "GMT") else None,
         origin=origin,
         place=(known.get(0), known.get(1)),
         sensor=sensor_at(text=text[8]),
@@ -143,6 +147,11 @@ def _unit(lines: Lines, data_at: int, code: int) -> int:
         raise lines.error(data_at, f"samples in {what}; {remedy}")
     if code in (*UNITS, COUNTS) and code != number:
         raise lines.error(data_at, f"unit {number}, but the integers say {code}; get the file again")
+    worded = WORDS.get(stated[1].strip().lower().replace("^", ""), number) if stated else number
+    if UNITS.get(worded) != UNITS.get(number):
+        raise lines.error(
+            data_at, f"samples in {stated and stated[1].strip()}, but the code says {number}; get it again"
+        )
     return number
 
 

@@ -23,6 +23,8 @@ ACCELERATION: Final = {f"{length}{per}": scale for length, scale in _LENGTHS.ite
 VELOCITY: Final = {"M/S", "M/SEC"}
 LONGEST_TAPER: Final = 5.0
 """Longest taper at each end before a response is removed, s."""
+UNLIKE_GAINS: Final = 0.05
+"""Largest relative difference of a channel's gain from the product of its stages; evalresp warns from there on."""
 BLANK: Final = "--"
 """A location code of blanks as it is written: it tells sensors apart as any other code does."""
 FULL_SCALE: Final = 0.01
@@ -88,7 +90,8 @@ def components_of(stream: Any, inventory: Any, source: SourceFile, unit: str | N
 def _component(trace: Any, inventory: Any, source: SourceFile, declared: str | None) -> Component:
     channel, moment = f"{source.name}: channel {trace.id}", trace.stats.starttime
     try:
-        sensitivity = inventory.get_response(trace.id, moment).instrument_sensitivity
+        response = inventory.get_response(trace.id, moment)
+        sensitivity = response.instrument_sensitivity
         place = inventory.get_channel_metadata(trace.id, moment)
         unit, gain = (sensitivity.input_units or "").upper(), float(sensitivity.value)
     except Exception as problem:  # obspy raises bare Exception
@@ -110,6 +113,9 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: str | N
     samples, removed, notes = np.asarray(trace.data, dtype=np.float64) / gain, "gain", []
     if unit in ACCELERATION:
         samples *= ACCELERATION[unit]
+        stages = [float(stage.stage_gain or 0.0) for stage in response.response_stages]
+        if stages and all(stages) and abs(float(np.prod(stages)) / gain - 1.0) > UNLIKE_GAINS:
+            notes = [f"{channel} has a gain of {gain:g} in the StationXML, whose stages make {np.prod(stages):g}"]
     else:
         if (speed := 0.5 * float(np.ptp(samples))) > FULL_SCALE:
             what = f"channel {trace.stats.channel} of a velocity sensor reaches {100 * speed:.2g} cm/s"

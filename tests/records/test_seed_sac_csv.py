@@ -60,6 +60,25 @@ def test_sensors_of_two_locations_are_no_record(tmp_path):
     assert [len(finding.components) for finding in check_paths([tmp_path]) if finding.record] == [3]
 
 
+def test_a_direction_other_than_that_of_the_code_is_told(tmp_path):
+    """N and E within 5° of north and east, Z up, are what codes of SEED say; the metadata count."""
+    metadata = tmp_path / "s.xml"
+    waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
+    write_inventory(metadata, {"HNN": (356.0, 0.0), "HNE": (86.0, 0.0), "HNZ": (0.0, -90.0)})
+    assert read_path(waves).notes == []
+    write_inventory(metadata, {"HNN": (90.0, 0.0), "HNE": (0.0, 0.0), "HNZ": (0.0, 90.0)})
+    record = read_path(waves)
+    np.testing.assert_allclose(record.east, N / 400_000, rtol=1e-12)
+    says = (("HNE", "at 0°", "east"), ("HNN", "at 90°", "north"), ("HNZ", "down", "up"))
+    assert sorted(record.notes) == [
+        f"channel {code} is taken {where}, as the StationXML says; its code says {coded}" for code, where, coded in says
+    ]
+    paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 270.0), ("HN2", E, 0.0))]
+    metadata.unlink()
+    (note,) = read_path(paths, Declarations(unit="gal")).notes
+    assert note == "channel HNN is taken at 270°, as its header says; its code says north"
+
+
 def test_a_gain_that_its_stages_contradict_is_told(tmp_path):
     metadata = write_inventory(tmp_path / "s.xml", CHANNELS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})

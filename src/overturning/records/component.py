@@ -59,6 +59,20 @@ def channel_axis(code: str) -> Direction:
     return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(code[-1:].upper(), UNKNOWN)
 
 
+def other_than_coded(code: str, direction: Direction, by: str) -> tuple[str, ...]:
+    """What is said of a SEED channel whose direction is more than 5° from the one of its code; empty of any other."""
+    coded = channel_axis(code) if len(code) == 3 else UNKNOWN
+    if UNKNOWN in (coded, direction):
+        return ()
+    if coded[0] is None or direction[0] is None:
+        alike = coded == direction
+    else:
+        alike = abs((coded[0] - direction[0] + 180.0) % 360.0 - 180.0) <= 5.0
+    where = {1: "up", -1: "down"}.get(direction[1], f"at {direction[0] or 0.0:g}°")
+    said = {"N": "north", "E": "east", "Z": "up"}[code[-1].upper()]
+    return () if alike else (f"channel {code} is taken {where}, as {by} says; its code says {said}",)
+
+
 def coded_azimuth(code: float) -> Direction:
     """Direction of a horizontal axis whose azimuth a code states, from 1 to 360 degrees; any other says nothing."""
     return (float(code) % 360.0, 0) if 0 < code <= 360 else UNKNOWN

@@ -9,7 +9,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.component import UNKNOWN, Component, Direction, sensor_at
+from overturning.records.component import UNKNOWN, Component, Direction, other_than_coded, sensor_at
 from overturning.records.source import Declarations, SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY, UNITS
 
@@ -110,21 +110,22 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: str | N
         raise RecordError(
             f"{channel} is of an accelerometer by its code (N), but in {unit} in the StationXML; correct its units"
         )
-    samples, removed, notes = np.asarray(trace.data, dtype=np.float64) / gain, "gain", []
+    samples, removed, direction = np.asarray(trace.data, dtype=np.float64) / gain, "gain", _orientation(place)
+    notes = [*other_than_coded(trace.stats.channel, direction, "the StationXML")]
     if unit in ACCELERATION:
         samples *= ACCELERATION[unit]
         stages = [float(stage.stage_gain or 0.0) for stage in response.response_stages]
         if stages and all(stages) and abs(float(np.prod(stages)) / gain - 1.0) > UNLIKE_GAINS:
-            notes = [f"{channel} has a gain of {gain:g} in the StationXML, whose stages make {np.prod(stages):g}"]
+            notes += [f"{channel} has a gain of {gain:g} in the StationXML, whose stages make {np.prod(stages):g}"]
     else:
         if (speed := 0.5 * float(np.ptp(samples))) > FULL_SCALE:
             what = f"channel {trace.stats.channel} of a velocity sensor reaches {100 * speed:.2g} cm/s"
-            notes = [f"{what}: most saturate from 1 or 2 cm/s on, and their acceleration is wrong then; look at it"]
+            notes += [f"{what}: most saturate from 1 or 2 cm/s on, and their acceleration is wrong then; look at it"]
         samples, removed = _deconvolved(trace, inventory, source.name), "response"
     return Component.of(
         source,
         trace.stats.channel,
-        _orientation(place),
+        direction,
         samples,
         float(trace.stats.delta),
         start=moment.datetime.replace(tzinfo=UTC),

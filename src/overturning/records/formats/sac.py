@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, sensor_at
+from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, other_than_coded, sensor_at
 from overturning.records.formats.miniseed import components_of, read_inventory, read_stream
 from overturning.records.source import Declarations, SourceFile
 from overturning.units import UNITS
@@ -62,10 +62,11 @@ def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations
     origin = (moment + after).datetime.replace(tzinfo=UTC) if after is not None and abs(after) < 1e6 else None
     epicentre = {"event_latitude": known("evla"), "event_longitude": known("evlo")}
     places = {} if None in epicentre.values() else epicentre
+    direction = _orientation(known("cmpaz"), known("cmpinc"))
     return Component.of(
         source,
         trace.stats.channel or "unnamed",
-        _orientation(known("cmpaz"), known("cmpinc")),
+        direction,
         np.asarray(trace.data, dtype=np.float64) * scale,
         round(float(trace.stats.delta), 9),
         start=moment.datetime.replace(tzinfo=UTC) if dated else None,
@@ -79,6 +80,7 @@ def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations
         processed=bool(declared.processed),
         unit=unit,
         extra={"network": trace.stats.network, "declared": declared.of_samples} | places,
+        notes=other_than_coded(trace.stats.channel, direction, "its header"),
     )
 
 

@@ -298,6 +298,21 @@ def test_sac_takes_its_unit_from_stationxml(tmp_path, unit, scale):
         read_path([*paths, tmp_path / "s.xml"])
 
 
+def test_the_scale_in_a_sac_header_is_not_applied_and_told(tmp_path):
+    """Word 3, SCALE, which the format has and its own programs do not use; obspy's traces, times it, were others."""
+    paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
+    plain = read_path(paths, Declarations(unit="gal"))
+    assert plain.notes == []
+    for path in paths:
+        header = bytearray(path.read_bytes())
+        struct.pack_into("<f", header, 4 * 3, 0.5)
+        path.write_bytes(bytes(header))
+    scaled = read_path(paths, Declarations(unit="gal"))
+    np.testing.assert_array_equal(scaled.north, plain.north)
+    told = "its header's SCALE, 0.5, is not applied: samples are in gal, as declared"
+    assert scaled.notes == [f"{name}.sac: {told}" for name in ("HNN", "HNE")]
+
+
 @pytest.mark.parametrize("order", ["<", ">"])
 def test_sac_is_told_by_its_version_and_a_length_that_a_record_can_have(tmp_path, order):
     """Words 76 and 79 of the header: NVHDR, 6 or 7, and NPTS, 32-bit whole numbers of either byte order."""

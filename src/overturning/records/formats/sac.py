@@ -63,6 +63,9 @@ def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations
     epicentre = {"event_latitude": known("evla"), "event_longitude": known("evlo")}
     places = {} if None in epicentre.values() else epicentre
     direction = _orientation(known("cmpaz"), known("cmpinc"))
+    notes = other_than_coded(trace.stats.channel, direction, "its header")
+    if (factor := known("scale")) not in (None, 0.0, 1.0):
+        notes += (f"{source.name}: its header's SCALE, {factor:g}, is not applied: samples are in {unit}, as declared",)
     return Component.of(
         source,
         trace.stats.channel or "unnamed",
@@ -80,7 +83,7 @@ def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations
         processed=bool(declared.processed),
         unit=unit,
         extra={"network": trace.stats.network, "declared": declared.of_samples} | places,
-        notes=other_than_coded(trace.stats.channel, direction, "its header"),
+        notes=notes,
     )
 
 

@@ -29,7 +29,8 @@ def stream(*channels: str, npts: int = 100):  # type: ignore[no-untyped-def]
     from obspy import Stream, Trace
 
     header = {"delta": 0.01, "calib": 2.0}
-    return Stream([Trace(np.full(npts, float(n)), {**header, "channel": c}) for n, c in enumerate(channels, 1)])
+    wave = (-1.0) ** np.arange(npts)
+    return Stream([Trace(n * wave, {**header, "channel": c}) for n, c in enumerate(channels, 1)])
 
 
 @pytest.mark.parametrize("key", ["network", "station", "location"])
@@ -160,6 +161,21 @@ def test_a_direction_in_a_sac_header_that_contradicts_the_code_is_warned_of() ->
         wrong[channel].stats.sac[key] = value
         with pytest.warns(UserWarning, match=rf"is taken towards (north|up) by its code; .*{words}.* its SAC header"):
             Motion.from_obspy(wrong)
+
+
+def test_an_offset_that_drives_the_velocity_is_warned_of() -> None:
+    """Of raw counts as obspy reads them; `overturning.read` takes it off, this only warns of it."""
+    found = stream("HNN", "HNE", npts=4000)
+    for trace, offset in zip(found, (0.0, 0.05), strict=True):
+        trace.data = np.sin(np.arange(4000) * 0.06) * np.hanning(4000) + offset
+    with pytest.warns(UserWarning, match="velocity towards east ends at 100 % of its peak, as of raw data") as told:
+        raw = Motion.from_obspy(found)
+    assert len(told) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert np.abs(Motion.from_obspy(found.detrend("constant")).east - raw.east).max() == pytest.approx(
+            0.1, rel=0.01
+        )
 
 
 def test_the_borehole_of_kik_net_is_refused_unless_declared() -> None:

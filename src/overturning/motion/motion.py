@@ -71,6 +71,9 @@ def _direction_of(trace: Any, code: str) -> str | None:
     return name
 
 
+_DRIFTING = 0.5
+"""Share of its peak at which the velocity of a motion does not end unless an offset is in its samples."""
+
 _UNDEFINED = -12345.0
 """SAC's word for what is not known."""
 
@@ -245,8 +248,8 @@ class Motion(Recorded):
         """The motion of an obspy Stream of three components, or two horizontal ones.
 
         Traces are told apart by their channels' codes: SEED's that end in N, E, Z, or NS, EW, UD; a SAC header that
-        gives another direction is warned of. Samples are multiplied by ``stats.calib``, where readers of counts leave
-        the m/s² per count.
+        gives another direction is warned of, and so is an offset that drives the velocity. Samples are multiplied by
+        ``stats.calib``, where readers of counts leave the m/s² per count.
 
         Parameters
         ----------
@@ -294,7 +297,13 @@ class Motion(Recorded):
         values: dict[str, Any] = {
             name: np.ma.getdata(trace.data) * float(trace.stats.calib) * scale for name, trace in traces.items()
         }
-        return cls(**values, sampling_interval=float(first.delta))
+        motion = cls(**values, sampling_interval=float(first.delta))
+        for name, speed in zip(("north", "east", "up"), np.abs(motion.velocity), strict=False):
+            if speed[-1] > _DRIFTING * speed.max():
+                share = f"{100 * speed[-1] / speed.max():.0f} %"
+                why = f"stream: the velocity towards {name} ends at {share} of its peak, as of raw data with an offset"
+                warnings.warn(f"{why}: take it off first (stream.detrend, filter)", stacklevel=3)
+        return motion
 
     @classmethod
     @keywords()

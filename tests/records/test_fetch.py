@@ -160,6 +160,20 @@ def test_fdsn_waveforms_and_metadata_make_a_record(server, tmp_path):
     assert len([p for p, _ in server.seen if p.endswith("query")]) == 6
 
 
+def test_fdsn_tells_what_of_the_window_is_not_there(server, tmp_path):
+    """The server has 10 s; of a window whose shock lies outside of them nothing was said."""
+    told = []
+    length = COUNTS[0].size / 100
+    later = {"start": str(START - 7), "end": str(START + length + 4)}
+    fetch_fdsn(request(server, **later), tmp_path / "got", timeout=0.6, tell=told.append)
+    assert len(told) == 3
+    assert all("of the window asked for the first 7 s and the last 4 s of XX.TST1..HN" in each for each in told)
+    told.clear()
+    whole = {"start": str(START), "end": str(START + length)}
+    fetch_fdsn(request(server, **whole), tmp_path / "whole", timeout=0.6, tell=told.append)
+    assert told == []
+
+
 def test_fdsn_window_around_an_event(server, tmp_path):
     paths = ask(server, tmp_path / "got", event_id="abc", before_s=2, after_s=8)
     assert read_path(paths).start == "2001-02-03T04:05:06.5Z"

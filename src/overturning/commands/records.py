@@ -213,5 +213,5 @@ def fdsn(
     from overturning.records.fdsn import Request, fetch_fdsn
 
     request = Request(server, network, station, location, channel, *astuple(window))
-    for finding in check_paths(fetch_fdsn(request, folder, timeout=timeout)):
+    for finding in check_paths(fetch_fdsn(request, folder, timeout=timeout, tell=typer.echo)):
         typer.echo(describe(finding))

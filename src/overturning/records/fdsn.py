@@ -17,6 +17,8 @@ from overturning.records.source import SourceFile, is_web_page
 CODES = ("network", "station", "location", "channel")
 BEFORE_S, AFTER_S = 30.0, 270.0
 """Window about the origin of an event, s, where none is given."""
+MOST_MISSING_S = 2.0
+"""What may lack at either end of a window before it is said, s: a server has samples, not times."""
 
 
 @dataclass(frozen=True)
@@ -49,14 +51,20 @@ class Request:
 
 
 def fetch_fdsn(
-    request: Request, folder: Path | str, *, tries: int = 3, timeout: float = 60.0, wait: float = 1.0
+    request: Request,
+    folder: Path | str,
+    *,
+    tries: int = 3,
+    timeout: float = 60.0,
+    wait: float = 1.0,
+    tell: Callable[[str], Any] = lambda _: None,
 ) -> list[Path]:
     """Get a MiniSEED and its StationXML file, or find them in the folder, which is made if missing.
 
     Both files are read before they are moved into place, so a cut or foreign answer never becomes one. ``tries``,
-    ``timeout`` and ``wait`` are as in `fetch_url`, per file. An `ArgumentError` says that server, codes or times are
-    unusable, a `MissingDataError` that the server has no such data, or wants an account, a `RecordError` that no whole,
-    readable answer came.
+    ``timeout`` and ``wait`` are as in `fetch_url`, per file. What of the window the server does not have is told. An
+    `ArgumentError` says that server, codes or times are unusable, a `MissingDataError` that the server has no such
+    data, or wants an account, a `RecordError` that no whole, readable answer came.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -78,6 +86,13 @@ def fetch_fdsn(
     if not waves.exists():
         get = partial(client.get_waveforms, **codes, **window)
         ask(lambda: _keep(waves, "MiniSEED", get, lambda file: _check_waves(file, start, end)))
+    found = read_stream(SourceFile(waves.name, waves.read_bytes()), "MSEED")
+    for channel in dict.fromkeys(trace.id for trace in found):
+        pieces = [trace.stats for trace in found if trace.id == channel]
+        ends = min(one.starttime for one in pieces) - start, end - max(one.endtime for one in pieces)
+        lost = [f"{word} {s:.0f} s" for word, s in zip(("first", "last"), ends, strict=True) if s > MOST_MISSING_S]
+        if lost:
+            tell(f"{waves.name}: of the window asked for the {' and the '.join(lost)} of {channel} are not there")
     return [waves, metadata]
 
 

@@ -10,10 +10,11 @@ from scipy import signal
 
 from overturning.errors import RecordError
 from overturning.motion.integration import integrate
+from overturning.motion.motion import Motion
 from overturning.records.check import Finding, describe
 from overturning.records.component import Component
 from overturning.records.processing import Step, default_steps, process
-from overturning.records.record import Record, drift, provenance, summary
+from overturning.records.record import Record, as_record, drift, provenance, summary
 from overturning.records.steps import Baseline, Cut, Detrend, Highpass, Lowpass, RemoveMean, Resample, Scale, Taper
 from tests.expect import refused
 
@@ -47,6 +48,13 @@ def test_drift_is_told_by_the_end_of_velocity_and_displacement() -> None:
     text = describe(Finding(("x",), (axis,), replace(more, extra=more.extra | {"format": "csv"})))
     assert ") cm as the file is\n  drift, so its PGD is none: velocity of east ends at 5 %" in text
     assert drift(replace(more, extra={"format": "synthetic"})) == "", "a formula is what it is"
+
+
+def test_a_motion_of_python_is_not_said_to_be_processed() -> None:
+    motion = Motion(sine(1.0), sine(2.0), sampling_interval=DT)
+    given = as_record(motion)
+    assert provenance(process(given, None))["data"] == "as given"
+    assert process(given, None).processing == ()
 
 
 def test_remove_mean_of_the_whole_and_of_the_pre_event_part():

@@ -96,7 +96,7 @@ def as_record(given: Recorded, record_id: str = "motion") -> Record:
     """A record; a motion as one of this id, which nothing is to be done to."""
     if isinstance(given, Record):
         return given
-    extra = {"processed": True, "trusted_data": given.trusted}
+    extra = {"processed": True, "given": True, "trusted_data": given.trusted}
     return Record(record_id, given.north, given.east, given.up, given.sampling_interval, extra=extra)
 
 
@@ -140,7 +140,9 @@ def summary(step: Mapping[str, Any]) -> str:
 
 
 def state_of(record: Record) -> str:
-    """Raw or processed, and by whom."""
+    """Raw or processed, and by whom; nothing is known of a motion of Python."""
+    if record.extra.get("given"):
+        return "as given"
     if not record.extra.get("processed"):
         return "raw" + (", response of a velocity sensor removed" if record.extra.get("removed") == "response" else "")
     by = record.extra.get("processed_by")

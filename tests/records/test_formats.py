@@ -276,6 +276,22 @@ def test_cosmos_starts_by_a_clock_of_utc_alone(tmp_path, clock, start):
     assert put(tmp_path, text.replace("20:53:04.400 UTC", f"20:53:04.400 {clock}")).start == start
 
 
+@pytest.mark.parametrize(
+    ("name", "encoding"),
+    [
+        ("VIÑA DEL MAR", "latin-1"),
+        ("CURICÓ", "latin-1"),
+        ("VIÑA", "utf-8"),
+        ("長野", "shift_jis"),
+        ("ﾅｶﾞﾉ", "shift_jis"),
+    ],
+)
+def test_names_of_stations_keep_their_letters(name, encoding):
+    """Shift-JIS made VIﾑA of VIÑA."""
+    source = SourceFile("x.v1", f"STATION {name} 1".encode(encoding))
+    assert source.text == f"STATION {name} 1"
+
+
 def test_bhrc_ends_each_component_with_a_mark(tmp_path):
     lines = bhrc_text({"L": A / 100, "V": C / 100, "T": B / 100}).splitlines()
     mark = lines.index("/&")

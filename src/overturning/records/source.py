@@ -2,6 +2,7 @@
 
 import hashlib
 import io
+import re
 import struct
 import tarfile
 import zipfile
@@ -24,6 +25,9 @@ MAXIMUM_MEMBERS: Final = 20_000
 MARKS: Final = b"\xef\xbb\xbf \r\n\t"
 """What may stand before the first letter of a text: a byte-order mark and white space."""
 
+_JAPANESE: Final = re.compile(r"[\u3000-\u30ff\u4e00-\u9fff]{2}|[\uff66-\uff9f]{3}")
+"""Letters of a Japanese word: two of full width, or three of half."""
+
 _DAMAGE: Final = (
     *(tarfile.TarError, zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError),
     # What the standard library stumbles over where the sizes and places in an archive's directory are wrong.
@@ -45,12 +49,17 @@ class SourceFile:
 
     @cached_property
     def text(self) -> str:
-        """The text: UTF-8 (a byte-order mark is dropped), else Shift-JIS as Japanese loggers write, else Latin-1."""
+        """The text: UTF-8 (a byte-order mark is dropped), else Shift-JIS as Japanese loggers write, else Latin-1.
+
+        Shift-JIS takes the single letters with accents of Latin-1 for Japanese ones, but these come in words.
+        """
         for encoding in ("utf-8-sig", "shift_jis"):
             try:
-                return self.data.decode(encoding)
+                text = self.data.decode(encoding)
             except UnicodeDecodeError:
                 continue
+            if encoding != "shift_jis" or _JAPANESE.search(text):
+                return text
         return self.data.decode("latin-1")
 
     @cached_property

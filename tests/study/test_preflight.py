@@ -81,6 +81,23 @@ def test_a_record_too_weak_to_move_any_stone_is_said_to_be(tmp_path: Path, gal: 
     assert told(twice) == ()
 
 
+@pytest.mark.parametrize("without", [{"simulation": {"vertical": False}}, {"variants": {"flat": {"vertical": False}}}])
+def test_a_vertical_motion_that_is_left_out_holds_no_stone(tmp_path: Path, without: dict[str, Any]) -> None:
+    """100 Gal do not rock B/H 0.1 while the ground presses up at as much; without that they do."""
+    wave = 105 * np.sin(np.arange(500) / 9)
+    rows = "".join(f"{h:.4f},0,{abs(h):.4f}\n" for h in wave)
+    (tmp_path / "x.csv").write_text(rows, encoding="utf-8")
+    header = TABLE.strip() + "\tprocessed\tsampling_interval_s\n"
+    (tmp_path / "records.tsv").write_text(
+        f"{header}slight\tcsv\tx.csv\tnorth:gal east:gal up:gal\ttrue\t0.01\n", encoding="utf-8"
+    )
+    records = {"use": ["slight"], "table": str(tmp_path / "records.tsv"), "folder": str(tmp_path)}
+    plain = {"name": "mine", "records": records, "b_over_h": [0.1, 0.4], "friction": [0.5]}
+    weak = "record slight: too weak to move any stone of the study"
+    assert weak in told(check_study(plain, "mine.yaml"))
+    assert weak not in told(check_study(plain | without, "mine.yaml"))
+
+
 def test_nothing_is_said_of_the_strength_of_a_record_that_soil_may_amplify(tmp_path: Path) -> None:
     """The preflight has the motion of the rock alone."""
     row = "slight\tsynthetic\tsine amplitude_gal=90 period_s=1 azimuth_deg=40"

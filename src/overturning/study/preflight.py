@@ -16,7 +16,7 @@ from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry, find_paths
 from overturning.study.ensemble import BATCH, MOST_MEMBERS
 from overturning.study.load import entries_of
-from overturning.study.scenes import NOMINAL, Sizes, model_for, numerics_of, variant_names
+from overturning.study.scenes import NOMINAL, Sizes, applies_vertical, model_for, numerics_of, variant_names
 from overturning.study.schema import Study
 from overturning.units import STANDARD_GRAVITY
 
@@ -208,8 +208,10 @@ def _too_weak(study: Study, record: "Record") -> bool:
         return False
     threshold = min(min(study.b_over_h) * min(1.0, *study.aspects), *study.friction)
     factor = max(study.amplitude)
-    weight = STANDARD_GRAVITY + factor * (0.0 if record.up is None else record.up)
-    return bool((factor * np.hypot(record.north, record.east) <= weight * threshold).all())
+    shaking = factor * np.hypot(record.north, record.east)
+    applied = {applies_vertical(study, variant) and record.up is not None for variant in variant_names(study)}
+    weights = [STANDARD_GRAVITY + (factor * record.up if up and record.up is not None else 0.0) for up in applied]
+    return all(bool((shaking <= weight * threshold).all()) for weight in weights)
 
 
 def _joined(faults: list[str]) -> str:

@@ -1,6 +1,7 @@
 """Each step against a known answer: ramps, steps, single sines."""
 
 import math
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -48,6 +49,21 @@ def test_drift_is_told_by_the_end_of_velocity_and_displacement() -> None:
     text = describe(Finding(("x",), (axis,), replace(more, extra=more.extra | {"format": "csv"})))
     assert ") cm as the file is\n  drift, so its PGD is none: velocity of east ends at 5 %" in text
     assert drift(replace(more, extra={"format": "synthetic"})) == "", "a formula is what it is"
+
+
+@pytest.mark.parametrize("zone", ["Asia/Tokyo", "America/Los_Angeles"])
+def test_a_start_of_no_zone_is_in_utc_wherever_the_machine_stands(monkeypatch, zone) -> None:
+    """Of a `Record` of Python; it was taken for the machine's own time, and turned by nine hours in Japan."""
+    monkeypatch.setenv("TZ", zone)
+    time.tzset()
+    try:
+        naive = replace(record(sine(1.0)), start="2001-02-03T04:05:06")
+        assert process(naive, [Cut(start_s=1)]).start == "2001-02-03T04:05:07Z"
+        abroad = replace(naive, start="2001-02-03T13:05:06+09:00")
+        assert process(abroad, [Cut(start_s=1)]).start == "2001-02-03T04:05:07Z"
+    finally:
+        monkeypatch.undo()
+        time.tzset()
 
 
 def test_a_motion_of_python_is_not_said_to_be_processed() -> None:

@@ -32,10 +32,10 @@ MINIMUM_SINE = 0.9
 
 
 def iso(moment: datetime | None) -> str | None:
-    """A time as ISO 8601 in UTC, without trailing zeros of the second."""
+    """A time, of no zone in UTC, as ISO 8601 in UTC, without trailing zeros of the second."""
     if moment is None:
         return None
-    text = moment.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%f")
+    text = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%f")
     return text.rstrip("0").rstrip(".") + "Z"
 
 

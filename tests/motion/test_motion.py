@@ -72,6 +72,7 @@ def test_from_obspy(channels: tuple[str, ...]) -> None:
         (("HNN", "HNZ"), "no component towards east"),
         (("HN1", "HN2"), "neither N, E nor Z"),
         (("HNN", "HNN"), "stands twice"),
+        (("HNN", "BNE"), "channels of sensors HN and BN"),
         (("DOWN", "E"), "'DOWN' is neither N, E nor Z"),  # names that end alike: down was north, S00E east
         (("N", "S00E"), "'S00E' is neither N, E nor Z"),
         (("TRAN", "N90E"), "'TRAN' is neither N, E nor Z"),

@@ -60,6 +60,17 @@ def test_sensors_of_two_locations_are_no_record(tmp_path):
     assert [len(finding.components) for finding in check_paths([tmp_path]) if finding.record] == [3]
 
 
+def test_an_accelerometer_and_a_velocity_sensor_make_no_record(tmp_path):
+    """Of one station and location; north of one and east of the other passed for a record of either."""
+    metadata = write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "BNE": (90.0, 0.0), "HNE": (90.0, 0.0)})
+    waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "BNE": E})
+    with refused(RecordError, "components of 'BN' and 'HN'; they are not of one record"):
+        read_path([waves, metadata])
+    paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HHE", E, 90.0))]
+    with refused(RecordError, "components of 'HN' and 'HH'"):
+        read_path(paths, Declarations(unit="gal"))
+
+
 def test_a_direction_other_than_that_of_the_code_is_told(tmp_path):
     """N and E within 5° of north and east, Z up, are what codes of SEED say; the metadata count."""
     metadata = tmp_path / "s.xml"

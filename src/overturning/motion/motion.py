@@ -293,6 +293,10 @@ class Motion(Recorded):
                     f"stream: {name} and north differ in station, location, start, length or sampling interval; select "
                     "one station and sensor, cut and resample its traces alike first"
                 )
+        codes = [str(trace.stats.channel).upper() for trace in traces.values()]
+        sensors = dict.fromkeys(code[:2] for code in codes if len(code) == 3 and code[2] in "NEZ")
+        if len(sensors) > 1:
+            raise ArgumentError(f"stream: channels of sensors {' and '.join(sensors)}; select those of one")
         scale = 1.0 if unit is None else UNITS[unit]
         values: dict[str, Any] = {
             name: np.ma.getdata(trace.data) * float(trace.stats.calib) * scale for name, trace in traces.items()

@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -76,12 +77,12 @@ def _common_window(components: Sequence[Component], reasons: _Reasons) -> list[C
 
     Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains. A RecordError
     says so where the rates differ, or starts by more than 0.5 s. Lengths may differ in one file, whose recorder stopped
-    its channels one after the other. Unlike lengths of several files, and stations, earthquakes or places of the sensor
-    that differ, or raw beside processed data, are contradictions, which may be trusted.
+    its channels one after the other. Unlike lengths of several files, and stations, earthquakes, sensors or their
+    places that differ, or raw beside processed data, are contradictions, which may be trusted.
     """
     said = [
-        (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location)
-        for c in components
+        (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location, sensor)
+        for c, sensor in zip(components, map(_seed_sensor, components), strict=True)
     ]
     for texts in zip(*said, strict=True):
         named = {" ".join(text.split()).casefold(): text for text in texts if text}
@@ -129,6 +130,12 @@ def _common_window(components: Sequence[Component], reasons: _Reasons) -> list[C
     if spread > MAXIMUM_SPREAD:
         _check_largest_is_kept(components, cut, reasons)
     return cut
+
+
+def _seed_sensor(component: Component) -> str:
+    """Band and instrument of a SEED channel, ``HN``; empty where an axis has no such code."""
+    coded = component.format in ("miniseed", "sac", "esm-dyna") and re.fullmatch("[A-Z]{2}[A-Z0-9]", component.axis)
+    return component.axis[:2] if coded else ""
 
 
 def _check_one_place(components: Sequence[Component], reasons: _Reasons) -> None:

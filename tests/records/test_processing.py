@@ -163,6 +163,19 @@ def test_boore_2001_takes_away_the_offsets_that_were_put_in():
     assert abs(integrate(integrate(done, DT), DT)[-1]) < 0.05 * abs(integrate(integrate(motion + single, DT), DT)[-1])
 
 
+def test_a_baseline_that_takes_nothing_away_says_so() -> None:
+    """A velocity whose line is zero before the record begins has no step in it; the report said it was corrected."""
+    sunk = sine(2.0) + np.where(TIME < 0.05, 5.0, 0.01)  # the line at the end is zero 25 s before the first sample
+    stepped = sine(2.0) + np.where(TIME > 20, 0.01, 0.0)
+    done = process(record(sunk, stepped), [Baseline(fit_from_s=55)])
+    np.testing.assert_array_equal(done.north, sunk)
+    assert not np.array_equal(done.east, stepped)
+    why = "nothing taken from north: the line is zero at no time before the fit"
+    assert summary(done.processing[0]) == f"baseline boore-2001, fit from 55 s ({why})"
+    plain = process(record(stepped, stepped), [Baseline(fit_from_s=55)])
+    assert summary(plain.processing[0]) == "baseline boore-2001, fit from 55 s"
+
+
 @pytest.mark.parametrize("interval", [0.005, 0.02, 0.008])
 def test_resampling_keeps_a_sine_and_drops_what_the_new_rate_cannot_hold(interval):
     done = process(record(sine(2.0)), [Resample(sampling_interval_s=interval)])

@@ -14,7 +14,7 @@ from overturning.motion.plausible import implausible
 from overturning.records.assembly import iso
 from overturning.records.record import Record, peaks_of
 from overturning.records.site import Site
-from overturning.records.steps import Highpass, RemoveMean, Resample, Step, Taper
+from overturning.records.steps import Baseline, Highpass, RemoveMean, Resample, Step, Taper
 
 DEFAULT_HZ: Final = 0.1
 """Corner where no noise tells it, Hz; what is below it an accelerograph of the film age does not resolve."""
@@ -56,6 +56,8 @@ def process(record: Record, steps: Sequence[Step] | None, site: Site | None = No
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
         start = record.start and iso(datetime.fromisoformat(record.start) + timedelta(seconds=shift))
         changed = record.with_each(change, sampling_interval=interval, start=start)
+        if isinstance(step, Baseline) and (still := _left_alone(record, changed)):
+            chosen = f"nothing taken from {' and '.join(still)}: the line is zero at no time before the fit"
         record = _with_entry(record, changed, step, chosen, shift)
     if site is not None:
         surface, chosen = site.apply(record)
@@ -67,6 +69,12 @@ def process(record: Record, steps: Sequence[Step] | None, site: Site | None = No
             f"record {record.record_id}: after processing, {why}; correct unit or steps, or say trust_data"
         )
     return record
+
+
+def _left_alone(before: Record, after: Record) -> list[str]:
+    """Components that a step has left as they were, though they move."""
+    pairs = zip(("north", "east", "up"), before.components, after.components, strict=False)
+    return [name for name, was, now in pairs if was.any() and np.array_equal(was, now)]
 
 
 def _with_entry(before: Record, after: Record, step: Step | Site, chosen: str, shift: float = 0.0) -> Record:

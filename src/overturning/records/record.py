@@ -124,7 +124,8 @@ def summary(step: Mapping[str, Any]) -> str:
         case "taper":
             return f"taper {step['length_s']:g} s"
         case "baseline":
-            return f"baseline {step['scheme']}, fit from {step['fit_from_s']:g} s"
+            reason = f" ({step['chosen']})" if "chosen" in step else ""
+            return f"baseline {step['scheme']}, fit from {step['fit_from_s']:g} s{reason}"
         case "resample":
             return f"resampled to {step['sampling_interval_s']:g} s"
         case "cut":

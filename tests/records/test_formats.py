@@ -475,6 +475,18 @@ def test_components_of_two_locations_of_a_station_of_esm_are_no_record(tmp_path)
         put(tmp_path, files)
 
 
+@pytest.mark.parametrize(("axes", "told"), [(("5", "90"), False), (("10", "85"), True), (("350", "280"), True)])
+def test_axes_that_are_far_from_a_right_angle_are_told(tmp_path, axes, told):
+    """One azimuth of two that is wrong by up to 26° turned the motion, and nothing was said."""
+    record = put(tmp_path, pair(A, B, axes))
+    first, second = (np.radians(float(axis)) for axis in axes)
+    for samples, azimuth in ((A, first), (B, second)):
+        projected = record.north * np.cos(azimuth) + record.east * np.sin(azimuth)
+        np.testing.assert_allclose(projected, samples * MG, atol=1e-6)
+    which = f"horizontal axes at {axes[0]}° and {axes[1]}°, "
+    assert [note.startswith(which) for note in record.notes] == [True] * told
+
+
 def test_what_is_declared_and_a_file_states_itself_is_not_taken_and_told(tmp_path):
     raw = "1 UNCORRECTED ACCELEROGRAM"
     files = {f"x{n}.smc": smc_text(x, 100, axis, kind=raw) for n, (x, axis) in enumerate([(A, "0"), (B, "90")])}

@@ -28,6 +28,9 @@ LEAST_PEAK = 0.8
 SAME_STATION = 1.0
 """Largest distance between the places that files of one station state, km: rounded degrees and minutes differ."""
 
+MOST_SKEW_DEG = 5.0
+"""Largest difference of two horizontal axes from a right angle of which nothing is said, degrees."""
+
 MINIMUM_SINE = 0.9
 """Smallest sine of the angle between two horizontal axes that may be turned to north and east."""
 
@@ -190,6 +193,7 @@ def assemble(
     by_files = [c for c in components if not c.vertical]
     with reasons.of():
         components = _axes(components, declared.azimuths_deg, name)
+        notes += _skew(components)
     notes += [
         f"axis {c.axis!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
         for c, was in zip(components, by_files, strict=False)
@@ -242,6 +246,16 @@ def assemble(
         extra=extra,
         **(of_files | stated),
     )
+
+
+def _skew(components: Sequence[Component]) -> list[str]:
+    """What is said of two horizontal axes that are further from a right angle than one that was set by a compass."""
+    first, second = (c.azimuth_deg or 0.0 for c in components[:2])
+    apart = abs((second - first + 180.0) % 360.0 - 180.0)
+    if abs(apart - 90.0) <= MOST_SKEW_DEG:
+        return []
+    which = f"horizontal axes at {first:g}° and {second:g}°, {apart:g}° apart"
+    return [f"{which}, are taken as stated: look whether both azimuths are right"]
 
 
 def _stated_otherwise(component: Component, declared: Declarations) -> str:

@@ -164,6 +164,19 @@ def test_a_direction_in_a_sac_header_that_contradicts_the_code_is_warned_of() ->
             Motion.from_obspy(wrong)
 
 
+def test_counts_are_no_accelerations() -> None:
+    """Some that are few were taken for m/s², of others the answer was that they look like Gal."""
+    found = stream("HNN", "HNE")
+    for trace in found:
+        trace.data = (3 * trace.data).astype(np.int32)
+    assert Motion.from_obspy(found).north[0] == 6.0, "a reader of counts has left what one is in calib"
+    for trace in found:
+        trace.stats.calib = 1.0
+    with pytest.raises(ArgumentError, match=r"HNN: counts, as whole numbers are; remove the response"):
+        Motion.from_obspy(found)
+    assert Motion.from_obspy(found, unit="mm/s2").north[0] == pytest.approx(0.003)
+
+
 def test_an_offset_that_drives_the_velocity_is_warned_of() -> None:
     """Of raw counts as obspy reads them; `overturning.read` takes it off, this only warns of it."""
     found = stream("HNN", "HNE", npts=4000)

@@ -24,6 +24,8 @@ def _no_acceleration(trace: Any, code: str, unit: str | None) -> str:
         )
     if unit is not None:
         return ""
+    if np.issubdtype(trace.data.dtype, np.integer) and float(trace.stats.calib) == 1.0:
+        return "counts, as whole numbers are; remove the response with output='ACC', or say their unit"
     steps = " ".join(trace.stats.get("processing", ()))
     done = re.findall(r"remove_response\([^()]*?output='?(\w+)|\b(integrate|differentiate)\(", steps)
     removed = [output for output, _ in done if output]

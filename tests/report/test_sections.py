@@ -244,6 +244,18 @@ def test_what_is_said_of_odd_results(one_record: Make, copies: int, values: Any,
     assert not_said not in text
 
 
+def test_a_fault_normal_under_whose_record_nothing_falls_is_not_said_to_be_unknown(one_record: Make) -> None:
+    results = one_record(2)
+    cube = results.cube.assign(fault_normal=("record", [60.0, np.nan]))
+    for name in ("overturned", "probability_towards", "probability_away"):
+        cube[name][{"record": 0}] = 0.0
+    text = text_of(answer(replace(results, cube=cube)))
+    assert "no record that counts has both falls and a known fault normal, so nothing is said relative" in text
+    assert "no fault normal is known" not in text
+    unknown = cube.assign(fault_normal=("record", [np.nan, np.nan]))
+    assert "no fault normal is known, so" in text_of(answer(replace(results, cube=unknown)))
+
+
 @pytest.mark.parametrize(
     ("azimuth", "period", "one"),
     [

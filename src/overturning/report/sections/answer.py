@@ -161,7 +161,9 @@ def _untold(results: Results, *, fault: bool = True) -> str:
     if results.every_plane_falls:
         return f"Every block{known} overturned in every plane: there is no axis along which blocks fall more easily."
     if fault and not results.faults_known:
-        return capitalised(f"{share}no fault normal is known, so nothing is said relative to a fault.")
+        stated = bool(results.cube["fault_normal"].notnull().any())
+        why = "no record that counts has both falls and a known fault normal" if stated else "no fault normal is known"
+        return capitalised(f"{share}{why}, so nothing is said relative to a fault.")
     return ""
 
 

@@ -25,8 +25,9 @@ from overturning.report.sections.contrast import setting_said
 from overturning.report.sections.exactness import ensemble
 from overturning.report.sections.records import maps, record_directions, records
 from overturning.report.sections.scene import scene
+from overturning.report.text import percent
 from overturning.statistics.logistic import LogisticFit, overturning_rows
-from overturning.study.evaluation import Published
+from overturning.study.evaluation import Primary, Published
 from overturning.study.sections import ContactSettings, Variant
 from tests.report.reading import BAD, column, numbers, of_study, tables, text_of
 from tests.report.tiny_studies import make_results
@@ -278,6 +279,13 @@ def test_some_outcomes_missing(one_record: Make) -> None:
     text = text_of(build_report(replace(results, cube=cube, cubes={"nominal": cube})))
     found = re.search(r"Without an outcome: (\d+) simulated, (\d+) at rest\.", text)
     assert int(found[1]) + int(found[2]) == cube["overturned"].size // 3
+    share = percent(float((abs(cube["overturned"]) == 1).sum() / cube["overturned"].notnull().sum()))
+    assert f" {share} of those with an outcome overturn." in text
+    assert "Overturned: share of the record's cases whose outcome is known." in text
+    one = replace(results, cube=cube.isel(azimuth=[2]), cubes={"nominal": cube})
+    assert " of the cases whose outcome is known overturn; with a single plane" in text_of(answer(one))
+    own = of_study(one, primary=Primary(statistic="share"))
+    assert "the share of the cases whose outcome is known that overturn, a mean" in text_of(answer(own))
 
 
 def test_merged_and_doubtful_earthquakes_are_said(opened: Results) -> None:

@@ -155,6 +155,11 @@ class Results:
             counts[name.replace("_", " ")] = (int(cells.sum().compute()), int((cells & unknown).sum().compute()))
         return counts
 
+    @property
+    def of_known(self) -> str:
+        """Of which cases shares are, as part of a sentence: nothing where none lacks an outcome."""
+        return " whose outcome is known" if any(absent for _, absent in self.statuses.values()) else ""
+
     @cached_property
     def record_means(self) -> xr.Dataset:
         """Mean direction and axis of each record's falls with their resultants, over the informative blocks."""

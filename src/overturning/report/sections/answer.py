@@ -38,10 +38,10 @@ MOST_RECORDS_IN_WORDS = 5
 """Records whose directions still stand in sentences; of more the table tells."""
 
 _SHARES: Final = {
-    "share": "the share of the cases that overturn",
+    "share": "the share of the cases{} that overturn",
     "fall_rate": "the fall rate of the population under the records as they are",
 }
-"""Primary statistics that are shares of something under each record."""
+"""Primary statistics that are shares of something under each record; of which cases, `Results.of_known` says."""
 
 
 Told = tuple[tuple[str, ...], Figure | None]
@@ -142,15 +142,15 @@ def scene_sentences(results: Results) -> tuple[str, ...]:
     shares = ", ".join(f"the {one.name} in {percent(one.share)}" for one in each)
     shown = scene_of(results.study).shown_name
     return (
-        f"In {percent(anything.share)} of the cases something falls: {shares}. “Blocks” are the {shown} in what "
-        "follows.",
+        f"In {percent(anything.share)} of the cases{results.of_known} something falls: {shares}. “Blocks” are the "
+        f"{shown} in what follows.",
     )
 
 
 def _untold(results: Results, *, fault: bool = True) -> str:
     """Why nothing is said of the axes of falls, or of them relative to a fault; empty where something is."""
-    known = " whose outcome is known" if any(absent for _, absent in results.statuses.values()) else ""
-    share = "" if results.study.primary.statistic == "share" else f"{percent(results.fallen)} of the cases overturn; "
+    known, own = results.of_known, results.study.primary.statistic == "share"
+    share = "" if own else f"{percent(results.fallen)} of the cases{known} overturn; "
     if math.isnan(results.fallen):
         return "No outcome was found, so nothing can be said; see the causes below."
     if results.fallen <= 0:
@@ -178,7 +178,7 @@ def primary_sentence(results: Results) -> str:
             return results.populations[variant]["fall_rate"].sel(amplitude=1.0).to_numpy()
         return shares_by_record(results.reference_cube(variant)).to_numpy()
 
-    values, what, of = of_record(NOMINAL), _SHARES[primary.statistic], ""
+    values, what, of = of_record(NOMINAL), _SHARES[primary.statistic].format(results.of_known), ""
     events = results.events
     if against:
         places, of = compared(results, against), compared_said(results, against)
@@ -250,7 +250,8 @@ def _cases(results: Results) -> str:
     cases = int(results.cube["overturned"].size)
     computed = int((results.cube[results.model.copied] == 0).sum().compute())
     falls = results.elements[-1].share if results.elements else results.fallen
-    what = "In {} of them something falls." if results.elements else "{} of them overturn."
+    them = "those with an outcome" if results.of_known else "them"
+    what = f"In {{}} of {them} something falls." if results.elements else f"{{}} of {them} overturn."
     share = "" if math.isnan(falls) else f" {what.format(percent(falls))}"
     copied = f"{computed:,} were computed, the others are {results.words.copies}"
     others = "all were computed" if computed == cases else copied

@@ -152,7 +152,7 @@ def _peaks(results: Results) -> Said:
     yield table((*heads, "PGD, cm", *more, "overturned"), rows, formats, anchor="peaks", sortable=True)
     yield Note(
         "Azimuths in degrees clockwise from north. Peaks are the largest over the azimuths of the study, each with the "
-        "azimuth along which it is reached. Overturned: share of the record's cases."
+        f"azimuth along which it is reached. Overturned: share of the record's cases{results.of_known}."
     )
     yield Note("A click on a heading sorts.", medium="page")
     yield from _odd_records(results)

@@ -187,6 +187,8 @@ def test_only_of_a_scene_that_is_its_own_mirror_image_the_halves_of_a_map_mirror
     text = text_of(maps(results)).lower()
     assert said in text
     assert ("mirror each other" in text) == (period == 180)
+    # Nor does another section explain the angle otherwise.
+    assert text_of(build_report(results)).count("the azimuth towards which the block falls") == (period == 180)
 
 
 def test_maps_in_which_nothing_falls_do_not_stand_first(one_record: Make) -> None:

@@ -61,7 +61,7 @@ _ROSE: Final = (
 WORDS: Final[dict[type[Model], Words]] = {
     Planes: Words(
         model="A rigid block on a base that moves with the record, computed by the distinct element method in the "
-        "vertical plane of each azimuth. Angle in the polar maps: the azimuth towards which the block falls.",
+        "vertical plane of each azimuth.",
         limit="The model is plane: a real stone may stand oblique to the motion, twist, or be a stack of several.",
         copies="their mirror images",
         blocks="blocks that only just fall",

@@ -23,6 +23,7 @@ from overturning.report.sections.answer import answer
 from overturning.report.sections.causes import cause, criteria, finding_sentence, published
 from overturning.report.sections.contrast import setting_said
 from overturning.report.sections.exactness import ensemble
+from overturning.report.sections.method import method
 from overturning.report.sections.records import maps, record_directions, records
 from overturning.report.sections.scene import scene
 from overturning.report.text import percent
@@ -430,3 +431,11 @@ def test_a_mean_is_not_given_where_falls_go_every_way(opened: Results) -> None:
     assert cells[:4] == ("30°", "1.00", "30°", "1.00")
     (cells,) = record_directions(replace(opened, cube=-one_way))
     assert cells[:4] == ("210°", "1.00", "30°", "1.00"), "a direction has a head, an axis has none"
+
+
+def test_a_scene_of_several_stones_is_not_said_to_be_one_block(one_record: Make) -> None:
+    block, stack = (text_of(method(of_study(one_record(), scene=load_scene(f)))) for f in ("shaft-alone", "three-tier"))
+    for sentence in ("A rigid block on a base", "or be a stack of several"):
+        assert sentence in block
+        assert sentence not in stack
+    assert "Rigid stones that stand on one another" in stack

@@ -126,7 +126,7 @@ class Results:
     @property
     def words(self) -> Words:
         """What is said of it."""
-        return words_of(self.cube)
+        return words_of(self.cube, len(scene_of(self.study).free))
 
     @cached_property
     def one_axis(self) -> bool:

@@ -104,9 +104,16 @@ _NO_MIRROR_IMAGE: Final = replace(
     "Radius: slenderness B/H. {chance}Opposite azimuths are two cases: the scene is not its own mirror image.",
 )
 
+_OF_SEVERAL: Final = {
+    "model": "Rigid stones that stand on one another, or side by side, on a base that moves with the record, computed "
+    "by the distinct element method in the vertical plane of each azimuth.",
+    "limit": "The model is plane: real stones may stand oblique to the motion, or twist.",
+}
 
-def words_of(cube: xr.Dataset) -> Words:
-    """The words for a cube: those of its model, and of a scene that is not its own mirror image another map's."""
+
+def words_of(cube: xr.Dataset, stones: int = 1) -> Words:
+    """The words for a cube: those of its model, others of several stones, and of what is not its own mirror image."""
     model = model_of(cube)
     alike = not model.one_component or period_of(cube) == PLANE_PERIOD
-    return WORDS[type(model)] if alike else _NO_MIRROR_IMAGE
+    words = WORDS[type(model)] if alike else _NO_MIRROR_IMAGE
+    return words if stones == 1 else replace(words, **_OF_SEVERAL)

@@ -439,3 +439,34 @@ def test_a_scene_of_several_stones_is_not_said_to_be_one_block(one_record: Make)
         assert sentence in block
         assert sentence not in stack
     assert "Rigid stones that stand on one another" in stack
+
+
+PEDESTAL: dict[str, Any] = {
+    "name": "on-a-pedestal",
+    "reference": "pedestal",
+    "materials": {"stone": {"density": 2650}},
+    "elements": [
+        {"name": "ground", "kind": "driven", "material": "stone", "width": 40, "height": 1, "at": [0, -1]},
+        {"name": "pedestal", "kind": "driven", "material": "stone", "width": 0.5, "height": 1, "stands_on": "ground"},
+        {"name": "vase", "kind": "free", "material": "stone", "width": 0.2, "height": 0.6, "stands_on": "pedestal"},
+    ],
+}
+"""A vase whose study has heights and B/H of what it stands on."""
+
+
+def test_by_the_sizes_of_another_element_no_criterion_is_scored(tmp_path: Path) -> None:
+    settings: dict[str, Any] = {"scene": PEDESTAL, "height": [1.0], "b_over_h": [0.4, 0.5], "azimuth": {"step": 90}}
+    made = [pulse_record(parse_pulse("sine amplitude_gal=500 period_s=0.8"))]
+    with open_results(make_results(tmp_path, made, **settings)) as results:
+        assert criteria(results) is None
+        found = cause(results)
+        assert "H and B/H are those of the pedestal, not of the vase" in text_of(found)
+        assert "criteria" not in text_of(found)
+        assert tables(found) == []
+        said = (
+            "Elsewhere in this report “the block” is the vase of the study's own scene; H and B/H are those of the ped"
+        )
+        assert said in text_of(scene(results))
+        drawn = (results.figures / "plane.svg").read_text(encoding="utf-8")
+        assert "not of the vase" in drawn
+        assert "Ishiyama" not in drawn

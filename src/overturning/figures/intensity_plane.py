@@ -45,8 +45,10 @@ def _draw_intensity_plane(
     b_over_h: float,
     fit: LogisticFit | None = None,
     named: str = "fit: probability ½",
+    *,
+    limits: bool = True,
 ) -> None:
-    """Draw one block's plane: points as of `plane_points`, the limits, and the line of probability ½ of the fit."""
+    """Draw one block's plane: points as of `plane_points`, limits, and the line of probability ½ of the fit."""
     pga, ratio, falls = points
     axes.set(xscale="log", yscale="log")
     west = float(west_acceleration(b_over_h))
@@ -61,7 +63,7 @@ def _draw_intensity_plane(
         axes.scatter(pga[chosen] / GAL, ratio[chosen], label=label, **common, **look)
     x = np.geomspace(low_x, high_x, 200)
     y = np.geomspace(low_y, high_y, 200)
-    for criterion, (color, dashes) in zip(CRITERIA, LOOKS, strict=True):
+    for criterion, (color, dashes) in zip(CRITERIA, LOOKS, strict=True) if limits else ():
         limit = criterion.acceleration(height, b_over_h, y)
         axes.plot(limit / GAL, y, color=color, linewidth=1.3, linestyle=dashes, label=criterion.name)
     if fit is not None and abs(fit.coefficient[2]) > 1e-9:
@@ -79,10 +81,13 @@ def _draw_intensity_plane(
     axes.set_title(f"B/H = {b_over_h:g}, H = {height:g} m", fontsize=9)
 
 
-def intensity_plane_figure(cube: xr.Dataset, intensity: xr.Dataset, fit: LogisticFit | None, friction: float) -> Figure:
+def intensity_plane_figure(
+    cube: xr.Dataset, intensity: xr.Dataset, fit: LogisticFit | None, friction: float, another: str = ""
+) -> Figure:
     """Figure with up to three slendernesses (columns) and all heights (rows) at one friction, with the fit.
 
-    Of the intensity measures, ``pga`` (m/s²) and ``pgv`` (m/s) over record and azimuth count.
+    Of the intensity measures, ``pga`` (m/s²) and ``pgv`` (m/s) over record and azimuth count. Where the sizes are those
+    of ``another`` stone, as of `sizes_of_another`, which is said, there are no limits.
     """
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")
@@ -97,6 +102,8 @@ def intensity_plane_figure(cube: xr.Dataset, intensity: xr.Dataset, fit: Logisti
     for row, height in enumerate(shown):
         for column, b_over_h in enumerate(chosen):
             points = plane_points(cube, intensity, float(height), float(b_over_h), friction)
-            _draw_intensity_plane(panels[row, column], points, float(height), float(b_over_h), fit, named)
-    caption(figure, f"Every plane of every record, {friction_said(cube, friction)}", panels[0, 0], 3)
+            block = float(height), float(b_over_h)
+            _draw_intensity_plane(panels[row, column], points, *block, fit, named, limits=not another)
+    title = f"Every plane of every record, {friction_said(cube, friction)}"
+    caption(figure, f"{title}\n{another}".rstrip(), panels[0, 0], 3)
     return figure

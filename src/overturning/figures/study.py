@@ -14,7 +14,7 @@ from overturning.figures.write import Write, emptied, save
 from overturning.model.falls import model_of
 from overturning.statistics.earthquakes import axes_by_group, followed, summarise_axes
 from overturning.statistics.logistic import overturning_fit
-from overturning.study.cube import open_records
+from overturning.study.cube import open_records, sizes_of_another
 
 
 def draw_whole(cube_path: Path, intensity_path: Path, folder: Path, write: Write) -> None:
@@ -36,8 +36,10 @@ def draw_whole(cube_path: Path, intensity_path: Path, folder: Path, write: Write
             slender = cube["b_over_h"].to_numpy().astype(np.float64)
             write(follow_figure(followed(cube, intensity), slender), folder / "follow")
         else:
-            fit = overturning_fit(cube, intensity)
-            write(intensity_plane_figure(cube, intensity, fit, float(cube["friction"].max())), folder / "plane")
+            another = sizes_of_another(cube)
+            fit = None if another else overturning_fit(cube, intensity)
+            plane = intensity_plane_figure(cube, intensity, fit, float(cube["friction"].max()), another)
+            write(plane, folder / "plane")
 
 
 def _draw_maps(cube: xr.Dataset, folder: Path) -> None:

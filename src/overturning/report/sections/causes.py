@@ -8,7 +8,7 @@ from overturning.report.results import Results
 from overturning.report.text import capitalised, counted, interval, number, percent, shown, two_digits
 from overturning.statistics.criteria import BLIND, CRITERIA, PULSE_VALID, UNREAD, CriteriaScores, criteria_scores
 from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
-from overturning.study.cube import coefficient_said
+from overturning.study.cube import coefficient_said, sizes_of_another
 from overturning.study.evaluation import Published
 from overturning.units import CM, GAL
 
@@ -31,6 +31,11 @@ def cause(results: Results) -> Said:
     """Falls in the plane of PGA and PGV/PGA, and the logistic fit; none where cases have no azimuth of their own."""
     if not results.model.one_component:
         return
+    shown = results.figures / "plane.svg", "falls in the plane of PGA and PGV/PGA"
+    if another := sizes_of_another(results.cube):
+        yield Figure(*shown, "Each point is one plane of one record.", width=0.92)
+        yield f"Limits and a fit go by a stone's own height and B/H. {another}, so neither is given."
+        return
     fit = overturning_fit(results.cube, results.intensity)
     fitted = not fit.note.startswith("no fit")
     caption = (
@@ -40,7 +45,7 @@ def cause(results: Results) -> Said:
     if fitted and results.cube.sizes["friction"] > 1:
         most = coefficient_said(results.study, float(results.cube["friction"].max()))
         caption += f" Points are of {most}; the fit takes all frictions together."
-    yield Figure(results.figures / "plane.svg", "falls in the plane of PGA and PGV/PGA", caption, width=0.92)
+    yield Figure(*shown, caption, width=0.92)
     yield doubling_sentence(fit)
     yield f"{capitalised(fit.note)}." if fit.note else None
     if fitted:
@@ -79,8 +84,9 @@ def doubling_sentence(fit: LogisticFit) -> str:
 
 @section("How well the field's criteria predict these falls", "criteria")
 def criteria(results: Results) -> Said:
-    """Hits and misses of each criterion, over all and by block; none where outcomes or azimuths are not known."""
-    found = criteria_scores(results.cube, results.intensity) if results.model.one_component else None
+    """Hits and misses of each criterion, over all and by block; none where outcomes, azimuths or sizes are untold."""
+    asked = results.model.one_component and not sizes_of_another(results.cube)
+    found = criteria_scores(results.cube, results.intensity) if asked else None
     if found is None:
         return
     yield _sentence(found)

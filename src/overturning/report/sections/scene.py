@@ -15,6 +15,7 @@ from overturning.report.text import percent
 from overturning.statistics.by_record import each_record
 from overturning.statistics.elements import falls_by_element
 from overturning.statistics.spread import divided, of_first_batch
+from overturning.study.cube import sizes_of_another
 from overturning.study.ensemble import BATCH
 from overturning.study.scenes import NOMINAL, scene_of, sizes_said
 from overturning.study.sections import Ensemble
@@ -45,13 +46,14 @@ def scene(results: Results) -> Said:
     yield Figure(drawing, "the scenes, drawn to scale", to_scale, width=0.85)
     yield from (" ".join(contrast_sentences(results, name)) for name in study.variants if name != told)
     yield from (spread_sentence(title, cube, study.ensemble) for title, cube in stones.items())
+    another = f"; {sizes}" if (sizes := sizes_of_another(results.cube)) else ""
     heads = ("scene", "element", "cases", "falls", "share", "falls first in", "median time, s")
     yield table(heads, rows, "ttdd%d2")
     yield Note(
         "A stone has fallen that no longer stands where it stood: turned past the angle from which it could come back, "
         "lower by more than a tenth of its height or what the scene file sets, or without what carried it. Cases "
-        "without an outcome are not counted. Elsewhere in this report “the block” is the reference element of the "
-        "study's own scene."
+        f"without an outcome are not counted. Elsewhere in this report “the block” is the {scenes[NOMINAL].shown_name} "
+        f"of the study's own scene{another}."
         f"{''.join(f' Variant {name}: {said}.' for name in study.variants if (said := sizes_said(study, name)))}"
     )
     towards = f"{results.words.rose} {results.words.which}"

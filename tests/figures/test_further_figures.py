@@ -292,6 +292,15 @@ def test_the_line_of_a_fit_without_intervals() -> None:
     np.testing.assert_allclose(fit.probability(rows), 0.5, rtol=1e-9)
 
 
+def test_a_rose_from_the_normals_of_fewer_earthquakes_says_of_how_many() -> None:
+    def titles(normals: list[float]) -> list[str]:
+        figure = rose_figure(cube().assign_coords(fault_normal=("record", normals)))
+        return [axes.get_title() for axes in figure.axes]
+
+    assert titles([30.0] * 5)[1] == "from the fault normal"
+    assert titles([30.0, 40.0] + 3 * [np.nan])[1] == "2 earthquakes, from the fault normal"
+
+
 def test_points_of_the_plane() -> None:
     pga, ratio, falls = plane_points(cube(), intensity(), 0.6, 0.3, 1.0)
     assert pga.size == 5 * 12

@@ -61,7 +61,8 @@ def rose_figure(cube: xr.Dataset) -> Figure:
         if relative is not None:
             draw_rose(lower[0], relative, top)
             fault_frame(lower[0])
-            lower[0].set_title("from the fault normal", pad=4)
+            of = "" if relative.earthquakes == rose.earthquakes else f"{relative.title}, "
+            lower[0].set_title(f"{of}from the fault normal", pad=4)
     return figure
 
 

@@ -148,7 +148,8 @@ def test_a_median_beyond_the_data_is_no_number(cemetery: Results) -> None:
 
 
 def test_soft_ground_in_a_sentence(cemetery: Results) -> None:
-    soft = Variant(site=Site(layers=(Layer(thickness_m=20, velocity_m_s=150),), rock=Rock(velocity_m_s=760)))
+    clayey = Layer(thickness_m=20, velocity_m_s=150, curve="Vucetic & Dobry (91), PI=30")
+    soft = Variant(site=Site(layers=(clayey,), rock=Rock(velocity_m_s=760)))
     rock, clay = (cemetery.populations["nominal"].copy(deep=True) for _ in range(2))
     for found, rate, axis in ((rock, 0.1, 175.0), (clay, 0.6, 5.0)):
         found["fall_rate"][:], found["fall_axis"][:], found["fall_resultant"][:] = rate, axis, 0.3
@@ -177,6 +178,21 @@ def test_soft_ground_in_a_sentence(cemetery: Results) -> None:
         "2",
         "10° (1)",
     ]
+    assert "stronger records would soften the soil more" in text
+    hard = Site(layers=(clayey.model_copy(update={"curve": None}),), rock=Rock(velocity_m_s=760))
+    settled = cemetery.cube.assign_attrs(record_processing=json.dumps({"one": account | {"steps": []}}))
+    linear = replace(
+        of_study(results, variants={"clay": Variant(site=hard)}), cubes={"nominal": settled, "clay": settled}
+    )
+    of_linear = said(ground(linear))
+    assert "20 m of soil (150 m/s) is linear: strong motion softens it no more than weak." in of_linear
+    assert not any(words in of_linear for words in ("iteration", "stronger records would", "equivalent-linear"))
+    several = of_study(linear, variants={"clay": Variant(site=hard), "soft": soft})
+    several = replace(several, populations=results.populations | {"soft": clay}, cubes=linear.cubes | {"soft": settled})
+    count = len(cemetery.names)
+    assert f"Every iteration of the {count} motions converged. 20 m of soil (150 m/s) is linear" in said(
+        ground(several)
+    )
     beyond = {name: one.assign_attrs(outside=0.8) for name, one in results.populations.items()}
     assert "80 % of the stones are larger" in said(ground(replace(results, populations=beyond)))
     assert ground(cemetery) is None

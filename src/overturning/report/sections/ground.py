@@ -43,22 +43,30 @@ def ground(results: Results) -> Said:
     yield Answer(tuple(sentences))
     yield from caution(results.populations[NOMINAL])
     yield table((*heads, "axis turned, median (records)"), rows, "gt2%%", anchor="soft-ground")
-    motions = len(sites) * len(results.names)
+    curved = {name: any(layer.curve for layer in site.layers) for name, site in sites.items()}
+    said, motions = list[str](), sum(curved.values()) * len(results.names)
     if failed := failures(results, grounds):
-        have = "has" if len(failed) == 1 else "have"
-        yield f"{len(failed)} of {motions} motions {have} an iteration that did not converge: {'. '.join(failed)}."
-    else:
-        yield f"Every iteration of the {motions} motions converged."
+        many = f"{len(failed)} of {motions} motions {'has' if len(failed) == 1 else 'have'}"
+        said.append(f"{many} an iteration that did not converge: {'. '.join(failed)}.")
+    elif motions:
+        said.append(f"Every iteration of the {motions} motions converged.")
+    if linear := [grounds[name] for name, curves in curved.items() if not curves]:
+        are, them = ("is", "it") if len(linear) == 1 else ("are", "them")
+        said.append(f"{' and '.join(linear)} {are} linear: strong motion softens {them} no more than weak.")
+    yield " ".join(said)
+    soften = (
+        ": stronger records would soften the soil more. Strong motion on soft clay takes an equivalent-linear "
+        "computation to strains where it is no longer trusted"
+    )
     velocities = sorted({site.rock.velocity_m_s for site in sites.values()})
     vertical = " The vertical motion is that of the record." if results.with_vertical else ""
     yield Note(
         "The records are taken for rock, over which the soil lies (half-space of "
         f"{' and '.join(f'{velocity:g}' for velocity in velocities)} m/s); some of them were taken on soil themselves, "
-        "so this is what a layer changes and not what happened there. A factor multiplies what comes through the soil: "
-        "stronger records would soften the soil more. Strong motion on soft clay takes an "
-        f"equivalent-linear computation to strains where it is no longer trusted.{vertical} PGA is that of the larger "
-        "of north and east. Axes are compared where 5 % of the stones or more fall on both grounds, and not every way "
-        "alike. Means and medians here are over records, not over earthquakes."
+        "so this is what a layer changes and not what happened there. A factor multiplies what comes through the "
+        f"soil{soften if motions else ''}.{vertical} PGA is that of the larger of north and east. Axes are compared "
+        "where 5 % of the stones or more fall on both grounds, and not every way alike. Means and medians here are "
+        "over records, not over earthquakes."
     )
 
 

@@ -190,9 +190,11 @@ def test_soft_ground_in_a_sentence(cemetery: Results) -> None:
     several = of_study(linear, variants={"clay": Variant(site=hard), "soft": soft})
     several = replace(several, populations=results.populations | {"soft": clay}, cubes=linear.cubes | {"soft": settled})
     count = len(cemetery.names)
-    assert f"Every iteration of the {count} motions converged. 20 m of soil (150 m/s) is linear" in said(
-        ground(several)
-    )
+    # Soils whose layers are alike are told apart.
+    both_said = said(ground(several))
+    assert f"Every iteration of the {count} motions converged. clay: 20 m of soil (150 m/s) is linear" in both_said
+    assert "40 % through clay: 20 m of soil (150 m/s), the axis" in both_said
+    assert "40 % through soft: 20 m of soil (150 m/s), the axis" in both_said
     beyond = {name: one.assign_attrs(outside=0.8) for name, one in results.populations.items()}
     assert "80 % of the stones are larger" in said(ground(replace(results, populations=beyond)))
     assert ground(cemetery) is None

@@ -26,7 +26,10 @@ def ground(results: Results) -> Said:
     sites = {name: site for name in results.study.variants if (site := setting_of(results.study, name).site)}
     if not sites or not results.populations:
         return
-    grounds = {NOMINAL: "rock"} | {name: _soil(site) for name, site in sites.items()}
+    layers = {name: _soil(site) for name, site in sites.items()}
+    told = list(layers.values())  # soils may differ in what is not told of them
+    grounds = {NOMINAL: "rock"}
+    grounds |= {name: soil if told.count(soil) == 1 else f"{name}: {soil}" for name, soil in layers.items()}
     sentences, rows = [], []
     for factor in map(float, results.populations[NOMINAL]["amplitude"].to_numpy()):
         found = {name: results.populations[name].sel(amplitude=factor) for name in grounds}

@@ -296,6 +296,20 @@ def test_nothing_fell_anywhere(make_cube) -> None:
     assert math.isnan(standing.log_likelihood_ratio)
 
 
+@pytest.mark.parametrize("background", [0.0, 0.05])
+def test_stones_of_which_none_falls_in_the_study_are_told(make_cube, background: float) -> None:
+    """Up to B/H 0.3 all fall; what the prediction says of the others it does not know from the study."""
+    site = make_cube(lambda azimuth, _, shape, *_rest: np.where(azimuth < 180, 1, -1) * (shape < 0.35))
+    slender, stout, faced = fallen(10), fallen(200, b_over_h=0.45), fallen(80, b_over_h=0.45, face_azimuth_deg=80.0)
+    found = [compare_survey(list(stones), site, background=background) for stones in ((slender, stout), (stout, faced))]
+    assert [one.never for one in found] == [1, 2]
+    np.testing.assert_allclose(found[1].octant_predicted, 2 / 8, atol=1e-9)
+    said = [survey_sentences(one)[1] for one in found]
+    assert "No stone like 1 of them falls in the study, so the prediction has it fall any way." in said[0]
+    assert "No stone like them falls in the study, so the prediction has them fall any way." in said[1]
+    assert "like" not in survey_sentences(compare_survey([slender], site, background=background))[1]
+
+
 def test_refuses(make_cube, site) -> None:
     with pytest.raises(ArgumentError, match="none"):
         compare_survey([], site)

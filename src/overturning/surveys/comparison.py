@@ -60,6 +60,8 @@ class SurveyComparison:
         Stones with a B/H outside of the study's, for which its nearest value was taken.
     background : float
         Share taken to fall any way.
+    never : int
+        Fallen stones like which none falls in the study, so that the prediction has them fall any way.
     """
 
     fallen: int
@@ -78,12 +80,15 @@ class SurveyComparison:
     turned_every_way: int
     beyond: int
     background: float
+    never: int = 0
 
 
 def _density(site: SitePrediction, stone: Stone) -> FloatArray:
     """Fall directions of a stone; where its face is known one sector of 90° about each of its four normals."""
     if not knows_face(stone):
         return site.density(*stone.slenderness)
+    if site.never_falls(stone):
+        return site.share
     sides = site.sides(stone)[1:]
     # The distribution function from the border of the first sector on, twice round; a cell has its part of each sector.
     below = np.concatenate([[0.0], np.cumsum(np.tile(sides / sides.sum(), 2))])
@@ -146,6 +151,7 @@ def compare_survey(
         turned_every_way=sum(1 for stone, *_ in fallen if not knows_face(stone)),
         beyond=sum(stone.count for stone in stones if site.is_beyond(stone)),
         background=background,
+        never=sum(stone.count for stone in stones if stone.fell and site.never_falls(stone)),
     )
 
 

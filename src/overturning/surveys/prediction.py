@@ -50,6 +50,7 @@ class SitePrediction:
         self.azimuth: FloatArray = falls_towards(site)["azimuth"].values.astype(np.float64)
         self.share: FloatArray = plane_weight(self.azimuth, FULL_TURN, whole_circle=True)
         self._densities: dict[str, FloatArray] = {}
+        self._never: set[str] = set()
         # Of each plane and block (height and friction) the probability of falling towards its azimuth and away from it,
         # and when it falls; NaN where not known.
         site = whole_circle(site)
@@ -94,7 +95,7 @@ class SitePrediction:
         It is the mean over all faces of what `sides` says; without ``b_over_h`` all slendernesses of the cube count the
         same, and without ``b_over_h_side`` the footprint is square.
         """
-        of = f"{b_over_h} {b_over_h_side}"
+        of = _key(b_over_h, b_over_h_side)
         if of in self._densities:
             return self._densities[of]
         shapes = [(b_over_h, b_over_h if math.isnan(b_over_h_side) else b_over_h_side)]
@@ -112,10 +113,19 @@ class SitePrediction:
         values[~told] = values[told].mean() if told.any() else 0.0
         mass = values * self.share
         total = mass.sum()
+        if told.any() and not total > 0:
+            self._never.add(of)
         model = mass / total if total > 0 else self.share
         found = np.asarray((1 - self.background) * model + self.background * self.share)
         self._densities[of] = found
         return found
+
+    def never_falls(self, stone: Stone) -> bool:
+        """Whether no stone like it falls in the cube, which then says nothing of the direction in which it fell."""
+        if knows_face(stone):
+            return bool((self._model(np.array([stone.face_azimuth_deg]), stone.slenderness)[1:, 0] == 0).all())
+        self.density(*stone.slenderness)
+        return _key(*stone.slenderness) in self._never
 
     def sides(self, stone: Stone) -> FloatArray:
         """Probabilities of `SIDES` for a stone whose face azimuth and B/H are known; they sum to 1.
@@ -152,6 +162,11 @@ class SitePrediction:
         for begin, wide, mass in zip(self.borders[:-1], np.diff(self.borders), density, strict=True):
             np.add.at(fine, sector(begin + wide * (np.arange(64) + 0.5) / 64, 8), mass / 64)
         return np.asarray(fine / fine.sum())
+
+
+def _key(b_over_h: float, b_over_h_side: float) -> str:
+    """A name of a shape; NaN, which is no key, has one, too."""
+    return f"{b_over_h} {b_over_h_side}"
 
 
 def knows_face(stone: Stone) -> bool:

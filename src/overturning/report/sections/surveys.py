@@ -114,6 +114,10 @@ def survey_sentences(found: SurveyComparison) -> list[str]:
     if not math.isnan(found.mean_direction_deg):
         mean = f"{round(found.mean_direction_deg) % 360}° (resultant {found.resultant:.2f})"
         seen += f" Mean fall direction {mean}."
+    if found.never:
+        they = "it" if found.never == 1 else "them"
+        some = they if found.never == found.fallen else f"{found.never} of them"
+        seen += f" No stone like {some} falls in the study, so the prediction has {they} fall any way."
     fits = [test for test in (found.fit_octants, found.fit_octants_watson, found.fit_exact) if test.n]
     against = ", ".join(f"{test.name} {_p_is(test.p_value)}" for test in fits if test.p_value < SIGNIFICANT)
     fit = "the directions do not differ from it by more than chance would have it"

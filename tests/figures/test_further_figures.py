@@ -23,7 +23,7 @@ from overturning.figures.maps import plane_map_figure
 from overturning.figures.response import response_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.scene import scenes_figure
-from overturning.figures.site_map import local_km, site_map_figure
+from overturning.figures.site_map import distances, local_km, site_map_figure
 from overturning.figures.style import PAGE_WIDTH, style
 from overturning.figures.write import crowded, save
 from overturning.model.scene import load_scene
@@ -299,6 +299,17 @@ def test_a_rose_from_the_normals_of_fewer_earthquakes_says_of_how_many() -> None
 
     assert titles([30.0] * 5)[1] == "from the fault normal"
     assert titles([30.0, 40.0] + 3 * [np.nan])[1] == "2 earthquakes, from the fault normal"
+
+
+def test_beside_the_epicentre_a_station_lies_in_no_direction() -> None:
+    """No closer than epicentres are told, as no radial direction leads away from one there."""
+    places = {"station_latitude": ("station", [35.001, 35.1]), "station_longitude": ("station", [133.0, 133.0])}
+    epicentre = {"epicentre_latitude": 35.0, "epicentre_longitude": 133.0}
+    site = xr.Dataset(places | epicentre, {"station": ["near", "far"]})
+    assert distances(site) == [
+        "near: less than 1 km from the epicentre.",
+        "far: 11 km from the epicentre, in the direction 0°.",
+    ]
 
 
 def test_points_of_the_plane() -> None:

@@ -46,8 +46,8 @@ def _draw_hodograph(
     if size > 0:
         at = int(radius.argmax())
         axes.plot(east[at], north[at], "o", color=style.FALLS, markersize=4, label="peak")
-        toward = np.degrees(np.arctan2(east[at], north[at])) % 360
-        title += f"\n{style.short(size)} {unit} towards {toward:.0f}°"
+        toward = round(float(np.degrees(np.arctan2(east[at], north[at])))) % 360
+        title += f"\n{style.short(size)} {unit} towards {toward}°"
     axes.set_title(title, fontsize=9)
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
     for zero in (axes.axhline, axes.axvline):

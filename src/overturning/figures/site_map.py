@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from overturning.errors import ArgumentError
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels, line_through_origin
 from overturning.statistics.circular import resultant
+from overturning.statistics.earthquakes import LEAST_DISTANCE_KM
 from overturning.units import EARTH_RADIUS_KM
 
 
@@ -51,18 +52,25 @@ def sites_by_earthquake(cube: xr.Dataset) -> dict[str, xr.Dataset]:
 
 
 def distances(site: xr.Dataset) -> list[str]:
-    """How far and which way each station lies from the epicentre, a sentence each; none without an epicentre."""
+    """How far and which way each station lies from the epicentre, a sentence each; none without an epicentre.
+
+    Within `LEAST_DISTANCE_KM` no way.
+    """
     if "epicentre_latitude" not in site:
         return []
     east, north = local_km(
         site["station_latitude"].to_numpy(), site["station_longitude"].to_numpy(),
         float(site["epicentre_latitude"]), float(site["epicentre_longitude"]),
     )  # fmt: skip
-    return [
-        f"{name}: {np.hypot(x, y):.0f} km from the epicentre, in the direction "
-        f"{np.degrees(np.arctan2(x, y)) % 360:.0f}°."
-        for name, x, y in zip(site["station"].to_numpy(), east, north, strict=True)
-    ]
+    said = []
+    for name, x, y in zip(site["station"].to_numpy(), east, north, strict=True):
+        away, way = float(np.hypot(x, y)), round(float(np.degrees(np.arctan2(x, y)))) % 360
+        far, near = (
+            f"{away:.0f} km from the epicentre, in the direction {way}°",
+            f"less than {LEAST_DISTANCE_KM:g} km from the epicentre",
+        )
+        said.append(f"{name}: {far if away >= LEAST_DISTANCE_KM else near}.")
+    return said
 
 
 def _scale_length(extent: float) -> float:

@@ -7,6 +7,7 @@ import xarray as xr
 from overturning.errors import ResultError
 from overturning.model.falls import model_of
 from overturning.model.planes import Planes, fall_probability, gaps_of, plane_index, plane_weight
+from overturning.report.results import gaps_said
 from overturning.statistics.elements import falls_by_element
 from overturning.statistics.falls import (
     changes_to_the_next,
@@ -162,6 +163,19 @@ def test_two_parts_of_the_circle_stand_for_themselves_only() -> None:
     not_computed, step = gaps_of(both)
     assert (np.flatnonzero(not_computed).tolist(), step) == ([4, 9], 5.0)
     assert np.flatnonzero(gaps_of(both, 360.0)[0]).tolist() == [4, 9]
+
+
+@pytest.mark.parametrize(
+    ("part", "last"), [(range(0, 175, 5), 170), (range(0, 165, 15), 150), ([0, 45, 90], 90), ([30, 90], 90)]
+)
+def test_a_grid_of_which_one_plane_was_not_computed_is_a_part(part, last: float) -> None:
+    """A range that ends a step too soon, since its end is excluded."""
+    not_computed, step = gaps_of(list(part))
+    assert np.flatnonzero(not_computed).tolist() == [len(part) - 1]
+    assert step == part[1] - part[0]
+    assert plane_weight(list(part)) == pytest.approx(1 / len(part))
+    said = gaps_said(xr.Dataset(coords={"azimuth": ("azimuth", list(part))}))
+    assert said == f"between {last}° and {180 + part[0]}°"
 
 
 @pytest.mark.parametrize(

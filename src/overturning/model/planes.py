@@ -67,18 +67,18 @@ def gaps_of(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> tuple[NDArr
     Returns
     -------
     not_computed : ndarray of bool, shape (n,)
-        Whether the distance from each azimuth to the next one is more than twice as wide as both of its neighbours and
-        as the step. The last distance is that to the first azimuth.
+        Whether the distance from each azimuth to the next one is at least twice as wide as both of its neighbours and
+        as the step: one azimuth of a regular grid is missing, or more. The last distance is that to the first azimuth.
     step : float
         Half of what was computed lies between azimuths no farther apart than this, degrees: that of a regular grid,
         also where azimuths were added between its points.
     """
     azimuth = np.round(np.asarray(azimuth_deg, dtype=np.float64), 6)
     gap = np.diff(azimuth, append=azimuth[:1] + period)
-    wide: NDArray[np.bool_] = gap > 2.0 * np.maximum(np.roll(gap, 1), np.roll(gap, -1)) * (1.0 + 1e-9)
+    wide: NDArray[np.bool_] = gap >= 2.0 * np.maximum(np.roll(gap, 1), np.roll(gap, -1)) * (1.0 - 1e-9)
     computed = np.sort(gap[~wide])
     step = float(computed[np.searchsorted(np.cumsum(computed), 0.5 * computed.sum())])
-    return wide & (gap > 2.0 * step * (1.0 + 1e-9)), step
+    return wide & (gap >= 2.0 * step * (1.0 - 1e-9)), step
 
 
 def plane_weight(

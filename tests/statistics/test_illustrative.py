@@ -58,6 +58,14 @@ def test_falls_normal_to_the_fault(shown, rocks: list[float], broad: float) -> N
     assert shown(rocks)["Falls normal to the fault, stands along it"] == broad
 
 
-@pytest.mark.parametrize(("rocks", "broad"), [([0.3, 0.7], 0.4), ([0.3, 0.0], 0.2), ([0.0, 0.0], None)])
+@pytest.mark.parametrize(("rocks", "broad"), [([0.3, 0.7], 0.4), ([0.3, 0.0], 0.2), ([0.05, 0.0], None)])
 def test_the_closest_call_is_the_largest_rotation_of_what_stands(shown, rocks: list[float], broad: float) -> None:
     assert shown(rocks).get("Stands, but only just") == broad
+
+
+@pytest.mark.parametrize(("turn", "titles"), [(-0.2, ["Stands, and has turned"]), (0.04, [])])
+def test_a_stone_that_has_turned_by_less_than_is_told_has_not(make_cube, turn: float, titles: list[str]) -> None:
+    cube = make_cube(lambda azimuth, *_: 0 * azimuth, azimuth=[0, 45], height=[0.6], b_over_h=[0.3], friction=[1.0])
+    still = cube.rename(azimuth="orientation").expand_dims(aspect=[1.0])
+    still = still.assign(residual_twist=still["overturned"] + turn, fall_azimuth=still["overturned"] * np.nan)
+    assert [case.title for case in illustrative_cases(still)] == titles

@@ -16,6 +16,9 @@ WHICH_SIDE: Final = "Falls, but to which side?"
 MOVES: Final = 0.1
 """A block that stands moves to be seen where its largest rotation, in parts of α, is above this."""
 
+TURNED_DEG: Final = 0.1
+"""Turn about the vertical, told to a tenth of a degree, from which a stone that stands is said to have turned."""
+
 NEAR_DEG: Final = 22.5
 """Farthest that a plane may lie from the fault normal, or from the fault, to stand for it."""
 
@@ -66,9 +69,9 @@ def _largest(one: xr.Dataset, flag: int, score: xr.DataArray, which: xr.DataArra
     return Candidate((float(values.flat[place]),), block, (at,))
 
 
-def _largest_standing(one: xr.Dataset, name: str) -> Candidate | None:
+def _largest_standing(one: xr.Dataset, name: str, least: float) -> Candidate | None:
     size = abs(one[name])
-    return _largest(one, 0, size, size > 0.0)
+    return _largest(one, 0, size, size >= least)
 
 
 def _broadest_falling(one: xr.Dataset, which: xr.DataArray) -> Candidate | None:
@@ -129,7 +132,7 @@ RULES: Final = (
     Rule(
         "Stands, but only just",
         "the block with the largest rotation, in parts of α, of all that stand",
-        lambda one: _largest_standing(one, "peak_rotation"),
+        lambda one: _largest_standing(one, "peak_rotation", MOVES),
         ("peak_rotation",),
     ),
     Rule(
@@ -147,7 +150,7 @@ RULES: Final = (
     Rule(
         "Stands, and has turned",
         "the block with the largest turn about the vertical of all that stand",
-        lambda one: _largest_standing(one, "residual_twist"),
+        lambda one: _largest_standing(one, "residual_twist", TURNED_DEG),
         ("residual_twist",),
     ),
 )

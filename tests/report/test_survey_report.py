@@ -1,6 +1,7 @@
 """The survey in the report and on the terminal: a survey drawn from the prediction, and one that fell any way."""
 
 import re
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 
@@ -8,11 +9,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.report.results import gaps_said
+from overturning.report.results import gaps_said, open_results
+from overturning.report.sections.answer import answer
 from overturning.report.sections.surveys import survey_section
 from overturning.study.cube import open_cube
+from overturning.study.evaluation import Primary
 from overturning.surveys.comparison import read_survey_result
-from tests.report.reading import report_of, text_of
+from tests.report.reading import of_study, report_of, text_of
 from tests.report.test_commands_on_results import run
 from tests.report.tiny_studies import make_results, pulse_record
 
@@ -82,6 +85,18 @@ def test_the_report_has_each_survey(surveyed: Path, reported: tuple[str, bytes])
     assert [path.name for path in (surveyed / "figures" / "maps").iterdir()] == ["1.svg"]
     assert 'aria-label="map: event of site"' in page
     assert b"%PDF" in paper[:8]
+
+
+def test_the_answer_of_several_surveys_names_each(surveyed: Path) -> None:
+    with open_results(surveyed) as results:
+        asked = of_study(results, asks="survey", primary=Primary(statistic="share"))
+        lines = text_of(answer(asked)).splitlines()
+        alone = text_of(answer(replace(asked, surveys=asked.surveys[:1])))
+    assert [line.partition(": ")[0] for line in lines if ".csv: " in line] == [
+        name for name in ("towards.csv", "any-way.csv", "<b>faces.csv") for _ in range(2)
+    ]
+    assert "any-way.csv: 20 stones fell, 0 stood." in "\n".join(lines)
+    assert ".csv" not in alone
 
 
 def test_planes_that_were_not_computed_are_said_beside_a_prediction(surveyed: Path) -> None:

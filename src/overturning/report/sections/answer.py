@@ -105,7 +105,11 @@ def _survey(results: Results) -> Told:
     else:
         first = [_untold(results) or alignment_sentences(results, primary=True)[0]]
     near = beside_the_normal(results.cube) if results.study.published else ()
-    surveys = (sentence for one in results.surveys for sentence in survey_sentences(one.comparison)[:2])
+    surveys = (
+        f"{one.stones}: {sentence}" if len(results.surveys) > 1 else sentence
+        for one in results.surveys
+        for sentence in survey_sentences(one.comparison)[:2]
+    )
     return (*first, *near, *surveys), None
 
 

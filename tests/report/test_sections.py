@@ -234,7 +234,7 @@ def test_no_falls(one_record: Make) -> None:
         (1, {}, "1 earthquake is too few for an interval", "map: "),
         (1, {"overturned": 1.0}, "there is no axis along which blocks fall more easily", "Rayleigh"),
         (1, {"overturned": np.nan}, "Without an outcome: ", "Rayleigh"),
-        (1, {"fault_normal": np.nan}, "station 0: mean fall direction ", "Alignment"),
+        (1, {"fault_normal": np.nan}, "station 0, event 0: mean fall direction ", "Alignment"),
         (1, {"azimuth": slice(4, 5)}, "with a single plane of motion nothing is said about direction", "Rayleigh"),
         (1, {"azimuth": slice(0, 6)}, "No plane between 75° and 180° was computed", "Rayleigh"),
         (1, {"azimuth": [0, 1, 2, 6, 7, 8]}, "between 30° and 90° or between 120° and 180° was", "Rayleigh"),
@@ -258,6 +258,12 @@ def test_a_fault_normal_under_whose_record_nothing_falls_is_not_said_to_be_unkno
     assert "no fault normal is known" not in text
     unknown = cube.assign(fault_normal=("record", [np.nan, np.nan]))
     assert "no fault normal is known, so" in text_of(answer(replace(results, cube=unknown)))
+
+
+def test_a_record_without_names_is_called_by_its_id(one_record: Make) -> None:
+    results = one_record(fault_normal=np.nan)
+    bare = results.cube.assign({name: ("record", [""]) for name in ("station", "event")})
+    assert text_of(answer(replace(results, cube=bare))).splitlines()[1].startswith("record_id 0: mean fall direction ")
 
 
 @pytest.mark.parametrize(

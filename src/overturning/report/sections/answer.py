@@ -211,7 +211,7 @@ def _directions_in_words(results: Results) -> list[str]:
     if many or results.faults_known or not results.fallen > 0 or results.one_axis:
         return []
     return [
-        f"{name.station}: mean fall direction {direction} (resultant {one}), mean fall axis {axis} (resultant "
+        f"{name.heading}: mean fall direction {direction} (resultant {one}), mean fall axis {axis} (resultant "
         f"{other}), over {results.words.blocks}, each plane once; a resultant near 0 means falls to nearly every side."
         for name, (direction, one, axis, other, *_) in zip(results.names, record_directions(results), strict=True)
         if direction != "–" or axis != "–"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import axes_by_earthquake, compare_alignment, summarise_axes
 from overturning.statistics.roses import rose_of
 
@@ -108,6 +109,18 @@ def test_a_rose_of_planes_weighs_earthquakes_and_shows_blocks_that_just_fall(mak
     slender["overturned"][{"azimuth": slice(180, None)}] = -1
     together = xr.concat([cube, slender.assign_coords(b_over_h=[0.05])], "b_over_h", data_vars="minimal")
     assert rose_of(together).shares == pytest.approx(shares)
+
+
+@pytest.mark.parametrize("step", [5, 10, 15, 20, 30, 45])
+@pytest.mark.parametrize("from_normal", [False, True])
+def test_a_rose_of_falls_every_way_is_round_whatever_the_step_of_the_azimuths(make_cube, step, from_normal) -> None:
+    """Of azimuths 10° apart every other sector held two, of those 30° apart every other none."""
+
+    def every_way(azimuth: np.ndarray, _: np.ndarray, __: np.ndarray, friction: np.ndarray) -> np.ndarray:
+        return np.where(friction < 0.5, 1, -1) * np.where(azimuth < 180, 1, -1)
+
+    cube = make_cube(every_way, azimuth=range(0, 360, step), fault_normal=60.0)
+    assert rose_of(cube, from_normal=from_normal).shares == pytest.approx(np.full(SECTORS, 1 / SECTORS))
 
 
 def test_aligned_and_scattered(axes) -> None:

@@ -36,9 +36,20 @@ def sector(angle_deg: ArrayLike, count: int) -> NDArray[np.intp]:
     return np.asarray(((np.asarray(angle_deg) + wide / 2) % 360.0 // wide).astype(np.intp) % count)
 
 
-def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None) -> FloatArray:
-    """Share of falls in each of `SECTORS`, of azimuths with their weights, 1 where not given; 0 where nothing fell."""
-    counts = np.bincount(sector(angle_deg, SECTORS), weight, SECTORS).astype(np.float64)
+def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None, wide_deg: float = 0.0) -> FloatArray:
+    """Share of falls in each of `SECTORS`, of azimuths with their weights, 1 where not given; 0 where nothing fell.
+
+    An azimuth that stands for so many degrees about it is shared out evenly over these.
+    """
+    if wide_deg > 0.0:
+        angle, sector_wide = np.asarray(angle_deg, np.float64), 360.0 / SECTORS
+        # Borders from a turn before the first to a turn after the last: a part of one that passes north goes on there.
+        border = sector_wide * (np.arange(-SECTORS, 2 * SECTORS + 1) - 0.5)
+        below = np.clip((border - (angle % 360.0)[:, None]) / wide_deg + 0.5, 0.0, 1.0)
+        parts = np.diff(below, axis=1).reshape(-1, 3, SECTORS).sum(axis=1)
+        counts = (np.ones_like(angle) if weight is None else weight) @ parts
+    else:
+        counts = np.bincount(sector(angle_deg, SECTORS), weight, SECTORS).astype(np.float64)
     total = counts.sum()
     return counts / total if total > 0 else counts
 

@@ -7,7 +7,8 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of
-from overturning.model.planes import azimuth_weight, period_of
+from overturning.model.planes import azimuth_weight, gaps_of, period_of
+from overturning.model.symmetry import FULL_TURN
 from overturning.statistics.bootstrap import bootstrap, event_means, mean_of_sample
 from overturning.statistics.by_record import each_record, record_groups
 from overturning.statistics.circular import SECTORS, sector_shares
@@ -54,12 +55,19 @@ def _nominal_falls(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
     return azimuth, counts
 
 
+def _stands_for(azimuth: FloatArray) -> float:
+    """Degrees that each azimuth of planes stands for in a rose; 0 where each sector has as many, and of one plane."""
+    step = gaps_of(azimuth, FULL_TURN)[1]
+    in_a_sector = FULL_TURN / SECTORS / step
+    return 0.0 if azimuth.size <= 2 or abs(in_a_sector - round(in_a_sector)) < 1e-9 else step
+
+
 def rose_of(cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95, draws: int = 2000) -> Rose:
     """Rose of the nominal falls of the `informative_blocks` of a cube, read one record at a time.
 
     Each record's shares, of which each plane counts once, are averaged over the records of an earthquake, and these
     over earthquakes, as of `bootstrap`; ``from_normal`` takes azimuths from the fault normal, of the records for which
-    it is known.
+    it is known. Planes whose step does not divide a sector are shared out over the step.
     """
     zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
@@ -69,7 +77,8 @@ def rose_of(cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95,
         azimuth, counts = _nominal_falls(one)
         if counts.any() and np.isfinite(zero[row]):
             weight = counts * azimuth_weight(azimuth, period_of(cube)) if planes else counts
-            shares[row], total = sector_shares(azimuth - zero[row], weight), total + round(counts.sum())
+            wide = _stands_for(azimuth) if planes else 0.0
+            shares[row], total = sector_shares(azimuth - zero[row], weight, wide), total + round(counts.sum())
     fell = np.isfinite(shares[:, 0])
     means = event_means(shares[fell], events[fell])
     nowhere = np.full(SECTORS, np.nan)

@@ -46,7 +46,7 @@ def scene(results: Results) -> Said:
     yield Figure(drawing, "the scenes, drawn to scale", to_scale, width=0.85)
     yield from (" ".join(contrast_sentences(results, name)) for name in study.variants if name != told)
     yield from (spread_sentence(title, cube, study.ensemble) for title, cube in stones.items())
-    another = f"; {sizes}" if (sizes := sizes_of_another(results.cube)) else ""
+    another = f"; {sizes}" if (sizes := sizes_of_another(results.reference_cube(NOMINAL))) else ""
     heads = ("scene", "element", "cases", "falls", "share", "falls first in", "median time, s")
     yield table(heads, rows, "ttdd%d2")
     yield Note(

@@ -27,8 +27,8 @@ _FIXED: Final = "Primary statistic, fixed beforehand: "
 def found(results: Results, name: str) -> str:
     """The question of a study and what answers it, as an item of a list in Markdown."""
     sentences, _ = ANSWERS[results.study.asks](results)
-    told = (one.removeprefix(_FIXED) for one in sentences[SENTENCES[name]])
-    answer = " ".join(f"{one[:1].upper()}{one[1:]}" for one in told).replace("\u00a0", " ")
+    plain = (one.removeprefix(_FIXED) for one in sentences[SENTENCES[name]])
+    answer = " ".join(f"{one[:1].upper()}{one[1:]}" for one in plain).replace("\u00a0", " ")
     return wrapped(f"*{results.study.question}* {answer} ([config/{name}.yaml](config/{name}.yaml))", "- ")
 
 

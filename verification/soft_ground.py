@@ -45,11 +45,11 @@ def bodies(results: Results) -> dict[str, str]:
     (answer,) = (block for block in section.blocks if isinstance(block, Answer))
     (table,) = (block for block in section.blocks if isinstance(block, Table))
     converged = next(block for block in section.blocks if isinstance(block, Paragraph))
-    told = f"{converged.text} Fundamental periods at small strain: {periods(results)}."
+    text = f"{converged.text} Fundamental periods at small strain: {periods(results)}."
     return {
         "soft-ground": markdown(table.heads, table.rows),
         "soft-ground-answer": "\n".join(wrapped(sentence, "- ") for sentence in answer.sentences),
-        "soft-ground-convergence": wrapped(told),
+        "soft-ground-convergence": wrapped(text),
     }
 
 

@@ -134,8 +134,8 @@ def orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
         away = [np.radians(apart(one[name], found[-1][name]))[chosen] for one in found[:-1]]
         errors = np.median(away, axis=1)
         # What lies below the rounding tells nothing of the order: the first rung there ends the line.
-        told = 1 + int(np.argmax(np.append(errors, 0.0) <= ROUNDING))
-        slopes[name] = order(1 / np.array(FINER_STEPS)[:told], errors[:told]), errors
+        count = 1 + int(np.argmax(np.append(errors, 0.0) <= ROUNDING))
+        slopes[name] = order(1 / np.array(FINER_STEPS)[:count], errors[:count]), errors
     return slopes
 
 

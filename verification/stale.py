@@ -187,7 +187,7 @@ def registered() -> set[str]:
     return {*chain.from_iterable(one.results for one in MEASURES.values()), "machine", KEPT}
 
 
-def told(names: list[str], results: Path = RESULTS) -> list[str]:
+def commands_of(names: list[str], results: Path = RESULTS) -> list[str]:
     """A line for each command that remakes stale tables: what it makes, and what it took, s."""
     seconds = dict(kept(results)[["measure", "seconds"]].to_numpy().tolist())
     commands = dict.fromkeys(MEASURES[name].line for name in names)
@@ -205,7 +205,7 @@ def main(
 ) -> None:
     """List what is stale and the commands that remake it."""
     names = stale()
-    print(*told(names), sep="\n")
+    print(*commands_of(names), sep="\n")
     print(f"{len(names)} of {len(MEASURES)} measures are of other sources than today's")
     if check and names:
         raise SystemExit(1)

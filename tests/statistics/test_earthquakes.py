@@ -83,7 +83,7 @@ def test_only_blocks_that_just_fall_tell_and_an_earthquake_weighs_as_its_falls_a
     assert np.abs(doubled[-1]) < 0.05
     assert np.isfinite(found["axis"].values).tolist() == [True, True, True, False]
     summary = summarise_axes(found)
-    assert (summary.alignment.n, summary.told, summary.closer_to_normal) == (4, 3, 2)
+    assert (summary.alignment.n, summary.with_axis, summary.closer_to_normal) == (4, 3, 2)
     assert summary.alignment.value == pytest.approx(np.mean(np.real(doubled)))
     by_shape = axes_by_earthquake(cube, "b_over_h")
     assert by_shape["falls"].sum("event").values.tolist() == [4, 4, 0]  # the slender fall everywhere, and tell nothing
@@ -129,7 +129,7 @@ def test_aligned_and_scattered(axes) -> None:
     assert abs(aligned.axis_deg) < 3
     assert aligned.half_width_deg < 10
     assert aligned.alignment.low > 0.8
-    assert aligned.closer_to_normal == aligned.told == 8
+    assert aligned.closer_to_normal == aligned.with_axis == 8
     # Planes within 10° of its axis, of each degree, fall under each.
     doubled = np.exp(2j * np.radians(offsets)).mean() * np.cos(2 * np.radians(np.arange(-10, 11))).mean()
     assert aligned.axis_deg == pytest.approx(np.degrees(np.angle(doubled)) / 2)

@@ -94,12 +94,12 @@ def test_a_hash_is_kept_and_is_that_of_the_begin(tmp_path: Path, monkeypatch: py
     with pytest.raises(ZeroDivisionError), stale.measuring("scenes:kernels", results):
         raise ZeroDivisionError
     assert stale.kept(results)["measure"].tolist() == ["scenes:speed"], "what fails keeps nothing"
-    assert stale.told(["scenes:speed"], results)[0].startswith("python -m verification.scenes speed  # ")
+    assert stale.commands_of(["scenes:speed"], results)[0].startswith("python -m verification.scenes speed  # ")
     assert f"{stale.machine()}." in page.read_text(encoding="utf-8").replace("\n  ", " ")
 
 
 def test_no_table_is_of_other_sources_than_todays() -> None:
-    assert stale.told(stale.stale()) == []
+    assert stale.commands_of(stale.stale()) == []
 
 
 def test_no_measure_has_a_body_given_by_its_vertices() -> None:

@@ -171,7 +171,7 @@ def stood(
     if not shared:
         raise ResultError(f"{hazard}: {', '.join(hazards)}; {fragility} has {', '.join(units)}: give one of these")
     known = [(one, hazards[one.measure]) for one in shared if math.isfinite(one.log_spread)]
-    told = [standing(*one, years) for one in known]
+    outcomes = [standing(*one, years) for one in known]
     for row in shared:
         if not math.isfinite(row.log_spread):
             why = "no curve fits the falls" if math.isnan(row.median) else "the median lies beyond the records"
@@ -181,13 +181,13 @@ def stood(
             *(one.stones, one.measure, f"{one.rate:.3g}", share(one.stands, one.low, one.high)),
             *(one.share, one.beyond, "–" if math.isnan(most := hazard_bound(*of, years, bound)) else f"{most:.3g}"),
         )
-        for of, one in zip(known, told, strict=True)
+        for of, one in zip(known, outcomes, strict=True)
     ]
     heads = ("stones", "measure", "falls a year", f"P(stands {years:g} years)", "share of the class that stands")
     more = ("of the falls, beyond the records", "hazard at most so many times")
     if lines:
         print(*plain_lines(Section("What has stood", (table((*heads, *more), lines, "tttt%%t"),))), sep="\n")
-    for (row, curve), found in zip(known, told, strict=True):
+    for (row, curve), found in zip(known, outcomes, strict=True):
         if (uncounted := weaker_falls(row, curve)) > NEGLIGIBLE * found.rate:
             print(
                 f"{found.stones}, {found.measure}: {percent(found.first, 1)} fall at the hazard's first level, "

@@ -43,7 +43,7 @@ def run_on_cluster(run: Callable[[Motion, Any, Numerics], Any], motion: Motion, 
     """
     from distributed import as_completed
 
-    client, told = numerics.client, numerics.progress
+    client, progress = numerics.client, numerics.progress
     here = replace(numerics, client=None, progress=None, threads=1)
     wanted = min(cases.size // FEWEST, 4 * sum(client.ncores().values()))
     count = max(1, wanted, -(-cases.size // MOST))
@@ -54,8 +54,8 @@ def run_on_cluster(run: Callable[[Motion, Any, Numerics], Any], motion: Motion, 
     done = 0
     for task in as_completed(tasks):
         done += tasks[task].size
-        if told and task.status == "finished":
-            told(done, cases.size)
+        if progress and task.status == "finished":
+            progress(done, cases.size)
     found = client.gather(list(tasks))
     order = np.argsort(np.concatenate(pieces))
     columns = {name: np.concatenate([getattr(each, name) for each in found])[order] for name in vars(found[0])}

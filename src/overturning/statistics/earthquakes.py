@@ -108,7 +108,7 @@ class AxisSummary:
         Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the resamples' distance
         from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2); NaN below `FEWEST_EARTHQUAKES`, 90
         where the data do not tell an axis.
-    told, closer_to_normal : int
+    with_axis, closer_to_normal : int
         Earthquakes that have an axis, since its resultant is no smaller than `LEAST_RESULTANT`; of these, those whose
         axis is within 45° of the fault normal.
     """
@@ -117,7 +117,7 @@ class AxisSummary:
     alignment: Mean
     axis_deg: float
     half_width_deg: float
-    told: int
+    with_axis: int
     closer_to_normal: int
 
 
@@ -126,8 +126,8 @@ def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000
     vectors = np.column_stack([axes["cosine"].values, axes["sine"].values])
     vectors = vectors[np.isfinite(vectors[:, 0])]
     cosine, sine = vectors.mean(axis=0) if len(vectors) else (math.nan, math.nan)
-    told = math.hypot(cosine, sine) >= LEAST_RESULTANT
-    mean = float(wrap_axis(math.degrees(math.atan2(sine, cosine)) / 2)) if told else math.nan
+    has_axis = math.hypot(cosine, sine) >= LEAST_RESULTANT
+    mean = float(wrap_axis(math.degrees(math.atan2(sine, cosine)) / 2)) if has_axis else math.nan
 
     def distance(drawn: FloatArray) -> FloatArray:
         drawn_cosine, drawn_sine = drawn.mean(axis=1).T
@@ -255,8 +255,8 @@ def followed(
     found = {}
     for group, members in record_groups(cube).items():
         means = {key: [mean(members, one) for one in values] for key, values in along.items()}
-        told = {name: int(np.isfinite(along[name, True][0][members]).sum()) for name, axial in means if axial}
-        known = [name for name, records in told.items() if records == max(told.values()) > 0]
+        counts = {name: int(np.isfinite(along[name, True][0][members]).sum()) for name, axial in means if axial}
+        known = [name for name, records in counts.items() if records == max(counts.values()) > 0]
         first, *others = sorted(known, key=lambda name: -means[name, True][0].value) or [""]
         pairs = zip(along[first, True], along[others[0], True], strict=True) if others else ()
         closer = [mean(members, one - other) for one, other in pairs]

@@ -44,7 +44,7 @@ class Fragility:
         Range of the intensities that it was fitted to: it says nothing outside.
     of_records : float
         Share of the variance spread² that lies between records, as of `record_share`; NaN where not known.
-    told : float, Interval, float
+    within_data : float, Interval, float
         Median, its interval and the spread as far as the data reach: infinite above `most`, 0 below `least`; no spread
         where the median lies beyond.
     """
@@ -62,7 +62,7 @@ class Fragility:
     @property
     def spreads(self) -> tuple[float, float]:
         """Spread from record to record and all other, of stones and how they look; NaN where the spread is."""
-        spread = self.told[2]
+        spread = self.within_data[2]
         return spread * math.sqrt(self.of_records), spread * math.sqrt(1 - self.of_records)
 
     @property
@@ -71,7 +71,7 @@ class Fragility:
         return re.sub(r"[^A-Za-z0-9_-]+", "_", self.name.replace("/", "").replace(".", "p"))
 
     @property
-    def told(self) -> tuple[float, Interval, float]:  # noqa: D102
+    def within_data(self) -> tuple[float, Interval, float]:  # noqa: D102
         median, low, high = (
             math.inf if one > self.most else 0.0 if one < self.least else one
             for one in (self.median, *self.median_interval)

@@ -18,13 +18,13 @@ LEVELS: Final = 25
 
 
 def write_fragility_csv(curves: Sequence[Fragility], path: Path) -> None:
-    """Write curves as a table: class, measure, unit, median and its interval, spread, all as `told`, range, `spreads`.
+    """Write curves as a table: class, measure, unit, median, interval and spread as `within_data`, range, `spreads`.
 
     Where the median lies beyond the data, the spread is missing too: both would be a curve where nothing is known.
     """
     lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most,record_spread,other_spread,id"]
     for one in curves:
-        median, ends, spread = one.told
+        median, ends, spread = one.within_data
         values = (median, *ends, spread, one.least, one.most, *one.spreads)
         numbers = ",".join(f"{value:.6g}" for value in values)
         lines.append(f'"{one.name}",{one.measure},{one.unit},{numbers},{one.identifier}')

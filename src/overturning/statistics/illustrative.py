@@ -166,10 +166,10 @@ def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     for places, some in few_records(cube, names):
         half = some.isel({model.direction: cells})
         nominal = model.falls(half, ensemble=False)[["direction_cosine", "direction_sine"]]
-        told = half.assign(nominal.assign(sure=model.falls(half)["falls"] > 0.99))
-        told = told.transpose("record", *model.dims, ...)
+        candidates = half.assign(nominal.assign(sure=model.falls(half)["falls"] > 0.99))
+        candidates = candidates.transpose("record", *model.dims, ...)
         for at, record in enumerate(places):
-            one = told.isel(record=at)
+            one = candidates.isel(record=at)
             for rule in rules:
                 found = rule.find(one)
                 if found is not None and (rule.title not in best or found.score > best[rule.title][0].score):

@@ -71,16 +71,16 @@ def of_first_batch(
         found += says[place] * (ways[some][fell] * ways[others][back] * ways[first - some - others][stood])
     with np.errstate(invalid="ignore"):
         found /= comb(runs, first)
-    told, made = orders * says, first
+    sums, made = orders * says, first
     while made <= min(runs.max(initial=0), MOST_RUNS):
         ended = np.flatnonzero(runs == made)
         places = fell.flat[ended] * _WIDE + back.flat[ended]
         possible = orders[places] > 0
-        found.flat[ended[possible]] = (told[places] / np.where(possible, orders[places], 1.0))[possible]
+        found.flat[ended[possible]] = (sums[places] / np.where(possible, orders[places], 1.0))[possible]
         i, j = _sides(made)
         unsettled = ~narrow(i, np.minimum(j, made), made, settings.half_width)
         more = max(min(BATCH, settings.members - made), 1)
-        orders, told = (np.convolve(one * unsettled, _orders(more)) for one in (orders, told))
+        orders, sums = (np.convolve(one * unsettled, _orders(more)) for one in (orders, sums))
         made += more
     return found
 

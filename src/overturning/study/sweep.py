@@ -96,16 +96,16 @@ def sweep_record(
     factors = grid.amplitude or (1.0,)
     work = [*(NOMINAL_SHARE for _ in factors), *([1.0 - NOMINAL_SHARE] if study.ensemble.members else [])]
     ends = (np.cumsum([0.0, *work]) / sum(work)).tolist()
-    told = [part_of(numerics.progress, *between) for between in pairwise(ends)]
+    reports = [part_of(numerics.progress, *between) for between in pairwise(ends)]
     answers = [
         simulate_variant(study, variant, scaled(motion, factor), grid, replace(numerics, progress=progress))
-        for factor, progress in zip(factors, told, strict=False)  # the last is then the ensemble's
+        for factor, progress in zip(factors, reports, strict=False)  # the last is then the ensemble's
     ]
     block_steps = sum(int(np.sum(one["block_steps"])) for one in answers)
     outcome = answers[factors.index(1.0)]
     if study.ensemble.members:
         ensemble, runner = ensemble_of(study, variant, members), member_runner(study, variant, motion, numerics)
-        spread, more = ensemble.run(motion, grid, outcome, runner, told[-1])
+        spread, more = ensemble.run(motion, grid, outcome, runner, reports[-1])
         outcome |= spread
         block_steps += more
     if grid.amplitude:

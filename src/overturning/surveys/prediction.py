@@ -109,11 +109,11 @@ class SitePrediction:
         known = np.isfinite(falls)
         values = np.where(known, falls, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
         # An azimuth of which nothing is known is like the others: it is not one towards which nothing falls.
-        told = known.any(axis=0)
-        values[~told] = values[told].mean() if told.any() else 0.0
+        directed = known.any(axis=0)
+        values[~directed] = values[directed].mean() if directed.any() else 0.0
         mass = values * self.share
         total = mass.sum()
-        if told.any() and not total > 0:
+        if directed.any() and not total > 0:
             self._never.add(of)
         model = mass / total if total > 0 else self.share
         found = np.asarray((1 - self.background) * model + self.background * self.share)

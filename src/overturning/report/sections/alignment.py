@@ -39,11 +39,13 @@ def axes_sentence(results: Results) -> str:
     """Mean axes of each group, and how many earthquakes lie closer to the normal than to the fault."""
     known = {of_group(name): one for name, one in results.axes.items()}
     means = " and ".join(f"{_mean_axis(one)}{name}" for name, one in known.items())
-    told = f"The fall axes of {results.words.blocks} lie on average {means}."
-    if closer := " and ".join(f"{one.closer_to_normal} of {one.told}{name}" for name, one in known.items() if one.told):
-        lie = "lies" if sum(one.told for one in known.values()) == 1 else "lie"
-        told += f" Of the earthquakes whose falls have an axis {closer} {lie} closer to the normal than to the fault."
-    return told
+    text = f"The fall axes of {results.words.blocks} lie on average {means}."
+    if closer := " and ".join(
+        f"{one.closer_to_normal} of {one.with_axis}{name}" for name, one in known.items() if one.with_axis
+    ):
+        lie = "lies" if sum(one.with_axis for one in known.values()) == 1 else "lie"
+        text += f" Of the earthquakes whose falls have an axis {closer} {lie} closer to the normal than to the fault."
+    return text
 
 
 def _alignment(summary: AxisSummary) -> str:
@@ -96,7 +98,7 @@ def half_width(summary: AxisSummary) -> str:
 
 def axes_shown(results: Results) -> Figure | None:
     """The fall axes of the earthquakes, drawn; none where no earthquake has one."""
-    if not any(one.told for one in results.axes.values()):
+    if not any(one.with_axis for one in results.axes.values()):
         return None
     caption = (
         f"Fall axis of each earthquake relative to its fault normal, over {results.words.blocks}; the point grows "
@@ -133,7 +135,7 @@ def _of_axes(results: Results) -> Said:
     rows = [
         (
             *(name, s.earthquakes, s.alignment.n, s.alignment.value, interval(s.alignment.low, s.alignment.high)),
-            *(abs(s.axis_deg), half_width(s), f"{s.closer_to_normal} of {s.told}"),
+            *(abs(s.axis_deg), half_width(s), f"{s.closer_to_normal} of {s.with_axis}"),
         )
         for name, s in results.axes.items()
     ]

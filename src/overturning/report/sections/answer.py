@@ -44,7 +44,7 @@ _SHARES: Final = {
 """Primary statistics that are shares of something under each record; of which cases, `Results.of_known` says."""
 
 
-Told = tuple[tuple[str, ...], Figure | None]
+AnswerParts = tuple[tuple[str, ...], Figure | None]
 """Sentences, and the figure that shows what they say."""
 
 
@@ -56,14 +56,14 @@ def answer(results: Results) -> Said:
     yield from (figure, dependence(results), " ".join(_counted(results)), Note(_cases(results)))
 
 
-def _direction(results: Results) -> Told:
+def _direction(results: Results) -> AnswerParts:
     """How fall axes lie to the fault normal; without a fault the mean directions of a few records."""
     own = results.study.primary.statistic == "alignment"
     first = () if own else (primary_sentence(results),)
     if untold := _untold(results):
         return (*first, *_directions_in_words(results), untold), None
-    told = alignment_sentences(results, primary=own)
-    return ((*first, *told), axes_shown(results)) if own else ((*first, *_changes(results), *told), None)
+    sentences = alignment_sentences(results, primary=own)
+    return ((*first, *sentences), axes_shown(results)) if own else ((*first, *_changes(results), *sentences), None)
 
 
 def _changes(results: Results) -> list[str]:
@@ -82,7 +82,7 @@ def _changes(results: Results) -> list[str]:
     return [capitalised(f"{what} changes {' and '.join(parts)}.")]
 
 
-def _reference(results: Results) -> Told:
+def _reference(results: Results) -> AnswerParts:
     """What falls follow, how good the plane is, and the primary statistic."""
     if untold := _untold(results, fault=False):
         return (untold,), None
@@ -92,13 +92,13 @@ def _reference(results: Results) -> Told:
     return (*follow_answer(*results.followed), *plane, f"{chosen} {of_fault[0]}"), follow_shown(results)
 
 
-def _contrast(results: Results) -> Told:
+def _contrast(results: Results) -> AnswerParts:
     """What a variant changes, as the primary statistic has it, and case by case."""
     sentences, figure = contrast_sentences(results), contrast_shown(results)
     return (primary_sentence(results), *sentences), figure
 
 
-def _survey(results: Results) -> Told:
+def _survey(results: Results) -> AnswerParts:
     """The primary statistic, published outcomes and surveys beside the study."""
     if results.study.primary.statistic != "alignment":
         first = [primary_sentence(results)]
@@ -127,7 +127,7 @@ def beside_the_normal(cube: xr.Dataset) -> tuple[str, ...]:
     )
 
 
-ANSWERS: Final[dict[Asks, Callable[[Results], Told]]] = {
+ANSWERS: Final[dict[Asks, Callable[[Results], AnswerParts]]] = {
     "direction": _direction,
     "reference": _reference,
     **dict.fromkeys(CONTRASTS, _contrast),

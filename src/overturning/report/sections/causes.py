@@ -72,14 +72,14 @@ def doubling_sentence(fit: LogisticFit) -> str:
             parts.append(f"by {two_digits(factor)} ({two_digits(low)} to {two_digits(high)}) where {what} doubles")
         else:
             untold.append(what)
-    told = f"The odds of a fall are multiplied {'; '.join(parts)}." if parts else ""
+    sentence = f"The odds of a fall are multiplied {'; '.join(parts)}." if parts else ""
     if not untold:
-        return told
+        return sentence
     unknown = (
         f"{counted(fit.clusters, 'earthquake')} cannot tell by how much the odds of a fall grow where "
         f"{' or '.join(untold)} doubles."
     )
-    return f"{told} {unknown}".strip()
+    return f"{sentence} {unknown}".strip()
 
 
 @section("How well the field's criteria predict these falls", "criteria")

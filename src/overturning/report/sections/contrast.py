@@ -22,13 +22,13 @@ NO_VERTICAL: Final = "None of these records has vertical motion: with and withou
 def _differences(study: Study, variant: str, against: str) -> list[str]:
     """In what two settings differ: scene, contact, vertical, site."""
     one, other = setting_of(study, variant), setting_of(study, against)
-    told = {
+    differing = {
         "scene": (one.scene or study.scene) != (other.scene or study.scene),
         "contact": contact_of(study, variant) != contact_of(study, against),
         "vertical": applies_vertical(study, variant) != applies_vertical(study, against),
         "site": one.site != other.site,
     }
-    return [name for name, differs in told.items() if differs]
+    return [name for name, differs in differing.items() if differs]
 
 
 def setting_said(results: Results, variant: str, against: str) -> str:

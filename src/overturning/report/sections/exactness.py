@@ -232,7 +232,7 @@ def _counts(model: Model, settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
     found, half = model.spread(cube), cube.isel({model.direction: model.representative(cube)})
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 
-    def told(statistic: Statistic) -> xr.DataArray:
+    def of_cells(statistic: Statistic) -> xr.DataArray:
         said = of_first_batch(statistic, found["towards"], found["away"], members.fillna(0), settings)
         return run.copy(data=np.nan_to_num(said))
 
@@ -240,9 +240,9 @@ def _counts(model: Model, settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
     counts = xr.Dataset({
         "cells": xr.ones_like(run),
         "run": run,
-        "divided": told(divided),
+        "divided": of_cells(divided),
         "agree": found.get("agree", run),
-        "apart": found["apart"] if "apart" in found else told(to_both_sides),
+        "apart": found["apart"] if "apart" in found else of_cells(to_both_sides),
         "members": members,
         "with_members": members.notnull(),
     }).sum(over)  # fmt: skip

@@ -27,9 +27,9 @@ def ground(results: Results) -> Said:
     if not sites or not results.populations:
         return
     layers = {name: _soil(site) for name, site in sites.items()}
-    told = list(layers.values())  # soils may differ in what is not told of them
+    soils = list(layers.values())  # soils may differ in what is not said of them
     grounds = {NOMINAL: "rock"}
-    grounds |= {name: soil if told.count(soil) == 1 else f"{name}: {soil}" for name, soil in layers.items()}
+    grounds |= {name: soil if soils.count(soil) == 1 else f"{name}: {soil}" for name, soil in layers.items()}
     sentences, rows = [], []
     for factor in map(float, results.populations[NOMINAL]["amplitude"].to_numpy()):
         found = {name: results.populations[name].sel(amplitude=factor) for name in grounds}
@@ -81,8 +81,8 @@ def turned(ground: xr.Dataset, rock: xr.Dataset) -> FloatArray:
     """Angles, degrees, by which the fall axes of records differ from those on rock, where both have one."""
     apart = np.abs(wrap_axis(ground["fall_axis"].to_numpy() - rock["fall_axis"].to_numpy()))
     for found in (ground, rock):
-        told = (found["fall_rate"] >= LEAST_FALLS) & (found["fall_resultant"] >= LEAST_RESULTANT)
-        apart = np.where(told, apart, np.nan)
+        clear = (found["fall_rate"] >= LEAST_FALLS) & (found["fall_resultant"] >= LEAST_RESULTANT)
+        apart = np.where(clear, apart, np.nan)
     return np.asarray(apart[np.isfinite(apart)])
 
 
@@ -94,8 +94,8 @@ def _sentence(grounds: dict[str, str], found: dict[str, xr.Dataset], turns: dict
         over = "on" if name == NOMINAL else "through"
         parts.append(f"{percent(float(found[name]['fall_rate'].mean()))} {over} {soil}{axis}")
     under = "Under the records as they are" if factor == 1 else f"Under the motions at the surface times {factor:g}"
-    told = " (turns are medians over the records)" if turns else ""
-    return f"{under} the mean fall rate is {'; '.join(parts)}{told}."
+    how = " (turns are medians over the records)" if turns else ""
+    return f"{under} the mean fall rate is {'; '.join(parts)}{how}."
 
 
 def failures(results: Results, grounds: dict[str, str]) -> list[str]:

@@ -63,7 +63,7 @@ def population(results: Results) -> Said:
     fitted = []
     for one in curves:
         if math.isfinite(one.median):
-            median, ends, spread = one.told
+            median, ends, spread = one.within_data
             half = censored(median, *ends, one.least, one.most)
             fitted.append((one.name, f"{one.measure}, {one.unit}", *half, spread, *one.spreads))
     if fitted:

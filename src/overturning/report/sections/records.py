@@ -104,8 +104,8 @@ def records(results: Results) -> Said:
 def _odd_records(results: Results) -> Said:
     """Which records drift, and by what that is told, and which leave every case at rest."""
     drifts = {name: account.get("drift") for name, account in processing_of(results.cube).items()}
-    if told := ". ".join(f"{name}: {why}" for name, why in drifts.items() if why):
-        yield Note(f"A PGD in brackets is that of a record that drifts, and not the ground's. {told}.")
+    if drifting := ". ".join(f"{name}: {why}" for name, why in drifts.items() if why):
+        yield Note(f"A PGD in brackets is that of a record that drifts, and not the ground's. {drifting}.")
     at_rest = results.cube["status"] == Status.AT_REST
     still = at_rest.all([name for name in at_rest.dims if name != "record"]).compute().to_numpy()
     if weak := [name.id for name, one in zip(results.names, still, strict=True) if one]:

@@ -39,12 +39,12 @@ def scene(results: Results) -> Said:
             element = row.name if several else one.free[0]
             falls = (row.cases, row.falls, row.share, row.first, row.median_time)
             rows.append((f"{one.title or one.name}{again}", element, *falls))
-    told = study.primary.against if study.asks == "scene" else None  # in the answer
+    in_answer = study.primary.against if study.asks == "scene" else None
     drawing = results.drawn("scene", partial(scenes_figure, list(scenes.values())))
     roses = results.drawn("scene-roses", partial(element_roses_figure, stones))
     to_scale = "To scale; crosses are centres of mass, grey moves with the record."
     yield Figure(drawing, "the scenes, drawn to scale", to_scale, width=0.85)
-    yield from (" ".join(contrast_sentences(results, name)) for name in study.variants if name != told)
+    yield from (" ".join(contrast_sentences(results, name)) for name in study.variants if name != in_answer)
     yield from (spread_sentence(title, cube, study.ensemble) for title, cube in stones.items())
     another = f"; {sizes}" if (sizes := sizes_of_another(results.reference_cube(NOMINAL))) else ""
     heads = ("scene", "element", "cases", "falls", "share", "falls first in", "median time, s")

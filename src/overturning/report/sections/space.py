@@ -110,8 +110,8 @@ def follow_answer(found: dict[str, Followed], parts: list[str]) -> list[str]:
         for part, one in zip(parts, references.means.get((best, False), [mean])[1:], strict=False):
             if way := verdict(one, "with its head", "against its head", "", ""):
                 ends[way].append(f"{part} (cos Δ {shown(one)})")
-        if told := " and ".join(f"{way} at {' and '.join(of)}" for way, of in ends.items() if of):
-            text += f" Stones fall {told}."
+        if ways := " and ".join(f"{way} at {' and '.join(of)}" for way, of in ends.items() if of):
+            text += f" Stones fall {ways}."
         said.append(text)
     return said
 

@@ -122,8 +122,8 @@ def survey_sentences(found: SurveyComparison) -> list[str]:
     against = ", ".join(f"{test.name} {_p_is(test.p_value)}" for test in fits if test.p_value < SIGNIFICANT)
     fit = "the directions do not differ from it by more than chance would have it"
     if against:
-        told = found.log_likelihood_ratio > 0 and p < SIGNIFICANT
-        fit = f"{'all the same ' if told else ''}the directions differ from it by more than chance ({against})"
+        proven = found.log_likelihood_ratio > 0 and p < SIGNIFICANT
+        fit = f"{'all the same ' if proven else ''}the directions differ from it by more than chance ({against})"
     fit = "" if _knows_faces(found) else f"; {fit}"
     sentences = [
         f"{better} (log likelihood ratio {number(found.log_likelihood_ratio)}, which {reach} of surveys of stones that "

@@ -4,14 +4,19 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property
-from types import SimpleNamespace
+from types import BuiltinFunctionType, SimpleNamespace
 from typing import Any, ClassVar, Final
 
 import llvmlite.binding as llvm
 import numba
 from llvmlite.binding import Linkage
-from numba.core import errors, ir
+from numba.core import errors, event, ir
 from numba.core.codegen import JITCodeLibrary
+from numba.core.postproc import PostProcessor, VariableLifetime
+from numba.core.transforms import canonicalize_cfg
+from numba.core.typed_passes import NopythonRewrites
+from numba.core.types.functions import BaseFunction
+from numba.core.typing.context import BaseContext
 
 KNOWN: Final = "0.68."
 """Version of Numba whose inner workings are changed here; another compiles as it always does, which takes longer."""
@@ -131,6 +136,37 @@ def _variables(self: Any, value: Any) -> list[Any]:
     return [value] if kind == "variable" else value.list_vars() if kind == "instruction" else []
 
 
+def _call_type(self: Any, context: Any, given: Any, named: Any) -> Any:
+    """Signature of a call, as of `BaseFunction.get_call_type`, which looks anew at each of ten thousand operators."""
+    known = vars(self).setdefault("_known", {})
+    if named:
+        return _USUAL_CALL_TYPE(self, context, given, named)
+    if given not in known:
+        known[given] = _USUAL_CALL_TYPE(self, context, given, named)
+    return known[given]
+
+
+_USUAL_CALL_TYPE = BaseFunction.get_call_type
+
+
+def _value_type(self: Any, value: Any) -> Any:
+    """Type of a global, as of `resolve_value_type`, which first words at length that an operator is no number."""
+    found = self._get_global_type(value) if isinstance(value, BuiltinFunctionType) else None
+    return found or _USUAL_VALUE_TYPE(self, value)
+
+
+_USUAL_VALUE_TYPE = BaseContext.resolve_value_type
+
+
+def _processed(self: Any, emit_dels: bool = False, extend_lifetimes: bool = False) -> None:
+    """Tidy up a function after each pass, as of `PostProcessor.run`, but look for what lives where once, at the end."""
+    self.func_ir.blocks = canonicalize_cfg(self.func_ir.blocks)
+    self.func_ir.variable_lifetime = VariableLifetime(self.func_ir.blocks)
+    self.func_ir.generator_info = None
+    if emit_dels:
+        self._insert_var_dels(extend_lifetimes=extend_lifetimes)
+
+
 @contextmanager
 def without_unused_work(context: Any) -> Iterator[None]:
     """Compile what `INNER` functions do for their callers alone, and without what Numba does beside it.
@@ -140,22 +176,32 @@ def without_unused_work(context: Any) -> Iterator[None]:
     if not numba.__version__.startswith(KNOWN):
         yield
         return
-    messages: Any = errors
-    instruction: Any = ir.Inst
-    codegen, executable = context.codegen(), context.get_executable
+    executable = context.get_executable
 
     def executable_of(library: Any, description: Any, environment: Any) -> Any:
         return executable(library, description, environment) if library.has_entry else object()
 
-    usual, codegen._library_class, context.get_executable = codegen._library_class, _Linked, executable_of
-    colours, messages._termcolor_inst = messages._termcolor_inst, _PLAIN
-    variables, instruction._rec_list_vars = instruction._rec_list_vars, _variables
+    changed: list[tuple[Any, str, Any]] = [
+        (context.codegen(), "_library_class", _Linked),
+        (context, "get_executable", executable_of),
+        (context, "create_cfunc_wrapper", lambda *_: None),
+        (errors, "_termcolor_inst", _PLAIN),
+        (ir.Inst, "_rec_list_vars", _variables),
+        (event, "broadcast", lambda _: None),
+        (BaseFunction, "get_call_type", _call_type),
+        (BaseContext, "resolve_value_type", _value_type),
+        (PostProcessor, "run", _processed),
+        (NopythonRewrites, "run_pass", lambda *_: False),
+    ]
+    usual = [getattr(owner, name) for owner, name, _ in changed]
     collects = gc.isenabled()
     gc.disable()  # what is compiled is many objects in use: looking for others took a tenth of the time
     try:
+        for owner, name, ours in changed:
+            setattr(owner, name, ours)
         yield
     finally:
-        codegen._library_class, context.get_executable = usual, executable
-        messages._termcolor_inst, instruction._rec_list_vars = colours, variables
+        for (owner, name, _), theirs in zip(changed, usual, strict=True):
+            setattr(owner, name, theirs)
         if collects:
             gc.enable()

@@ -60,7 +60,7 @@ _LINE: Final = 8
 """Numbers in a cache line, and in the widest vector."""
 
 
-@njit(**OPTIONS)
+@njit(**OWNER)
 def aligned(size: int) -> Any:
     """Zeros, as an array whose first number begins a cache line; Numba's own begin at any multiple of 32 bytes."""
     numbers = np.zeros(size + _LINE)

@@ -25,6 +25,10 @@ _SMALL = 100
 """Instructions of a function that is linked into its callers at once, where LLVM may inline it."""
 
 
+STACK: Final = 64
+"""Bytes at a multiple of which the stack of each function begins: a cache line, the widest vector."""
+
+
 def _inlined(function: Any) -> bool:
     """Whether LLVM puts a function into all that call it."""
     return any(b"alwaysinline" in attributes for attributes in function.attributes)
@@ -181,10 +185,20 @@ def without_unused_work(context: Any) -> Iterator[None]:
     def executable_of(library: Any, description: Any, environment: Any) -> Any:
         return executable(library, description, environment) if library.has_entry else object()
 
+    declare = context.declare_function
+
+    def declare_aligned(module: Any, description: Any) -> Any:
+        # Vectors that find no register lie on the stack, where the system aligns 16 bytes: across two cache lines, else.
+        function = declare(module, description)
+        function.attributes.alignstack = STACK
+        function.attributes.add("nounwind")  # llvmlite writes no alignment alone
+        return function
+
     changed: list[tuple[Any, str, Any]] = [
         (context.codegen(), "_library_class", _Linked),
         (context, "get_executable", executable_of),
         (context, "create_cfunc_wrapper", lambda *_: None),
+        (context, "declare_function", declare_aligned),
         (errors, "_termcolor_inst", _PLAIN),
         (ir.Inst, "_rec_list_vars", _variables),
         (event, "broadcast", lambda _: None),

@@ -69,17 +69,20 @@ def test_a_tower_falls_and_comes_to_rest() -> None:
     assert (found.status == Status.SIMULATED).all()
 
 
-def test_submatrices_are_cleared_inverted_and_multiplied_as_matrices_are() -> None:
+def test_submatrices_are_entered_inverted_and_multiplied_as_matrices_are() -> None:
     @njit
-    def halves_and_quotient(cleared, one, other):  # type: ignore[no-untyped-def]
-        equations.clear(cleared, 2.0)
-        equations.invert(cleared)
+    def products_and_quotient(fresh, added, one, other):  # type: ignore[no-untyped-def]
+        equations.eliminate(fresh, one, other, True)
+        equations.eliminate(added, one, other, False)
         equations.invert(other)
         equations.divide(one, other)
 
     given = np.random.default_rng(2).normal(size=(2, 3, 3)) + 3.0 * np.eye(3)
     size = equations.SUBMATRIX.size
-    cleared, one, other = (np.repeat(matrix.ravel(), size // 9) for matrix in (np.zeros((3, 3)), *given))
-    halves_and_quotient(cleared, one, other)
-    np.testing.assert_array_equal(cleared.reshape(3, 3, -1)[..., 5], 0.5 * np.eye(3))
+    fresh, added, one, other = (
+        np.repeat(matrix.ravel(), size // 9) for matrix in (np.full((3, 3), np.nan), given[0], *given)
+    )
+    products_and_quotient(fresh, added, one, other)
+    np.testing.assert_allclose(fresh.reshape(3, 3, -1)[..., 5], -given[0] @ given[1])
+    np.testing.assert_allclose(added.reshape(3, 3, -1)[..., 5], given[0] - given[0] @ given[1])
     np.testing.assert_allclose(one.reshape(3, 3, -1)[..., 5], given[0] @ np.linalg.inv(given[1]))

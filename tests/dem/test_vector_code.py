@@ -43,7 +43,7 @@ PAIR, ELEMENT, OWN, BLOCK = (
 LOOPS: dict[str, Compile] = {
     "invert": compiled(equations.invert, BLOCK),
     "divide": compiled(equations.divide, BLOCK, BLOCK.copy()),
-    "eliminate": compiled(equations.eliminate, BLOCK, BLOCK.copy(), BLOCK.copy()),
+    "eliminate": compiled(equations.eliminate, BLOCK, BLOCK.copy(), BLOCK.copy(), False),
     "carry": compiled(equations.carry, ELEMENT, BLOCK, ELEMENT.copy()),
     "predict, vertical": compiled(predict, UP, ELEMENT, OWN, 128.0, 9.80665),
     "predict, level": compiled(predict, None, ELEMENT, OWN, 128.0, 9.80665),

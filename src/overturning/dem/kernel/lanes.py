@@ -23,6 +23,9 @@ from typing import Any, Final, NamedTuple, get_type_hints
 
 import numpy as np
 from numba import njit, types
+from numba.core import cgutils
+from numba.core.cpu import CPUTargetOptions
+from numba.core.options import TargetOptions
 from numba.extending import intrinsic
 
 from overturning.dem.kernel.cache import prefer_vector_code, refuse_calls_from_python
@@ -30,6 +33,7 @@ from overturning.dem.kernel.tuples import by_numbers, chosen, loads, paths_of, s
 
 prefer_vector_code()  # before anything is compiled
 refuse_calls_from_python()
+CPUTargetOptions.noalias = TargetOptions.Mapping("noalias")  # Numba knows it, but does not let it be asked for
 
 OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "boundscheck": False}
 """Of every jitted function: no fast-math, no contraction, so that the bits are the same everywhere."""
@@ -51,6 +55,12 @@ INNER: Final[dict[str, Any]] = {
 
 Numba lets a function that does not say whether it is to be inlined do as its caller: then all of a kernel is one
 function, which takes twice the time to compile.
+"""
+
+APART: Final[dict[str, Any]] = {**INNER, "noalias": True}
+"""Of loops over the lanes that store nothing where another of their arrays is read or stored: none is looked for then.
+
+Without, each loop is there twice, and looks at every call whether its arrays overlap.
 """
 
 INLINE: Final[dict[str, Any]] = {**INNER, "forceinline": True}
@@ -92,6 +102,24 @@ def _borrowed(_: Any, value: Any) -> Any:
 
 
 borrowed: Final[Any] = intrinsic(_borrowed)
+
+
+def windows(size: int) -> Any:
+    """``window(array, at)`` for compiled code: so many numbers of a flat, borrowed array from `at` on.
+
+    It is a slice, but nobody looks at its bounds, which takes long to compile.
+    """
+
+    def window(_: Any, array: Any, at: Any) -> Any:  # noqa: ARG001
+        def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            view = context.make_array(signature.args[0])(context, builder, value=values[0])
+            view.data, view.nitems = builder.gep(view.data, [values[1]]), context.get_constant(types.intp, size)
+            view.shape = cgutils.pack_array(builder, [view.nitems])
+            return view._getvalue()
+
+        return array(array, types.intp), make
+
+    return intrinsic(window)
 
 
 def _select(_: Any, condition: Any, first: Any, second: Any) -> Any:

@@ -13,12 +13,12 @@ from typing import Any, Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.clock import SCENE
-from overturning.dem.kernel.lanes import INLINE, INNER, arithmetic, select
+from overturning.dem.kernel.lanes import APART, INLINE, arithmetic, select
 from overturning.dem.kernel.mechanics import within
 from overturning.dem.polygon import rows
+from overturning.dem.polygon.equations import enter_loads, enter_pair
 from overturning.dem.polygon.faces import End, Stretch, common_stretch
 from overturning.dem.polygon.mechanics import (
-    Couple,
     Force,
     Loaded,
     Outer,
@@ -149,23 +149,29 @@ def is_fine(case: Case) -> bool:
     return case.attempt.length <= FINE * case.clock.finest
 
 
-@njit(**INNER)
-def couple(q: Any, a: Any, b: Any, own: Any) -> None:
-    """The part of one pair in the equations of a step."""
+@njit(**APART)
+def couple(q: Any, a: Any, b: Any, own: Any, into: Any, fresh: Any) -> None:
+    """Enter one pair in the equations of a step, as of `overturning.dem.polygon.equations.place`."""
+    for j in range(rows.COLUMNS):
+        on, by = rows.load_element(a, j).trial.pose, rows.load_element(b, j).trial.pose
+        rows.store_ends(q, j, common_stretch(rows.load_pair(q, j), on, by))
     for j in range(rows.COLUMNS):
         pair, first, second = rows.load_pair(q, j), rows.load_element(a, j), rows.load_element(b, j)
         case, law, old = rows.load_case(own, j), pair.law, pair.history
         fine, half = is_fine(case), 0.5 * (case.step * case.attempt.length)
-        ends = common_stretch(pair, first.trial.pose, second.trial.pose)
+        ends = rows.load_step(q, j).ends
         both = Both(relative(first.trial.end, second.trial.end), first.inertia, second.inertia)
         g1 = guess(law, old.one, pair.slid_one, ends.one, ends, both, fine)
         g2 = guess(law, old.two, pair.slid_two, ends.two, ends, both, fine)
         p1, f1, slid_1 = contribution(law, half, ends.one, g1, g2)
         p2, f2, slid_2 = contribution(law, half, ends.two, g2, g1)
-        rows.store_ends(q, j, ends)
         rows.store_taken_one(q, j, Taken(g1.stretch, slid_1))
         rows.store_taken_two(q, j, Taken(g2.stretch, slid_2))
-        rows.store_couple(q, j, Couple(plus(p1, p2), action_of(ends.one, ends.two, f1, f2)))
+        enter_pair(into, fresh, j, plus(p1, p2), half, first.inertia, second.inertia)
+        action, on, by = action_of(ends.one, ends.two, f1, f2), first.trial.change, second.trial.change
+        on, by = enter_loads(on, by, action, half, first.inertia, second.inertia)
+        rows.store_change(a, j, on)
+        rows.store_change(b, j, by)
 
 
 class Solved(NamedTuple):
@@ -208,7 +214,7 @@ def solved(law: Law, old: Memory, end: End, taken: Taken, u: Relative, d: Relati
     spring = within(stretch, most * law.compliance) if slips else stretch
     spring = spring if inside else 0.0
     guessed = 0.0 if fine else taken.slid
-    changed = (inside != was) | ((not was) & (end.closed > 0.0)) | (was & (old.carrier != carrier_of(end)))
+    changed = (inside != was) | ((not was) & (touches & (end.depth > 0.0))) | (was & (old.carrier != carrier_of(end)))
     wrong, back = (found != guessed) & loaded, (found * old.tangent < 0.0) & loaded
     now = Loaded(Force(n, within(t, most), spring), depth, end.slip + half * more_slip, inside)
     return Solved(now, half * more_slip, found, changed, wrong, (guessed * slipping > 0.0) & loaded, back)
@@ -224,7 +230,7 @@ def now_of(a: Seen, b: Seen, end: End, s: Solved) -> tuple[Seen, Seen]:
     )
 
 
-@njit(**INNER)
+@njit(**APART)
 def correct(q: Any, a: Any, b: Any, own: Any) -> None:
     """Forces of one pair at the solution, kept beside what it remembers until it is known whether the step is taken."""
     for j in range(rows.COLUMNS):
@@ -254,7 +260,7 @@ def correct(q: Any, a: Any, b: Any, own: Any) -> None:
         ))  # fmt: skip
 
 
-@njit(**INNER)
+@njit(**APART)
 def keep(q: Any, own: Any) -> None:
     """Keep what a pair is at the solution, where the step is accepted."""
     for j in range(rows.COLUMNS):

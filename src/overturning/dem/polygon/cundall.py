@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.ground import within_sample
-from overturning.dem.kernel.lanes import INLINE, INNER, select
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import larger, within
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import End, Stretch, common_stretch
@@ -52,7 +52,7 @@ def loaded(law: Law, old: Memory, end: End, ends: Stretch, rate: float) -> Loade
     return Loaded(Force(n, within(t, hold), spring), end.depth, end.slip, end.closed)
 
 
-@njit(**INNER)
+@njit(**APART)
 def contact(q: Any, a: Any, b: Any, own: Any) -> None:
     """Forces of one pair: spring, dashpot and slider at both ends of the faces' common stretch."""
     for j in range(rows.COLUMNS):
@@ -66,7 +66,7 @@ def contact(q: Any, a: Any, b: Any, own: Any) -> None:
         rows.store_history(q, j, history_of(pair.history, ends, ends.now, one, two))
 
 
-@njit(**INNER)
+@njit(**APART)
 def advance(up: Any, e: Any, own: Any, gravity: float) -> None:
     """The motion of an element over the columns."""
     for j in range(rows.COLUMNS):

@@ -5,14 +5,13 @@ of 3 × 3 in the order of the elements, without a pivot: the matrix is 1 plus so
 ends, which stick before they take too much away.
 """
 
-from functools import cache
 from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE, INNER, Rows, arithmetic
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, Rows, arithmetic, windows
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.mechanics import Outer
+from overturning.dem.polygon.mechanics import Action, Outer
 from overturning.dem.polygon.state import Inertia, Plane
 
 
@@ -36,20 +35,26 @@ load, store, _ = SUBMATRIX.access(Submatrix)
 minus = arithmetic(Submatrix).minus
 
 
+class Blocks(NamedTuple):
+    """The four submatrices of a pair, rows of the forces' element, columns of the velocities'."""
+
+    aa: Any
+    ab: Any
+    ba: Any
+    bb: Any
+
+
+SPARE: Final = len(Blocks._fields)
+"""Places behind the matrix, for what is entered for an element that moves with the base."""
+
+
+submatrix_at = windows(SIZE)
+
+
 @njit(inline="always", **INNER)
-def of_submatrix(matrix: Any, size: int, i: int, k: int) -> Any:
-    """The rows of a submatrix."""
-    at = (i * size + k) * SIZE
-    return matrix[at : at + SIZE]
-
-
-@njit(**INLINE)
-def part(c: Outer, on_a: bool, by_a: bool) -> Submatrix:
-    """Of a pair, what the velocities of one element add to the forces on one element, by its sign as if b were a."""
-    xw, zw = (c.xa if by_a else c.xb), (c.za if by_a else c.zb)
-    wx, wz = (c.ax if on_a else c.bx), (c.az if on_a else c.bz)
-    of_a, of_b = (c.aa if by_a else c.ab), (c.ba if by_a else c.bb)
-    return Submatrix(c.xx, c.xz, xw, c.zx, c.zz, zw, wx, wz, of_a if on_a else of_b)
+def of_submatrix(matrix: Any, number: int) -> Any:
+    """The rows of a submatrix, by its number."""
+    return submatrix_at(matrix, number * SIZE)
 
 
 @njit(**INLINE)
@@ -84,71 +89,63 @@ def inverse_of(p: Submatrix) -> Submatrix:
     return Submatrix(by * xx, by * xz, by * xw, by * zx, by * zz, by * zw, by * wx, by * wz, by * ww)
 
 
-@cache
-def adder(on_a: bool, by_a: bool) -> Any:
-    """Loop that adds a part of a pair's couple to its submatrix; `e` is the element that the forces act on."""
-
-    @njit(**INNER)
-    def add(submatrix: Any, q: Any, e: Any, own: Any) -> None:
-        for j in range(rows.COLUMNS):
-            c, body, case = rows.load_couple(q, j).outer, rows.load_inertia(e, j), rows.load_case(own, j)
-            half = 0.5 * (case.step * case.attempt.length)
-            # On the other element acts the opposite, and the opposite velocity counts.
-            p = scaled(part(c, on_a, by_a), body, half if on_a != by_a else -half)
-            store(submatrix, j, minus(load(submatrix, j), p))
-
-    return add
+@njit(**INLINE)
+def enter(submatrix: Any, j: int, fresh: bool, diagonal: float, p: Submatrix) -> None:
+    """Take numbers off those of a submatrix that are there, off the unit matrix' where it is `fresh`."""
+    one, old = diagonal, load(submatrix, j)
+    store(submatrix, j, minus(Submatrix(
+        one if fresh else old.xx, 0.0 if fresh else old.xz, 0.0 if fresh else old.xw,
+        0.0 if fresh else old.zx, one if fresh else old.zz, 0.0 if fresh else old.zw,
+        0.0 if fresh else old.wx, 0.0 if fresh else old.wz, one if fresh else old.ww,
+    ), p))  # fmt: skip
 
 
-add_aa, add_ab, add_ba, add_bb = adder(True, True), adder(True, False), adder(False, True), adder(False, False)
+@njit(**INLINE)
+def enter_pair(into: Blocks, fresh: Any, j: int, c: Outer, half: float, a: Inertia, b: Inertia) -> None:
+    """Enter what the velocities of a pair's elements add to the forces on them."""
+    # On the other element acts the opposite, and the opposite velocity counts.
+    aa = Submatrix(c.xx, c.xz, c.xa, c.zx, c.zz, c.za, c.ax, c.az, c.aa)
+    ab = Submatrix(c.xx, c.xz, c.xb, c.zx, c.zz, c.zb, c.ax, c.az, c.ab)
+    ba = Submatrix(c.xx, c.xz, c.xa, c.zx, c.zz, c.za, c.bx, c.bz, c.ba)
+    bb = Submatrix(c.xx, c.xz, c.xb, c.zx, c.zz, c.zb, c.bx, c.bz, c.bb)
+    enter(into.aa, j, fresh[0], 1.0, scaled(aa, a, -half))
+    enter(into.ab, j, fresh[1], 0.0, scaled(ab, a, half))
+    enter(into.ba, j, fresh[1], 0.0, scaled(ba, b, half))
+    enter(into.bb, j, fresh[2], 1.0, scaled(bb, b, -half))
 
 
-@njit(**INNER)
-def add_loads(q: Any, a: Any, b: Any, own: Any) -> None:
-    """Add a pair's predicted forces to the right-hand sides."""
-    for j in range(rows.COLUMNS):
-        c, case, on, by = (
-            rows.load_couple(q, j).load,
-            rows.load_case(own, j),
-            rows.load_change(a, j),
-            rows.load_change(b, j),
-        )
-        half, first, second = 0.5 * (case.step * case.attempt.length), rows.load_inertia(a, j), rows.load_inertia(b, j)
-        m, i = half * first.inverse_mass, half * first.inverse_inertia
-        rows.store_change(a, j, Plane(on.x + m * c.x, on.z + m * c.z, on.w + i * c.moment_a))
-        m, i = half * second.inverse_mass, half * second.inverse_inertia
-        rows.store_change(b, j, Plane(by.x - m * c.x, by.z - m * c.z, by.w - i * c.moment_b))
+@njit(**INLINE)
+def enter_loads(on: Plane, by: Plane, c: Action, half: float, a: Inertia, b: Inertia) -> tuple[Plane, Plane]:
+    """Right-hand sides of a pair's elements with its predicted forces."""
+    m, i, n, k = half * a.inverse_mass, half * a.inverse_inertia, half * b.inverse_mass, half * b.inverse_inertia
+    return (
+        Plane(on.x + m * c.x, on.z + m * c.z, on.w + i * c.moment_a),
+        Plane(by.x - n * c.x, by.z - n * c.z, by.w - k * c.moment_b),
+    )
 
 
-@njit(**INNER)
-def clear(submatrix: Any, diagonal: float) -> None:
-    """A submatrix with a number on its diagonal."""
-    for j in range(rows.COLUMNS):
-        store(submatrix, j, Submatrix(diagonal, 0.0, 0.0, 0.0, diagonal, 0.0, 0.0, 0.0, diagonal))
-
-
-@njit(**INNER)
+@njit(**APART)
 def invert(submatrix: Any) -> None:
     """Put the inverse in a submatrix' place."""
     for j in range(rows.COLUMNS):
         store(submatrix, j, inverse_of(load(submatrix, j)))
 
 
-@njit(**INNER)
+@njit(**APART)
 def divide(submatrix: Any, inverse: Any) -> None:
     """Multiply a submatrix by a pivot's inverse from the right."""
     for j in range(rows.COLUMNS):
         store(submatrix, j, product(load(submatrix, j), load(inverse, j)))
 
 
-@njit(**INNER)
-def eliminate(submatrix: Any, factor: Any, row: Any) -> None:
-    """Take a factor times a submatrix of the pivot's row off a submatrix."""
+@njit(**APART)
+def eliminate(submatrix: Any, factor: Any, row: Any, fresh: bool) -> None:
+    """Take a factor times a submatrix of the pivot's row off a submatrix, off zeros where that is `fresh`."""
     for j in range(rows.COLUMNS):
-        store(submatrix, j, minus(load(submatrix, j), product(load(factor, j), load(row, j))))
+        enter(submatrix, j, fresh, 0.0, product(load(factor, j), load(row, j)))
 
 
-@njit(**INNER)
+@njit(**APART)
 def carry(target: Any, submatrix: Any, source: Any) -> None:
     """Take a submatrix times an element's numbers off those of another element."""
     for j in range(rows.COLUMNS):
@@ -156,7 +153,7 @@ def carry(target: Any, submatrix: Any, source: Any) -> None:
         rows.store_change(target, j, Plane(v.x - w.x, v.z - w.z, v.w - w.w))
 
 
-@njit(**INNER)
+@njit(**APART)
 def finish_row(e: Any, inverse: Any) -> None:
     """An element's numbers times its pivot's inverse."""
     for j in range(rows.COLUMNS):
@@ -172,48 +169,39 @@ def solve(state: Any, matrix: Any, used: Any, size: int) -> None:
     for k in range(size):
         if not used[k, k]:
             continue
-        pivot = of_submatrix(matrix, size, k, k)
+        pivot = of_submatrix(matrix, k * size + k)
         invert(pivot)
         for i in range(k + 1, size):
             if not used[i, k]:
                 continue
-            factor = of_submatrix(matrix, size, i, k)
+            factor = of_submatrix(matrix, i * size + k)
             divide(factor, pivot)
             carry(rows.of_element(state, i), factor, rows.of_element(state, k))
             for m in range(k + 1, size):
                 if used[k, m]:
-                    use(matrix, used, size, i, m)
-                    eliminate(of_submatrix(matrix, size, i, m), factor, of_submatrix(matrix, size, k, m))
+                    row = of_submatrix(matrix, k * size + m)
+                    eliminate(of_submatrix(matrix, i * size + m), factor, row, not used[i, m])
+                    used[i, m] = True
     for k in range(size - 1, -1, -1):
         if not used[k, k]:
             continue
         for m in range(k + 1, size):
             if used[k, m]:
-                carry(rows.of_element(state, k), of_submatrix(matrix, size, k, m), rows.of_element(state, m))
-        finish_row(rows.of_element(state, k), of_submatrix(matrix, size, k, k))
+                carry(rows.of_element(state, k), of_submatrix(matrix, k * size + m), rows.of_element(state, m))
+        finish_row(rows.of_element(state, k), of_submatrix(matrix, k * size + k))
 
 
-@njit(**INNER)
-def use(matrix: Any, used: Any, size: int, i: int, k: int) -> None:
-    """Clear a submatrix that is used for the first time."""
-    if not used[i, k]:
-        used[i, k] = True
-        clear(of_submatrix(matrix, size, i, k), 1.0 if i == k else 0.0)
+@njit(inline="always", **INNER)
+def block(matrix: Any, moves: Any, i: int, k: int, spare: int) -> Any:
+    """A submatrix, or a spare place behind the matrix where an element moves with the base: it has no equations."""
+    return of_submatrix(matrix, i * moves.size + k if moves[i] and moves[k] else moves.size * moves.size + spare)
 
 
-@njit(**INNER)
-def add_pair(state: Any, matrix: Any, used: Any, moves: Any, size: int, q: Any, i: int, k: int) -> None:
-    """Add a pair's part to the equations; an element that moves with the base has none."""
-    a, b = rows.of_element(state, i), rows.of_element(state, k)
-    add_loads(q, a, b, state)
-    if moves[i]:
-        use(matrix, used, size, i, i)
-        add_aa(of_submatrix(matrix, size, i, i), q, a, state)
-    if moves[k]:
-        use(matrix, used, size, k, k)
-        add_bb(of_submatrix(matrix, size, k, k), q, b, state)
-    if moves[i] and moves[k]:
-        use(matrix, used, size, i, k)
-        use(matrix, used, size, k, i)
-        add_ab(of_submatrix(matrix, size, i, k), q, a, state)
-        add_ba(of_submatrix(matrix, size, k, i), q, b, state)
+@njit(inline="always", **INNER)
+def place(matrix: Any, used: Any, moves: Any, i: int, k: int) -> tuple[Blocks, Any]:
+    """Where a pair is entered, and which of its submatrices are fresh: those of a, between both, and of b."""
+    fresh = not used[i, i], not used[i, k], not used[k, k]
+    used[i, i], used[k, k] = moves[i], moves[k]
+    used[i, k] = used[k, i] = moves[i] and moves[k]
+    aa, ab = block(matrix, moves, i, i, 0), block(matrix, moves, i, k, 1)
+    return Blocks(aa, ab, block(matrix, moves, k, i, 2), block(matrix, moves, k, k, 3)), fresh

@@ -75,15 +75,6 @@ class Outer(NamedTuple):
     bb: float
 
 
-class Couple(NamedTuple):
-    """A pair's part in the equations."""
-
-    outer: Outer
-    """What velocities add to forces,"""
-    load: Action
-    """and forces as predicted."""
-
-
 @njit(**INLINE)
 def acceleration(item: Element, ground: float, up: float, gravity: float) -> Plane:
     """Of an element in the frame of the base, under its contacts, its weight and the base's acceleration."""

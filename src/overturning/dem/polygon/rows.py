@@ -12,9 +12,9 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INNER, Rows, arithmetic
+from overturning.dem.kernel.lanes import INNER, Rows, arithmetic, windows
 from overturning.dem.polygon.faces import Stretch
-from overturning.dem.polygon.mechanics import Couple, Taken
+from overturning.dem.polygon.mechanics import Taken
 from overturning.dem.polygon.state import Case, Element, History, Marks, Pair
 
 COLUMNS: Final = 16
@@ -27,7 +27,6 @@ class Step(NamedTuple):
     ends: Stretch
     one: Taken
     two: Taken
-    couple: Couple
     corrected: History
     """At the end of the step, which may not be accepted."""
 
@@ -68,7 +67,6 @@ load_step, _, _ = PAIR.access(Step)
 _, store_ends, _ = PAIR.access(Step, "ends")
 _, store_taken_one, _ = PAIR.access(Step, "one")
 _, store_taken_two, _ = PAIR.access(Step, "two")
-load_couple, store_couple, _ = PAIR.access(Step, "couple")
 _, store_corrected, _ = PAIR.access(Step, "corrected")
 
 # Rows of numbers that are changed by themselves. Added to a column, SECOND leads from end 1's memory to end 2's.
@@ -87,15 +85,17 @@ def flat(values: Iterable[Any]) -> list[float]:
     return [number for value in values for number in (flat(value) if isinstance(value, tuple) else [float(value)])]
 
 
+element_at, pair_at = windows(ELEMENT_SIZE), windows(PAIR_SIZE)
+
+
 @njit(inline="always", **INNER)
 def of_element(state: Any, element: int) -> Any:
     """The rows of an element."""
-    at = CASE_SIZE + element * ELEMENT_SIZE
-    return state[at : at + ELEMENT_SIZE]
+    return element_at(state, CASE_SIZE + element * ELEMENT_SIZE)
 
 
 @njit(inline="always", **INNER)
 def of_pair(state: Any, scene: Any, p: int) -> tuple[Any, Any, Any]:
     """The rows of a pair, which come after those of all elements, and of its two elements."""
-    at = CASE_SIZE + scene.elements.shape[1] * ELEMENT_SIZE + p * PAIR_SIZE
-    return state[at : at + PAIR_SIZE], of_element(state, scene.layout[p, 0]), of_element(state, scene.layout[p, 1])
+    q = pair_at(state, CASE_SIZE + scene.elements.shape[1] * ELEMENT_SIZE + p * PAIR_SIZE)
+    return q, of_element(state, scene.layout[p, 0]), of_element(state, scene.layout[p, 1])

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ground import Ground, Line, cannot_move, is_looked_at, piece, samples_at_rest
-from overturning.dem.kernel.lanes import INLINE, INNER, aligned, borrowed
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, aligned, borrowed
 from overturning.dem.kernel.mechanics import renormalised
 from overturning.dem.kernel.queue import Job, by_type, implement
 from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import Arrays
 from overturning.dem.polygon.energy import energy, springs
-from overturning.dem.polygon.equations import SIZE
+from overturning.dem.polygon.equations import SIZE, SPARE
 from overturning.dem.polygon.memory import load_at_rest
 from overturning.dem.polygon.path import POSE_COLUMNS, note, note_forces
 from overturning.dem.polygon.resting import rests
@@ -90,7 +90,7 @@ def workspace(rules: Any) -> Any:
     for i in range(elements):
         moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
     used = np.zeros((elements + 1, max(elements, pairs)), np.bool_)
-    return Work(borrowed(owner), owner, aligned(elements * elements * SIZE), used, moves)
+    return Work(borrowed(owner), owner, aligned((elements * elements + SPARE) * SIZE), used, moves)
 
 
 @njit(**INLINE)
@@ -149,12 +149,16 @@ def touch(state: Any, j: int, case: Any, scene: Any, shapes: Any) -> None:
 def load(rules: Any, work: Any, cases: Any, columns: int) -> None:  # noqa: ARG001, all lanes are computed
     """Begin a sample: bring the turning pairs back to length 1 and load the ground motion of each lane's sample."""
     for i in range(work.moves.size):
-        e = rows.of_element(work.state, i)
-        for j in range(rows.COLUMNS):
-            pose = rows.load_pose(e, j)
-            cos, sin = renormalised(pose.cos, pose.sin)
-            rows.store_pose(e, j, Pose(pose.x, pose.z, pose.angle, cos, sin))
+        renormalise(rows.of_element(work.state, i))
     load_motion(rules.ground.up, work.state, rules.ground.along, rules.row, cases, 1.0 / rules.job.ticks)
+
+
+@njit(**APART)
+def renormalise(e: Any) -> None:
+    """Bring the turning pairs of an element back to length 1."""
+    for j in range(rows.COLUMNS):
+        pose = rows.load_pose(e, j)
+        rows.store_pose(e, j, Pose(pose.x, pose.z, pose.angle, *renormalised(pose.cos, pose.sin)))
 
 
 @njit(**INNER)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.lanes import INNER
+from overturning.dem.kernel.lanes import APART, INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import face_of, rotated, seen_before
 from overturning.dem.polygon.memory import forget, hand_on
@@ -158,7 +158,7 @@ def bounds_of(shape_a: Any, a: int, shape_b: Any, b: int) -> Bounds:
     )
 
 
-@njit(**INNER)
+@njit(**APART)
 def count_motion(q: Any, a: Any, b: Any) -> tuple[int, int]:
     """Add the last step's motion; in how many columns the pair could touch, and in how many it has to be searched.
 

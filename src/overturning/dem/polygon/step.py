@@ -6,11 +6,11 @@ from numba import njit
 
 from overturning.dem.kernel.clock import SCENE, Found, next_attempt
 from overturning.dem.kernel.ground import at_tick
-from overturning.dem.kernel.lanes import INLINE, INNER, select
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import larger
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.centred import correct, couple, is_fine, keep
-from overturning.dem.polygon.equations import add_pair, solve
+from overturning.dem.polygon.equations import place, solve
 from overturning.dem.polygon.mechanics import acceleration, after, moved, power
 from overturning.dem.polygon.search import in_reach
 from overturning.dem.polygon.state import Case, Course, Inertia, Plane, Pose, Trial, Verdict
@@ -37,7 +37,7 @@ def shaken(up: Any, case: Case, own: Inertia, ticks: float) -> tuple[float, floa
     return at_tick(case.shaking.base, tick, past) * own.frame, lift
 
 
-@njit(**INNER)
+@njit(**APART)
 def predict(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
     """The motion of an element in a step, were its acceleration to stay."""
     for j in range(rows.COLUMNS):
@@ -54,7 +54,7 @@ def predict(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
         rows.store_force(e, j, Plane(0.0, 0.0, 0.0))
 
 
-@njit(**INNER)
+@njit(**APART)
 def arrive(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
     """The motion of an element at the solution, kept where the step is accepted."""
     for j in range(rows.COLUMNS):
@@ -79,7 +79,7 @@ def arrive(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
         e[rows.TURNED + j] = select(again, 0.0, course.turned)
 
 
-@njit(**INNER)
+@njit(**APART)
 def clear_marks(own: Any) -> None:
     """Nothing has been found yet."""
     for j in range(rows.COLUMNS):
@@ -94,7 +94,7 @@ def found_of(case: Case) -> Found:
     return Found(found.changed > 0.0, False, False, wrong, reverse, back, found.slides > 0.0, False)
 
 
-@njit(**INNER)
+@njit(**APART)
 def accept_or_reject(own: Any, ticks: float) -> None:
     """Accept the step of each lane or not, and say how the next one is to be tried."""
     for j in range(rows.COLUMNS):
@@ -104,7 +104,7 @@ def accept_or_reject(own: Any, ticks: float) -> None:
         rows.store_verdict(own, j, Verdict(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
 
 
-@njit(**INNER)
+@njit(**APART)
 def advance_clock(own: Any) -> None:
     """Let the clock of each lane advance where its step is accepted."""
     for j in range(rows.COLUMNS):
@@ -127,8 +127,8 @@ def step(up: Any, state: Any, matrix: Any, used: Any, moves: Any, scene: Any, ti
         near = in_reach(state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes)
         used[size, p] = near
         if near:
-            couple(q, a, b, state)
-            add_pair(state, matrix, used, moves, size, q, scene.layout[p, 0], scene.layout[p, 1])
+            into, fresh = place(matrix, used, moves, scene.layout[p, 0], scene.layout[p, 1])
+            couple(q, a, b, state, into, fresh)
     solve(state, matrix, used, size)
     for p in range(scene.layout.shape[0]):
         if used[size, p]:

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.kernel.ending import GOES_ON
-from overturning.dem.kernel.lanes import INLINE, INNER, select
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import larger
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.energy import closing_work, energy, kinetic, moving_energy
@@ -213,7 +213,7 @@ def point_of(pose: Pose, px: float, pz: float) -> tuple[float, float]:
     return pose.x + x, pose.z + z
 
 
-@njit(**INNER)
+@njit(**APART)
 def move_home(e: Any, held: Any) -> None:
     """Move the home of an element as far as a held one under it has gone from its own: the base moves below both."""
     for j in range(rows.COLUMNS):
@@ -224,7 +224,7 @@ def move_home(e: Any, held: Any) -> None:
         ))  # fmt: skip
 
 
-@njit(**INNER)
+@njit(**APART)
 def note_standing(e: Any, on: Any, own: Any, scale: float, interval: float) -> None:
     """Slip of an element's base from its place on the support, and when it was last upright and not too low."""
     for j in range(rows.COLUMNS):
@@ -241,7 +241,7 @@ def note_standing(e: Any, on: Any, own: Any, scale: float, interval: float) -> N
         e[rows.LAST_UPRIGHT + j] = -1.0
 
 
-@njit(**INNER)
+@njit(**APART)
 def note_carried(q: Any, a: Any, b: Any, own: Any, scale: float, interval: float) -> None:
     """When the upper element of a pair was last on the lower one that carried it at rest."""
     for j in range(rows.COLUMNS):

@@ -188,7 +188,7 @@ def without_unused_work(context: Any) -> Iterator[None]:
     declare = context.declare_function
 
     def declare_aligned(module: Any, description: Any) -> Any:
-        # Vectors that find no register lie on the stack, where the system aligns 16 bytes: across two cache lines, else.
+        # Vectors that find no register lie on the stack, which by itself begins at 16 bytes: across two cache lines.
         function = declare(module, description)
         function.attributes.alignstack = STACK
         function.attributes.add("nounwind")  # llvmlite writes no alignment alone

@@ -17,12 +17,13 @@ NEWEST_LLVM: Final = 22
 
 
 def prefer_vector_code() -> None:
-    """Let LLVM use 512-bit vectors where the processor has them, and select where it would branch.
+    """Let LLVM use 512-bit vectors where the processor has them, and make vector code where it would branch or unroll.
 
     By itself it stops at 256 bits on most processors; this has no effect once Numba has compiled something, nor where
     the user chose a target with ``NUMBA_CPU_NAME`` or ``NUMBA_CPU_FEATURES``. Jump threading turns selections by the
     same condition into branches; in vector code, a store behind one becomes a masked store, for which some processors
-    without AVX-512 take ten cycles. Both hold for all that Numba compiles in the process, and change the speed only,
+    without AVX-512 take ten cycles. A loop over as few lanes as a vector has numbers would be written out lane by lane
+    before anything makes a vector of it. All hold for what Numba compiles in the process, and change the speed only,
     never the bits.
     """
     import llvmlite.binding as llvm
@@ -32,6 +33,7 @@ def prefer_vector_code() -> None:
 
     if llvm.llvm_version_info[0] <= NEWEST_LLVM:
         llvm.set_option("overturning", "-jump-threading-threshold=0")
+        llvm.set_option("overturning", "-unroll-full-max-count=4")
     if config.CPU_NAME is None and config.CPU_FEATURES is None:
         features = llvm.get_host_cpu_features()
         if features.get("avx512f"):

@@ -17,8 +17,8 @@ from overturning.dem.polygon.faces import Stretch
 from overturning.dem.polygon.mechanics import Taken
 from overturning.dem.polygon.state import Case, Element, History, Marks, Pair
 
-COLUMNS: Final = 16
-"""Cases side by side: enough to hide the latency of one case's operations, few enough for the first cache."""
+COLUMNS: Final = 8
+"""Cases side by side: the widest vector, so that what a step of a stack of three touches fits into the first cache."""
 
 
 class Step(NamedTuple):

@@ -104,17 +104,19 @@ def _borrowed(_: Any, value: Any) -> Any:
 borrowed: Final[Any] = intrinsic(_borrowed)
 
 
-def windows(size: int) -> Any:
-    """``window(array, at)`` for compiled code: so many numbers of a flat, borrowed array from `at` on.
+def windows(size: int, first: int = 0, step: int | None = None) -> Any:
+    """``window(array, k)`` for compiled code: so many numbers of a flat, borrowed array, from ``first + k * step`` on.
 
-    It is a slice, but nobody looks at its bounds, which takes long to compile.
+    The k-th of such windows without a gap where no step is given. It is a slice, but nobody looks at its bounds, which
+    takes long to compile.
     """
 
-    def window(_: Any, array: Any, at: Any) -> Any:  # noqa: ARG001
+    def window(_: Any, array: Any, k: Any) -> Any:  # noqa: ARG001
         def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            length, begin, apart = (context.get_constant(types.intp, n) for n in (size, first, step or size))
             view = context.make_array(signature.args[0])(context, builder, value=values[0])
-            view.data, view.nitems = builder.gep(view.data, [values[1]]), context.get_constant(types.intp, size)
-            view.shape = cgutils.pack_array(builder, [view.nitems])
+            view.data = builder.gep(view.data, [builder.add(builder.mul(values[1], apart), begin)])
+            view.nitems, view.shape = length, cgutils.pack_array(builder, [length])
             return view._getvalue()
 
         return array(array, types.intp), make

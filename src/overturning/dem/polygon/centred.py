@@ -153,13 +153,11 @@ def is_fine(case: Case) -> bool:
 def couple(q: Any, a: Any, b: Any, own: Any, into: Any, fresh: Any) -> None:
     """Enter one pair in the equations of a step, as of `overturning.dem.polygon.equations.place`."""
     for j in range(rows.COLUMNS):
-        on, by = rows.load_element(a, j).trial.pose, rows.load_element(b, j).trial.pose
-        rows.store_ends(q, j, common_stretch(rows.load_pair(q, j), on, by))
-    for j in range(rows.COLUMNS):
         pair, first, second = rows.load_pair(q, j), rows.load_element(a, j), rows.load_element(b, j)
         case, law, old = rows.load_case(own, j), pair.law, pair.history
         fine, half = is_fine(case), 0.5 * (case.step * case.attempt.length)
-        ends = rows.load_step(q, j).ends
+        ends = common_stretch(pair, first.trial.pose, second.trial.pose)
+        rows.store_ends(q, j, ends)
         both = Both(relative(first.trial.end, second.trial.end), first.inertia, second.inertia)
         g1 = guess(law, old.one, pair.slid_one, ends.one, ends, both, fine)
         g2 = guess(law, old.two, pair.slid_two, ends.two, ends, both, fine)

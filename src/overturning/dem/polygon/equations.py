@@ -48,13 +48,8 @@ SPARE: Final = len(Blocks._fields)
 """Places behind the matrix, for what is entered for an element that moves with the base."""
 
 
-submatrix_at = windows(SIZE)
-
-
-@njit(inline="always", **INNER)
-def of_submatrix(matrix: Any, number: int) -> Any:
-    """The rows of a submatrix, by its number."""
-    return submatrix_at(matrix, number * SIZE)
+of_submatrix: Final = windows(SIZE)
+"""``of_submatrix(matrix, k)``: the rows of a submatrix, by its number."""
 
 
 @njit(**INLINE)

@@ -64,7 +64,7 @@ _, store_history, keep_history = PAIR.access(Pair, "history")
 _, store_vertices, _ = PAIR.access(Pair, "history.before")
 load_memory, store_memory, _ = PAIR.access(Pair, "history.one")
 load_step, _, _ = PAIR.access(Step)
-_, store_ends, _ = PAIR.access(Step, "ends")
+_, store_ends, _ = PAIR.access(Step, "ends", ("turn_q", "turn_r", "closed"))
 _, store_taken_one, _ = PAIR.access(Step, "one")
 _, store_taken_two, _ = PAIR.access(Step, "two")
 _, store_corrected, _ = PAIR.access(Step, "corrected")
@@ -85,17 +85,14 @@ def flat(values: Iterable[Any]) -> list[float]:
     return [number for value in values for number in (flat(value) if isinstance(value, tuple) else [float(value)])]
 
 
-element_at, pair_at = windows(ELEMENT_SIZE), windows(PAIR_SIZE)
+of_element: Final = windows(ELEMENT_SIZE, CASE_SIZE)
+"""``of_element(state, i)``: the rows of an element."""
 
-
-@njit(inline="always", **INNER)
-def of_element(state: Any, element: int) -> Any:
-    """The rows of an element."""
-    return element_at(state, CASE_SIZE + element * ELEMENT_SIZE)
+_pair_at = windows(PAIR_SIZE, CASE_SIZE, 1)
 
 
 @njit(inline="always", **INNER)
 def of_pair(state: Any, scene: Any, p: int) -> tuple[Any, Any, Any]:
     """The rows of a pair, which come after those of all elements, and of its two elements."""
-    q = pair_at(state, CASE_SIZE + scene.elements.shape[1] * ELEMENT_SIZE + p * PAIR_SIZE)
+    q = _pair_at(state, scene.elements.shape[1] * ELEMENT_SIZE + p * PAIR_SIZE)
     return q, of_element(state, scene.layout[p, 0]), of_element(state, scene.layout[p, 1])

@@ -9,7 +9,7 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
-from numba.core import ir
+from numba.core.postproc import PostProcessor
 
 from overturning.dem.kernel import cache, compiling, queue
 from overturning.dem.kernel.cache import cache_directory, keep_compiled
@@ -115,11 +115,11 @@ def test_all_that_kernels_import_names_the_folder_of_the_cache() -> None:
 
 def test_another_version_of_numba_compiles_as_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is changed of its inner workings is changed in the version alone for which that was written."""
-    target, instruction = queue.run_queue.targetctx, ir.Inst
-    usual = target.codegen()._library_class, instruction._rec_list_vars
+    target, processor = queue.run_queue.targetctx, PostProcessor
+    usual = target.codegen()._library_class, processor.run
     with without_unused_work(target):
         assert target.codegen()._library_class is not usual[0]
-        assert instruction._rec_list_vars is not usual[1]
+        assert processor.run is not usual[1]
     monkeypatch.setattr(compiling, "KNOWN", "another")
     with without_unused_work(target):
-        assert (target.codegen()._library_class, instruction._rec_list_vars) == usual
+        assert (target.codegen()._library_class, processor.run) == usual

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Final
 import llvmlite.binding as llvm
 import numba
 from llvmlite.binding import Linkage
-from numba.core import errors, event, ir
+from numba.core import errors, event
 from numba.core.codegen import JITCodeLibrary
 from numba.core.postproc import PostProcessor, VariableLifetime
 from numba.core.transforms import canonicalize_cfg
@@ -117,49 +117,20 @@ class _Linked(JITCodeLibrary):
 _PLAIN = SimpleNamespace(**dict.fromkeys(("code", "errmsg", "filename", "indicate", "highlight", "reset"), str))
 """In place of colours in messages: most say which operators do not fit, and are thrown away."""
 
-_kinds: dict[type, str] = {}
+_call_type, _value_type = BaseFunction.get_call_type, BaseContext.resolve_value_type
 
 
-def _kind(of: type) -> str:
-    kinds: dict[str, Any] = {"variable": ir.Var, "instruction": ir.Inst, "list": (list, tuple), "table": dict}
-    return _kinds.setdefault(of, next((name for name, types in kinds.items() if issubclass(of, types)), ""))
+def _known_call_type(self: Any, context: Any, given: Any, named: Any) -> Any:
+    """Signature of a call, as of `_call_type`, which goes through all forms of an operator each time."""
+    known, key = vars(self).setdefault("_known", {}), (given, *dict(named).items())
+    if key not in known:
+        known[key] = _call_type(self, context, given, named)
+    return known[key]
 
 
-def _variables(self: Any, value: Any) -> list[Any]:
-    """All variables in a part of Numba's code, as of `ir.Inst._rec_list_vars`, which asks for abstract types each time.
-
-    It is called two million times for a kernel.
-    """
-    kind = _kinds.get(type(value)) or _kind(type(value))
-    if kind in {"list", "table"}:
-        found: list[Any] = []
-        for part in value if kind == "list" else value.values():
-            if (inner := _kinds.get(type(part))) is None or inner:
-                found.extend(_variables(self, part))
-        return found
-    return [value] if kind == "variable" else value.list_vars() if kind == "instruction" else []
-
-
-def _call_type(self: Any, context: Any, given: Any, named: Any) -> Any:
-    """Signature of a call, as of `BaseFunction.get_call_type`, which looks anew at each of ten thousand operators."""
-    known = vars(self).setdefault("_known", {})
-    if named:
-        return _USUAL_CALL_TYPE(self, context, given, named)
-    if given not in known:
-        known[given] = _USUAL_CALL_TYPE(self, context, given, named)
-    return known[given]
-
-
-_USUAL_CALL_TYPE = BaseFunction.get_call_type
-
-
-def _value_type(self: Any, value: Any) -> Any:
-    """Type of a global, as of `resolve_value_type`, which first words at length that an operator is no number."""
-    found = self._get_global_type(value) if isinstance(value, BuiltinFunctionType) else None
-    return found or _USUAL_VALUE_TYPE(self, value)
-
-
-_USUAL_VALUE_TYPE = BaseContext.resolve_value_type
+def _known_value_type(self: Any, value: Any) -> Any:
+    """Type of a global, as of `_value_type`, which first words at length that an operator is no number."""
+    return (isinstance(value, BuiltinFunctionType) and self._get_global_type(value)) or _value_type(self, value)
 
 
 def _processed(self: Any, emit_dels: bool = False, extend_lifetimes: bool = False) -> None:
@@ -200,10 +171,9 @@ def without_unused_work(context: Any) -> Iterator[None]:
         (context, "create_cfunc_wrapper", lambda *_: None),
         (context, "declare_function", declare_aligned),
         (errors, "_termcolor_inst", _PLAIN),
-        (ir.Inst, "_rec_list_vars", _variables),
         (event, "broadcast", lambda _: None),
-        (BaseFunction, "get_call_type", _call_type),
-        (BaseContext, "resolve_value_type", _value_type),
+        (BaseFunction, "get_call_type", _known_call_type),
+        (BaseContext, "resolve_value_type", _known_value_type),
         (PostProcessor, "run", _processed),
         (NopythonRewrites, "run_pass", lambda *_: False),
     ]

@@ -3,6 +3,7 @@
 import ast
 import hashlib
 import json
+import math
 import os
 import resource
 import shutil
@@ -23,26 +24,25 @@ _COPIED: Final = ("src", "tests", "verification", "config", "workflow", "docs", 
 _MEMORY: Final = 8 << 30  # bytes of address space of one run of the tests
 _LEAST: Final = 120.0  # s that a run of the tests has in any case
 _SLOWER: Final = 4.0  # times as long as without a mutant: it hangs, or compiles its kernels anew
-_LEFT_OUT: Final = (
-    "tests/dem/test_cache.py",
-    "tests/dem/test_cluster.py",
-    "tests/dem/test_same_bits.py::test_same_bits_for_each_instruction_set",
-    "tests/dem/test_vector_code.py",
-)
-"""They ask where compiled kernels lie, which the plugin changes; begin processes of their own; compile all for other
-processors, to compare what has the mutant with what has it, too; or look at every variant of the kernels' code."""
+_LEFT_OUT: Final = ("tests/dem/test_cache.py", "tests/dem/test_cluster.py", "tests/dem/test_vector_code.py")
+"""They ask where compiled kernels lie, which the plugin changes; begin processes of their own; or look at every variant
+of the kernels' code."""
 
 
 _PLUGIN: Final = '''\
 """Compiled kernels are kept by what their own module imports, so that a mutant costs the kernels that it is in."""
 
 import hashlib
+import signal
 from pathlib import Path
+
+import pytest
 
 from overturning.dem.kernel import cache
 from overturning.study.sources import sources_of
 
 _layers, _package = cache.sources_digest, Path(cache.__file__).parents[2]
+LONGEST = 90.0  # s of processor time of one test, its kernels compiled within: several times that of any
 
 
 def _digest(sources):
@@ -54,6 +54,18 @@ def _digest(sources):
 
 cache.layer_of = lambda module: module if module.is_relative_to(_package) else module.parent
 cache.sources_digest = _digest
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config, items):
+    """In the order in which the files are named."""
+    places = {file: place for place, file in enumerate(config.args)}
+    items.sort(key=lambda item: places[item.nodeid.partition("::")[0]])
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_protocol():
+    signal.setitimer(signal.ITIMER_PROF, LONGEST)  # its signal ends the process
 '''
 
 
@@ -71,7 +83,7 @@ class Trial:
         shutil.rmtree(self._tree, ignore_errors=True)
         for name in _COPIED:
             shutil.copytree(ROOT / name, self._tree / name, ignore=shutil.ignore_patterns("__pycache__"))
-        for name in ("pyproject.toml", "README.md"):
+        for name in ("pyproject.toml", "README.md", "CITATION.cff"):
             shutil.copy(ROOT / name, self._tree / name)
         (self._tree / "kernels_of_mutants.py").write_text(_PLUGIN, encoding="utf-8")
         self._turn = 0
@@ -133,9 +145,9 @@ class Trial:
         )
         module = ".".join(("overturning", *Path(mutant.file).with_suffix("").parts))
 
-        def order(file: str) -> tuple[bool, bool, float]:
+        def order(file: str) -> tuple[bool, bool, bool, float]:
             own, itself = f"tests/{layer}/" in file, module in _imported(self._tree / file)
-            return not own, not itself, self._times.get(file, 0.0)
+            return not own, not file.endswith("/test_kept.py"), not itself, self._times.get(file, 0.0)
 
         return sorted(files, key=order)
 
@@ -158,7 +170,7 @@ class Trial:
         os.utime(path, (2_000_000_000 + self._turn, 2_000_000_000 + self._turn))
 
     def _tests(self, files: list[str], seconds: float, report: Path | None = None) -> tuple[bool, str]:
-        quick = ["-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-p", "kernels_of_mutants"]
+        quick = ["-q", "-m", "not long", "-p", "no:xdist", "-p", "no:cacheprovider", "-p", "kernels_of_mutants"]
         quick += [word for test in _LEFT_OUT for word in ("--deselect", test)]
         quick += [f"--junitxml={report}"] if report else ["-x"]
         command = [sys.executable, "-m", "pytest", *quick, *files]
@@ -170,15 +182,21 @@ class Trial:
             stderr=subprocess.STDOUT,
             text=True,
             start_new_session=True,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY)),
+            preexec_fn=lambda: _limit(seconds),
         )
         try:
-            talk, _ = process.communicate(timeout=seconds)
+            talk, _ = process.communicate(timeout=10 * seconds)
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
             process.communicate()
             return False, "no end"
         return process.returncode == 0, talk
+
+
+def _limit(seconds: float) -> None:
+    """Bounds of one run of the tests: of its memory and of its own time, whatever else the processor has to do."""
+    resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+    resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(seconds), math.ceil(seconds) + 1))
 
 
 def _imported(path: Path) -> set[str]:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.cases import check_heights
+from overturning.model.cases import check_count, check_heights
 from overturning.model.polyhedron import body_of, outline_of
 from overturning.model.solid import RIM, Solid
 
@@ -197,7 +197,7 @@ def orientation_grid(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> 
     Raises
     ------
     ArgumentError
-        If the step does not divide that turn.
+        If the step does not divide that turn, or they are too many.
     """
     turns = {shape.body(1.0, 0.5, float(value)).period for value in np.atleast_1d(np.asarray(aspect))}
     turn = max(turns)
@@ -208,6 +208,7 @@ def orientation_grid(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> 
         raise ArgumentError(
             f"orientation: a step of {step_deg:g}° does not divide {turn:g}°, after which the body looks the same"
         )
+    check_count(count)
     return np.asarray(np.arange(count) * step_deg, np.float64)
 
 

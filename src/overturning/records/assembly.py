@@ -194,11 +194,11 @@ def assemble(
     with reasons.of():
         components = _axes(components, declared.azimuths_deg, name)
         notes += _skew(components)
-    notes += [
-        f"axis {c.axis!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
-        for c, was in zip(components, by_files, strict=False)
-        if was.azimuth_deg is not None and (was.azimuth_deg - (c.azimuth_deg or 0.0)) % 360.0
-    ]
+        notes += [
+            f"axis {c.axis!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
+            for c, was in zip(components, by_files, strict=False)
+            if was.azimuth_deg is not None and (was.azimuth_deg - (c.azimuth_deg or 0.0)) % 360.0
+        ]
     if not components:
         reasons.tell()
     window = components

@@ -125,6 +125,9 @@ def of_kinds() -> dict[str, Any]:
     several["SMC, down"] = {
         f"{n}.smc": smc_text(x, 200.0, n, vertical=at) for n, x, at in (("360", a, 90), ("90", b, 90), ("dn", c, 180))
     }
+    for sense in (0, 180, 90):
+        parts = (("360", a, 90), ("90", b, 90), ("vert", c, sense))
+        several[f"SMC, {sense}"] = {f"{n}.smc": smc_text(x, 200.0, n, vertical=at) for n, x, at in parts}
     for head in ("new", "old", "oldest"):
         several[f"PEER {head}"] = {f"{n}.AT2": peer_text(x / g, 0.005, n, header=head) for n, x in level.items()}
     of_knet: dict[str, dict[str, Any]] = {

@@ -13,6 +13,7 @@ import sys
 import xml.etree.ElementTree as ElementTree
 from collections import defaultdict
 from functools import cached_property
+from itertools import accumulate
 from pathlib import Path
 from typing import Final
 
@@ -23,6 +24,7 @@ from verification.tables import ROOT
 _COPIED: Final = ("src", "tests", "verification", "config", "workflow", "docs", "surveys")
 _MEMORY: Final = 8 << 30  # bytes of address space of one run of the tests
 _LEAST: Final = 120.0  # s that a run of the tests has in any case
+_MOST: Final = 45.0  # s that the tests of a mutant usually take, at most: what only later ones would notice has lived
 _SLOWER: Final = 4.0  # times as long as without a mutant: it hangs, or compiles its kernels anew
 _LEFT_OUT: Final = ("tests/dem/test_cache.py", "tests/dem/test_cluster.py", "tests/dem/test_vector_code.py")
 """They ask where compiled kernels lie, which the plugin changes; begin processes of their own; or look at every variant
@@ -138,7 +140,10 @@ class Trial:
         return dict(seen)
 
     def tests_of(self, mutant: Mutant) -> list[str]:
-        """Files of tests for a mutant: those of its own layer first, before all that import its module themselves."""
+        """Files of tests for a mutant, as many as usually take `_MOST`: those of its own layer first.
+
+        Of these first what finds again what is kept, then what imports its module itself.
+        """
         layer = mutant.file.split("/")[0]
         files = self._seen_by.get(mutant.file) or sorted(
             path.relative_to(self._tree).as_posix() for path in (self._tree / "tests" / layer).glob("test_*.py")
@@ -149,7 +154,9 @@ class Trial:
             own, itself = f"tests/{layer}/" in file, module in _imported(self._tree / file)
             return not own, not file.endswith("/test_kept.py"), not itself, self._times.get(file, 0.0)
 
-        return sorted(files, key=order)
+        ordered = sorted(files, key=order)
+        until = accumulate(self._times.get(file, 0.0) for file in ordered)
+        return [file for file, seconds in zip(ordered, until, strict=True) if seconds <= _MOST] or ordered[:1]
 
     def notices(self, mutant: Mutant) -> bool:
         """Whether a test fails with the mutant in place; one that hangs has noticed it, too."""

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from verification.mutants.drawing import LAYERS, PACKAGE, draw
+from verification.mutants.drawing import LAYERS, PACKAGE, Mutant, draw
 from verification.mutants.trial import Trial
 
 
@@ -18,4 +18,5 @@ def test_each_mutant_is_one_token_of_a_layer_and_has_tests(tmp_path: Path) -> No
         after = mutant.applied("\n".join(before)).splitlines()
         assert sum(one != other for one, other in zip(before, after, strict=True)) == 1
         assert trial.tests_of(mutant)
-    assert trial._tests(["tests/dem/test_quiet.py"], 100)[0], "with kernels kept by their modules"
+    assert trial._tests(["tests/dem/test_run.py"], 300)[0], "with kernels kept by what they are made of"
+    assert trial.notices(Mutant("dem/block/centred.py", "half = 0.5 * dt", 0, 7, "0.5", "0.65"))

@@ -32,9 +32,10 @@ of the kernels' code."""
 
 
 _PLUGIN: Final = '''\
-"""Compiled kernels are kept by what their own module imports, so that a mutant costs the kernels that it is in."""
+"""Compiled kernels are kept by what they are made of, so that a mutant costs the kernels that it is in."""
 
 import hashlib
+import os
 import signal
 from pathlib import Path
 
@@ -43,19 +44,51 @@ import pytest
 from overturning.dem.kernel import cache
 from overturning.study.sources import sources_of
 
-_layers, _package = cache.sources_digest, Path(cache.__file__).parents[2]
 LONGEST = 90.0  # s of processor time of one test, its kernels compiled within: several times that of any
+ROOMS = {"BlockRules": "block", "BodyRules": "body", "SceneRules": "polygon"}
+_layers, _directory, _package = cache.sources_digest, cache.cache_directory, Path(cache.__file__).parents[2]
+_queue, _kept = _package / "dem" / "kernel" / "queue.py", Path(os.environ["NUMBA_CACHE_DIR"])
+
+
+def _of(files):
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(set(files)))).hexdigest()[:16]
+
+
+def _made_of(room):
+    """What the queue is compiled with for the model of a folder; it imports none of it itself."""
+    parts = sorted((_package / "dem" / room).glob("*.py"))
+    return [*parts, *sources_of("overturning.dem.kernel.queue"), *sources_of(f"overturning.dem.{room}.rules")]
 
 
 def _digest(sources):
+    if sources == _queue:
+        return "queue"
     if not (sources.suffix == ".py" and sources.is_relative_to(_package)):
         return _layers(sources)
-    name = ".".join(("overturning", *sources.relative_to(_package).with_suffix("").parts))
-    return hashlib.sha256(b"".join(path.read_bytes() for path in sources_of(name))).hexdigest()[:16]
+    return _of(sources_of(".".join(("overturning", *sources.relative_to(_package).with_suffix("").parts))))
 
 
+_own = {rules: _kept / f"{rules}-{_of(_made_of(room))}" for rules, room in ROOMS.items()}
+_whole = _kept / _of([path for room in ROOMS.values() for path in _made_of(room)]) / "overturning-queue"
+
+
+def _link(folder, other, pattern):
+    other.mkdir(parents=True, exist_ok=True)
+    for path in folder.glob(pattern):
+        (other / path.name).unlink(missing_ok=True)
+        os.link(path, other / path.name)
+
+
+for _folder in _own.values():
+    _link(_folder, _whole, "*")
 cache.layer_of = lambda module: module if module.is_relative_to(_package) else module.parent
 cache.sources_digest = _digest
+cache.cache_directory = lambda sources=None: _whole if sources == _queue else _directory(sources)
+
+
+def pytest_sessionfinish():
+    for rules, folder in _own.items():
+        _link(_whole, folder, f"*.{rules}.*")
 
 
 @pytest.hookimpl(trylast=True)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.cases import check_count, check_heights
+from overturning.model.cases import check_heights
 from overturning.model.polyhedron import body_of, outline_of
 from overturning.model.solid import RIM, Solid
 
@@ -208,7 +208,8 @@ def orientation_grid(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> 
         raise ArgumentError(
             f"orientation: a step of {step_deg:g}° does not divide {turn:g}°, after which the body looks the same"
         )
-    check_count(count)
+    if count > 36_000:
+        raise ArgumentError(f"orientation: {count:,} by a step of {step_deg:g}°, at most 36,000; take a larger step")
     return np.asarray(np.arange(count) * step_deg, np.float64)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.motion.integration import integrate
-from overturning.motion.motion import Recorded, as_motion
+from overturning.motion.motion import Recorded
 
 
 @dataclass(frozen=True, repr=False)
@@ -92,13 +92,12 @@ class Record(Recorded):
         return bool(self.extra.get("trusted_data", False))
 
 
-def as_record(given: Any, record_id: str = "motion") -> Record:
-    """A record; a motion as one of this id, which nothing is to be done to; of anything else errors of `as_motion`."""
+def as_record(given: Recorded, record_id: str = "motion") -> Record:
+    """A record; a motion as one of this id, which nothing is to be done to."""
     if isinstance(given, Record):
         return given
-    motion = as_motion(given)
-    extra = {"processed": True, "given": True, "trusted_data": motion.trusted}
-    return Record(record_id, motion.north, motion.east, motion.up, motion.sampling_interval, extra=extra)
+    extra = {"processed": True, "given": True, "trusted_data": given.trusted}
+    return Record(record_id, given.north, given.east, given.up, given.sampling_interval, extra=extra)
 
 
 def peaks_of(horizontal: FloatArray, interval: float) -> dict[str, float]:

@@ -141,13 +141,16 @@ def run_study(
     Raises
     ------
     ArgumentError
-        If a single record is given instead of a list.
+        If a single record is given instead of a list, or something that is none.
     ConfigError
         If a key or value is wrong, a record is not in the table, one that is given is to be processed, or there are
         variants.
     """
     if isinstance(records, str | Recorded):
         raise ArgumentError("records: one that is no list; give a list of them, run_study([record], …)")
+    others = [type(one).__name__ for one in records if not isinstance(one, str | Recorded)]
+    if others:
+        raise ArgumentError(f"records: a {others[0]}; give a record of overturning.read, a Motion, or an id")
     given = [one if isinstance(one, str) else as_record(one, f"motion-{n}") for n, one in enumerate(records, 1)]
     names = [record if isinstance(record, str) else record.record_id for record in given]
     # The records themselves are given: the table is asked for those that are not.

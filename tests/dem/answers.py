@@ -10,6 +10,7 @@ from overturning.dem.faces import simulate_further
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
 from overturning.dem.simulate import grid_over, simulate
+from overturning.dem.time_step import highest_eigenvalue, lowest_eigenvalue, rocking_time
 from overturning.dem.trajectory import trajectory
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -83,6 +84,15 @@ def of_faces() -> dict[str, Any]:
     return simulate_further(model, ground(), grid, Numerics())
 
 
+def of_steps() -> dict[str, Any]:
+    """What steps hang on, of contacts stiffer across than along and the other way round, slender and squat."""
+    normal, tangential, width, height = (
+        one.ravel() for one in np.meshgrid([1e6, 4e6], [0, 1e6, 9e6], [0.1, 1], [0.3, 2])
+    )
+    ends = [of(normal, tangential, width, height) for of in (highest_eigenvalue, lowest_eigenvalue)]
+    return {"highest": ends[0], "lowest": ends[1], "rocking": rocking_time(width, height)}
+
+
 SOFT = gravestone(Contact(static_penetration=1e-4, damping_ratio=0.05, stiffness_ratio=0.5), density=2000.0)
 BOUNCING = gravestone(Contact(stiffness=4e6, damping=300.0, stiffness_ratio=2.0))
 WEDGE = Polyhedron([[0, 0, 0], [0.5, 0, 0], [0.55, 0.4, 0], [0, 0.35, 0], [0.2, 0.2, 1.1], [0.25, 0.1, 1.1]])
@@ -95,7 +105,8 @@ BESIDE_WHAT_IS_HELD = scene({"name": "wall", "kind": "held", "width": 0.2, "heig
     {"name": "stone", "width": 0.24, "height": 0.6, "stands_on": "ground", "fallen_rotation_deg": 60}, {"name": "ball",
     "vertices": [[-0.1, 0], [0.1, 0], [0.2, 0.2], [0, 0.35], [-0.2, 0.2]], "stands_on": "ground", "at": [-0.8, 0],
     "rotation_deg": 0})  # fmt: skip
-LOOSE = scene(block("one", 0.3, 0.9), block("two", 0.3, 0.9, x=0.33), contacts=[{"between": ["stone", "stone"],
+LOOSE = scene(block("one", 0.3, 0.9), block("two", 0.3, 0.9, x=0.33, fallen_rotation_deg=90),
+    contacts=[{"between": ["stone", "stone"],
     "stiffness": 5e6, "damping": 2000, "friction": 0.5}], gravity=3.7)  # fmt: skip
 SCENES = {"three tiers": shipped("three-tier"), "against a wall": shipped("against-a-wall"),
     "boulder": shipped("boulder"), "cross": shipped("cross"), "stone and cap": STONE_AND_CAP,
@@ -128,7 +139,9 @@ ANSWERS: Answers = {"interface": partial(interface_of, "dem"), "block": partial(
     number % 2 == 1) for number, (name, one) in enumerate(SCENES.items())}, "scene of a block": partial(of_cases,
     Planes(), drawn(30, 30), True, general=True), "scene of a block, Cundall": partial(of_cases, SOFT, drawn(10, 31),
     general=True, scheme="cundall"), "stack, Cundall": partial(of_cases, Planes(LOOSE), drawn(6, 32,
-    native_size(LOOSE)), True, scheme="cundall"), "path of three tiers": partial(of_path, SCENES["three tiers"],
+    native_size(LOOSE)), True, scheme="cundall"),
+    "path of a stack, Cundall": partial(of_path, LOOSE, azimuth_deg=60.0, scheme="cundall"),
+    "stable steps": of_steps, "path of three tiers": partial(of_path, SCENES["three tiers"],
     azimuth_deg=60.0, friction=0.6), "path of a boulder": partial(of_path, SCENES["boulder"], up=False,
     azimuth_deg=60.0, friction=0.6), "path beside what is held": partial(of_path, BESIDE_WHAT_IS_HELD,
     azimuth_deg=240.0, friction=0.4)}  # fmt: skip

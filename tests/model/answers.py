@@ -100,6 +100,17 @@ def of_scenes() -> dict[str, Any]:
         about = (geometry.ground_of(one), geometry.plane_period(one), geometry.native_size(one), one.free,
             one.single_block)  # fmt: skip
         found[path.stem] = [*about, one.sweeps_friction, one.shown_name, one.reference_name, Planes(one).cost]
+    wall = {"name": "wall", "kind": "held", "width": 10, "height": 1, "at": [-20, 0]}
+    grounds = (
+        [GROUND, STONE, wall],
+        [GROUND, STONE],
+        [GROUND, {**STONE, "height": 3}],
+        [GROUND, {**STONE, "width": 3}],
+    )
+    found["grounds"] = [
+        [geometry.ground_of(one), one.single_block]
+        for one in (scene.check_scene({"name": "t", "elements": elements}) for elements in grounds)
+    ]
     tilted = element.Element(name="t", width=0.3, height=0.8, rotation_deg=30, at=(1, 2))
     return found | {"tilted": tilted.points, "own": list(tilted.own_size), "separations": _gaps_of_two()}
 

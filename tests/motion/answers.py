@@ -92,6 +92,7 @@ def of_noise() -> dict[str, Any]:
     return ratios | {"ratio": ratios["tilted"].ratio if ratios["tilted"] else None,
         "onsets": [noise.onset(part) for part in (*one.components, *few, one.north[::-1])],
         "fine": noise.noise_ratio([motion(0.005, 3000).north], 0.005),
+        "long": noise.noise_ratio([np.append(np.tile(one.north[:300], 8), one.north) for _ in "ab"], 0.2),
         "weak": noise.noise_ratio([1e-3 * part for part in one.components[:2]], 0.01)}  # fmt: skip
 
 

@@ -23,6 +23,8 @@ from overturning.study import ensemble, evaluation, preflight, sections, values
 from overturning.study.answers import compare, differ, elsewhere, unanswered
 from overturning.study.convergence import NUDGE, WARN_ABOVE, Convergence
 from overturning.study.convergence_check import PILOT, check_convergence, computations, on_the_ground
+from overturning.study.crate import METADATA, write_crate
+from overturning.study.cube import CONFIGURATION
 from overturning.study.document import study_template, tables
 from overturning.study.gather import RECORD_COORDINATES
 from overturning.study.intensity import write_intensity
@@ -127,6 +129,14 @@ def of_cubes(name: str) -> dict[str, Any]:
             found["said"] = ([cubes.shown_element(opened), cubes.sizes_of_another(opened),
                 cubes.earthquakes_said(opened), cubes.friction_said(opened,
                 0.5)] if given.body is None else [])  # fmt: skip
+        for title in ("", "Ärger"):
+            write_crate(given.model_copy(update={"title": title}), place, [path])
+            graph = json.loads((place / METADATA).read_text(encoding="utf-8"))["@graph"]
+            root = next(one for one in graph if one["@id"] == "./")
+            told = [
+                line for line in (place / CONFIGURATION).read_text(encoding="utf-8").splitlines() if "title:" in line
+            ]
+            found[f"crate {title}"] = [root["name"], root["description"], str(root["license"]), *told]
         with cubes.open_records(path) as opened:
             found["records"] = [cubes.record_number(opened, "b"), sorted(cubes.processing_of(opened)),
                 [one["id"] for one in cubes.sources_of_records(opened)]]  # fmt: skip
@@ -215,14 +225,13 @@ def of_weak() -> dict[str, Any]:
                 found[f"{name} {peak} {up}"] = preflight._too_weak(
                     study(**more, **({"variants": {}} if name in ("soil", "scene") else {})), record
                 )
-    oblong = check_study(
-        {"name": "s", "records": {"use": ["a"]}, "body": {"aspect": [0.5, 1]}, "b_over_h": [0.2], "friction": [1.0]},
-        "s",
-    )
-    return found | {
-        f"oblong {peak}": preflight._too_weak(oblong, Record("r", np.full(2, peak * g), np.zeros(2), None, 0.01))
-        for peak in (0.0999, 0.1001)
-    }
+    for aspects in ([0.5, 1], [1.5, 2]):
+        given = {"name": "s", "records": {"use": ["a"]}, "b_over_h": [0.2], "friction": [1.0]}
+        oblong = check_study(given | {"body": {"aspect": aspects}}, "s")
+        for peak in (0.0999, 0.1001, 0.1999, 0.2001):
+            record = Record("r", np.full(2, peak * g), np.zeros(2), None, 0.01)
+            found[f"oblong {aspects} {peak}"] = preflight._too_weak(oblong, record)
+    return found
 
 
 def of_values() -> dict[str, Any]:

@@ -45,17 +45,53 @@ from tests.kept import Answers, interface_of, keys_of, refusals
 ROOT = Path(__file__).parents[2]
 BOULDER = np.array([[-0.2, -0.15, 0], [-0.2, 0.15, 0], [0.2, -0.15, 0], [0.2, 0.15, 0], [0.05, 0, 0.7]])
 WEDGE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.4, 0.4, 0.8], [0.4, 0.6, 0.8]])
-LUMP = np.array([[x, y, z] for z, r in ((0, 0.2), (0.25, 0.32), (0.5, 0.18)) for x, y in r * np.array([[1, 0], [0.5,
-    0.9], [-0.5, 0.8], [-1, 0.1], [-0.6, -0.9], [0.4, -0.8]])])  # fmt: skip
-SHAPES: dict[str, shapes.Shape] = {"rectangle": Rectangle(), "circle": Circle(), "triangle": Regular(3),
-    "octagon": Regular(8), "boulder": Polyhedron(BOULDER), "wedge": Polyhedron(WEDGE),
-    "lump": Polyhedron(LUMP)}  # fmt: skip
-POLYGONS = {"triangle": [[0, 0], [2, 0], [0.5, 1.5]], "L": [[0, 0], [1, 0], [1, 0.3], [0.4, 0.3], [0.4, 1.2], [0,
-    1.2]], "cross": [[-0.1, 0], [0.1, 0], [0.1, 0.6], [0.35, 0.6], [0.35, 0.8], [0.1, 0.8], [0.1, 1.1], [-0.1, 1.1],
-    [-0.1, 0.8], [-0.35, 0.8], [-0.35, 0.6], [-0.1, 0.6]], "far": [[100, 50], [101, 50], [101, 52], [100.2, 52.1]],
-    "trapezium": [[-0.4, 0], [0.4, 0], [0.2, 1], [-0.2, 1]], "S": [[0, 0], [3, 0], [3, 2], [1, 2], [1, 3], [3, 3], [3,
-    4], [0, 4], [0, 1.5], [2, 1.5], [2, 1], [0, 1]], "boulder": [[-0.18, 0], [0.22, 0], [0.52, 0.31], [0.61, 0.78],
-    [0.38, 1.22], [-0.12, 1.37], [-0.49, 1.02], [-0.56, 0.47]]}  # fmt: skip
+LUMP = np.array(
+    [
+        [x, y, z]
+        for z, r in ((0, 0.2), (0.25, 0.32), (0.5, 0.18))
+        for x, y in r * np.array([[1, 0], [0.5, 0.9], [-0.5, 0.8], [-1, 0.1], [-0.6, -0.9], [0.4, -0.8]])
+    ]
+)
+SHAPES: dict[str, shapes.Shape] = {
+    "rectangle": Rectangle(),
+    "circle": Circle(),
+    "triangle": Regular(3),
+    "octagon": Regular(8),
+    "boulder": Polyhedron(BOULDER),
+    "wedge": Polyhedron(WEDGE),
+    "lump": Polyhedron(LUMP),
+}
+POLYGONS = {
+    "triangle": [[0, 0], [2, 0], [0.5, 1.5]],
+    "L": [[0, 0], [1, 0], [1, 0.3], [0.4, 0.3], [0.4, 1.2], [0, 1.2]],
+    "cross": [
+        [-0.1, 0],
+        [0.1, 0],
+        [0.1, 0.6],
+        [0.35, 0.6],
+        [0.35, 0.8],
+        [0.1, 0.8],
+        [0.1, 1.1],
+        [-0.1, 1.1],
+        [-0.1, 0.8],
+        [-0.35, 0.8],
+        [-0.35, 0.6],
+        [-0.1, 0.6],
+    ],
+    "far": [[100, 50], [101, 50], [101, 52], [100.2, 52.1]],
+    "trapezium": [[-0.4, 0], [0.4, 0], [0.2, 1], [-0.2, 1]],
+    "S": [[0, 0], [3, 0], [3, 2], [1, 2], [1, 3], [3, 3], [3, 4], [0, 4], [0, 1.5], [2, 1.5], [2, 1], [0, 1]],
+    "boulder": [
+        [-0.18, 0],
+        [0.22, 0],
+        [0.52, 0.31],
+        [0.61, 0.78],
+        [0.38, 1.22],
+        [-0.12, 1.37],
+        [-0.49, 1.02],
+        [-0.56, 0.47],
+    ],
+}
 
 
 def of_solids() -> dict[str, Any]:
@@ -81,8 +117,11 @@ def of_polygons() -> dict[str, Any]:
         faces = [part.faces for part in one.parts]
         about = {item: getattr(one, item) for item in ("width", "height", "fallen", "symmetric")}
         found[name] = about | {"polygon": one, "faces": faces, "pieces": pieces.convex_pieces(one.vertices)}
-    joined = [[[0, 0], [1, 0], [1, 1], [0, 1]], [[1, 0.25], [2, 0.25], [2, 0.75], [1, 0.75]], [[0.5, 1], [1, 1], [1,
-        2], [0.5, 2]]]  # fmt: skip
+    joined = [
+        [[0, 0], [1, 0], [1, 1], [0, 1]],
+        [[1, 0.25], [2, 0.25], [2, 0.75], [1, 0.75]],
+        [[0.5, 1], [1, 1], [1, 2], [0.5, 2]],
+    ]
     outline = pieces.outline("joined", [np.array(piece) for piece in joined])
     return found | {"outline": outline, "bend": pieces.bend(*np.array([[0, 0], [2, 1], [1, 3.0]]))}
 
@@ -94,11 +133,18 @@ def of_scenes() -> dict[str, Any]:
         for height, ratio in ((None, None), (2.0, 0.5), (0.1, None)):
             placed = geometry.place(one, height, ratio)
             pairs = geometry.pairs_of(placed)
-            found[f"{path.stem} {height} {ratio}"] = {"at": [[p.x, p.z, p.mass, p.inertia, p.drop, p.fallen,
-                p.size] for p in placed], "pairs": pairs, "touches": [[t.pair, t.side, *t.end.point,
-                *t.end.normal] for t in geometry.resting(placed, pairs)]}  # fmt: skip
-        about = (geometry.ground_of(one), geometry.plane_period(one), geometry.native_size(one), one.free,
-            one.single_block)  # fmt: skip
+            found[f"{path.stem} {height} {ratio}"] = {
+                "at": [[p.x, p.z, p.mass, p.inertia, p.drop, p.fallen, p.size] for p in placed],
+                "pairs": pairs,
+                "touches": [[t.pair, t.side, *t.end.point, *t.end.normal] for t in geometry.resting(placed, pairs)],
+            }
+        about = (
+            geometry.ground_of(one),
+            geometry.plane_period(one),
+            geometry.native_size(one),
+            one.free,
+            one.single_block,
+        )
         found[path.stem] = [*about, one.sweeps_friction, one.shown_name, one.reference_name, Planes(one).cost]
     wall = {"name": "wall", "kind": "held", "width": 10, "height": 1, "at": [-20, 0]}
     grounds = (
@@ -135,71 +181,188 @@ def checked(*elements: dict[str, Any], **keys: Any) -> Callable[[], Any]:
 def of_refused_scenes() -> dict[str, Any]:
     law = {"between": ["stone", "stone"]}
     stones = [{**STONE, "name": f"s{k}", "at": [0.3 * k, 0]} for k in range(65)]
-    forms = ({"width": 1}, {"width": 1, "height": 1, "vertices": POLYGONS["L"]}, {"pieces": []},
-        {"vertices": POLYGONS["L"]}, {}, {"pieces": [POLYGONS["triangle"]], "width": 1})  # fmt: skip
+    forms = (
+        {"width": 1},
+        {"width": 1, "height": 1, "vertices": POLYGONS["L"]},
+        {"pieces": []},
+        {"vertices": POLYGONS["L"]},
+        {},
+        {"pieces": [POLYGONS["triangle"]], "width": 1},
+    )
     alone = [{**STONE, "kind": "held", "fallen_rotation_deg": 30}, {**STONE, "kind": "held", "fallen_drop": 1}]
-    return refusals(checked(GROUND, STONE), checked(GROUND), checked(STONE, {**STONE, "name": "b"}), checked(GROUND,
-        {**STONE, "kind": "held"}), checked(GROUND, STONE, STONE), checked({**STONE, "stands_on": "later"}, GROUND),
-        checked(GROUND, STONE, gravity=0), checked(GROUND, STONE, gravity=1e-3), checked(GROUND, STONE, reference="x"),
-        checked(GROUND, STONE, reference="ground"), checked(GROUND, {**STONE, "material": "wood"}), checked(GROUND,
-        STONE, contacts=[law, law]), checked(GROUND, STONE, contacts=[law]), checked(GROUND, STONE,
-        contacts=[{"between": ["wood", "stone"]}]), checked(GROUND, {**STONE, "at": [0, 0.1]}), checked(GROUND,
-        {**STONE, "at": [0, 5e-8]}), checked(GROUND, {**STONE, "at": [0, 1e-7]}), checked(GROUND, {**STONE, "at": [0,
-        -1e-6]}), checked(GROUND, {**STONE, "at": [0, -2e-7]}), checked(GROUND, {**STONE, "at": [30, 0]}),
-        checked(GROUND, *stones), checked(GROUND, *stones[:63]), checked(GROUND, STONE, {**STONE, "name": "b",
-        "at": [0.2, 0]}), *(checked(GROUND, {"name": "x", "stands_on": "ground", **form}) for form in forms),
-        *(checked(GROUND, STONE, one) for one in alone), *(checked(GROUND, {**STONE, key: value}) for key,
-        values in {"fallen_rotation_deg": (0, 1, 180, 181), "fallen_drop": (0, 0.1), "depth": (0, 0.1), "width": (0,
-        -1, np.inf), "name": ("", "-", "a-1", "A")}.items() for value in values), *(checked(GROUND, STONE,
-        contacts=[law | more]) for more in ({"friction": -0.1}, {"friction": 0}, {"stiffness": 0}, {"stiffness": 1,
-        "static_penetration": 1e-6}, {"damping": -1}, {"damping": 0}, {"damping": 1, "damping_ratio": 1},
-        {"stiffness_ratio": -1}, {"stiffness_ratio": 0}, {"damping_ratio": -0.1}, {"static_penetration": 0})),
-        lambda: scene.load_scene("monolit"), lambda: scene.gravestone(density=0.0),
-        lambda: scene.gravestone(density=np.inf), lambda: scene.gravestone(density=1e-3))  # fmt: skip
+    return refusals(
+        checked(GROUND, STONE),
+        checked(GROUND),
+        checked(STONE, {**STONE, "name": "b"}),
+        checked(GROUND, {**STONE, "kind": "held"}),
+        checked(GROUND, STONE, STONE),
+        checked({**STONE, "stands_on": "later"}, GROUND),
+        checked(GROUND, STONE, gravity=0),
+        checked(GROUND, STONE, gravity=1e-3),
+        checked(GROUND, STONE, reference="x"),
+        checked(GROUND, STONE, reference="ground"),
+        checked(GROUND, {**STONE, "material": "wood"}),
+        checked(GROUND, STONE, contacts=[law, law]),
+        checked(GROUND, STONE, contacts=[law]),
+        checked(GROUND, STONE, contacts=[{"between": ["wood", "stone"]}]),
+        checked(GROUND, {**STONE, "at": [0, 0.1]}),
+        checked(GROUND, {**STONE, "at": [0, 5e-8]}),
+        checked(GROUND, {**STONE, "at": [0, 1e-7]}),
+        checked(GROUND, {**STONE, "at": [0, -1e-6]}),
+        checked(GROUND, {**STONE, "at": [0, -2e-7]}),
+        checked(GROUND, {**STONE, "at": [30, 0]}),
+        checked(GROUND, *stones),
+        checked(GROUND, *stones[:63]),
+        checked(GROUND, STONE, {**STONE, "name": "b", "at": [0.2, 0]}),
+        *(checked(GROUND, {"name": "x", "stands_on": "ground", **form}) for form in forms),
+        *(checked(GROUND, STONE, one) for one in alone),
+        *(
+            checked(GROUND, {**STONE, key: value})
+            for key, values in {
+                "fallen_rotation_deg": (0, 1, 180, 181),
+                "fallen_drop": (0, 0.1),
+                "depth": (0, 0.1),
+                "width": (0, -1, np.inf),
+                "name": ("", "-", "a-1", "A"),
+            }.items()
+            for value in values
+        ),
+        *(
+            checked(GROUND, STONE, contacts=[law | more])
+            for more in (
+                {"friction": -0.1},
+                {"friction": 0},
+                {"stiffness": 0},
+                {"stiffness": 1, "static_penetration": 1e-6},
+                {"damping": -1},
+                {"damping": 0},
+                {"damping": 1, "damping_ratio": 1},
+                {"stiffness_ratio": -1},
+                {"stiffness_ratio": 0},
+                {"damping_ratio": -0.1},
+                {"static_penetration": 0},
+            )
+        ),
+        lambda: scene.load_scene("monolit"),
+        lambda: scene.gravestone(density=0.0),
+        lambda: scene.gravestone(density=np.inf),
+        lambda: scene.gravestone(density=1e-3),
+    )
 
 
 def of_refusals() -> dict[str, Any]:
     box = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0.0, 0.6)])
     lean = BOULDER + np.where(BOULDER[:, 2:] > 0, [[3.0, 0, 0]], 0.0)
     boulder = Polyhedron(BOULDER)
-    given = (box * 1000, box[:4], box[:3], box * [1, 1, 0], box * [1, 1, 1e-7], np.append(box, [[0, 0, 0.3]], axis=0),
-        lean, box[:, [2, 1, 0]] @ [[0.8, 0, 0.6], [0, 1, 0], [-0.6, 0, 0.8]], box, np.append(box, [[0.1, 0.2,
-        0.6 + 5e-7]], axis=0), BOULDER * [1, 1, -1], np.full((5, 3), np.nan), BOULDER / 71, BOULDER * 71)  # fmt: skip
+    given = (
+        box * 1000,
+        box[:4],
+        box[:3],
+        box * [1, 1, 0],
+        box * [1, 1, 1e-7],
+        np.append(box, [[0, 0, 0.3]], axis=0),
+        lean,
+        box[:, [2, 1, 0]] @ [[0.8, 0, 0.6], [0, 1, 0], [-0.6, 0, 0.8]],
+        box,
+        np.append(box, [[0.1, 0.2, 0.6 + 5e-7]], axis=0),
+        BOULDER * [1, 1, -1],
+        np.full((5, 3), np.nan),
+        BOULDER / 71,
+        BOULDER * 71,
+    )
     ring = [[x, 0.9 * np.sin(t)] for t in np.linspace(0, 6, 7) for x in [np.cos(t)]]
-    outlines = ([[0, 0], [1, 0]], [[0, 0], [1, 0], [2, 0]], [[0, 0], [0, 1], [1, 0]], [[0, 0], [1, 1], [1, 0], [0, 1]],
-        [[0, 0]] * 3, [[0, 0], [1, 0], [1, 0], [0, 1]], [[0, 0], [1, 0], [2, 0], [0, 1]], [[0, 0], [2, 0], [2, 2], [1,
-        0], [0, 2]], [[0, 0, 0]] * 3, [[0, 0], [np.inf, 0], [0, 1]], ring, [[0, 0], [1, 0], [1, 1e-8], [0,
-        1e-8]])  # fmt: skip
+    outlines = (
+        [[0, 0], [1, 0]],
+        [[0, 0], [1, 0], [2, 0]],
+        [[0, 0], [0, 1], [1, 0]],
+        [[0, 0], [1, 1], [1, 0], [0, 1]],
+        [[0, 0]] * 3,
+        [[0, 0], [1, 0], [1, 0], [0, 1]],
+        [[0, 0], [1, 0], [2, 0], [0, 1]],
+        [[0, 0], [2, 0], [2, 2], [1, 0], [0, 2]],
+        [[0, 0, 0]] * 3,
+        [[0, 0], [np.inf, 0], [0, 1]],
+        ring,
+        [[0, 0], [1, 0], [1, 1e-8], [0, 1e-8]],
+    )
     square = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
-    joints = ([square, square + np.array([0.9, 0])], [square, square + np.array([2, 0])], [square,
-        square + np.array([1, 0])], [square, square + np.array([1 - 1e-7, 0])], [square + s for s in ([0, 0], [1, 0],
-        [2, 0], [0, 1], [2, 1], [0, 2], [1, 2], [2, 2])])  # fmt: skip
-    numbers = {"stiffness": (0, -1, 1.0, "soft", np.inf), "stiffness_ratio": (-1, 0), "damping_ratio": (-1, 0),
-        "damping": (-1, 0, np.nan), "static_penetration": (0, 1e-9)}  # fmt: skip
-    columns = {"height": (0.01, 0.0099, 50, 50.1, 0), "b_over_h": (0, -1, np.nan), "friction": (-0.1, 0),
-        "amplitude": (-1, 0), "damping_factor": (-1, 0), "initial_tilt": (0.2, 0.19, -0.2, 1.6), "aspect": (0, 1),
-        "azimuth_deg": (np.inf, -720)}  # fmt: skip
+    joints = (
+        [square, square + np.array([0.9, 0])],
+        [square, square + np.array([2, 0])],
+        [square, square + np.array([1, 0])],
+        [square, square + np.array([1 - 1e-7, 0])],
+        [square + s for s in ([0, 0], [1, 0], [2, 0], [0, 1], [2, 1], [0, 2], [1, 2], [2, 2])],
+    )
+    numbers = {
+        "stiffness": (0, -1, 1.0, "soft", np.inf),
+        "stiffness_ratio": (-1, 0),
+        "damping_ratio": (-1, 0),
+        "damping": (-1, 0, np.nan),
+        "static_penetration": (0, 1e-9),
+    }
+    columns = {
+        "height": (0.01, 0.0099, 50, 50.1, 0),
+        "b_over_h": (0, -1, np.nan),
+        "friction": (-0.1, 0),
+        "amplitude": (-1, 0),
+        "damping_factor": (-1, 0),
+        "initial_tilt": (0.2, 0.19, -0.2, 1.6),
+        "aspect": (0, 1),
+        "azimuth_deg": (np.inf, -720),
+    }
     case = {"azimuth_deg": 0.0, "height": 0.6, "b_over_h": 0.2, "friction": 1.0}
-    return refusals(*(lambda one=one: Polyhedron(one) for one in given), *(lambda one=one: polygon.polygon("p",
-        one) for one in outlines), *(lambda one=one: pieces.outline("j", one) for one in joints),
-        *(lambda one=one: shape_of(one) for one in (2, 3, 96, 97, "oval", 1.5, "circle")), *(lambda key=key,
-        one=one: contact.Contact(**{key: one}) for key, ones in numbers.items() for one in ones),
-        lambda: contact.Contact(damping=1.0, damping_ratio=1.0), lambda: contact.Contact(stiffness=1.0,
-        static_penetration=1e-6), *(lambda one=one: contact.VertexContact(**one) for one in ({"static_penetration": 0},
-        {"stiffness_ratio": 0}, {"damping_ratio": -1})), *(lambda one=one: contact.check_precision(np.array([one]),
-        np.array([0.6]), 3.0) for one in (7e10, 7.4e10, 1e12)), *(lambda key=key,
-        one=one: cases.Cases(**case | {key: one}) for key, ones in columns.items() for one in ones),
-        lambda: cases.Cases([[0.0]], 0.6, 0.2, 1.0), lambda: cases.Cases([0, 1], [1, 2, 3], 0.2, 1.0),
-        lambda: cases.check_count(0), lambda: cases.check_count(50_000_000), lambda: cases.check_count(50_000_001),
-        lambda: cases.check_count(80_000_000), *(lambda s=s, b=b: orientation_grid(s, shape_of(b)) for s, b in ((90,
-        4), (91, 4), (89.9999999, 4), (120 + 5e-8, boulder), (120 + 2e-7, boulder), (0.02, boulder), (1e-9, boulder),
-        (0, 4), (7, "circle"), (-5, 4))), lambda: Grid.over(azimuth_deg=[], height=[1.0]),
-        lambda: Grid.over(azimuth_deg=[[0.0]]), lambda: Body("rectangle").sizes(None, 0.2),
-        lambda: Body("rectangle").sizes(0.6, None), lambda: Body(Polyhedron(BOULDER)).sizes(None, 0.2),
-        lambda: Body(8).periods(np.array([2.0])), lambda: Body("rectangle", contact.Contact()),
-        lambda: Planes().periods(np.array([2.0])), lambda: planes.fall_probability(xr.Dataset()),
-        *(lambda at=at: Body(4, start=Start((0, 0, 1), (1, 0, 0, 0))).sources(grid_of(orientation=at)) for at in ([0,
-        89], [0, 90], [90])))  # fmt: skip
+    return refusals(
+        *(lambda one=one: Polyhedron(one) for one in given),
+        *(lambda one=one: polygon.polygon("p", one) for one in outlines),
+        *(lambda one=one: pieces.outline("j", one) for one in joints),
+        *(lambda one=one: shape_of(one) for one in (2, 3, 96, 97, "oval", 1.5, "circle")),
+        *(lambda key=key, one=one: contact.Contact(**{key: one}) for key, ones in numbers.items() for one in ones),
+        lambda: contact.Contact(damping=1.0, damping_ratio=1.0),
+        lambda: contact.Contact(stiffness=1.0, static_penetration=1e-6),
+        *(
+            lambda one=one: contact.VertexContact(**one)
+            for one in ({"static_penetration": 0}, {"stiffness_ratio": 0}, {"damping_ratio": -1})
+        ),
+        *(
+            lambda one=one: contact.check_precision(np.array([one]), np.array([0.6]), 3.0)
+            for one in (7e10, 7.4e10, 1e12)
+        ),
+        *(lambda key=key, one=one: cases.Cases(**case | {key: one}) for key, ones in columns.items() for one in ones),
+        lambda: cases.Cases([[0.0]], 0.6, 0.2, 1.0),
+        lambda: cases.Cases([0, 1], [1, 2, 3], 0.2, 1.0),
+        lambda: cases.check_count(0),
+        lambda: cases.check_count(50_000_000),
+        lambda: cases.check_count(50_000_001),
+        lambda: cases.check_count(80_000_000),
+        *(
+            lambda s=s, b=b: orientation_grid(s, shape_of(b))
+            for s, b in (
+                (90, 4),
+                (91, 4),
+                (89.9999999, 4),
+                (120 + 5e-8, boulder),
+                (120 + 2e-7, boulder),
+                (0.02, boulder),
+                (1e-9, boulder),
+                (0, 4),
+                (7, "circle"),
+                (-5, 4),
+            )
+        ),
+        lambda: Grid.over(azimuth_deg=[], height=[1.0]),
+        lambda: Grid.over(azimuth_deg=[[0.0]]),
+        lambda: Body("rectangle").sizes(None, 0.2),
+        lambda: Body("rectangle").sizes(0.6, None),
+        lambda: Body(Polyhedron(BOULDER)).sizes(None, 0.2),
+        lambda: Body(8).periods(np.array([2.0])),
+        lambda: Body("rectangle", contact.Contact()),
+        lambda: Planes().periods(np.array([2.0])),
+        lambda: planes.fall_probability(xr.Dataset()),
+        *(
+            lambda at=at: Body(4, start=Start((0, 0, 1), (1, 0, 0, 0))).sources(grid_of(orientation=at))
+            for at in ([0, 89], [0, 90], [90])
+        ),
+    )
 
 
 def grid_of(**direction: Any) -> Grid:
@@ -219,16 +382,29 @@ def of_grids() -> dict[str, Any]:
     case = Grid({name: np.array([0.3, 0.6]) for name in ("azimuth", "height", "b_over_h", "friction")}).cases(
         [np.array([0, 1])] * 4, 5.0
     )
-    return {"shapes": [list(grid.shape_of(item)) for item in VARIABLES[:4]],
-        "dimensions": [list(grid.dimensions(item)) for item in VARIABLES[:4]], "over": [list(made.names),
-        list(made.shape), made.size], "case": case, "axes": AXES, "all": grid.over_all(np.arange(8).reshape(8, 1)),
-        "changed": grid.changed(height=np.array([1.0])).size, "at": [row.tolist() for row in at],
-        "directions": grid.directions, **{f"nearest {p}": nearest(direction, asked, p) for p in (0.0, 90.0, 180.0,
-        360.0, 360 / 7)}, "planes": nearest_planes(direction, asked), "representatives": representatives(directions,
-        [180.0, 90.0, 0.0, 360.0]), "index": planes.plane_index(directions), "index of none": planes.plane_index([]),
-        "gaps": list(planes.gaps_of([0, 10, 20, 25, 30, 100, 110])), **{f"weights {p} {w}": planes.plane_weight([0, 10,
-        20, 25, 30, 100, 110], p, whole_circle=w) for p in (180, 360) for w in (True, False)},
-        "azimuths": planes.azimuth_weight([0, 10, 20, 60, 180, 190, 350])}  # fmt: skip
+    return {
+        "shapes": [list(grid.shape_of(item)) for item in VARIABLES[:4]],
+        "dimensions": [list(grid.dimensions(item)) for item in VARIABLES[:4]],
+        "over": [list(made.names), list(made.shape), made.size],
+        "case": case,
+        "axes": AXES,
+        "all": grid.over_all(np.arange(8).reshape(8, 1)),
+        "changed": grid.changed(height=np.array([1.0])).size,
+        "at": [row.tolist() for row in at],
+        "directions": grid.directions,
+        **{f"nearest {p}": nearest(direction, asked, p) for p in (0.0, 90.0, 180.0, 360.0, 360 / 7)},
+        "planes": nearest_planes(direction, asked),
+        "representatives": representatives(directions, [180.0, 90.0, 0.0, 360.0]),
+        "index": planes.plane_index(directions),
+        "index of none": planes.plane_index([]),
+        "gaps": list(planes.gaps_of([0, 10, 20, 25, 30, 100, 110])),
+        **{
+            f"weights {p} {w}": planes.plane_weight([0, 10, 20, 25, 30, 100, 110], p, whole_circle=w)
+            for p in (180, 360)
+            for w in (True, False)
+        },
+        "azimuths": planes.azimuth_weight([0, 10, 20, 60, 180, 190, 350]),
+    }
 
 
 def of_falls() -> dict[str, Any]:
@@ -237,8 +413,13 @@ def of_falls() -> dict[str, Any]:
     shape, members = (1, 8, 2, 1, 2, 1), dice.choice([-128, -1, 0, 1], (30, 16), p=[0.1, 0.2, 0.4, 0.3]).astype(np.int8)
     scramble, angle = np.repeat([0, 1], 8), dice.integers(0, 360, (30, 16)).astype(float)
     names = ("orientation", "height", "b_over_h", "aspect", "friction")
-    rows = {"orientation": np.arange(0, 360, 45.0), "height": [0.6, 1.2], "b_over_h": [0.2], "aspect": [1.0, 2.0],
-        "friction": [0.5]}  # fmt: skip
+    rows = {
+        "orientation": np.arange(0, 360, 45.0),
+        "height": [0.6, 1.2],
+        "b_over_h": [0.2],
+        "aspect": [1.0, 2.0],
+        "friction": [0.5],
+    }
     fell = dice.choice([0.0, 1.0, np.nan], shape, p=[0.4, 0.5, 0.1])
     parts: dict[str, Any] = {
         "overturned": fell,
@@ -271,15 +452,24 @@ def of_falls() -> dict[str, Any]:
         arrays = {key: (np.arange(grid.size) % 3).reshape(grid.shape).astype(one.dtype) for key, one in arrays.items()}
         model.turned(arrays, grid, model.sources(grid))
         turned[name] = arrays
-    return {"first edge": list(first_edge(flags, time, np.arange(180.0).reshape(3, 60))), "turned": turned,
-        "chances": edge_chances(dice.integers(0, 9, (2, 60)) / 8, time[:2]), "planes": Planes().tally(members, angle,
-        scramble), "elements": Planes().tally(np.stack([members, members[::-1]], axis=-1), angle, scramble),
-        "body": Body().tally(abs(members), angle, scramble), "falls in planes": Planes().falls(flat),
-        "nominal falls": Planes().falls(flat, ensemble=False), "falls in space": Body().falls(space),
-        "nominal in space": Body().falls(space, ensemble=False), "spread": Body().spread(space),
-        "outcomes": Body().outcomes(space, face, cells), "outcomes in planes": Planes().outcomes(flat, face, cells),
-        "models": [type(model_of(one)).__name__ for one in (space, flat)], "answered": answered(np.array([-128.0, -1,
-        0, 1, 2, np.nan])), "cells of all": Planes().representative(flat)}  # fmt: skip
+    return {
+        "first edge": list(first_edge(flags, time, np.arange(180.0).reshape(3, 60))),
+        "turned": turned,
+        "chances": edge_chances(dice.integers(0, 9, (2, 60)) / 8, time[:2]),
+        "planes": Planes().tally(members, angle, scramble),
+        "elements": Planes().tally(np.stack([members, members[::-1]], axis=-1), angle, scramble),
+        "body": Body().tally(abs(members), angle, scramble),
+        "falls in planes": Planes().falls(flat),
+        "nominal falls": Planes().falls(flat, ensemble=False),
+        "falls in space": Body().falls(space),
+        "nominal in space": Body().falls(space, ensemble=False),
+        "spread": Body().spread(space),
+        "outcomes": Body().outcomes(space, face, cells),
+        "outcomes in planes": Planes().outcomes(flat, face, cells),
+        "models": [type(model_of(one)).__name__ for one in (space, flat)],
+        "answered": answered(np.array([-128.0, -1, 0, 1, 2, np.nan])),
+        "cells of all": Planes().representative(flat),
+    }
 
 
 def of_variables() -> dict[str, Any]:
@@ -289,24 +479,50 @@ def of_variables() -> dict[str, Any]:
     for number, kind in enumerate(kinds):
         for item in kind:
             arrays = {other.name: values[other.dtype][:3] + 0 * k for k, other in enumerate(kind)}
-            found[f"{number} {item.name}"] = [item.dtype, item.units, item.per_element, item.of_falls, item.odd,
-                item.exchanged, float(item.fill_value), float(item.missing), sorted(item.all_attributes),
-                item.stored(values[item.dtype]), item.mirrored(arrays), item.attributes.get("flag_values",
-                [])]  # fmt: skip
-    models: list[tuple[str, Model]] = [("planes", Planes()), ("body", Body()), ("boulder", Body(Polyhedron(BOULDER))),
-        ("octagon", as_model(8))]  # fmt: skip
+            found[f"{number} {item.name}"] = [
+                item.dtype,
+                item.units,
+                item.per_element,
+                item.of_falls,
+                item.odd,
+                item.exchanged,
+                float(item.fill_value),
+                float(item.missing),
+                sorted(item.all_attributes),
+                item.stored(values[item.dtype]),
+                item.mirrored(arrays),
+                item.attributes.get("flag_values", []),
+            ]
+    models: list[tuple[str, Model]] = [
+        ("planes", Planes()),
+        ("body", Body()),
+        ("boulder", Body(Polyhedron(BOULDER))),
+        ("octagon", as_model(8)),
+    ]
     models.append(("stack", Planes(scene.load_scene("three-tier", ROOT))))
     for name, model in models:
         stiff = model.stiffer(8.0)
         aspect = np.array([1.0, 2.0]) if model.oblong else np.ones(1)
-        found[name] = [model.cost, list(model.elements), model.attributes, model.sized, model.oblong, list(model.dims),
-            model.direction_attributes, [item.name for item in model.further_variables], model.periods(aspect),
-            str(getattr(stiff, "contact", "")), [str(law) for law in stiff.scene.contacts] if isinstance(stiff,
-            Planes) else []]  # fmt: skip
+        found[name] = [
+            model.cost,
+            list(model.elements),
+            model.attributes,
+            model.sized,
+            model.oblong,
+            list(model.dims),
+            model.direction_attributes,
+            [item.name for item in model.further_variables],
+            model.periods(aspect),
+            str(getattr(stiff, "contact", "")),
+            [str(law) for law in stiff.scene.contacts] if isinstance(stiff, Planes) else [],
+        ]
     hard = scene.gravestone(contact.Contact(stiffness=2e6, damping=5.0))
     found["stiffer"] = [str(law) for law in Planes(hard).stiffer(8.0).scene.contacts]
-    springs = (contact.Contact(), contact.Contact(stiffness=1e7, damping=500.0, stiffness_ratio=0.5),
-        contact.Contact(damping_ratio=0.1))  # fmt: skip
+    springs = (
+        contact.Contact(),
+        contact.Contact(stiffness=1e7, damping=500.0, stiffness_ratio=0.5),
+        contact.Contact(damping_ratio=0.1),
+    )
     found["springs"] = [list(one.specific([0.2, 0.5], [0.6, 2.0], 2700.0)) for one in springs]
     stored = Results.at_rest(VARIABLES, 4, 2)
     stored.store(
@@ -363,7 +579,16 @@ def of_meshes() -> dict[str, Any]:
     return found
 
 
-ANSWERS: Answers = {"interface": partial(interface_of, "model"), "solids": of_solids, "polygons": of_polygons,
-    "scenes": of_scenes, "refused scenes": of_refused_scenes, "refusals": of_refusals, "grids": of_grids,
-    "falls": of_falls, "variables": of_variables, "meshes": of_meshes, "keys": partial(keys_of, element.Material,
-    element.ContactLaw, element.Element, scene.Scene)}  # fmt: skip
+ANSWERS: Answers = {
+    "interface": partial(interface_of, "model"),
+    "solids": of_solids,
+    "polygons": of_polygons,
+    "scenes": of_scenes,
+    "refused scenes": of_refused_scenes,
+    "refusals": of_refusals,
+    "grids": of_grids,
+    "falls": of_falls,
+    "variables": of_variables,
+    "meshes": of_meshes,
+    "keys": partial(keys_of, element.Material, element.ContactLaw, element.Element, scene.Scene),
+}

@@ -48,10 +48,13 @@ DICE = np.random.default_rng
 def of_records(count: int) -> dict[str, Any]:
     """Coordinates of records: of the last ones something is not known."""
     dice, last = DICE(7), np.arange(count) == count - 1
-    numbers = {"fault_normal": np.where(last, np.nan, dice.integers(0, 36, count) * 5.0),
-        "pulse": (np.arange(count) % 3 > 0).astype(np.int8), "vs30": np.where(last, np.nan, dice.integers(3, 16,
-        count) * 50.0), "epicentre_latitude": dice.integers(-400, 400, count) / 8.0,
-        "epicentre_longitude": dice.integers(-1400, 1400, count) / 8.0}  # fmt: skip
+    numbers = {
+        "fault_normal": np.where(last, np.nan, dice.integers(0, 36, count) * 5.0),
+        "pulse": (np.arange(count) % 3 > 0).astype(np.int8),
+        "vs30": np.where(last, np.nan, dice.integers(3, 16, count) * 50.0),
+        "epicentre_latitude": dice.integers(-400, 400, count) / 8.0,
+        "epicentre_longitude": dice.integers(-1400, 1400, count) / 8.0,
+    }
     numbers["station_latitude"] = numbers["epicentre_latitude"] + np.where(last, 0.001, dice.normal(0, 1, count))
     numbers["station_longitude"] = numbers["epicentre_longitude"] + np.where(last, 0.001, dice.normal(0, 1, count))
     words = {"event": list(EVENTS[:count]), "wall": [["", "hanging", "foot"][i % 3] for i in range(count)]}
@@ -71,9 +74,12 @@ def planes(*, ensemble: bool = False, azimuths: int = 24, count: int = 12, perio
     shape = (count, azimuth.size, 2, 4, 2)
     fell = (dice.random(shape) < chance) * np.where(along * (1 + dice.normal(0, 0.3, shape)) > 0, 1, -1)
     flags = np.where(dice.random(shape) < 0.04, np.nan, fell).astype(np.float32)
-    numbers = {"overturned": flags, "overturning_time": np.where(np.abs(flags) == 1, dice.integers(10, 90, shape) / 8,
-        np.nan), "peak_rotation": np.where(flags == 0, dice.integers(0, 60, shape) / 64, 1.5),
-        "status": dice.integers(0, 2, shape)}  # fmt: skip
+    numbers = {
+        "overturned": flags,
+        "overturning_time": np.where(np.abs(flags) == 1, dice.integers(10, 90, shape) / 8, np.nan),
+        "peak_rotation": np.where(flags == 0, dice.integers(0, 60, shape) / 64, 1.5),
+        "status": dice.integers(0, 2, shape),
+    }
     if ensemble:
         run = dice.random(shape) < 0.7
         towards = np.where(run, dice.integers(0, 9, shape) * chance / 12, np.nan)
@@ -107,11 +113,16 @@ def space() -> xr.Dataset:
     beside = np.where(dice.random(shape) < 0.2, 1 - flags, flags)
     way = (np.arange(count).reshape(-1, 1, 1, 1, 1, 1) * 20.0 + dice.normal(0, 25, shape)) % 360.0
     other = (way + dice.choice([0.0, 30.0, 60.0, 180.0], shape)) % 360.0
-    numbers = {"overturned": flags, "fall_azimuth": np.where(flags == 1, way, np.nan), "status": dice.integers(0, 2,
-        shape), "plane_overturned": np.where(dice.random(shape) < 0.03, np.nan, beside),
-        "plane_fall_azimuth": np.where(beside == 1, other, np.nan), "peak_tilt": dice.integers(0, 60, shape) / 2.0,
-        "overturning_time": dice.integers(1, 80, shape) / 8.0, "residual_twist": np.where(flags == 0,
-        dice.integers(-40, 41, shape) / 4.0, np.nan)}  # fmt: skip
+    numbers = {
+        "overturned": flags,
+        "fall_azimuth": np.where(flags == 1, way, np.nan),
+        "status": dice.integers(0, 2, shape),
+        "plane_overturned": np.where(dice.random(shape) < 0.03, np.nan, beside),
+        "plane_fall_azimuth": np.where(beside == 1, other, np.nan),
+        "peak_tilt": dice.integers(0, 60, shape) / 2.0,
+        "overturning_time": dice.integers(1, 80, shape) / 8.0,
+        "residual_twist": np.where(flags == 0, dice.integers(-40, 41, shape) / 4.0, np.nan),
+    }
     return xr.Dataset({name: (SPACE, values.astype(np.float32)) for name, values in numbers.items()}, {**rows, **of})
 
 
@@ -131,16 +142,21 @@ def of_angles() -> dict[str, Any]:
     dice = DICE(1)
     angles, weight = dice.integers(0, 1440, 40) / 4.0, dice.integers(0, 5, 40)
     counts, chance = dice.integers(0, 9, 8), np.array([1, 2, 3, 4, 4, 3, 2, 1]) / 20.0
-    return {"sector": circular.sector([-7.6, -7.5, -1e-17, 7.4, 7.5, 352.5, 359.0, 720.0], 24),
-        "shares": circular.sector_shares(angles), "weighed": circular.sector_shares(angles, weight.astype(float)),
-        "none": circular.sector_shares([]), "direction": circular.resultant(angles), "axis": circular.resultant(angles,
-        weight, axial=True), "cancels": circular.resultant([0.0, 180.0]), "without weight": circular.resultant([1.0],
-        [0.0]), "wraps": circular.wrap_axis([-270, -90, -89, 0, 90, 91, 270]),
-        "Watson": [circular.watson_u2_test(angles[:n] / 360.0) for n in (0, 1, 2, 5, 40)], "grouped": [of(counts,
-        chance) for of in (circular.grouped_watson_test, circular.chi_square_test)],
+    return {
+        "sector": circular.sector([-7.6, -7.5, -1e-17, 7.4, 7.5, 352.5, 359.0, 720.0], 24),
+        "shares": circular.sector_shares(angles),
+        "weighed": circular.sector_shares(angles, weight.astype(float)),
+        "none": circular.sector_shares([]),
+        "direction": circular.resultant(angles),
+        "axis": circular.resultant(angles, weight, axial=True),
+        "cancels": circular.resultant([0.0, 180.0]),
+        "without weight": circular.resultant([1.0], [0.0]),
+        "wraps": circular.wrap_axis([-270, -90, -89, 0, 90, 91, 270]),
+        "Watson": [circular.watson_u2_test(angles[:n] / 360.0) for n in (0, 1, 2, 5, 40)],
+        "grouped": [of(counts, chance) for of in (circular.grouped_watson_test, circular.chi_square_test)],
         "none grouped": circular.grouped_watson_test(0 * counts, chance),
-        "rounded": [one.tolist() for one in (circular.wrap_axis(angles - 180.0), circular.sector(angles,
-        7))]}  # fmt: skip
+        "rounded": [one.tolist() for one in (circular.wrap_axis(angles - 180.0), circular.sector(angles, 7))],
+    }
 
 
 def of_means() -> dict[str, Any]:
@@ -154,11 +170,14 @@ def of_means() -> dict[str, Any]:
         known = (drawn > 0).sum(axis=1)
         return np.where(known > 2, np.nansum(drawn, axis=1) / np.maximum(known, 1), np.nan)
 
-    return few | {"means": bootstrap.event_means(np.stack([values, values[::-1]], axis=1), EVENTS),
-        "names": bootstrap.event_names(EVENTS), "over earthquakes": bootstrap.mean_over_earthquakes(values, EVENTS,
-        draws=500), "bootstrap": bootstrap.bootstrap(bootstrap.mean_of_sample, np.arange(20.0) ** 2, level=0.8,
-        draws=300, seed=5), "by default": bootstrap.bootstrap(bootstrap.mean_of_sample, np.arange(8.0)),
-        "half tells": bootstrap.resampled(of_half, half, 400)}  # fmt: skip
+    return few | {
+        "means": bootstrap.event_means(np.stack([values, values[::-1]], axis=1), EVENTS),
+        "names": bootstrap.event_names(EVENTS),
+        "over earthquakes": bootstrap.mean_over_earthquakes(values, EVENTS, draws=500),
+        "bootstrap": bootstrap.bootstrap(bootstrap.mean_of_sample, np.arange(20.0) ** 2, level=0.8, draws=300, seed=5),
+        "by default": bootstrap.bootstrap(bootstrap.mean_of_sample, np.arange(8.0)),
+        "half tells": bootstrap.resampled(of_half, half, 400),
+    }
 
 
 def of_boundaries(cube: xr.Dataset) -> dict[str, Any]:
@@ -167,23 +186,44 @@ def of_boundaries(cube: xr.Dataset) -> dict[str, Any]:
     return {"boundary": found, "easiest": easiest_azimuth(found, cube["b_over_h"]), **lines}
 
 
-LINES = ([1, 1, 0, 0], [1, 0.5, 0.25, 0], [0, 1, 0, 1], [1, 0, 1, np.nan], [0.5, 0, 0, 0], [1] * 4, [0] * 4,
-    [np.nan] * 4)  # fmt: skip
+LINES = (
+    [1, 1, 0, 0],
+    [1, 0.5, 0.25, 0],
+    [0, 1, 0, 1],
+    [1, 0, 1, np.nan],
+    [0.5, 0, 0, 0],
+    [1] * 4,
+    [0] * 4,
+    [np.nan] * 4,
+)
 
 
 def of_falls(cube: xr.Dataset) -> dict[str, Any]:
     over = tuple(name for name in ("height", "friction") if name in cube.dims)
-    found: dict[str, Any] = {"informative": informative_blocks(cube), "shares": fall_shares(cube),
-        "over": fall_shares(cube, over=over), "means": fall_means(cube), "informative means": fall_means(cube,
-        over=over, informative=True), "sums": sums_by_record(cube), "kept": sums_by_record(cube, "b_over_h"),
-        "vectors": fall_vectors(cube, informative=True), "groups": record_groups(cube), "by wall": record_groups(cube,
-        "wall"), "by ground": record_groups(cube, "vs30", [300, 500]), "radial": radial_azimuth(cube),
-        "roses": study_roses(cube), "chunks": [places for places, _ in few_records(cube, ())]}  # fmt: skip
+    found: dict[str, Any] = {
+        "informative": informative_blocks(cube),
+        "shares": fall_shares(cube),
+        "over": fall_shares(cube, over=over),
+        "means": fall_means(cube),
+        "informative means": fall_means(cube, over=over, informative=True),
+        "sums": sums_by_record(cube),
+        "kept": sums_by_record(cube, "b_over_h"),
+        "vectors": fall_vectors(cube, informative=True),
+        "groups": record_groups(cube),
+        "by wall": record_groups(cube, "wall"),
+        "by ground": record_groups(cube, "vs30", [300, 500]),
+        "radial": radial_azimuth(cube),
+        "roses": study_roses(cube),
+        "chunks": [places for places, _ in few_records(cube, ())],
+    }
     for axial in (True, False):
         found[f"alignment {axial}"] = fall_alignment(found["sums"], cube["fault_normal"], axial=axial)
     if "azimuth" in cube.dims:
-        found |= {"towards": falls_towards(cube), "likely": falls_towards(cube, ensemble=True),
-            "whole": whole_circle(cube)}  # fmt: skip
+        found |= {
+            "towards": falls_towards(cube),
+            "likely": falls_towards(cube, ensemble=True),
+            "whole": whole_circle(cube),
+        }
     return found
 
 
@@ -201,12 +241,19 @@ def of_fits() -> dict[str, Any]:
     x = np.column_stack([dice.integers(-16, 17, 90) / 8.0, dice.integers(0, 9, 90) / 2.0, np.ones(90)])
     y, weight = (dice.random(90) < 1 / (1 + np.exp(-x[:, 0] + 0.5 * x[:, 1]))).astype(float), dice.integers(1, 5, 90)
     group = dice.integers(0, 11, 90)
-    fits = {"plain": logistic_fit(x, y, group, weight=weight, names=("a", "b", "c")), "shares": logistic_fit(x[:, :2],
-        0.25 + 0.5 * y, group), "few groups": logistic_fit(x[:, :2], y, group % 7), "just enough": logistic_fit(x[:,
-        :2], y, group % 8), "separated": logistic_fit(x[:, :1], x[:, 0] > 0.1, group), "dependent": logistic_fit(x[:,
-        [0, 0]], y, group), "all": logistic_fit(x, 0 * y + 1, group), "none": logistic_fit(x, 0 * y, group),
-        "empty": logistic_fit(x[:0], y[:0], group[:0]), "of a cube": overturning_fit(cube, intensity()),
-        "of an ensemble": overturning_fit(planes(ensemble=True), intensity())}  # fmt: skip
+    fits = {
+        "plain": logistic_fit(x, y, group, weight=weight, names=("a", "b", "c")),
+        "shares": logistic_fit(x[:, :2], 0.25 + 0.5 * y, group),
+        "few groups": logistic_fit(x[:, :2], y, group % 7),
+        "just enough": logistic_fit(x[:, :2], y, group % 8),
+        "separated": logistic_fit(x[:, :1], x[:, 0] > 0.1, group),
+        "dependent": logistic_fit(x[:, [0, 0]], y, group),
+        "all": logistic_fit(x, 0 * y + 1, group),
+        "none": logistic_fit(x, 0 * y, group),
+        "empty": logistic_fit(x[:0], y[:0], group[:0]),
+        "of a cube": overturning_fit(cube, intensity()),
+        "of an ensemble": overturning_fit(planes(ensemble=True), intensity()),
+    }
     rows = overturning_rows(cube, intensity(), ensemble=False)
     return {**fits, "rows": list(rows), "table": describe(fits["plain"]), "chance": fits["plain"].probability(x)}
 
@@ -214,9 +261,13 @@ def of_fits() -> dict[str, Any]:
 def of_criteria() -> dict[str, Any]:
     height, ratio, seconds = (one.ravel() for one in np.meshgrid([0.3, 0.6, 2.0], [0.05, 0.2, 0.5], [0.02, 0.08, 0.3]))
     limits = {one.name: one.acceleration(height, ratio, seconds) for one in criteria.CRITERIA}
-    more = {"velocity": criteria.ishiyama_velocity(height, ratio), "p": criteria.frequency_parameter(height, ratio),
-        "F_b": criteria.kaneko_hayashi_frequency(height, ratio), "West": criteria.CRITERIA[0].acceleration(1.0, 0.2,
-        [0.1, 1]), "scores": criteria.criteria_scores(planes(), intensity())}  # fmt: skip
+    more = {
+        "velocity": criteria.ishiyama_velocity(height, ratio),
+        "p": criteria.frequency_parameter(height, ratio),
+        "F_b": criteria.kaneko_hayashi_frequency(height, ratio),
+        "West": criteria.CRITERIA[0].acceleration(1.0, 0.2, [0.1, 1]),
+        "scores": criteria.criteria_scores(planes(), intensity()),
+    }
     return limits | more
 
 
@@ -235,27 +286,48 @@ def of_fragility() -> dict[str, Any]:
         table = path.read_text(encoding="utf-8").splitlines()
         write_openquake([one, weak], path, "stones")
         nrml = path.read_text(encoding="utf-8").splitlines()
-    return {"one": one, "few": few, "weak": weak, "spreads": one.spreads, "told": [c.told for c in (one, few, weak)],
-        "identifier": one.identifier, "chance": one.probability([0.1, 0.9, 3.0]), "table": table, "NRML": nrml,
+    return {
+        "one": one,
+        "few": few,
+        "weak": weak,
+        "spreads": one.spreads,
+        "within_data": [c.within_data for c in (one, few, weak)],
+        "identifier": one.identifier,
+        "chance": one.probability([0.1, 0.9, 3.0]),
+        "table": table,
+        "NRML": nrml,
         "weighed": fragility.lognormal_fit(x, share, dice.integers(1, 4, x.size)),
-        "stepped": fragility.lognormal_fit([1, 2, 3, 4], [0, 0.5, 0.5, 1]), "parted": fragility.lognormal_fit([1, 2, 3,
-        4], [0, 0, 1, 1]), "level": fragility.lognormal_fit([1, 2], [0.5, 0.5]), "hardly": fragility.lognormal_fit([1,
-        2, 3, 4], [0.4, 0.45, 0.4, 0.5]), "file": measure_file("SA(0.5)")}  # fmt: skip
+        "stepped": fragility.lognormal_fit([1, 2, 3, 4], [0, 0.5, 0.5, 1]),
+        "parted": fragility.lognormal_fit([1, 2, 3, 4], [0, 0, 1, 1]),
+        "level": fragility.lognormal_fit([1, 2], [0.5, 0.5]),
+        "hardly": fragility.lognormal_fit([1, 2, 3, 4], [0.4, 0.45, 0.4, 0.5]),
+        "file": measure_file("SA(0.5)"),
+    }
 
 
 def of_stones() -> dict[str, Any]:
     one, other = planes(count=9), planes(azimuths=24, count=9).roll(azimuth=3, roll_coords=False)
     counts, both = compare_stones(one, other), compare_stones(space(), space().roll(orientation=1, roll_coords=False))
-    return {"of a stack": falls_by_element(stack()), "of a block": falls_by_element(planes()), "counts": counts,
-        "contrast": contrast(counts, one["event"].to_numpy()), "in space": both}  # fmt: skip
+    return {
+        "of a stack": falls_by_element(stack()),
+        "of a block": falls_by_element(planes()),
+        "counts": counts,
+        "contrast": contrast(counts, one["event"].to_numpy()),
+        "in space": both,
+    }
 
 
 def of_space() -> dict[str, Any]:
     counts, turned = plane_counts(space()), turns(space())
-    return {"counts": counts, "agreement": plane_agreement(counts), "kept": plane_agreement(counts, "b_over_h"),
+    return {
+        "counts": counts,
+        "agreement": plane_agreement(counts),
+        "kept": plane_agreement(counts, "b_over_h"),
         "turns": {key: np.sort(values) for key, values in turned.items()},
-        "twist": [twist(values.copy()) for values in turned.values()], "none": twist(np.zeros(0, np.float32)),
-        "most": twist(np.arange(10, dtype=np.float32), 0.75)}  # fmt: skip
+        "twist": [twist(values.copy()) for values in turned.values()],
+        "none": twist(np.zeros(0, np.float32)),
+        "most": twist(np.arange(10, dtype=np.float32), 0.75),
+    }
 
 
 def of_spread() -> dict[str, Any]:
@@ -263,20 +335,37 @@ def of_spread() -> dict[str, Any]:
     members = dice.choice([0, 8, 16, 24, 23, 7], 300)
     towards = np.where(members > 0, np.floor(dice.random(300) * (members + 1)) / np.maximum(members, 1), np.nan)
     away = np.where(members > 0, np.floor((1 - towards) * members * dice.random(300)) / np.maximum(members, 1), np.nan)
-    kinds = {"by default": Ensemble(), "all runs": Ensemble(half_width=0.0), "many": Ensemble(members=64,
-        half_width=0.1)}  # fmt: skip
-    return {f"{name}, {of.__name__}": of_first_batch(of, towards, away, members, settings) for name,
-        settings in kinds.items() for of in (divided, to_both_sides)}  # fmt: skip
+    kinds = {
+        "by default": Ensemble(),
+        "all runs": Ensemble(half_width=0.0),
+        "many": Ensemble(members=64, half_width=0.1),
+    }
+    return {
+        f"{name}, {of.__name__}": of_first_batch(of, towards, away, members, settings)
+        for name, settings in kinds.items()
+        for of in (divided, to_both_sides)
+    }
 
 
-CUBES = {"an ensemble": partial(planes, ensemble=True), "a part of the circle": partial(planes, azimuths=7, count=9),
-    "no mirror image": partial(planes, period=360.0), "space": space}  # fmt: skip
+CUBES = {
+    "an ensemble": partial(planes, ensemble=True),
+    "a part of the circle": partial(planes, azimuths=7, count=9),
+    "no mirror image": partial(planes, period=360.0),
+    "space": space,
+}
 
-ANSWERS: Answers = {"interface": partial(interface_of, "statistics"), "angles": of_angles, "means": of_means,
-    "fits": of_fits, "criteria": of_criteria, "fragility": of_fragility, "stones": of_stones, "space": of_space,
-    "spread": of_spread, **{f"falls: {name}": lambda make=make: of_falls(make()) for name, make in CUBES.items()},
+ANSWERS: Answers = {
+    "interface": partial(interface_of, "statistics"),
+    "angles": of_angles,
+    "means": of_means,
+    "fits": of_fits,
+    "criteria": of_criteria,
+    "fragility": of_fragility,
+    "stones": of_stones,
+    "space": of_space,
+    "spread": of_spread,
+    **{f"falls: {name}": lambda make=make: of_falls(make()) for name, make in CUBES.items()},
     **{f"axes: {name}": lambda make=make: of_axes(make()) for name, make in CUBES.items()},
-    **{f"boundary: {name}": lambda make=make: of_boundaries(make()) for name,
-    make in CUBES.items() if name != "space"},
-    **{f"cases: {name}": lambda make=make: {"cases": illustrative_cases(make())} for name,
-    make in CUBES.items()}}  # fmt: skip
+    **{f"boundary: {name}": lambda make=make: of_boundaries(make()) for name, make in CUBES.items() if name != "space"},
+    **{f"cases: {name}": lambda make=make: {"cases": illustrative_cases(make())} for name, make in CUBES.items()},
+}

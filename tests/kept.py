@@ -115,7 +115,7 @@ def _calls(name: str, one: Any) -> list[str]:
             signature = inspect.signature(getattr(function, "py_func", function))
             bare = [part.replace(annotation=inspect.Parameter.empty) for part in signature.parameters.values()]
             text = str(signature.replace(parameters=bare, return_annotation=inspect.Signature.empty))
-            calls.append(called + re.sub("<[^<>]* at 0x[^<>]*>", "…", text))
+            calls.append(called + re.sub(r" at 0x\w+", "", text))
     return calls
 
 

@@ -53,7 +53,10 @@ def _independent_multiply_adds(rounds: int) -> float:
     for _ in range(rounds):
         for j in range(256):
             v = values[j]
-            for _q in range(8):
+            # Loops of four, which LLVM still writes out (`prefer_vector_code`).
+            for _q in range(4):
+                v = v * 0.999 + 0.1
+            for _q in range(4):
                 v = v * 0.999 + 0.1
             values[j] = v
     return values.sum()

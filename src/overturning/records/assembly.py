@@ -2,7 +2,6 @@
 
 import hashlib
 import math
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -14,7 +13,15 @@ from overturning.arrays import FloatArray
 from overturning.errors import Reasons, RecordError
 from overturning.motion.direction import direction_cosines
 from overturning.motion.plausible import implausible
-from overturning.records.component import Component, check_peak, in_a_structure, is_vertical_of_unknown_sense
+from overturning.records.component import (
+    Component,
+    agency_processing_of,
+    check_peak,
+    in_a_structure,
+    is_vertical_of_unknown_sense,
+    seed_sensor,
+    skew_notes,
+)
 from overturning.records.earthquakes import distance_km
 from overturning.records.record import Record, peaks_of
 from overturning.records.source import Declarations, VerticalSense
@@ -27,9 +34,6 @@ LEAST_PEAK = 0.8
 
 SAME_STATION = 1.0
 """Largest distance between the places that files of one station state, km: rounded degrees and minutes differ."""
-
-MOST_SKEW_DEG = 5.0
-"""Largest difference of two horizontal axes from a right angle of which nothing is said, degrees."""
 
 MINIMUM_SINE = 0.9
 """Smallest sine of the angle between two horizontal axes that may be turned to north and east."""
@@ -85,7 +89,7 @@ def _common_window(components: Sequence[Component], reasons: _Reasons) -> list[C
     """
     said = [
         (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location, sensor)
-        for c, sensor in zip(components, map(_seed_sensor, components), strict=True)
+        for c, sensor in zip(components, map(seed_sensor, components), strict=True)
     ]
     for texts in zip(*said, strict=True):
         named = {" ".join(text.split()).casefold(): text for text in texts if text}
@@ -133,12 +137,6 @@ def _common_window(components: Sequence[Component], reasons: _Reasons) -> list[C
     if spread > MAXIMUM_SPREAD:
         _check_largest_is_kept(components, cut, reasons)
     return cut
-
-
-def _seed_sensor(component: Component) -> str:
-    """Band and instrument of a SEED channel, ``HN``; empty where an axis has no such code."""
-    coded = component.format in ("miniseed", "sac", "esm-dyna") and re.fullmatch("[A-Z]{2}[A-Z0-9]", component.axis)
-    return component.axis[:2] if coded else ""
 
 
 def _check_one_place(components: Sequence[Component], reasons: _Reasons) -> None:
@@ -193,7 +191,7 @@ def assemble(
     by_files = [c for c in components if not c.vertical]
     with reasons.of():
         components = _axes(components, declared.azimuths_deg, name)
-        notes += _skew(components)
+        notes += skew_notes(components)
         notes += [
             f"axis {c.axis!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
             for c, was in zip(components, by_files, strict=False)
@@ -215,7 +213,7 @@ def assemble(
     first = window[0]
     borehole = ["borehole sensor"] if declared.sensor == "borehole" else []
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
-    extra |= _of_their_agency(window)
+    extra |= agency_processing_of(window)
     extra |= {"axes": [c.axis for c in window]} | ({"origin_time": iso(first.origin)} if first.origin else {})
     extra |= {"header_peak_difference": differences} if differences else {}
     extra |= {"trusted_data": True, "trusted": trusted} if declared.trust_data else {}
@@ -248,16 +246,6 @@ def assemble(
     )
 
 
-def _skew(components: Sequence[Component]) -> list[str]:
-    """What is said of two horizontal axes that are further from a right angle than one that was set by a compass."""
-    first, second = (c.azimuth_deg or 0.0 for c in components[:2])
-    apart = abs((second - first + 180.0) % 360.0 - 180.0)
-    if abs(apart - 90.0) <= MOST_SKEW_DEG:
-        return []
-    which = f"horizontal axes at {first:g}° and {second:g}°, {apart:g}° apart"
-    return [f"{which}, are taken as stated: look whether both azimuths are right"]
-
-
 def _stated_otherwise(component: Component, declared: Declarations) -> str:
     """What was declared of samples and is not taken, because their file states it; empty where nothing was."""
     said = [f"unit {declared.unit}"] if declared.unit not in (None, component.unit) else []
@@ -268,16 +256,6 @@ def _stated_otherwise(component: Component, declared: Declarations) -> str:
         said.append(f"{declared.sampling_interval_s:g} s")
     what = f"what is declared of axis {component.axis!r} ({', '.join(said)})"
     return f"{what} is not taken: {component.file} states its own" if said else ""
-
-
-def _of_their_agency(components: Sequence[Component]) -> dict[str, str]:
-    """What the agency has done to the components, of each where it is not the same; empty where nothing is stated."""
-    done = {c.axis: str(c.extra.get("agency_processing", "")) for c in components}
-    if not any(done.values()):
-        return {}
-    alike = len(set(done.values())) == 1
-    of_each = "; ".join(f"{axis}: {what or 'not stated'}" for axis, what in done.items())
-    return {"agency_processing": next(iter(done.values())) if alike else of_each}
 
 
 def _not_the_size_of_a_motion(components: Sequence[Component]) -> str:

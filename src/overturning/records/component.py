@@ -1,7 +1,7 @@
 """What a file reader returns: one sensor axis with what the file says about it; axis names as networks write them."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Final
@@ -219,3 +219,33 @@ def check_peak(component: Component, contradicts: Callable[[str, str], None]) ->
         )
         return None
     return difference / stated.value if stated.value else 0.0
+
+
+MOST_SKEW_DEG = 5.0
+"""Largest difference of two horizontal axes from a right angle of which nothing is said, degrees."""
+
+
+def skew_notes(components: Sequence[Component]) -> list[str]:
+    """What is said of two horizontal axes that are further from a right angle than one that was set by a compass."""
+    first, second = (c.azimuth_deg or 0.0 for c in components[:2])
+    apart = abs((second - first + 180.0) % 360.0 - 180.0)
+    if abs(apart - 90.0) <= MOST_SKEW_DEG:
+        return []
+    which = f"horizontal axes at {first:g}° and {second:g}°, {apart:g}° apart"
+    return [f"{which}, are taken as stated: look whether both azimuths are right"]
+
+
+def agency_processing_of(components: Sequence[Component]) -> dict[str, str]:
+    """What the agency has done to the components, of each where it is not the same; empty where nothing is stated."""
+    done = {c.axis: str(c.extra.get("agency_processing", "")) for c in components}
+    if not any(done.values()):
+        return {}
+    alike = len(set(done.values())) == 1
+    of_each = "; ".join(f"{axis}: {what or 'not stated'}" for axis, what in done.items())
+    return {"agency_processing": next(iter(done.values())) if alike else of_each}
+
+
+def seed_sensor(component: Component) -> str:
+    """Band and instrument of a SEED channel, ``HN``; empty where an axis has no such code."""
+    coded = component.format in ("miniseed", "sac", "esm-dyna") and re.fullmatch("[A-Z]{2}[A-Z0-9]", component.axis)
+    return component.axis[:2] if coded else ""

@@ -86,7 +86,7 @@ def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None
 @pytest.mark.parametrize("b_over_h", [0.35, 0.5, 0.8])
 @pytest.mark.parametrize("height", [0.6, 1.2])
 def test_a_block_on_a_slope_stays_a_rectangle_whatever_its_b_over_h(height: float, b_over_h: float) -> None:
-    """It tips down a slope of angle β from tan(α − β) g on, α its own, and lies on the slope with its whole base."""
+    """It tips down a slope of angle β from tan(α − β) g on, α its own, and lies there with its whole base."""
     prepared = prepare(_on_slope(0.2, 0.3, 0.6), height, b_over_h)
     assert prepared.threshold == pytest.approx(np.tan(np.arctan(b_over_h) - np.arctan(0.2)), rel=1e-9)
     sides = np.diff(prepared.placed[1].points[:3], axis=0)

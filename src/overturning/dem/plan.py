@@ -49,6 +49,11 @@ ANSWERS: Final = {
 """Columns of the kernels' results in planes, by the variables that they are."""
 
 
+def alike(*columns: NDArray[Any]) -> NDArray[np.int64]:
+    """Numbers of cases, shape (n,): the same where all columns, each of shape (n,), are."""
+    return np.asarray(np.unique(np.stack(columns), axis=1, return_inverse=True)[1]).ravel()
+
+
 @dataclass(frozen=True, kw_only=True)
 class Plan(ABC):
     """How each of n cases is to be computed: functions of the case and its motion alone."""

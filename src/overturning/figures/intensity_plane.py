@@ -86,8 +86,8 @@ def intensity_plane_figure(
 ) -> Figure:
     """Figure with up to three slendernesses (columns) and all heights (rows) at one friction, with the fit.
 
-    Of the intensity measures, ``pga`` (m/s²) and ``pgv`` (m/s) over record and azimuth count. Where the sizes are those
-    of ``another`` stone, as of `sizes_of_another`, which is said, there are no limits.
+    Of the intensity measures, ``pga`` (m/s²) and ``pgv`` (m/s) over record and azimuth count. Where the sizes are
+    those of ``another`` stone, as of `sizes_of_another`, which is said, there are no limits.
     """
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")

@@ -111,7 +111,7 @@ class Body(Model):
     @property
     def cost(self) -> float:
         """As of `Model.cost`."""
-        return 8.0
+        return 18.0
 
     @property
     def attributes(self) -> dict[str, str]:

@@ -184,7 +184,7 @@ class Planes(Model):
     @property
     def cost(self) -> float:
         """As of `Model.cost`: any other scene than a single block has the general kernel."""
-        return 1.0 if len(self.elements) == 1 else 10.0 * len(self.elements)
+        return 1.0 if len(self.elements) == 1 else 5.0 * len(self.elements)
 
     @property
     def attributes(self) -> dict[str, str]:

@@ -14,7 +14,7 @@ from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
 from overturning.dem.numerics import Numerics
 from overturning.dem.path import PlanePath
-from overturning.dem.plan import ANSWERS, Plan, rounded, shaking
+from overturning.dem.plan import ANSWERS, Plan, alike, rounded, shaking
 from overturning.dem.quiet import BORNE, borne, overshoot, quiet_windows
 from overturning.dem.time_step import (
     Scheme,
@@ -48,8 +48,7 @@ class BlockPlan(Plan):
     @property
     def group(self) -> NDArray[np.int64]:
         """Cases with equal steps, standing and not, all with friction or all without, share a queue."""
-        of_all = np.stack([self.steps, self.table["standing"], self.table["friction"] == 0])
-        return np.asarray(np.unique(of_all, axis=1, return_inverse=True)[1]).ravel()
+        return alike(self.steps, self.table["standing"], self.table["friction"] == 0)
 
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BlockRules:
         """As of `Plan.rules`, of cases with the same steps per sample, all with friction or all without."""

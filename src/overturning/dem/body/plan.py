@@ -16,7 +16,7 @@ from overturning.dem.body.statics import highest_mode, lowest_mode, rest, unload
 from overturning.dem.kernel.clock import BODY as PACE
 from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
 from overturning.dem.numerics import BODY_STEP, Numerics
-from overturning.dem.plan import Plan
+from overturning.dem.plan import Plan, alike
 from overturning.dem.quiet import BORNE, borne, overshoot, quiet_windows
 from overturning.dem.time_step import Scheme, contact_time, scheme_of, steps_per_sample
 from overturning.errors import ArgumentError
@@ -49,8 +49,7 @@ class BodyPlan(Plan):
     @property
     def group(self) -> NDArray[np.int64]:
         """Cases with equal steps, standing and not, share a queue."""
-        both = np.stack([self.steps, self.table["standing"]])
-        return np.asarray(np.unique(both, axis=1, return_inverse=True)[1]).ravel()
+        return alike(self.steps, self.table["standing"])
 
     @property
     def kind(self) -> Any:
@@ -193,7 +192,8 @@ def _pace_of(
     finest = np.exp2(np.frexp(np.clip(PACE.finest * share * contact / tick, 1.0, PACE.whole))[1] - 1.0)
     # The ticks of finer steps are shorter; of these more are taken.
     steps = steps * numerics.refinement
-    rigid = np.sqrt(square) * interval >= RIGID
+    # What rings would go on ringing in steps of a sample.
+    rigid = (np.sqrt(square) * interval >= RIGID) & (rate >= np.sqrt(square))
     return steps, {
         "finest": finest,
         "standing": PACE.whole * np.where(rigid, np.gcd(usual, steps), 1),

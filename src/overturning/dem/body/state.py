@@ -20,7 +20,7 @@ COLUMNS: Final = 16
 """Bodies side by side: their rows fit into the nearest cache of a processor, 48 KB, those of more do not."""
 
 RIGID: Final = 10.0
-"""Whole samples are the steps of a body that stands where 1/ω is so many times shorter than they are."""
+"""Whole samples are the steps of a body that stands where 1/ω is so many times shorter and nothing rings."""
 
 TICKS: Final = BODY.whole
 """Ticks of a whole step."""

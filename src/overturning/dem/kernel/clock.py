@@ -43,7 +43,10 @@ class Pace(NamedTuple):
         return int(self.whole).bit_length() - 1
 
     def dwell_of(self, square: FloatArray, rate: FloatArray) -> FloatArray:
-        """Steps of a length after a change, more where a contact rings; ω² in 1/s², twice its damping rate in 1/s."""
+        """Steps of a length after a change of contacts with ω² (1/s²) and twice the damping rate (1/s).
+
+        More where one rings: where its damping ratio is below a half.
+        """
         return np.asarray(self.dwell * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0))
 
 

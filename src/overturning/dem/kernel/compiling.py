@@ -24,7 +24,6 @@ KNOWN: Final = "0.68."
 _SMALL = 100
 """Instructions of a function that is linked into its callers at once, where LLVM may inline it."""
 
-
 STACK: Final = 64
 """Bytes at a multiple of which the stack of each function begins: a cache line, the widest vector."""
 

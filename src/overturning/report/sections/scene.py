@@ -52,8 +52,8 @@ def scene(results: Results) -> Said:
     yield Note(
         "A stone has fallen that no longer stands where it stood: turned past the angle from which it could come back, "
         "lower by more than a tenth of its height or what the scene file sets, or without what carried it. Cases "
-        f"without an outcome are not counted. Elsewhere in this report “the block” is the {scenes[NOMINAL].shown_name} "
-        f"of the study's own scene{another}."
+        "without an outcome are not counted. Elsewhere in this report “the block” is the "
+        f"{scenes[NOMINAL].shown_name} of the study's own scene{another}."
         f"{''.join(f' Variant {name}: {said}.' for name in study.variants if (said := sizes_said(study, name)))}"
     )
     towards = f"{results.words.rose} {results.words.which}"

@@ -470,8 +470,7 @@ def test_by_the_sizes_of_another_element_no_criterion_is_scored(tmp_path: Path) 
         assert "criteria" not in text_of(found)
         assert tables(found) == []
         said = (
-            "Elsewhere in this report “the block” is the vase of the study's own scene; "
-            "H and B/H are those of the ped"
+            "Elsewhere in this report “the block” is the vase of the study's own scene; H and B/H are those of the ped"
         )
         assert said in text_of(scene(results))
         drawn = (results.figures / "plane.svg").read_text(encoding="utf-8")

@@ -7,26 +7,20 @@ or of one layer by ``python -m tests.kept dem``.
 """
 
 import importlib
-import inspect
 import json
 import math
-import pkgutil
-import re
 import sys
 from collections.abc import Callable, Mapping
-from contextlib import chdir, suppress
+from contextlib import chdir
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from pydantic import BaseModel
-
-from overturning.errors import OverturningError
 
 ROOT = Path(__file__).parents[1]
-LAYERS = ("statistics", "records", "motion", "study", "model", "dem")
+LAYERS = ("dem",)
 TOLERANCE = 1e-9
 """Of numbers, by the largest of their row: libm differs between processors in the last digit."""
 MOST = 6
@@ -69,58 +63,6 @@ def plain(value: Any) -> Any:
     sums = [math.fsum((weight * numbers)[known].tolist()) for weight in weights]
     size, gaps = " × ".join(map(str, values.shape)), int((places * ~known).sum())
     return {"size": size, "gaps": gaps, "sums": plain([*sums, math.fsum(np.abs(numbers[known]).tolist())])}
-
-
-def refusals(*calls: Callable[[], Any]) -> dict[str, str]:
-    """What each call is refused with; "accepted" where it is not."""
-    said = {}
-    for number, call in enumerate(calls, 1):
-        try:
-            call()
-            said[str(number)] = "accepted"
-        except (OverturningError, ValueError) as error:
-            said[str(number)] = str(error)
-    return said
-
-
-def keys_of(*models: type[BaseModel]) -> dict[str, Any]:
-    """Keys of files, each with its default and bounds."""
-    return {
-        model.__name__: {
-            name: [re.sub(" at 0x\\w+", "", str(one)) for one in (item.annotation, item.default, *item.metadata)]
-            for name, item in model.model_fields.items()
-        }
-        for model in models
-    }
-
-
-def interface_of(layer: str) -> dict[str, list[str]]:
-    """How what is public in a layer may be called: names, defaults, and what must be named."""
-    found: dict[str, list[str]] = {}
-    package = importlib.import_module(f"overturning.{layer}")
-    for item in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
-        for name, one in vars(importlib.import_module(item.name)).items():
-            if callable(one) and not name.startswith("_") and getattr(one, "__module__", "") == item.name:
-                found.setdefault(item.name, []).extend(_calls(name, one))
-    return found
-
-
-def _calls(name: str, one: Any) -> list[str]:
-    """A function, or a class and its public methods, without types."""
-    methods = vars(one).items() if isinstance(one, type) else ()
-    within = [(f"{name}.{key}", getattr(one, key)) for key, method in methods if key[0] != "_" and _is_method(method)]
-    calls = []
-    for called, function in ((name, one), *within):
-        with suppress(TypeError, ValueError):  # of an enumeration
-            signature = inspect.signature(getattr(function, "py_func", function))
-            bare = [part.replace(annotation=inspect.Parameter.empty) for part in signature.parameters.values()]
-            text = str(signature.replace(parameters=bare, return_annotation=inspect.Signature.empty))
-            calls.append(called + re.sub(r" at 0x\w+", "", text))
-    return calls
-
-
-def _is_method(method: Any) -> bool:
-    return inspect.isfunction(method) or isinstance(method, classmethod | staticmethod)
 
 
 def differences(now: Any, kept: Any, where: str = "") -> list[str]:

@@ -22,7 +22,7 @@ from overturning.model.scene import Scene, gravestone
 from overturning.model.shapes import Polyhedron, Rectangle, shape_of
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import block, scene, shipped
-from tests.kept import Answers, interface_of
+from tests.kept import Answers
 
 
 @cache
@@ -139,7 +139,6 @@ SCENES = {
 }
 
 ANSWERS: Answers = {
-    "interface": partial(interface_of, "dem"),
     "block": partial(of_cases, Planes(), drawn(200, 1)),
     "block, ground up and down": partial(of_cases, Planes(), drawn(200, 2, tilted=True), True),
     "block, nothing left out": partial(of_cases, Planes(), drawn(100, 3), True, leave_out=False),

@@ -1,7 +1,10 @@
 """Preflight: what would end a run is found before it starts."""
 
+import json
 import re
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,7 +13,7 @@ import pytest
 
 from overturning.errors import ConfigError, MissingDataError, OverturningError
 from overturning.study.load import check_study, load_study
-from overturning.study.preflight import check_files, check_records, check_size, size_of
+from overturning.study.preflight import check_files, check_packages, check_records, check_size, size_of
 from tests.expect import said
 from tests.records.world_writers import unam_text
 
@@ -105,6 +108,39 @@ def test_nothing_is_said_of_the_strength_of_a_record_that_soil_may_amplify(tmp_p
     site = {"layers": [layer], "rock": {"velocity_m_s": 760}}
     for more in ({"site": site}, {"variants": {"soil": {"site": site}}}):
         assert told(study_of(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], **more)) == ()
+
+
+SITE = {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}
+"""20 m of soil over rock: a motion goes through it by pystrata, an optional package."""
+
+
+@pytest.mark.parametrize("key", ["site", "variants.soil: site"])
+def test_study_check_finds_that_the_package_for_soil_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, key: str
+) -> None:
+    """None in sys.modules makes the import fail, as on a machine without pystrata."""
+    monkeypatch.setitem(sys.modules, "pystrata", None)
+    pulse = {"use": [], "pulses": {"p1": "sine amplitude_gal=300 period_s=1 azimuth_deg=60"}}
+    site = {"site": SITE} if key == "site" else {"variants": {"soil": {"site": SITE}, "flat": {"vertical": False}}}
+    (tmp_path / "mine.yaml").write_text(json.dumps({"name": "mine", "records": pulse} | site), encoding="utf-8")
+    (line,) = said("study", "check", tmp_path / "mine.yaml", status=1).splitlines()
+    assert line.startswith(f"error: {tmp_path / 'mine.yaml'}: {key}: soil layers need pystrata")
+    assert "python -m pip install 'overturning[soil]'" in line
+
+
+def test_study_check_finds_an_unknown_soil_curve(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The names are pystrata's; here it is one that knows two curves."""
+    curves = SimpleNamespace(known_published_curves=lambda: ["kishida", "idriss_sand"])
+    monkeypatch.setitem(sys.modules, "pystrata", SimpleNamespace(site=curves))
+    layers = [*SITE["layers"], {"thickness_m": 5, "velocity_m_s": 150, "curve": "idris"}]
+    check_packages(mine("rinaldi", site=SITE | {"layers": layers[:1]}), "mine.yaml")
+    with pytest.raises(ConfigError, match=re.escape("mine.yaml: site: curve 'idris'; known are idriss_sand, kishida")):
+        check_packages(mine("rinaldi", site=SITE | {"layers": layers}), "mine.yaml")
+
+
+def test_a_study_without_soil_needs_no_optional_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pystrata", None)
+    check_packages(mine("rinaldi"), "mine.yaml")
 
 
 def test_a_study_too_large_is_refused_with_what_it_would_take() -> None:

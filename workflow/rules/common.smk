@@ -16,6 +16,7 @@ from overturning.statistics.fragility_files import measure_file
 from overturning.surveys.stones import read_survey
 from overturning.study.preflight import (
     check_files,
+    check_packages,
     check_records,
     check_results,
     check_size,
@@ -84,6 +85,12 @@ def load():
                 for name, entry in entries.items()
                 if not (motion / f"{name}.nc").is_file()
             }
+            soils = [motion / name for name, one in study.variants.items() if one.site]
+            # Results that are there can be reported without the packages that made them.
+            if (study.site and new) or not all(
+                (soil / f"{name}.nc").is_file() for soil in soils for name in entries
+            ):
+                check_packages(study, where)
             check_records(study, new)
         return study, entries, files
     except OverturningError as error:

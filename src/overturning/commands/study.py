@@ -45,11 +45,12 @@ def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None
 def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
     """Find what a run would find: wrong keys, missing and damaged files, too many cases; and about what it takes."""
     from overturning.study.load import load_study
-    from overturning.study.preflight import check_files, check_records, check_size
+    from overturning.study.preflight import check_files, check_packages, check_records, check_size
     from overturning.surveys.stones import read_survey
 
     study = load_study(path)
     size = check_size(study, str(path))
+    check_packages(study, str(path))
     entries, _ = check_files(study, str(path))
     for survey in study.surveys:
         read_survey(Path(survey.stones))

@@ -68,9 +68,17 @@ def pystrata() -> Any:
         import pystrata as package  # takes some seconds
     except ImportError as error:
         raise ArgumentError(
-            f"site: pystrata is not there ({error}); install the group: pip install 'overturning[soil]'"
+            f"site: soil layers need pystrata, which cannot be imported ({error}); python -m pip install "
+            "'overturning[soil]', or leave out the site"
         ) from None
     return package
+
+
+def check_layers(layers: Sequence[Layer]) -> None:
+    """Raise an ArgumentError if pystrata cannot be imported, or does not know the curve of a layer."""
+    package = pystrata()
+    for layer in layers:
+        _check_curve(package, layer)
 
 
 def through_soil(
@@ -122,9 +130,13 @@ def _soil_type(package: Any, soil: Layer | Rock) -> Any:
     weight = soil.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
     if isinstance(soil, Rock) or soil.curve is None:
         return package.site.SoilType("", weight, None, soil.damping)
-    known = package.site.known_published_curves()
-    if soil.curve not in known:
-        raise ArgumentError(
-            f"site: curve {soil.curve!r}; known are {', '.join(sorted(known)[:6])} … ({len(known)} in all)"
-        )
+    _check_curve(package, soil)
     return package.site.SoilType.from_published("", weight, soil.curve)
+
+
+def _check_curve(package: Any, layer: Layer) -> None:
+    known = package.site.known_published_curves() if layer.curve is not None else [None]
+    if layer.curve not in known:
+        raise ArgumentError(
+            f"site: curve {layer.curve!r}; known are {', '.join(sorted(known)[:6])} … ({len(known)} in all)"
+        )

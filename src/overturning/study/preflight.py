@@ -120,6 +120,22 @@ def _there(folder: Path) -> Path:
     return next(one for one in (folder, *folder.absolute().parents) if one.is_dir())
 
 
+def check_packages(study: Study, where: str) -> None:
+    """Raise a `ConfigError` if an optional package that a study needs is not installed, or lacks a soil curve."""
+    from overturning.motion.soil import check_layers
+
+    sites = {"": study.site} | {f"variants.{name}: ": one.site for name, one in study.variants.items()}
+    faults: dict[str, None] = {}
+    for key, site in sites.items():
+        try:
+            if site is not None:
+                check_layers(site.layers)
+        except ArgumentError as error:
+            faults[f"{where}: {key}{error}"] = None
+    if faults:
+        raise ConfigError(_joined(list(faults)))
+
+
 def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[str, list[Path]]]:
     """Rows of the record table that a study uses, and the files of each record that the user has put there.
 

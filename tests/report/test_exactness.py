@@ -19,11 +19,13 @@ from tests.report.reading import column, numbers, tables, text_of
 
 COUNTS = {
     "element": "", "cases": 200, "flags": 2, "undivided": 160, "flags_undivided": 1, "sides_undivided": 0, "fallen": 50,
-    "sides": 0, "unanswered": 0,
+    "sides": 0, "fallen_agreed": 40, "sides_agreed": 0, "unanswered": 0,
 }  # fmt: skip
 FOUND = {
-    "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
-    "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]},
+    "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "computed": 4500,
+    "study_block_steps": 1000, "cost": 1.0,
+    "finer_by": 8, "stiffer_by": 4.0,
+    "finer": {"block_steps": 500, "outcomes": [COUNTS]},
     "stiffer": {"block_steps": 0, "outcomes": [], "refused": "too stiff"},
     "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0}, "rigid": None,
 }  # fmt: skip
@@ -105,14 +107,44 @@ def test_what_was_not_run_again() -> None:
 def test_beside_the_exact_rigid_block() -> None:
     """Of 200 cells 3 have another flag and 5 of those that fall in both another side; of 160 undivided ones 1 and 2."""
     assert "rigid" not in text_of(section())
-    counts = COUNTS | {"flags": 3, "sides": 5, "sides_undivided": 2}
+    counts = COUNTS | {"flags": 3, "sides": 5, "sides_undivided": 2, "sides_agreed": 1}
     shown = section(members=24, rigid=counts | {"cells": 200})
     assert numbers(text_of(shown).partition("Blocks of µ")[2].partition("\n")[0]) == [
         "1", "200", "98.50", "96.00", "99.38", "98.12",
     ]  # fmt: skip
-    assert column(tables(shown)[0], "changed")[-3:] == ["3", "1", "5"]
-    assert column(tables(shown)[0], "block steps")[-3:] == ["", "", ""]
+    assert column(tables(shown)[0], "changed")[-4:] == ["3", "1", "5", "1"]
+    assert column(tables(shown)[0], "block steps")[-4:] == ["", "", "", ""]
     assert "200 of them drawn at random" in text_of(section(rigid=counts | {"cells": 30_000}))
+
+
+def test_a_count_of_all_cells_has_no_sampling_interval() -> None:
+    """A complete enumeration has no error of sampling: a share of all cells is that share."""
+    shown = section(members=24, rigid=COUNTS | {"cells": 200})
+    (table,) = tables(shown)
+    shown_intervals = column(table, "95 % interval")
+    assert shown_intervals[-4:] == ["all cells"] * 4
+    assert shown_intervals[0] == "0.27 to 3.57\u00a0%", "2 of a random 200 keep theirs"
+    drawn = tables(section(members=24, rigid=COUNTS | {"cells": 201}))[0]
+    assert "all cells" not in column(drawn, "95 % interval")
+    # So it is where every computed cell of a small study was run again.
+    settling = {"changed": 7, "looked_at": 7, "settled": 4, "chaotic": 1, "block_steps": 50}
+    every = results_of(chosen=200, computed=200, settling=settling)
+    assert column(tables(convergence(every))[0], "95 % interval")[:2] == ["all cells", "all cells"]
+    line = dependence(every)
+    for text in (line.text, text_of(convergence(every)).partition("With finer steps")[2].partition("\n")[0]):
+        assert text
+        assert " to " not in text.replace("to the other side", "")
+        assert "interval" not in text
+
+
+def test_sides_that_change_although_all_members_agree_have_a_row() -> None:
+    """Of 29 falls that change sides 21 are of cases whose ensemble falls one way, which the flags alone do not show."""
+    shown = section(members=24, finer=run_again(fallen=964, sides=29, fallen_agreed=800, sides_agreed=21))
+    (table,) = tables(shown)
+    (row,) = [place for place, text in enumerate(column(table, "what changed")[:4]) if "falls one way" in text]
+    assert (column(table, "changed")[row], column(table, "compared")[row]) == ("21", "800")
+    assert column(table, "share")[row] == "2.62\u00a0%"
+    assert not any("falls one way" in text for text in column(tables(section())[0], "what changed"))
 
 
 def test_of_no_case_nothing_is_told() -> None:
@@ -165,7 +197,7 @@ def test_the_line_below_the_answer() -> None:
     assert warnings(shown) == []
     (table,) = tables(shown)
     assert column(table, "changed")[:2] == ["5", "1"]
-    assert column(table, "compared")[:2] == ["200", "160"]
+    assert column(table, "compared")[:4] == ["200", "160", "50", "40"]
     # 2 of 160 are more than one percent, of all 200 they would not be.
     assert len(warnings(section(members=24, finer=run_again(flags=5, flags_undivided=2)))) == 1
     assert dependence(SimpleNamespace(study=None, convergence=None)) is None

@@ -106,7 +106,8 @@ class Swept:
         """The sample with other flags in the study's answers."""
         answers = self.sample.answers.copy()
         answers["overturned"] = overturned
-        return replace(self.sample, answers=answers, divided=self.sample.divided if divided is None else divided)
+        divided = self.sample.divided if divided is None else divided
+        return replace(self.sample, answers=answers, divided=divided, apart=self.sample.apart | divided)
 
 
 def swept(settings: Study, records: list[Record], folder: Path) -> Swept:
@@ -148,7 +149,14 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
     assert wrong.finer.outcomes[0].undivided == wrong.finer.outcomes[0].cases
     unsure = done.saying(opposite, divided=np.ones(opposite.shape, np.bool_))
     (all_divided,) = check_convergence(settings, done.records, unsure).finer.outcomes
-    assert all_divided == wrong.finer.outcomes[0].model_copy(update={"undivided": 0, "flags_undivided": 0})
+    none = dict.fromkeys(("undivided", "flags_undivided", "fallen_agreed", "sides_agreed"), 0)
+    assert all_divided == wrong.finer.outcomes[0].model_copy(update=none)
+    # Falls to the other side are counted where the members fall one way, and not where they fall to both.
+    turned = done.saying(-done.sample.answers["overturned"])
+    (sides,) = check_convergence(settings, done.records, turned).finer.outcomes
+    assert sides.sides_agreed == sides.sides == finer.fallen - finer.sides > 0
+    (both,) = check_convergence(settings, done.records, replace(turned, apart=~turned.divided)).finer.outcomes
+    assert (both.sides, both.sides_undivided, both.fallen_agreed) == (sides.sides, sides.sides, 0)
     again = check_convergence(settings, done.records, done.sample, threads=2)
     assert again == found
 
@@ -221,7 +229,8 @@ def test_repetition_of_a_small_study_costs_no_more_than_the_study(step: int, lea
 def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused() -> None:
     settings = study(contact={"stiffness": 3e13}, verification={"at_least": 4, "cost": 50})
     none = np.zeros(2, np.bool_)
-    sample = Sample(np.zeros(2, np.int64), np.zeros((2, 4), np.int64), unanswered(2, 1), none, none[:, None], 36, 0)
+    sure, index = none[:, None], np.zeros((2, 4), np.int64)
+    sample = Sample(np.zeros(2, np.int64), index, unanswered(2, 1), none, sure, sure, 36, 0)
     quiet = Record("a", np.zeros(50), np.zeros(50), None, 0.01)
     found = check_convergence(settings, [quiet], sample)
     assert "stiffness" in found.stiffer.refused
@@ -248,9 +257,9 @@ def test_blocks_that_cannot_slide_stand_beside_the_exact_rigid_block(tmp_path: P
     wrong = replace(rigid, answers=rigid.answers.copy())
     wrong.answers["overturned"] = overturned
     again = check_convergence(settings, records, sample, threads=2, rigid=wrong).rigid
-    assert again == found.model_copy(
-        update={"flags": 1, "sides": 1, "fallen": found.fallen - 1, "flags_undivided": 1, "sides_undivided": 1}
-    )
+    one_fall_less = {"fallen": found.fallen - 1, "fallen_agreed": found.fallen - 1}
+    one_of_each = dict.fromkeys(("flags", "sides", "flags_undivided", "sides_undivided", "sides_agreed"), 1)
+    assert again == found.model_copy(update=one_fall_less | one_of_each)
     workflow.check_convergence(settings.model_dump_json(), tmp_path / "motion", cube, tmp_path / "found.json")
     assert Convergence.read(tmp_path / "found.json").rigid == found
     # From under one record's blocks the ground drops by more than g: the rigid block, which stays on it, knows nothing.
@@ -370,6 +379,25 @@ def test_a_case_is_divided_where_some_members_fall_and_others_stand(tmp_path: Pa
     sample = read_sample(tmp_path / "cube.nc", Verification(at_least=5))
     divided = dict(zip(sample.index[:, 0].tolist(), sample.divided[:, 0].tolist(), strict=True))
     assert divided == {0: False, 1: True, 2: False, 3: False, 4: False}
+    apart = dict(zip(sample.index[:, 0].tolist(), sample.apart[:, 0].tolist(), strict=True))
+    assert apart == {0: False, 1: True, 2: True, 3: False, 4: False}
+
+
+def test_members_in_space_are_apart_where_their_directions_spread(tmp_path: Path) -> None:
+    """All members fall: one way, 10° and 40° to either side of a mean; then some stand; no member was run."""
+    half = np.radians([0.0, 10.0, 40.0])
+    falls = np.array([1.0, 1.0, 1.0, 0.5, np.nan])
+    north = np.array([*np.cos(half), 0.5, np.nan])
+    shape, dims = (1, 5, 1, 1, 1, 1), ("record", "orientation", "height", "b_over_h", "aspect", "friction")
+    zeros = np.zeros(shape, np.int8)
+    given = {"overturned": zeros, "status": zeros, "repeated": zeros, "fall_azimuth": np.zeros(shape, np.float32)}
+    given |= {"probability_falls": falls.reshape(shape), "fall_north": north.reshape(shape), "fall_east": 0.0 * zeros}
+    table = xr.Dataset({name: (dims, values) for name, values in given.items()}, attrs={"block_steps": 1})
+    table.to_netcdf(tmp_path / "cube.nc")
+    sample = read_sample(tmp_path / "cube.nc", Verification(at_least=5))
+    place = np.argsort(sample.index[:, 0])
+    assert sample.divided[place, 0].tolist() == [False, False, False, True, False]
+    assert sample.apart[place, 0].tolist() == [False, False, True, True, False]
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,8 @@ class Outcome(Counts):
     undivided: int  # of the cases with an answer in both, those whose ensemble is not divided
     flags_undivided: int  # of these, that fall in one answer and stand in the other
     sides_undivided: int  # of these, that fall to the other side
+    fallen_agreed: int  # that fall in both answers and whose ensemble members all fall to one side (or none was run)
+    sides_agreed: int  # of these, that fall to the other side
 
 
 class Rigid(Outcome):
@@ -59,6 +61,7 @@ class Convergence(BaseModel):
     chosen: int
     at_rest: int
     cells: int
+    computed: int  # of these, the cells that are not copies of others; where all were chosen nothing was sampled
     study_block_steps: int
     cost: float
     finer_by: int

@@ -79,6 +79,7 @@ def check_convergence(
         chosen=count,
         at_rest=int(sample.at_rest[:count].sum()),
         cells=len(records) * runs.grid.size,
+        computed=sample.computed,
         study_block_steps=sample.block_steps,
         cost=settings.cost,
         finer_by=FINER,
@@ -159,9 +160,13 @@ class _Runs:
         for column, name in enumerate(self.grid.element or ("",)):
             before, after = own["overturned"][:, column], again["overturned"][:, column]
             sure = ~self.sample.divided[:count, column]
-            counts, those = compare(before, after, away), compare(before[sure], after[sure], away[sure])
+            one_way = ~self.sample.apart[:count, column]
+            counts, those, agreed = (
+                compare(before[chosen], after[chosen], away[chosen]) for chosen in (np.ones_like(sure), sure, one_way)
+            )
             undivided = {
                 "undivided": those.cases, "flags_undivided": those.flags, "sides_undivided": those.sides,
+                "fallen_agreed": agreed.fallen, "sides_agreed": agreed.sides,
             }  # fmt: skip
             outcomes.append(Outcome(element=name, **undivided, **counts.model_dump()))
         return outcomes

@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.model.body import OF_ONE_MIND
 from overturning.model.planes import Planes
 from overturning.study.answers import Answers, unanswered
 from overturning.study.netcdf import open_raw
@@ -35,6 +36,7 @@ class Sample:
     answers: Answers
     at_rest: NDArray[np.bool_]  # those below the thresholds of rocking and sliding, shape (n,)
     divided: NDArray[np.bool_]  # some members of the ensemble fall and others stand, shape (n, elements)
+    apart: NDArray[np.bool_]  # divided, or members fall to both sides (3-D: spread beyond `OF_ONE_MIND`), same shape
     computed: int  # cases of the study that were not mirrored, nor repeated in space
     block_steps: int  # of the whole study
 
@@ -91,7 +93,15 @@ def read_sample(cube: Path, settings: Verification, among: NDArray[np.bool_] | N
         falls = np.zeros(overturned.shape, np.float32)
         falls += sum(cells(name) for name in _CHANCES if name in file.variables)
         divided, at_rest = (falls > 0) & (falls < 1 - _ROUNDING), cells("status")[:, 0] == 1
-        return Sample(record, index, answers, at_rest, divided, records * int(computed.sum()), int(file.block_steps))
+        apart = divided.copy()
+        if "probability_towards" in file.variables:
+            towards = cells("probability_towards")
+            apart |= (towards > _ROUNDING) & (towards < 1 - _ROUNDING)
+        if "fall_north" in file.variables:
+            length = np.hypot(cells("fall_north"), cells("fall_east"))
+            apart |= (falls > 0) & (length < OF_ONE_MIND * falls)
+        cases = records * int(computed.sum())
+        return Sample(record, index, answers, at_rest, divided, apart, cases, int(file.block_steps))
 
 
 def read_rigid(cube: Path, study: Study) -> Sample | None:

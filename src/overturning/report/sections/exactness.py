@@ -1,7 +1,7 @@
 """How exact the answers are: the spread over the neighbourhood of each case, and part of the study run again."""
 
 from functools import partial
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -56,17 +56,16 @@ def convergence(results: Results) -> Said:
     agreed = bool(results.study.ensemble.members)
     yield text + (_beside_rigid(rigid, agreed) if rigid else "")
     way = "side" if results.model.one_component else f"azimuth, by {ASIDE:g}° or more"
-    beside = [("exact rigid block", Repetition(block_steps=0, outcomes=[rigid]))] if rigid else []
-    rows = [
-        row
-        for name, part in (*repetitions, *beside)
-        for row in _rows(name, part, found.study_block_steps, f"{way}, where it falls", agreed)
-    ]
+    drawn = Sampling(f"{way}, where it falls", agreed, found.chosen < found.computed)
+    rows = [row for name, part in repetitions for row in _rows(name, part, found.study_block_steps, drawn)]
+    if rigid:
+        part = Repetition(block_steps=0, outcomes=[rigid])
+        rows += _rows("exact rigid block", part, 0, drawn._replace(sampled=_is_sampled(rigid)))
     heads = ("run again with", "what changed", "changed", "compared", "share", "95 % interval", "no answer")
     yield table((*heads, "block steps", "of the study's"), rows, "tt")
     yield Note(
-        f"Interval by Wilson. The study itself took {found.study_block_steps:.3g} block steps. Seed of the choice: "
-        f"{found.seed}."
+        "Interval of a random sample, by Wilson; a count of all cells has none. The study itself took "
+        f"{found.study_block_steps:.3g} block steps. Seed of the choice: {found.seed}."
     )
 
 
@@ -85,7 +84,8 @@ def dependence(results: Results) -> Paragraph | None:
             agreed += undivided
         if fallen := sum(one.fallen for one in outcomes):
             sides = sum(one.sides for one in outcomes)
-            ways.append((f"{percent(sides / fallen, 1)} ({_wilson(sides, fallen, 1)})", f"with {name}"))
+            bounds = f" ({_wilson(sides, fallen, 1)})" if found.chosen < found.computed else ""
+            ways.append((f"{percent(sides / fallen, 1)}{bounds}", f"with {name}"))
     if not flags:
         return None
     text = f"{found.chosen:,} cases were run again."
@@ -131,8 +131,8 @@ def _settled(found: Convergence) -> str:
         return f"{head}verification.cost leaves no room to look why."
     all_of_them, were = looked == changed, "was" if looked == 1 else "were"
     which = ("it" if changed == 1 else "they") if all_of_them else f"{looked} of them"
-    bounds = _wilson(chaotic, found.chosen)
-    share = f": {percent(chaotic / found.chosen, 2)} of the cases run again (95 % interval {bounds})"
+    bounds = f" (95 % interval {_wilson(chaotic, found.chosen)})" if found.chosen < found.computed else ""
+    share = f": {percent(chaotic / found.chosen, 2)} of the cases run again{bounds}"
     undecided = f", and no computation can decide {'it' if chaotic == 1 else 'them'}"
     decided = f"{undecided}{share if all_of_them else ''}" if chaotic else ""
     return (
@@ -149,8 +149,7 @@ def _beside_rigid(found: Rigid, agreed: bool) -> str:
     def same(changed: int, sides: int, cases: int) -> tuple[str, ...]:
         return tuple(percent(1 - wrong / cases, 2) for wrong in (changed, changed + sides))
 
-    compared = found.cases + found.unanswered
-    drawn = f", {compared:,} of them drawn at random" if compared < found.cells else ""
+    drawn = f", {found.cases + found.unanswered:,} of them drawn at random" if _is_sampled(found) else ""
     text = f" Blocks of µ ≥ {HOLDS:g} with B/H below µ do not slide ({found.cells:,} cases{drawn})."
     if found.unanswered:
         text += (
@@ -176,7 +175,30 @@ def _wilson(count: int, of: int, digits: int = 2) -> str:
     return f"{100 * low:.{digits}f} to {percent(high, digits)}"
 
 
-def _rows(name: str, part: Repetition, own: int, side: str, agreed: bool) -> list[tuple[Any, ...]]:
+class Sampling(NamedTuple):
+    """How the rows of a comparison are named, and whether its cases are a random sample.
+
+    Attributes
+    ----------
+    side : str
+        Name of a change of side.
+    agreed : bool
+        True if the study has an ensemble.
+    sampled : bool
+        True if the cases are a random part; the count of all cells has no sampling interval.
+    """
+
+    side: str
+    agreed: bool
+    sampled: bool
+
+
+def _is_sampled(found: Rigid) -> bool:
+    """True if only a part of the cells was compared with the rigid block."""
+    return found.cases + found.unanswered < found.cells
+
+
+def _rows(name: str, part: Repetition, own: int, drawn: Sampling) -> list[tuple[Any, ...]]:
     """Rows of one repetition; its name and its work, also as a share of the study's own, stand in the first."""
     if not part.outcomes:
         return [(name, f"not possible: {part.refused}", *[""] * 7)]
@@ -184,12 +206,19 @@ def _rows(name: str, part: Repetition, own: int, side: str, agreed: bool) -> lis
     for outcome in part.outcomes:
         whose = f"{outcome.element} " if outcome.element else ""
         undivided = ("of these where the neighbourhood is not divided", outcome.flags_undivided, outcome.undivided)
+        one_side = (
+            "of these where all of the neighbourhood falls one way",
+            outcome.sides_agreed,
+            outcome.fallen_agreed,
+        )
         for what, changed, compared in (
             ("falls or stands", outcome.flags, outcome.cases),
-            *([undivided] if agreed else []),
-            (side, outcome.sides, outcome.fallen),
+            *([undivided] if drawn.agreed else []),
+            (drawn.side, outcome.sides, outcome.fallen),
+            *([one_side] if drawn.agreed else []),
         ):
-            share = (percent(changed / compared, 2), _wilson(changed, compared)) if compared else "––"
+            bounds = _wilson(changed, compared) if drawn.sampled else "all cells"
+            share = (percent(changed / compared, 2), bounds) if compared else "––"
             rows.append(("", whose + what, changed, compared, *share, "", "", ""))
     unanswered, steps = max(outcome.unanswered for outcome in part.outcomes), part.block_steps
     work = (f"{steps:.3g}", percent(steps / own, 1) if own else "") if steps else ("", "")

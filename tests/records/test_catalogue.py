@@ -1,8 +1,12 @@
+import numpy as np
 import pytest
 
 from overturning.errors import ConfigError, MissingDataError
-from overturning.records.catalogue import RecordEntry, find_paths, read_catalogue
+from overturning.records.catalogue import LABELS, RecordEntry, find_paths, read_catalogue
+from overturning.records.read import describe, read_record, read_samples
+from overturning.records.store import write_motion
 from tests.expect import refused
+from tests.records.record_writers import geonet_text
 
 HEAD = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
 
@@ -56,3 +60,47 @@ def test_a_record_of_which_one_file_is_missing_is_refused(tmp_path):
         find_paths(entry, tmp_path)
     (tmp_path / "x.UD").write_text("")
     assert [path.name for path in find_paths(entry, tmp_path)] == ["x.NS", "x.EW", "x.UD"]
+
+
+LABELLED = RecordEntry(
+    id="mine",
+    source="mine.V2A",
+    station="Church",
+    event="Darfield 2010",
+    event_id="e1",
+    origin_time="2010-09-03T16:35:46",
+    fault_strike_deg=90,
+    pulse=True,
+    magnitude=7.1,
+    rupture_distance_km=5,
+    site_class="D",
+    vs30_m_s=200,
+    pulse_period_s=1.5,
+    wall="foot",
+    station_latitude_deg=-43.5,
+    station_longitude_deg=172.5,
+    epicentre_latitude_deg=-43.6,
+    epicentre_longitude_deg=172.1,
+    licence="CC-BY",
+)
+"""A line of the record table that says all that it can of a record besides its samples."""
+
+
+def test_labels_are_all_columns_that_change_no_sample(tmp_path):
+    """Every other column is for the reader of the files; what is read is the same whatever the labels say."""
+    assert {name for name in RecordEntry.model_fields if getattr(LABELLED, name) not in ("", None, False, 0.0)} == {
+        *LABELS, "id", "source", "format", "sensor",
+    }  # fmt: skip
+    wave = 100 * np.sin(np.arange(400) / 5)
+    text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
+    (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")
+    bare, labelled = (read_samples(one, tmp_path) for one in (RecordEntry(id="mine", source="mine.V2A"), LABELLED))
+    write_motion(bare, tmp_path / "bare.nc")
+    write_motion(labelled, tmp_path / "labelled.nc")
+    assert (tmp_path / "bare.nc").read_bytes() == (tmp_path / "labelled.nc").read_bytes()
+    described = describe(bare, LABELLED)
+    assert (described.station, described.event, described.latitude) == ("Church", "Darfield 2010", -43.5)
+    assert described.extra["magnitude"] == 7.1
+    write_motion(described, tmp_path / "described.nc")
+    write_motion(read_record(LABELLED, tmp_path), tmp_path / "whole.nc")
+    assert (tmp_path / "described.nc").read_bytes() == (tmp_path / "whole.nc").read_bytes()

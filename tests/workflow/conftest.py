@@ -99,11 +99,14 @@ class Checkout(Project):
 
 
 def bytes_of(results: Path) -> dict[str, bytes]:
-    """Everything made but logs, run times and chunks."""
+    """Everything made but logs, run times, chunks, and motions without labels."""
     return {
         str(path.relative_to(results)): path.read_bytes()
         for path in sorted(results.rglob("*"))
-        if path.is_file() and path.name[0] != "." and path.suffix not in {".log", ".tsv"} and "sweep" not in path.parts
+        if path.is_file()
+        and path.name[0] != "."
+        and path.suffix not in {".log", ".tsv"}
+        and not {"sweep", "read"} & set(path.parts)
     }
 
 

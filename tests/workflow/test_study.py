@@ -52,7 +52,7 @@ def test_report_cube_and_crate_name_no_clock_no_host_no_path(finished: Checkout)
 def test_time_and_memory_of_each_job_are_kept(finished: Checkout) -> None:
     benchmarks = finished.results / "benchmarks"
     names = {path.relative_to(benchmarks).as_posix() for path in benchmarks.rglob("*.tsv")}
-    jobs = {"members", "rotate"} | AFTER_SWEEP - {"record_figures_1", "all"}
+    jobs = {"members", "rotate", "describe/motions"} | AFTER_SWEEP - {"record_figures_1", "all"}
     of_records = {f"{job}/{record}" for job in ("read", "sweep/nominal") for record in ("rinaldi", "petrolia")}
     of_records |= {"record_figures/record_figures_1"}
     assert {name.partition(".")[0] for name in names} == jobs | of_records
@@ -73,11 +73,11 @@ AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore"} | LAST
         ({"amplitude": [1, 2]}, {"sweep"} | AFTER_SWEEP),
         (
             {"site": {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 760}}},
-            {"read", "rotate", "sweep"} | AFTER_SWEEP,
+            {"read", "describe", "rotate", "sweep"} | AFTER_SWEEP,
         ),
         ({"title": "Other", "question": "Where?"}, LAST),
         ({"primary": {"statistic": "fall_rate"}, "population": {"stones": 16}}, {"fragility", *LAST}),
-        ({"processing": [{"step": "remove_mean"}]}, {"read", "rotate", "sweep"} | AFTER_SWEEP),
+        ({"processing": [{"step": "remove_mean"}]}, {"read", "describe", "rotate", "sweep"} | AFTER_SWEEP),
         ({"verification": "none"}, AFTER_SWEEP - {"convergence"}),
         ({"surveys": [{"stones": "config/stones.csv", "record": "rinaldi"}]}, {"survey", "backwards", *LAST}),
         ({"figures": {"dpi": 100}}, {"record_figures_1", "figures", *LAST}),
@@ -91,6 +91,36 @@ def test_change_of_a_key_runs_only_what_depends_on_it(
 ) -> None:
     (finished.folder / "config" / "stones.csv").write_text("octant\nSE\n", encoding="utf-8")
     assert finished.planned(**change) == again
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "again"),
+    [
+        ("event", "Another name 1994", {"describe", "rotate"} | AFTER_SWEEP),
+        ("station", "Another name", {"describe", "rotate"} | AFTER_SWEEP),
+        ("fault_strike_deg", "10", {"describe", "rotate"} | AFTER_SWEEP),
+        ("orientation_correction_deg", "5", {"read", "describe", "rotate", "sweep"} | AFTER_SWEEP),
+    ],
+)
+def test_a_change_of_a_label_in_the_record_table_reads_and_sweeps_nothing_again(
+    finished: Checkout, column: str, value: str, again: set[str]
+) -> None:
+    """A correction of the sensor's azimuth turns the samples; names and the fault's strike do not."""
+    table = finished.folder / "config" / "records.tsv"
+    text = table.read_text(encoding="utf-8")
+    lines = [line.split("\t") for line in text.splitlines()]
+    head = next(line for line in lines if line[0] == "id")
+    for line in lines:
+        if line[0] == "id" and column not in head:
+            line.append(column)
+        elif line[0] == "rinaldi":
+            line.extend([""] * (len(head) - len(line)))
+            line[head.index(column)] = value
+    table.write_text("".join("\t".join(line) + "\n" for line in lines), encoding="utf-8")
+    try:
+        assert finished.planned() == again
+    finally:
+        table.write_text(text, encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -151,7 +181,7 @@ def test_of_further_records_these_alone_are_swept_and_figures_wait_for_their_own
     use = ["rinaldi", "petrolia", "sylmar", "tcu065", "izmit", "duzce", "erzincan", "lucerne", "sturno", "tcu102"]
     plan = finished.plan(records={"use": use})
     swept = {line.partition(" --motion ")[2].split()[0] for line in plan.commands if "overturning sweep " in line}
-    assert swept == {f"results/small/motion/{name}.nc" for name in use[2:]}
+    assert swept == {f"results/small/read/{name}.nc" for name in use[2:]}
     assert "members" not in plan.rules
     of_records = [line for line in plan.commands if line.startswith("overturning record-figures")]
     drawn = sorted(

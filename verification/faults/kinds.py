@@ -32,7 +32,7 @@ ensemble: {members: 0}
 verification: none
 """
 PART, MOTION = "sweep/nominal/*.nc", "motion/*.nc"
-JOBS: Final = 7  # of the study: two records to read, two parts of each to compute, and to gather
+JOBS: Final = 8  # of the study: two records to read, their labels, two parts of each to compute, and to gather
 ROOM_LEFT: Final = (100, 400)  # kB: too little for the first motion, and for all of the parts
 
 

@@ -79,7 +79,7 @@ def load():
                 for path in repair(results):
                     logger.warning(f"{DAMAGED}{path}")
             # What has been read before is not read again.
-            motion = results / "motion"
+            motion = results / "read"
             new = {
                 name: entry
                 for name, entry in entries.items()
@@ -154,6 +154,7 @@ SWEEP_MINUTES = 10 + round(SWEEP_S / 12)
 # Of a job of each rule, for the time to go: near-fault.yaml on two cores, of whose seconds most go with the records.
 EXPECTED_S = {
     "read": 0.5,
+    "describe": round(1.2 + 0.03 * len(RECORDS), 1),
     "rotate": round(1.5 + 0.25 * len(RECORDS), 1),
     "sweep": round(SWEEP_S, 1),
     "gather": round(1 + 0.05 * len(RECORDS), 1),
@@ -229,6 +230,11 @@ def variant_of(wildcards):
 def motions_of(variant):
     """Folder of the motions of a variant: of its own ones where it has soil, else of the study's."""
     return f"{RESULTS}/motion/{variant}" if variant in ON_SOIL else f"{RESULTS}/motion"
+
+
+def samples_of(variant):
+    """Folder of the same motions before the labels of the record table are in them."""
+    return f"{RESULTS}/read/{variant}" if variant in ON_SOIL else f"{RESULTS}/read"
 
 
 def parts_of_cube(wildcards):

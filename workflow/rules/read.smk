@@ -1,11 +1,12 @@
-# Record files to processed motion, one job per record.
+# Record files to processed motion, one job per record, and its labels apart: a new name of an event is one job for all
+# records, and sweeps none of them again.
 
 
 rule read:
     input:
         lambda wildcards: FILES[wildcards.record],
     output:
-        f"{RESULTS}/motion/{{record}}.nc",
+        f"{RESULTS}/read/{{record}}.nc",
     log:
         f"{LOGS}/read/{{record}}.log",
     benchmark:
@@ -15,7 +16,9 @@ rule read:
         mem_mb=500,
     params:
         study=lambda wildcards: settings("processing", "site", use=[wildcards.record]),
-        entry=lambda wildcards: ENTRIES[wildcards.record].model_dump_json(),
+        entry=lambda wildcards: ENTRIES[wildcards.record]
+        .without_labels()
+        .model_dump_json(),
         content=lambda wildcards: [content(path) for path in FILES[wildcards.record]],
         sources=sources("workflow:read"),
     shell:
@@ -25,9 +28,9 @@ rule read:
 # Through the soil of a variant. One job for all records: its imports take longer than a record.
 rule surface:
     input:
-        expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
+        expand(f"{RESULTS}/read/{{record}}.nc", record=RECORDS),
     output:
-        expand(f"{RESULTS}/motion/{{{{variant}}}}/{{record}}.nc", record=RECORDS),
+        expand(f"{RESULTS}/read/{{{{variant}}}}/{{record}}.nc", record=RECORDS),
     log:
         f"{LOGS}/surface/{{variant}}.log",
     benchmark:
@@ -43,3 +46,30 @@ rule surface:
     shell:
         "overturning surface --study {params.study:q} --variant {wildcards.variant} --motions {params.motions}"
         " --output {params.folder} 2> {log}"
+
+
+# What the record table says of station, event and site, which changes no sample.
+rule describe:
+    input:
+        expand(f"{RESULTS}/read/{{{{soil}}}}{{record}}.nc", record=RECORDS),
+    output:
+        expand(f"{RESULTS}/motion/{{{{soil}}}}{{record}}.nc", record=RECORDS),
+    log:
+        f"{LOGS}/describe/{{soil}}motions.log",
+    benchmark:
+        f"{BENCHMARKS}/describe/{{soil}}motions.tsv"
+    wildcard_constraints:
+        soil=rf"(?:(?:{'|'.join(map(re.escape, ON_SOIL)) or '(?!)'})/)?",  # (?!): never
+    priority: 3
+    resources:
+        mem_mb=800,
+    params:
+        study=settings(),
+        labels=handed(
+            "".join(entry.model_dump_json() for entry in ENTRIES.values()), "txt"
+        ),
+        motions=lambda wildcards, input: Path(input[0]).parent,
+        folder=lambda wildcards, output: Path(output[0]).parent,
+        sources=sources("workflow:describe"),
+    shell:
+        "overturning describe --study {params.study:q} --motions {params.motions} --output {params.folder} 2> {log}"

@@ -20,7 +20,7 @@ rule members:
 
 rule sweep:
     input:
-        motion=lambda wildcards: f"{motions_of(wildcards.variant)}/{wildcards.record}.nc",
+        motion=lambda wildcards: f"{samples_of(wildcards.variant)}/{wildcards.record}.nc",
         members=[MEMBERS] if STUDY.ensemble.members else [],
     output:
         f"{RESULTS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.nc",

@@ -49,10 +49,10 @@ def read(
     record: Annotated[str, typer.Option(help="id in the record table")],
     output: NetCDF,
 ) -> None:
-    """Read one record of the table, process it, and write its motion."""
+    """Read one record of the table, process it, and write its motion, still without the labels of the table."""
     from overturning.errors import ArgumentError
     from overturning.records.processing import process
-    from overturning.records.read import read_record
+    from overturning.records.read import read_samples
     from overturning.records.store import write_motion
     from overturning.study.load import entries_of, study_from
 
@@ -61,7 +61,7 @@ def read(
     if record not in entries:
         raise ArgumentError(f"--record {record}: not of the study {settings.name}; it has {', '.join(entries)}")
     entry = entries[record]
-    raw = read_record(entry, Path(settings.records.folder))
+    raw = read_samples(entry, Path(settings.records.folder))
     done = process(raw, settings.processing, settings.site)
     write_motion(done, output, unprocessed=None if done is raw else raw)
 
@@ -91,6 +91,22 @@ def surface(
         write_motion(
             process(rock, (), setting_of(settings, variant).site), output / f"{rock.record_id}.nc", unprocessed=rock
         )
+
+
+def describe(
+    study: Study, motions: Motions, output: Annotated[Path, typer.Option(help="folder for the motions with labels")]
+) -> None:
+    """Add what the record table says of station, event and site to the motions of all records."""
+    from overturning.records import read
+    from overturning.records.store import read_motion, read_unprocessed, write_motion
+    from overturning.study.load import entries_of, study_from
+
+    settings = study_from(study)
+    for name, entry in entries_of(settings, settings.name).items():
+        path = motions / f"{name}.nc"
+        before = read_unprocessed(path)
+        labelled = None if before is None else read.describe(before, entry)
+        write_motion(read.describe(read_motion(path), entry), output / path.name, unprocessed=labelled)
 
 
 def rotate(study: Study, motions: Motions, output: NetCDF) -> None:
@@ -257,7 +273,7 @@ def crate(
 
 
 STEPS = (
-    *(read, surface, rotate, members, sweep, gather, check_convergence, fragility),
+    *(read, surface, describe, rotate, members, sweep, gather, check_convergence, fragility),
     *(record_figures, figures, illustrative, report, crate),
 )
 """All of them, in the order of a run."""

@@ -221,8 +221,8 @@ def assemble(
     extra["declared"] = [*extra.get("declared", ()), *declared.of_axes, *borehole]
     hashes = list(dict.fromkeys(c.sha256 for c in window))
     station = stated.pop("station", first.station)
-    if first.sensor == "borehole" and "borehole" not in station.lower():
-        station = f"{station} (borehole)".strip()
+    if first.sensor == "borehole":
+        station = borehole_name(station)
     of_files = {
         "station": station,
         "event": first.event,
@@ -244,6 +244,11 @@ def assemble(
         extra=extra,
         **(of_files | stated),
     )
+
+
+def borehole_name(station: str) -> str:
+    """Name of a station with the word borehole, which distinguishes it from the sensor at the surface."""
+    return station if "borehole" in station.lower() else f"{station} (borehole)".strip()
 
 
 def _stated_otherwise(component: Component, declared: Declarations) -> str:

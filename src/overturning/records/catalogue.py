@@ -55,6 +55,14 @@ METADATA: Final[dict[str, tuple[str, str, str]]] = {
 """What a record is described by, for the statistics: column of the record table, long name, unit (empty: a word)."""
 
 
+LABELS: Final = (
+    *("station", "event", "event_id", "origin_time", "fault_strike_deg", "pulse", "licence"),
+    *(column for column, _, _ in METADATA.values()),
+    *("station_latitude_deg", "station_longitude_deg", "epicentre_latitude_deg", "epicentre_longitude_deg"),
+)
+"""Columns that describe a record and change none of its samples: a new name of an event needs no new sweep."""
+
+
 class RecordEntry(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
     """One line of the record table."""
 
@@ -135,6 +143,10 @@ class RecordEntry(BaseModel, extra="forbid", frozen=True, use_attribute_docstrin
         """What the table says of the record, by the names of `METADATA`, less what it leaves empty."""
         stated = {name: getattr(self, column) for name, (column, _, _) in METADATA.items()}
         return {name: value for name, value in stated.items() if value not in (None, "")}
+
+    def without_labels(self) -> "RecordEntry":
+        """Return the columns on which the samples depend; those of `LABELS` are at their defaults."""
+        return self.model_copy(update={name: RecordEntry.model_fields[name].default for name in LABELS})
 
     @property
     def declarations(self) -> Declarations:

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from overturning.errors import ArgumentError, ConfigError, Reasons, RecordError, keywords
-from overturning.records.assembly import MAXIMUM_SPREAD, assemble
+from overturning.records.assembly import MAXIMUM_SPREAD, assemble, borehole_name
 from overturning.records.catalogue import OF_FILES, RecordEntry, find_files
 from overturning.records.component import Component
 from overturning.records.formats.table import detect_format, format_named
@@ -28,8 +28,15 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
     A `MissingDataError` says which files are not there, from where they come, and where to put them, a `RecordError`
     that they cannot be read or contradict themselves, a `ConfigError` that the format of the entry is unknown.
     """
-    stated = _known(entry.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
-    stated |= _known({"latitude": entry.station_latitude_deg, "longitude": entry.station_longitude_deg})
+    return describe(read_samples(entry, data_dir), entry)
+
+
+def read_samples(entry: RecordEntry, data_dir: Path | str) -> Record:
+    """Read a record as its files are, without what the record table says of station, event and site.
+
+    The errors are those of `read_record`.
+    """
+    entry = entry.without_labels()
     if entry.format == "synthetic":
         from overturning.records.pulses import parse_pulse, pulse_record
 
@@ -37,19 +44,29 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
             raise ConfigError(
                 f"record {entry.id}: {of_files[0]}: of files alone; a pulse says all of itself in its line"
             )
-        record = replace(pulse_record(parse_pulse(entry.source), entry.id), **stated)
+        record = pulse_record(parse_pulse(entry.source), entry.id)
     else:
         components = _components_of(entry, data_dir)
         source = f"{components[0].format if components else entry.format} {entry.source}"
-        record = _of_one_sensor(components, entry.id, entry.declarations, **stated, source=source)
+        record = _of_one_sensor(components, entry.id, entry.declarations, source=source)
     if entry.sha256 and entry.sha256 != record.sha256:
         raise RecordError(
             f"record {entry.id}: {entry.source} has SHA-256 {record.sha256}, the record table says {entry.sha256}; "
             "get the file again, or correct the table"
         )
+    return record
+
+
+def describe(record: Record, entry: RecordEntry) -> Record:
+    """Return a record with the labels of the record table: station, event, fault, site and licence."""
+    stated = _known(entry.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
+    stated |= _known({"latitude": entry.station_latitude_deg, "longitude": entry.station_longitude_deg})
+    if "station" in stated and entry.sensor == "borehole":
+        stated["station"] = borehole_name(stated["station"])
     epicentre = {"event_latitude": entry.epicentre_latitude_deg, "event_longitude": entry.epicentre_longitude_deg}
     of_event = {"event_id": entry.event_id, "origin_time": entry.origin_time}
-    return replace(record, extra=record.extra | _known({"pulse": entry.pulse} | of_event | epicentre) | entry.metadata)
+    extra = record.extra | _known({"pulse": entry.pulse} | of_event | epicentre) | entry.metadata
+    return replace(record, extra=extra, **stated)
 
 
 def _components_of(entry: RecordEntry, data_dir: Path | str) -> list[Component]:

@@ -14,7 +14,7 @@ from overturning.files import atomic_write, checksum_matches
 from overturning.records.record import Record
 from overturning.records.store import read_motion, write_motion
 from overturning.study.ensemble import Members, draw_members
-from overturning.study.resume import keep_cubes, lock, put_cubes_back, repair
+from overturning.study.resume import keep_cubes, lock, put_cubes_back, remove_leftovers, repair
 from overturning.study.schema import Ensemble
 
 
@@ -64,6 +64,38 @@ def test_only_what_is_damaged_or_half_written_is_taken_away(tmp_path: Path) -> N
     assert all(map(checksum_matches, kept))
     assert repair(tmp_path) == []
     assert repair(tmp_path / "none") == []
+
+
+def test_files_of_a_record_that_is_no_longer_in_the_study_are_removed_and_no_others(tmp_path: Path) -> None:
+    """Every file that a run writes for a record goes; what a user has put there, and what is outside, stays."""
+    results, outside = tmp_path / "results" / "mine", tmp_path / "elsewhere"
+    of_record = (
+        *("read/{}.nc", "read/soft/{}.nc", "motion/{}.nc", "motion/soft/{}.nc"),
+        *("sweep/nominal/{}.1-of-2.nc", "sweep/soft/{}.2-of-2.nc"),
+    )
+    drawn = ("figures/polar/{}.svg", "figures/blocks/{}.pdf", "figures/intensity/{}.png", "figures/history/{}.svg")
+    notes = ("logs/read/{}.log", "logs/sweep/nominal/{}.1-of-2.log", "benchmarks/sweep/nominal/{}.1-of-2.tsv")
+    samples = np.sin(np.arange(50.0))
+    for name in ("kept", "gone"):
+        for pattern in of_record:
+            write_motion(Record(name, samples, samples, None, 0.01), results / pattern.format(name))
+        for pattern in (*drawn, *notes):
+            path = results / pattern.format(name)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.touch()
+    own = ["figures/polar/gone-2.svg", "figures/polar/mine.svg", "motion/notes.txt", "gone.csv", "cube.nc"]
+    for name in own:
+        (results / name).touch()
+    motion(results / "motion" / "renamed.nc").rename(results / "motion" / "other.nc")
+    write_motion(Record("gone", samples, samples, None, 0.01), outside / "gone.nc")
+    (results / "motion" / "linked").symlink_to(outside)
+    assert remove_leftovers(results, ["kept"]) == {"gone": len((*of_record, *drawn, *notes))}
+    left = {path.relative_to(results).as_posix() for path in results.rglob("*") if path.is_file()}
+    expected = {pattern.format("kept") for pattern in (*of_record, *drawn, *notes)} | {*own, "motion/other.nc"}
+    assert left - {"motion/linked/gone.nc"} == expected
+    assert (outside / "gone.nc").is_file()
+    assert remove_leftovers(results, ["kept"]) == {}
+    assert remove_leftovers(tmp_path / "none", ["kept"]) == {}
 
 
 def test_a_figure_that_has_gone_makes_the_figures_again(tmp_path: Path) -> None:

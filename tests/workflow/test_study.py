@@ -191,6 +191,20 @@ def test_of_further_records_these_alone_are_swept_and_figures_wait_for_their_own
     assert not any("cube.nc" in line for line in of_records)
 
 
+def test_a_record_taken_out_of_the_study_leaves_no_file_behind(finished: Checkout, tmp_path: Path) -> None:
+    checkout = finished.copied(tmp_path / "checkout")
+    before = {str(path.relative_to(checkout.results)) for path in checkout.results.rglob("*") if path.is_file()}
+    of_record = {name for name in before if "petrolia" in name}
+    assert {"read/petrolia.nc", "motion/petrolia.nc", "figures/polar/petrolia.svg"} < of_record
+    checkout.planned(records={"use": ["rinaldi"]})
+    assert (checkout.results / "motion" / "petrolia.nc").is_file(), "a dry run removes nothing"
+    plan = checkout.plan(look=False, records={"use": ["rinaldi"]})
+    after = {str(path.relative_to(checkout.results)) for path in checkout.results.rglob("*") if path.is_file()}
+    assert before - after == of_record
+    assert f"record petrolia is no longer in the study: removed its {len(of_record)} files" in plan.warnings
+    assert not plan.rules & {"read", "sweep"}
+
+
 def test_a_changed_title_and_a_figure_that_has_gone_make_its_kind_and_report_and_nothing_else(
     finished: Checkout, tmp_path: Path
 ) -> None:

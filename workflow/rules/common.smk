@@ -29,6 +29,7 @@ from overturning.study.resume import (
     keep_cubes,
     lock,
     put_cubes_back,
+    remove_leftovers,
     repair,
 )
 from overturning.study.sources import source_hash
@@ -78,6 +79,10 @@ def load():
                 put_cubes_back(results)  # which a run that was killed has kept
                 for path in repair(results):
                     logger.warning(f"{DAMAGED}{path}")
+                for name, count in remove_leftovers(results, entries).items():
+                    logger.warning(
+                        f"record {name} is no longer in the study: removed its {count} files in {results}"
+                    )
             # What has been read before is not read again.
             motion = results / "read"
             new = {

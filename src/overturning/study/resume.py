@@ -9,7 +9,7 @@ import fcntl
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
@@ -18,6 +18,8 @@ from overturning.errors import ResultError
 from overturning.files import checksum_matches
 from overturning.study.convergence import Convergence
 from overturning.study.ensemble import Members
+from overturning.study.evaluation import FORMATS
+from overturning.study.netcdf import open_raw
 
 DAMAGED: Final = "damaged or gone, is made again: "
 """What a line begins with that names a file of `repair`."""
@@ -26,6 +28,14 @@ _TABLES: Final[dict[str, Callable[[Path], Any]]] = {
     "members.csv": Members.read,
     "convergence.json": Convergence.read,
 }
+_OF_A_RECORD: Final = (
+    *("read/{}.nc", "read/*/{}.nc", "motion/{}.nc", "motion/*/{}.nc", "sweep/*/{}.*-of-*.nc"),
+    *(f"figures/{kind}/{{}}.{end}" for kind in ("polar", "blocks", "intensity", "history") for end in FORMATS),
+    *("logs/read/{}.log", "logs/sweep/*/{}.*-of-*.log"),
+    *("benchmarks/read/{}.tsv", "benchmarks/sweep/*/{}.*-of-*.tsv"),
+)
+"""Files that a run writes for one record."""
+
 _AHEAD: Final = 2.0  # s by which the clocks of a file system and of the processor may differ
 
 
@@ -100,6 +110,51 @@ def repair(results: Path) -> list[Path]:
         moment = now - 1e-3 * (len(ahead) - rank)
         os.utime(path, (moment, moment))
     return damaged
+
+
+def remove_leftovers(results: Path, records: Collection[str]) -> dict[str, int]:
+    """Remove the files of records that are no longer in a study from its folder of results.
+
+    Only a record whose motion or part a run has written there, sealed and under the record's name, is removed; other
+    files stay, whatever their names.
+
+    Parameters
+    ----------
+    results : Path
+        Folder of the study's results; nothing outside it is removed, through no link either.
+    records : collection of str
+        Ids of the records that the study has.
+
+    Returns
+    -------
+    dict
+        Number of files that were removed, by the id of the record.
+    """
+    gone = {name for name, path in _written_records(results) if name not in records and _is_of_record(path, name)}
+    inside, removed = results.resolve(), {}
+    for name in sorted(gone):
+        found = [path for pattern in _OF_A_RECORD for path in results.glob(pattern.format(name))]
+        ours = [path for path in found if path.is_file() and path.parent.resolve().is_relative_to(inside)]
+        for path in ours:
+            path.unlink()
+        removed[name] = len(ours)
+    return removed
+
+
+def _written_records(results: Path) -> Iterator[tuple[str, Path]]:
+    """Yield the record id in the name of each motion and part among a study's results, with the file."""
+    for pattern in ("read/*.nc", "motion/*.nc", "sweep/*/*.nc"):
+        for path in results.glob(pattern):
+            yield path.name.partition(".")[0], path
+
+
+def _is_of_record(path: Path, name: str) -> bool:
+    """Return True if a sealed NetCDF file states that it is of a record."""
+    try:
+        with open_raw(path, "read", "remove it", sealed=True) as file:
+            return bool(getattr(file, "record_id", "") == name)
+    except ResultError:
+        return False
 
 
 def keep_cubes(results: Path) -> None:

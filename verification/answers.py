@@ -14,7 +14,7 @@ from verification.stale import measuring
 from verification.tables import ROOT, publish, wrapped
 
 SENTENCES: Final = {
-    "near-fault": slice(0, 1), "in-space": slice(0, 3), "three-tier": slice(1, 3), "waiau": slice(1, 3),
+    "near-fault": slice(0, 2), "in-space": slice(0, 4), "three-tier": slice(1, 3), "waiau": slice(1, 3),
 }  # fmt: skip
 """Sentences of the answer that are told of each study."""
 

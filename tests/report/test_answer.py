@@ -20,9 +20,11 @@ from overturning.report.sections.contrast import contrast_told
 from overturning.report.sections.space import follow_sentences
 from overturning.report.text import counted, degrees, estimate, interval, number, percent, share
 from overturning.report.words import WORDS
+from overturning.statistics.alignment_by_rule import RuleAlignment
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.earthquakes import AxisSummary, Followed
 from overturning.statistics.elements import Contrast
+from overturning.statistics.falls import BLOCK_RULES
 from overturning.statistics.logistic import LogisticFit
 from overturning.study.evaluation import Primary
 from overturning.study.schema import Study
@@ -32,7 +34,7 @@ NAN = math.nan
 
 
 def summary(axis: float, half_width: float, low: float, high: float, n: int = 5, closer: int = 4) -> AxisSummary:
-    return AxisSummary(n + 1, Mean(n, (low + high) / 2, low, high), axis, half_width, n, closer)
+    return AxisSummary(n + 1, Mean(n, (low + high) / 2, low, high), axis, half_width, n, closer, largest=0.9)
 
 
 NORMAL, EITHER = summary(-7.4, 12.0, 0.3, 0.8), summary(20.0, 60.0, -0.2, 0.6, n=3, closer=1)
@@ -43,7 +45,15 @@ def results(difference: Mean | None = None, /, **groups: AxisSummary) -> Any:
     """Groups of records: `pulse` and `control`, or `all` of them."""
     names = {"pulse": "with a velocity pulse", "control": "without (control)", "all": "all records"}
     axes = {names[key]: one for key, one in groups.items()}
-    return SimpleNamespace(axes=axes, axes_difference=difference, words=WORDS[Planes])
+    # Under one rule each group has its alignment, under the other 0.02 with an interval that takes in 0.
+    by_rule = {
+        name: [
+            RuleAlignment(rule, one.alignment.n, mean, one.largest)
+            for rule, mean in zip(BLOCK_RULES, (one.alignment, Mean(one.alignment.n, 0.02, -0.1, 0.1)), strict=False)
+        ]
+        for name, one in axes.items()
+    }
+    return SimpleNamespace(axes=axes, axes_difference=difference, words=WORDS[Planes], alignment_by_rule=by_rule)
 
 
 def two(low: float, high: float, n: int = 3) -> Any:
@@ -59,21 +69,22 @@ def test_axes_that_no_earthquake_has_are_not_drawn() -> None:
 
 
 def test_the_verdict_is_that_of_the_primary_statistic() -> None:
-    (first,), rest = alignment_sentences(results(all=NORMAL), primary=True), axes_sentence(results(all=NORMAL))
-    assert numbers(first) == ["1", "−1", "0.55", "95", "0.30", "0.80", "5", "6"]
+    (first, rules), rest = alignment_sentences(results(all=NORMAL), primary=True), axes_sentence(results(all=NORMAL))
+    assert numbers(first) == ["1", "−1", "0.55", "0.90", "95", "0.30", "0.80", "5", "6"]
+    assert numbers(rules) == ["0.02", "0.55", "0", "1", "2"], "its range over the rules, and under how many it is shown"
     assert "closer to the fault normal" in first
     assert numbers(rest) == ["7", "12", "4", "5"]
-    (first, second), rest = alignment_sentences(two(-0.1, 0.7), primary=True), axes_sentence(two(-0.1, 0.7))
+    (first, _, second), rest = alignment_sentences(two(-0.1, 0.7), primary=True), axes_sentence(two(-0.1, 0.7))
     assert first.startswith("Primary")
     assert "closer to the fault normal" in first
     assert "without" not in first
     assert second.startswith("Secondary")
-    assert numbers(second) == ["0.20", "95", "−0.20", "0.60", "3", "4", "0.35", "−0.10", "0.70"]
+    assert numbers(second) == ["0.20", "0.90", "95", "−0.20", "0.60", "3", "4", "0.35", "−0.10", "0.70"]
     assert "no difference" in second
     assert numbers(rest) == ["7", "12", "20", "60", "4", "5", "1", "3"]
-    second = alignment_sentences(two(0.1, 0.7), primary=True)[1]
+    second = alignment_sentences(two(0.1, 0.7), primary=True)[2]
     assert ": a difference" in second
-    assert "between the two" not in alignment_sentences(two(NAN, NAN, 1), primary=True)[1]
+    assert "between the two" not in alignment_sentences(two(NAN, NAN, 1), primary=True)[2]
     assert "no earthquake" in alignment_sentences(results(pulse=NOTHING, control=NORMAL), primary=True)[0]
     across = results(all=summary(80.0, 5.0, -0.9, -0.5))
     assert "closer to the fault than" in alignment_sentences(across, primary=True)[0]

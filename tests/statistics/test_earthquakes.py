@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from overturning.statistics.alignment_by_rule import alignment_by_rule
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import axes_by_earthquake, compare_alignment, summarise_axes
+from overturning.statistics.falls import BLOCK_RULES, EVERY_BLOCK, MARGINAL
 from overturning.statistics.roses import rose_of
 
 
@@ -93,6 +95,82 @@ def test_only_blocks_that_just_fall_tell_and_an_earthquake_weighs_as_its_falls_a
     assert alone == pytest.approx(0.0, abs=1e-9)
 
 
+def test_alignment_cannot_exceed_the_resultant_of_its_records(make_cube, sector) -> None:
+    """Blocks fall in planes within w of an axis: the resultant of doubled axes is sin(2w + s)/((2w/s + 1) sin s)."""
+
+    def length(half_width: int) -> float:
+        return np.sin(np.radians(2 * half_width + 1)) / ((2 * half_width + 1) * np.sin(np.radians(1)))
+
+    widths, normals = (10, 40, 20, 30), np.array([20.0, 20.0, 75.0, 110.0])
+    cube = [
+        make_cube(
+            [sector(normal + offset, width) for normal, offset, width in zip(normals, offsets, widths, strict=True)],
+            azimuth=range(360), events="AABC", fault_normal=normals,
+        )
+        for offsets in ([0, 0, 0, 0], [0, 90, 30, 60])
+    ]  # fmt: skip
+    largest = np.mean([(length(10) + length(40)) / 2, length(20), length(30)])
+    along, aside = (summarise_axes(axes_by_earthquake(one)) for one in cube)
+    assert along.largest == pytest.approx(largest)
+    assert along.alignment.value == pytest.approx(largest), "it is reached where all fall along the normal"
+    # Two records of one earthquake that fall across each other allow no less: the axes need not have been.
+    assert aside.largest == pytest.approx(largest)
+    cosines = [(length(10) - length(40)) / 2, 0.5 * length(20), -0.5 * length(30)]
+    assert aside.alignment.value == pytest.approx(np.mean(cosines))
+
+
+def test_alignment_under_each_rule_that_chooses_blocks(make_cube) -> None:
+    """B/H 0.1 falls in all planes, 0.2 in 5/6, 0.3 in 2/5, 0.4 in 1/10, each about an axis of its own; by numpy.
+
+    Under the second record, of an earthquake of its own, only B/H 0.1 and 0.2 fall.
+    """
+    share = {0.1: 1.0, 0.2: 5 / 6, 0.3: 2 / 5, 0.4: 1 / 10}
+    axis, normals = {0.1: 0.0, 0.2: 20.0, 0.3: 50.0, 0.4: 80.0}, np.array([10.0, 130.0])
+    planes = np.arange(0, 180, 1.0)
+
+    def near(azimuth: np.ndarray, normal: float, slender: float) -> np.ndarray:
+        apart = np.abs((azimuth - normal - axis[slender] + 89.5) % 180 - 90)
+        return apart < 90 * share[slender]
+
+    def rule(normal: float, most: float):
+        def falls(azimuth, height, slender, friction):
+            fell = np.zeros(azimuth.shape, bool)
+            for one in share:
+                fell |= (slender == one) & near(azimuth, normal, one) & (one <= most)
+            return np.where(fell, np.where(azimuth < 180, 1, -1), 0)
+
+        return falls
+
+    cube = make_cube(
+        [rule(10.0, 0.4), rule(130.0, 0.2)], azimuth=range(360), b_over_h=tuple(share), events="AB",
+        fault_normal=normals,
+    )  # fmt: skip
+
+    def mean(record: int, shapes: list[float]) -> complex:
+        doubled = [2j * np.radians(planes[near(planes, normals[record], one)] - normals[record]) for one in shapes]
+        return np.exp(np.concatenate(doubled)).mean()
+
+    every, some, half = [0.1, 0.2, 0.3, 0.4], [0.2, 0.3, 0.4], [0.3, 0.4]
+    chosen = [(half, every[:2]), (half, None), ([0.4], None), (some, [0.2]), (every, every[:2])]
+    ((group, found),) = alignment_by_rule(cube).items()
+    assert (group, [one.rule for one in found]) == ("all records", list(BLOCK_RULES))
+    for one, shapes in zip(found, chosen, strict=True):
+        means = [mean(record, own) for record, own in enumerate(shapes) if own]
+        assert (one.records, one.alignment.n) == (len(means), len(means))
+        assert one.alignment.value == pytest.approx(np.mean(np.real(means)), abs=1e-6)
+        assert one.largest == pytest.approx(np.mean(np.abs(means)), abs=1e-6)
+        assert math.isnan(one.alignment.low), "two earthquakes are too few for an interval"
+    # The rule of the report is that of the alignment elsewhere, with its interval.
+    many = xr.concat([cube.isel(record=[0])] * 9, "record").assign_coords(event=("record", list("ABCDEFGHI")))
+    many["fault_normal"] = ("record", 10.0 + 7.0 * np.arange(9))
+    own = alignment_by_rule(many, [MARGINAL])["all records"][0]
+    summary = summarise_axes(axes_by_earthquake(many))
+    assert own.alignment == summary.alignment
+    assert own.largest == pytest.approx(summary.largest)
+    assert own.alignment.low < own.alignment.value < own.alignment.high
+    assert alignment_by_rule(many, [EVERY_BLOCK])["all records"][0].largest < own.largest
+
+
 def test_a_rose_of_planes_weighs_earthquakes_and_shows_blocks_that_just_fall(make_cube, sector) -> None:
     """Seven earthquakes whose blocks fall in eleven planes about 0°, one of two records with one plane each, 90°."""
     rules = [sector(0, 5)] * 7 + [sector(90, 0)] * 2
@@ -146,6 +224,7 @@ def test_bootstrap_interval_covers() -> None:
     for _ in range(200):
         angle = np.degrees(generator.vonmises(math.radians(40), 4.0, size=12)) / 2
         parts = {"cosine": np.cos(np.radians(2 * angle)), "sine": np.sin(np.radians(2 * angle)), "axis": angle}
+        parts["largest"] = np.ones(12)
         axes = xr.Dataset(
             {name: ("event", values) for name, values in parts.items()}, {"event": [str(i) for i in range(12)]}
         )

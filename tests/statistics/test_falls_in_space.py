@@ -11,8 +11,10 @@ from scipy.stats import bootstrap, circmean
 from overturning.model.body import Body
 from overturning.model.falls import model_of
 from overturning.report.sections.space import follow_answer, follow_sentences
+from overturning.statistics.bootstrap import Mean
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import (
+    Followed,
     axes_by_earthquake,
     followed,
     radial_azimuth,
@@ -218,6 +220,27 @@ def test_a_reference_known_of_few_records_is_not_closest_by_those_alone() -> Non
     assert found.closest[0] == "peak velocity", "which under that one record is as close"
     assert "fault normal 1.00 over 1 earthquake" in follow_sentences({"all records": found}, [])[0]
     assert follow_answer({"all records": found}, [])[0].endswith("with the fault normal 1.00 over 1 earthquake.")
+
+
+def test_every_part_of_the_slenderness_is_reported_whatever_its_interval_says() -> None:
+    """Of six parts two have an interval that excludes 0; reporting these alone would be a selection."""
+    parts, names = ["B/H 0.1", "B/H 0.2", "B/H 0.3"], ("with a velocity pulse", "without (control)")
+    heads = [
+        [Mean(9, 0.1, -0.2, 0.4), Mean(9, 0.5, 0.2, 0.8), Mean(9, 0.11, -0.1, 0.3), Mean(8, -0.12, -0.4, 0.2)],
+        [Mean(9, 0.1, -0.2, 0.4), Mean(9, 0.13, -0.2, 0.5), Mean(9, -0.6, -0.9, -0.3), Mean(2, 0.14, np.nan, np.nan)],
+    ]
+    axis = [Mean(9, 0.7, 0.6, 0.8)] * 4
+    found = {
+        name: Followed({("peak velocity", True): axis, ("peak velocity", False): one}, ("peak velocity",), [])
+        for name, one in zip(names, heads, strict=True)
+    }
+    first, second, count = follow_answer(found, parts)
+    for text, group in ((first, heads[0]), (second, heads[1])):
+        told = [part.partition(" (")[0].partition(", ")[0] for part in text.partition("against it: ")[2].split("; ")]
+        assert told == [f"{name} {one.value:.2f}".replace("-", "−") for name, one in zip(parts, group[1:], strict=True)]
+    assert [first.count(way) for way in (", with it", ", against it", ", no end shown")] == [1, 0, 2]
+    assert [second.count(way) for way in (", with it", ", against it", ", no end", ", too few")] == [0, 1, 1, 1]
+    assert count.startswith("2 of these 5 intervals exclude 0")
 
 
 def test_two_references_are_compared_earthquake_by_earthquake() -> None:

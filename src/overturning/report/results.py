@@ -20,7 +20,7 @@ from overturning.model.falls import model_of
 from overturning.model.model import Model
 from overturning.model.planes import gaps_of, period_of
 from overturning.report.words import Words, words_of
-from overturning.statistics import earthquakes
+from overturning.statistics import alignment_by_rule, earthquakes
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.by_record import by_record, record_groups
 from overturning.statistics.elements import ElementFalls, falls_by_element
@@ -179,6 +179,11 @@ class Results:
     def axes_difference(self) -> Mean | None:
         """Of the two groups, where there are two."""
         return earthquakes.compare_alignment(*self._axes.values()) if len(self._axes) == 2 else None
+
+    @cached_property
+    def alignment_by_rule(self) -> dict[str, list[alignment_by_rule.RuleAlignment]]:
+        """Alignment with the fault normal under each rule that chooses blocks, by group of records."""
+        return alignment_by_rule.alignment_by_rule(self.cube)
 
     @cached_property
     def followed(self) -> tuple[dict[str, earthquakes.Followed], list[str]]:

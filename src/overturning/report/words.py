@@ -24,6 +24,8 @@ class Words:
         What the cells are that were not computed.
     blocks, which : str
         Those whose falls tell a direction (`statistics.falls.informative_blocks`), and which these are.
+    why_these : str
+        Why these blocks are chosen, and not those of the other model.
     rose, map : str
         Captions of the rose, and of a record's map; in the latter stands where probabilities are shown.
     means : str
@@ -40,6 +42,7 @@ class Words:
     copies: str
     blocks: str
     which: str
+    why_these: str
     rose: str
     map: str
     means: str
@@ -68,6 +71,9 @@ WORDS: Final[dict[type[Model], Words]] = {
         which="A block only just falls under a record if it overturns in some of its planes, and in at most half of "
         "them. More slender ones fall every way and tell nothing about direction; of a record without such blocks all "
         "count.",
+        why_these="A slender block falls in every plane, as each plane has a component of the motion, so its falls go "
+        "every way whatever the motion; in space such a block still falls where the motion sends it, so reports of "
+        "studies in space count all blocks.",
         rose=f"Azimuths towards which the blocks fall that only just fall, each plane once. {_ROSE}",
         map="Angle: the azimuth towards which the block falls, north up, clockwise. Radius: slenderness B/H. {chance}"
         "The two halves of a map mirror each other: a block that falls to one side falls away from the other.",
@@ -87,6 +93,9 @@ WORDS: Final[dict[type[Model], Words]] = {
         copies="the same",
         blocks="all blocks",
         which="",
+        why_these="All blocks count here, unlike in the report of a study in planes: a block that falls whichever way "
+        "it faces is moved by both components at once, so that its falls show a direction, while in planes such a "
+        "block falls in every plane and its falls go every way.",
         rose=f"Azimuths towards which blocks fall. {_ROSE}",
         map="Across: the azimuth that the first side of the block faces; up: slenderness B/H; colour and arrow: the "
         "azimuth of the fall, north up. Beside it the rose of the falls in these maps.",

@@ -60,13 +60,15 @@ def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
     Dataset
         Over dimension ``event`` (in the order of first appearance) and those kept: ``cosine`` and ``sine``, the means
         of cos 2Δ and sin 2Δ over falls, Δ their angle from the fault normal; ``resultant``, the length of that
-        vector; ``axis``, its axis (degrees in (−90, 90], 0 is the fault normal); ``falls``, whether any block falls;
-        and ``records``. The first three are missing where nothing falls or no fault normal is known, the axis where the
-        resultant is below `LEAST_RESULTANT`, too.
+        vector; ``largest``, the mean over records of the resultant of each record's own falls, which the mean of
+        cos 2Δ cannot exceed; ``axis``, its axis (degrees in (−90, 90], 0 is the fault normal); ``falls``, whether any
+        block falls; and ``records``. The first four are missing where nothing falls or no fault normal is known, the
+        axis where the resultant is below `LEAST_RESULTANT`, too.
     """
     sums = sums_by_record(cube, *keep)
     vectors, events = fall_alignment(sums, cube["fault_normal"]), np.atleast_1d(cube["event"].values).astype(str)
     cosine, sine = (event_means(vectors[name].values, events) for name in ("cosine", "sine"))
+    largest = event_means(np.hypot(vectors["cosine"].values, vectors["sine"].values), events)
     length, any_falls = np.hypot(cosine, sine), sums["all_falls"].where(cube["fault_normal"].notnull())
     axis = np.where(length >= LEAST_RESULTANT, wrap_axis(np.degrees(np.arctan2(sine, cosine)) / 2), np.nan)
     about_axis = {"long_name": "mean fall axis relative to the fault normal", "units": "degree"}
@@ -75,7 +77,7 @@ def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
     dims, counts = ("event", *keep), [(events == one).sum() for one in names]
     found = {
         "cosine": (dims, cosine), "sine": (dims, sine), "axis": (dims, axis, about_axis),
-        "resultant": (dims, length, about_length), "records": ("event", counts),
+        "resultant": (dims, length, about_length), "largest": (dims, largest), "records": ("event", counts),
         "falls": (dims, event_means(any_falls.values, events) > 0),
     }  # fmt: skip
     return xr.Dataset(found, {"event": ("event", np.array(names, dtype=str))})
@@ -111,6 +113,9 @@ class AxisSummary:
     with_axis, closer_to_normal : int
         Earthquakes that have an axis, since its resultant is no smaller than `LEAST_RESULTANT`; of these, those whose
         axis is within 45° of the fault normal.
+    largest : float
+        Largest alignment that these falls allow: the mean over these earthquakes of ``largest`` of
+        `axes_by_earthquake`. It is reached where the axis of each record is its fault normal.
     """
 
     earthquakes: int
@@ -119,6 +124,7 @@ class AxisSummary:
     half_width_deg: float
     with_axis: int
     closer_to_normal: int
+    largest: float = math.nan
 
 
 def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000) -> AxisSummary:
@@ -139,8 +145,10 @@ def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000
     half_width = float(np.quantile(distances, level)) if distances.size else math.nan
     known = axes["axis"].values[np.isfinite(axes["axis"].values)]
     closer = int((np.abs(known) < 45).sum())
-    alignment = Mean(len(vectors), float(cosine), *ends)
-    return AxisSummary(int(axes.sizes["event"]), alignment, mean, half_width, int(known.size), closer)
+    alignment, most = Mean(len(vectors), float(cosine), *ends), axes["largest"].values
+    largest = float(most[np.isfinite(most)].mean()) if len(vectors) else math.nan
+    count = int(axes.sizes["event"])
+    return AxisSummary(count, alignment, mean, half_width, int(known.size), closer, largest=largest)
 
 
 def compare_alignment(first: xr.Dataset, second: xr.Dataset) -> Mean:

@@ -5,6 +5,8 @@ Of fractions and means each plane counts once and azimuths added to a grid share
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -99,6 +101,63 @@ def changes_to_the_next(cube: xr.Dataset, dim: str) -> tuple[int, int]:
     return int(((flags != beyond) & known).sum()), int(known.sum())
 
 
+@dataclass(frozen=True)
+class BlockRule:
+    """Rule that chooses the blocks whose falls are counted under a record.
+
+    Attributes
+    ----------
+    name : str
+        Which blocks count; ``{}`` stands for the directions of the model, such as "plane".
+    most : float
+        Largest share of the directions in which a block overturns; above 1 for no limit.
+    otherwise_all : bool
+        Count all blocks of a record under which the rule chooses none; otherwise such a record does not count.
+    """
+
+    name: str
+    most: float
+    otherwise_all: bool = False
+
+    def chosen(self, share: xr.DataArray) -> xr.DataArray:
+        """Return True for blocks that count, of the share of directions in which each overturns under a record."""
+        if self.most > 1.0:
+            return xr.ones_like(share, dtype=bool)
+        near = (share > 0) & (share <= self.most) & (share < 1.0)
+        return near | ~near.any([name for name in near.dims if name != "record"]) if self.otherwise_all else near
+
+
+MARGINAL: Final = BlockRule("in at most half of the {}s, or all blocks of a record without such", 0.5, True)
+"""Rule of the planar model: blocks that only just fall."""
+
+EVERY_BLOCK: Final = BlockRule("all blocks", 2.0)
+"""Rule of the 3-D model, in which a block that falls whichever way it faces still falls where the motion sends it."""
+
+BLOCK_RULES: Final = (
+    MARGINAL,
+    BlockRule("in at most half of the {}s", 0.5),
+    BlockRule("in at most a quarter of the {}s", 0.25),
+    BlockRule("in some {}s, but not in all", 1.0),
+    EVERY_BLOCK,
+)
+"""Rules under which a report gives the alignment, to show how far it depends on this choice."""
+
+
+def rule_of(cube: xr.Dataset) -> BlockRule:
+    """Rule that chooses the blocks of a cube: `MARGINAL` for planes, `EVERY_BLOCK` for bodies in space."""
+    return MARGINAL if model_of(cube).one_component else EVERY_BLOCK
+
+
+def overturning_shares(cube: xr.Dataset) -> xr.DataArray:
+    """Share of the directions in which each block overturns under a record, each plane once; in memory.
+
+    Directions whose outcome is missing do not count.
+    """
+    model = model_of(cube)
+    once = {model.direction: model.representative(cube)}
+    return overturns(cube).isel(once).mean(model.direction).compute()
+
+
 def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
     """Blocks whose falls tell a direction, True or False over dimensions of ``overturned`` without the direction.
 
@@ -107,11 +166,8 @@ def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
     and hide the direction that these show; of a record under which no block only just falls all count. Each plane
     counts once, none whose outcome is missing. Elsewhere all are informative.
     """
-    if not model_of(cube).one_component:
-        return xr.DataArray(True)
-    share = overturns(cube).isel(azimuth=model_of(cube).representative(cube)).mean("azimuth").compute()
-    near = (share > 0) & (share <= 0.5)
-    return near | ~near.any([name for name in near.dims if name != "record"])
+    rule = rule_of(cube)
+    return xr.DataArray(True) if rule is EVERY_BLOCK else rule.chosen(overturning_shares(cube))
 
 
 def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = ()) -> xr.DataArray:

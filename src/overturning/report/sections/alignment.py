@@ -12,6 +12,7 @@ from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.statistics.earthquakes import AxisSummary, axes_by_earthquake
+from overturning.statistics.falls import rule_of
 
 
 def alignment_sentences(results: Results, *, primary: bool) -> tuple[str, ...]:
@@ -29,10 +30,11 @@ def alignment_sentences(results: Results, *, primary: bool) -> tuple[str, ...]:
     if primary:
         says = _verdict(next(iter(results.axes.values())).alignment)
         said.append(f"Primary statistic, fixed beforehand: {scale} is {values.pop(0)}: {says}.")
+        said.append(_under_rules(results))
         scale = "the alignment"
     if values:
         said.append(f"Secondary: {scale} is {'; '.join(values)}.")
-    return tuple(said)
+    return tuple(filter(None, said))
 
 
 def axes_sentence(results: Results) -> str:
@@ -54,7 +56,22 @@ def _alignment(summary: AxisSummary) -> str:
     count = counted(one.n, "earthquake")
     if one.n < summary.earthquakes:
         count = f"{one.n} of {counted(summary.earthquakes, 'earthquake')}, with falls and a known fault"
-    return f"{number(one.value)} ({sure}{count})" if one.n else "not known"
+    return f"{number(one.value)} of at most {number(summary.largest)} ({sure}{count})" if one.n else "not known"
+
+
+def _under_rules(results: Results) -> str:
+    """Range of the alignment of the first group over the rules that choose blocks, and how many intervals exclude 0."""
+    group, found = next(iter(results.alignment_by_rule.items()))
+    known = [one.alignment for one in found if one.alignment.n]
+    if not known:
+        return ""
+    low, high = (number(end(one.value for one in known)) for end in (min, max))
+    excluding, tested = (
+        [one for one in known if verdict(one, *ways)] for ways in (("a", "b", "", ""), ("a", "a", "a", ""))
+    )
+    sure = f"; its interval excludes 0 under {len(excluding) or 'none'} of {len(tested)}" if tested else ""
+    ends = f"from {low} to {high}{of_group(group)}"
+    return f"Over the rules that choose which blocks count, the alignment goes {ends}{sure}."
 
 
 def agreement_within(results: Results) -> str:
@@ -135,12 +152,12 @@ def _of_axes(results: Results) -> Said:
     rows = [
         (
             *(name, s.earthquakes, s.alignment.n, s.alignment.value, interval(s.alignment.low, s.alignment.high)),
-            *(abs(s.axis_deg), half_width(s), f"{s.closer_to_normal} of {s.with_axis}"),
+            *(s.largest, abs(s.axis_deg), half_width(s), f"{s.closer_to_normal} of {s.with_axis}"),
         )
         for name, s in results.axes.items()
     ]
-    heads = ("records", "earthquakes", "with falls and a known fault", "alignment", "interval", "mean axis from normal")
-    yield table((*heads, "interval", "closer to normal"), rows, "tnn2n°")
+    heads = ("records", "earthquakes", "with falls and a known fault", "alignment", "interval", "largest possible")
+    yield table((*heads, "mean axis from normal", "interval", "closer to normal"), rows, "tnn2n2°")
     weighed = (
         " Each case counts with the probability of its fall over its neighbourhood; the rose counts the falls of the "
         "cases themselves."
@@ -150,16 +167,46 @@ def _of_axes(results: Results) -> Said:
     yield Note(
         f"Falls of {results.words.blocks}. Alignment: cos 2Δ, Δ the angle between a fall and the fault normal of "
         "its record, is averaged over the falls of a record, over the records of an earthquake, and over "
-        f"earthquakes: 1 normal to the fault, −1 along it, 0 neither.{weighed} An earthquake has an "
+        "earthquakes: 1 normal to the fault, −1 along it, 0 neither. Within a record it cannot exceed the resultant "
+        f"of its own falls; the mean of these is the largest possible alignment.{weighed} An earthquake has an "
         f"axis where the resultant of its falls reaches {LEAST_RESULTANT:g}; these are counted as closer to the normal "
         "or not. Intervals: 95 %, bootstrap over earthquakes."
     )
+    yield from _by_rule(results)
     about_shapes = Note(
         "Earthquakes are those of known faults; counted are those with falls of "
         f"{results.words.blocks}, over which the alignment is the mean. "
         "No p-value is given here: with so many shapes some would look small by chance."
     )
     yield Disclosure("Alignment with the fault normal by B/H and friction", (_by_shape(results), about_shapes))
+
+
+def _by_rule(results: Results) -> Said:
+    """Alignment under each rule that chooses the blocks whose falls count."""
+    own, direction = rule_of(results.cube), results.model.direction
+    rows = [
+        (
+            one.rule.name.format(direction) + (" (this report)" if one.rule is own else ""),
+            *(group, one.records, one.alignment.n, one.alignment.value),
+            *(interval(one.alignment.low, one.alignment.high), one.largest),
+        )
+        for group, found in results.alignment_by_rule.items()
+        for one in found
+    ]
+    heads = (
+        "blocks that overturn",
+        "records",
+        "with falls",
+        "earthquakes",
+        "alignment",
+        "interval",
+        "largest possible",
+    )
+    yield table(heads, rows, "ttnn2n2")
+    yield Note(
+        "The alignment under other rules that choose which blocks count; the rule of this report was fixed before any "
+        f"result was seen. {results.words.why_these}"
+    )
 
 
 def _by_shape(results: Results) -> Table:

@@ -91,8 +91,11 @@ def follow_sentences(found: dict[str, Followed], parts: list[str]) -> list[str]:
 
 
 def follow_answer(found: dict[str, Followed], parts: list[str]) -> list[str]:
-    """Which reference falls follow most, and to which end of it, in a sentence or two for each group of records."""
-    said = []
+    """Which reference falls follow most, and to which end of it, for each group of records.
+
+    Every part of the B/H is listed, whatever its interval says: the parts whose intervals exclude 0 are a selection.
+    """
+    said, ends = list[str](), list[Mean]()
     for group, references in found.items():
         if not references.closest:
             continue
@@ -106,13 +109,19 @@ def follow_answer(found: dict[str, Followed], parts: list[str]) -> list[str]:
             f"{who} axes lie closest to that of the {best}: mean cos 2Δ {shown(mean)}, "
             f"{counted(mean.n, 'earthquake')}{less}."
         )
-        ends: dict[str, list[str]] = {"with its head": [], "against its head": []}
-        for part, one in zip(parts, references.means.get((best, False), [mean])[1:], strict=False):
-            if way := verdict(one, "with its head", "against its head", "", ""):
-                ends[way].append(f"{part} (cos Δ {shown(one)})")
-        if ways := " and ".join(f"{way} at {' and '.join(of)}" for way, of in ends.items() if of):
-            text += f" Stones fall {ways}."
+        known = references.means.get((best, False), [mean])[1:]
+        ways = [
+            f"{part} {shown(one)}, {verdict(one, 'with it', 'against it', 'no end shown', 'too few earthquakes')}"
+            for part, one in zip(parts, known, strict=False)
+            if one.n
+        ]
+        if ways:
+            text += f" Mean cos Δ, 1 where stones fall with its head and −1 against it: {'; '.join(ways)}."
+            ends += [one for one in known if not math.isnan(one.low)]
         said.append(text)
+    if ends:
+        excluding = sum(bool(verdict(one, "a", "b", "", "")) for one in ends)
+        said.append(f"{excluding} of these {len(ends)} intervals exclude 0; by chance one in 20 would.")
     return said
 
 

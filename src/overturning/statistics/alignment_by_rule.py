@@ -1,0 +1,77 @@
+"""Alignment with the fault normal under each rule that chooses the blocks whose falls count."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import xarray as xr
+
+from overturning.model.falls import model_of
+from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
+from overturning.statistics.by_record import by_record, record_groups
+from overturning.statistics.falls import BLOCK_RULES, BlockRule, fall_alignment, overturning_shares
+
+
+@dataclass(frozen=True)
+class RuleAlignment:
+    """Alignment of falls with the fault normal under one rule.
+
+    Attributes
+    ----------
+    rule : BlockRule
+        Rule that chooses the blocks.
+    records : int
+        Records with falls of these blocks and a known fault normal.
+    alignment : Mean
+        Mean of cos 2Δ over the falls of a record, the records of an earthquake, and earthquakes; 95 % interval.
+    largest : float
+        Largest possible alignment: the same mean of the resultants of the doubled fall axes of each record.
+    """
+
+    rule: BlockRule
+    records: int
+    alignment: Mean
+    largest: float
+
+
+def alignment_by_rule(
+    cube: xr.Dataset, rules: Sequence[BlockRule] = BLOCK_RULES, *, draws: int = 10_000
+) -> dict[str, list[RuleAlignment]]:
+    """Compute the alignment with the fault normal under each rule, by group of records (`record_groups`).
+
+    The cube is read one part at a time; each rule has the same bootstrap samples of earthquakes as the alignment of
+    `summarise_axes`, which is that of the rule `rule_of(cube)`.
+
+    Parameters
+    ----------
+    cube : Dataset
+        With the coordinates ``fault_normal(record)``, degrees, and ``event(record)``.
+    rules : sequence of BlockRule
+        Rules to compare.
+    draws : int
+        Bootstrap samples.
+    """
+    sums = by_record(partial(_sums, rules), cube, model_of(cube).reads).transpose("record", "rule")
+    vectors = fall_alignment(sums, cube["fault_normal"])
+    cosine, sine = vectors["cosine"].to_numpy(), vectors["sine"].to_numpy()
+    lengths, events = np.hypot(cosine, sine), np.atleast_1d(cube["event"].to_numpy().astype(str))
+    found = dict[str, list[RuleAlignment]]()
+    for group, members in record_groups(cube).items():
+        found[group] = []
+        for place, rule in enumerate(rules):
+            own, most = (np.where(members, values[:, place], np.nan) for values in (cosine, lengths))
+            alignment = mean_over_earthquakes(own, events, draws=draws)
+            largest = mean_over_earthquakes(most, events, draws=1).value
+            found[group].append(RuleAlignment(rule, int(np.isfinite(own).sum()), alignment, largest))
+    return found
+
+
+def _sums(rules: Sequence[BlockRule], cube: xr.Dataset) -> xr.Dataset:
+    """Sum falls and the cosines and sines of their doubled axes under each rule; over (record, rule)."""
+    model, share = model_of(cube), overturning_shares(cube)
+    falls = model.falls(cube)
+    names = ["falls", "axis_cosine", "axis_sine"]
+    weighted = falls[names] * falls["weight"]
+    over = (model.direction, *model.case_dims)
+    return xr.concat([weighted.where(rule.chosen(share)).sum(over) for rule in rules], "rule")

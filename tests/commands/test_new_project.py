@@ -1,6 +1,7 @@
 """From the wheel alone: a film in any folder, a project of one's own, records and studies of one's own."""
 
 import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -50,6 +51,32 @@ def test_what_init_says_can_be_typed(tmp_path: Path) -> None:
     assert "config" in done.stdout
 
 
+@pytest.mark.parametrize(("folder", "name"), [("mine", "mine"), ("My stones, 2nd", "my-stones-2nd"), ("墓石", "study")])
+def test_the_study_of_a_new_project_has_the_name_of_its_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str, name: str
+) -> None:
+    text = said("init", tmp_path / folder)
+    assert [path.name for path in (tmp_path / folder / "config").glob("*.yaml")] == [f"{name}.yaml"]
+    assert f"snakemake --cores 2 --configfile config/{name}.yaml" in text
+    monkeypatch.chdir(tmp_path / folder)
+    checked = said("study", "check", f"config/{name}.yaml")
+    assert f"study '{name}', 2 records × " in checked
+    assert "no answer" not in checked
+
+
+def test_the_readme_of_a_new_project_names_files_that_are_there(tmp_path: Path) -> None:
+    said("init", tmp_path / "mine")
+    readme = tmp_path / "mine" / "config" / "README.md"
+    text = readme.read_text(encoding="utf-8")
+    links = re.findall(r"\[[^]]*\]\(([^)]+)\)", text)
+    assert [link for link in links if not (readme.parent / link.partition("#")[0]).exists()] == []
+    named = set(re.findall(r"`([a-z-]+\.(?:yaml|tsv|json))`", text)) - {"study.yaml"}
+    assert [name for name in named if not (readme.parent / name).is_file()] == []
+    assert "repository -->" not in text
+    assert "| `b_over_h` |" in text, "the tables of keys and columns are whole"
+    assert "docs/formats.md has the formats." in text
+
+
 def test_the_wheel_is_whole(wheel: Path, tmp_path: Path) -> None:
     for package in ("overturning", "snakemake_logger_plugin_overturning"):
         where = run(wheel, tmp_path, "-c", f"import {package}; print({package}.__file__)").stdout.strip()
@@ -74,8 +101,9 @@ def test_a_project_of_ones_own(wheel: Path, tmp_path: Path) -> None:
     said = overturning(wheel, tmp_path, "init", "mine").stdout
     assert "snakemake --cores 2" in said
     folder = tmp_path / "mine"
-    assert "2 records × " in overturning(wheel, folder, "study", "check", "config/near-fault.yaml").stdout
-    planned = run(wheel, folder, "-m", "snakemake", "--cores", "1", "--dry-run", "--quiet", "host")
+    assert "2 records × " in overturning(wheel, folder, "study", "check", "config/mine.yaml").stdout
+    study = ("--configfile", "config/mine.yaml")
+    planned = run(wheel, folder, "-m", "snakemake", "--cores", "1", *study, "--dry-run", "--quiet", "host")
     assert "rule report:" in planned.stdout
     assert "profiles/default" in planned.stderr, "which asks for the logger plugin"
     again = overturning(wheel, tmp_path, "init", "mine", check=False)
@@ -97,6 +125,14 @@ def test_a_record_and_a_study_of_ones_own(tmp_path: Path, monkeypatch: pytest.Mo
     assert "is there already" in said(*given, *columns, status=1)
     assert "config/own.yaml" in said("study", "new", "--name", "own", "--records", "my-site, rinaldi")
     assert "study 'own', 2 records" in said("study", "check", "config/own.yaml")
+    own = Path("config/own.yaml")
+    assert "primary: {statistic: alignment}" in own.read_text(encoding="utf-8"), "rinaldi has a fault strike"
+    said("study", "new", "--name", "no-fault", "--records", "my-site")
+    text = Path("config/no-fault.yaml").read_text(encoding="utf-8")
+    assert "primary: {statistic: share}" in text, "without a fault there is no alignment with its normal"
+    assert "no answer" not in said("study", "check", "config/no-fault.yaml")
+    Path("config/asked.yaml").write_text(text.replace("{statistic: share}", "{statistic: alignment}"), encoding="utf-8")
+    assert "primary.statistic: alignment has no answer" in said("study", "check", "config/asked.yaml")
     refused = said("study", "new", "--name", "other", "--records", "gone", status=1)
     assert "'gone' is not in config/records.tsv" in refused
     coarse = ("--records", "rinaldi", "--title", "Here: 2020", "--step", "7")

@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 from overturning.errors import ConfigError, MissingDataError, OverturningError
+from overturning.records.catalogue import RecordEntry
+from overturning.statistics.by_record import record_groups
 from overturning.study.load import check_study, load_study
-from overturning.study.preflight import check_files, check_packages, check_records, check_size, size_of
+from overturning.study.preflight import check_files, check_packages, check_records, check_size, has_alignment, size_of
 from tests.expect import said
 from tests.records.world_writers import unam_text
 
@@ -136,6 +139,28 @@ def test_study_check_finds_an_unknown_soil_curve(monkeypatch: pytest.MonkeyPatch
     check_packages(mine("rinaldi", site=SITE | {"layers": layers[:1]}), "mine.yaml")
     with pytest.raises(ConfigError, match=re.escape("mine.yaml: site: curve 'idris'; known are idriss_sand, kishida")):
         check_packages(mine("rinaldi", site=SITE | {"layers": layers}), "mine.yaml")
+
+
+@pytest.mark.parametrize(
+    ("records", "answer"),
+    [
+        ([(None, None)], False),
+        ([(30.0, None)], True),
+        ([(None, True), (30.0, None)], True),
+        ([(None, True), (30.0, False)], False),
+        ([(30.0, True), (None, False)], True),
+        ([(None, True), (None, False), (30.0, None)], False),
+    ],
+)
+def test_an_alignment_has_an_answer_where_the_records_that_it_is_of_have_a_fault(
+    records: list[tuple[float | None, bool | None]], answer: bool
+) -> None:
+    """It is of records with a pulse where there is a control: `record_groups` of the same records, first group."""
+    entries = [RecordEntry(id="a", source="a.V2A", fault_strike_deg=strike, pulse=pulse) for strike, pulse in records]
+    assert has_alignment(entries) is answer
+    pulses = np.array([np.nan if pulse is None else float(pulse) for _, pulse in records])
+    first = next(iter(record_groups(xr.Dataset(coords={"pulse": ("record", pulses)})).values()))
+    assert answer == any(strike is not None for (strike, _), one in zip(records, first, strict=True) if one)
 
 
 def test_a_study_without_soil_needs_no_optional_package(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,12 +15,13 @@ app = typer.Typer(no_args_is_help=True, help="Write or check a study file; write
 
 def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None:
     """Make a folder with a study, the record table, scenes, and the workflow that runs it."""
+    import re
     import shlex
     import shutil
 
     from overturning.errors import ArgumentError
-    from overturning.files import atomic_write, project_folders
-    from overturning.study.document import study_template
+    from overturning.files import project_folders, write_text
+    from overturning.study.document import project_readme, study_template
 
     if folder.exists() and any(folder.iterdir() if folder.is_dir() else [folder]):
         raise ArgumentError(f"{folder}: is there already and not empty; name a folder to make")
@@ -33,11 +34,16 @@ def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None
         else:
             shutil.copyfile(source, target)
     (folder / "resources" / "records").mkdir(parents=True)
-    with atomic_write(folder / "config" / "near-fault.yaml") as text:
-        text.write_text(study_template("near-fault", ["rinaldi", "petrolia"]), encoding="utf-8")
+    readme = folder / "config" / "README.md"
+    write_text(readme, project_readme(readme.read_text(encoding="utf-8")))
+    name = re.sub("[^a-z0-9]+", "-", folder.resolve().name.lower()).strip("-") or "study"
+    study = f"config/{name}.yaml"
+    # Both records have a fault strike, on which the alignment depends.
+    write_text(folder / study, study_template(name, ["rinaldi", "petrolia"], statistic="alignment"))
     print(
-        f"{folder}: study config/near-fault.yaml, record table, scenes, workflow. Go on with\n"
-        f"  cd {shlex.quote(str(folder))}\n  overturning study check config/near-fault.yaml\n  snakemake --cores 2"
+        f"{folder}: study {study}, record table, scenes, workflow. Go on with\n"
+        f"  cd {shlex.quote(str(folder))}\n  overturning study check {study}\n"
+        f"  snakemake --cores 2 --configfile {study}"
     )
 
 
@@ -45,7 +51,7 @@ def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None
 def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
     """Find what a run would find: wrong keys, missing and damaged files, too many cases; and about what it takes."""
     from overturning.study.load import load_study
-    from overturning.study.preflight import check_files, check_packages, check_records, check_size
+    from overturning.study.preflight import check_files, check_packages, check_primary, check_records, check_size
     from overturning.surveys.stones import read_survey
 
     study = load_study(path)
@@ -54,7 +60,7 @@ def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> No
     entries, _ = check_files(study, str(path))
     for survey in study.surveys:
         read_survey(Path(survey.stones))
-    for said in check_records(study, entries):
+    for said in (*check_records(study, entries), *check_primary(study, entries)):
         print(said)
     print(f"{path}: study {study.name!r}, {size}")
     if study.surveys:
@@ -74,17 +80,21 @@ def new(
     from overturning.files import atomic_write, check_output
     from overturning.study.document import study_template
     from overturning.study.load import entries_of, load_study
+    from overturning.study.preflight import has_alignment
 
     path = folder / f"{name}.yaml"
     if path.exists():
         raise ArgumentError(f"{path}: is there already; choose another name")
     check_output(path, "--folder")
+    ids = records.replace(",", " ").split()
     with atomic_write(path) as part:
-        part.write_text(study_template(name, records.replace(",", " ").split(), title, step), encoding="utf-8")
+        part.write_text(study_template(name, ids, title, step), encoding="utf-8")
         try:
-            entries_of(load_study(part), str(path))
+            entries = entries_of(load_study(part), str(path))
         except ConfigError as error:  # names the file that will not be there
             raise ConfigError(str(error).replace(str(part), str(path))) from None
+        if has_alignment(entries.values()):
+            part.write_text(study_template(name, ids, title, step, "alignment"), encoding="utf-8")
     print(f"{path}: edit it, then overturning study check {path}")
 
 

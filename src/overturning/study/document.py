@@ -1,9 +1,10 @@
 """The form of a study file: JSON schema and table of keys, both made from the model, and the text of a new study."""
 
 import json
+import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from overturning.records.catalogue import RecordEntry
 from overturning.study.schema import Study
@@ -94,7 +95,7 @@ _TEXT = """\
 name: {name} # of the folder under results/
 title: {title}
 question: Which way do gravestones fall?
-primary: {{statistic: alignment}} # what answers the question: choose it before the results are seen
+primary: {{statistic: {statistic}}} # what answers the question: choose it before the results are seen
 records: {{use: [{records}]}} # ids of config/records.tsv
 azimuth: {{step: {step:g}}} # degrees; a divisor of 360
 b_over_h: {{start: 0.1, stop: 0.6, step: 0.1}} # width over height
@@ -103,7 +104,18 @@ friction: [0.58, 1.0]
 """
 
 
-def study_template(name: str, records: Sequence[str], title: str = "", step: float = 15.0) -> str:
-    """A study file of these records, whose name may be any; it is checked when it is read."""
+def study_template(
+    name: str, records: Sequence[str], title: str = "", step: float = 15.0, statistic: str = "share"
+) -> str:
+    """Return the text of a study file with these records and primary statistic; it is checked when it is read."""
     quoted = json.dumps(title or name, ensure_ascii=False)
-    return _TEXT.format(name=name, title=quoted, records=", ".join(records), step=step)
+    return _TEXT.format(name=name, title=quoted, records=", ".join(records), step=step, statistic=statistic)
+
+
+_LINK: Final = re.compile(r"\[([^]]+)\]\(\.\./[^)]+\)")
+_OF_REPOSITORY: Final = re.compile(r"<!-- repository -->\n.*?<!-- end of repository -->\n\n", re.DOTALL)
+
+
+def project_readme(text: str) -> str:
+    """Return config/README.md for a new project, which has neither the pages of docs/ nor the shipped studies."""
+    return _LINK.sub(r"\1", _OF_REPOSITORY.sub("", text))

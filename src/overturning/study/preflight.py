@@ -2,6 +2,7 @@
 
 import os
 import shutil
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -189,6 +190,27 @@ def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, .
     if records:
         _check_cases(study, min(record.sampling_interval for record in records))
     return (*(f"earthquakes: {note}" for note in earthquakes_of(records).notes), *notes)
+
+
+def has_alignment(entries: Iterable[RecordEntry]) -> bool:
+    """Return True if the alignment with fault normals has an answer: a record that it is of has a fault strike.
+
+    It is of the records with a velocity pulse where others are their control, else of all records.
+    """
+    records = list(entries)
+    with_control = {True, False} <= {entry.pulse for entry in records}
+    chosen = [entry for entry in records if entry.pulse or not with_control]
+    return any(entry.fault_strike_deg is not None for entry in chosen)
+
+
+def check_primary(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, ...]:
+    """Return a note if the primary statistic of a study can have no answer under its records; else nothing."""
+    if study.primary.statistic != "alignment" or has_alignment(entries.values()):
+        return ()
+    return (
+        "primary.statistic: alignment has no answer: no record that it is of has a fault_strike_deg in "
+        f"{study.records.table}; enter it there, or choose another statistic, such as share",
+    )
 
 
 def _check_cases(study: Study, interval: float) -> None:

@@ -53,7 +53,7 @@ def _independent_multiply_adds(rounds: int) -> float:
     for _ in range(rounds):
         for j in range(256):
             v = values[j]
-            # Loops of four, which LLVM still writes out (`prefer_vector_code`).
+            # Loops of four, which LLVM writes out.
             for _q in range(4):
                 v = v * 0.999 + 0.1
             for _q in range(4):

@@ -9,11 +9,9 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
-from numba.core.postproc import PostProcessor
 
-from overturning.dem.kernel import cache, compiling, queue
+from overturning.dem.kernel import cache, queue
 from overturning.dem.kernel.cache import cache_directory, keep_compiled
-from overturning.dem.kernel.compiling import without_unused_work
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
@@ -43,21 +41,41 @@ def test_a_damaged_cache_file_is_a_miss(tmp_path: Path, monkeypatch: pytest.Monk
             assert compiled() == (1, 0)
 
 
-def test_what_compiled_code_alone_calls_gets_no_machine_code_of_its_own(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+def test_an_inner_function_works_for_compiled_callers_and_refuses_python() -> None:
     inner = numba.njit(**INNER)(lambda x: x + x)
-    outer = keep_compiled(numba.njit(lambda x: inner(x) + 1.0))
-    assert outer(21.0) == 43.0
-    engine = outer.targetctx.codegen()._engine
-    (of_inner,), (of_outer,) = inner.overloads.values(), outer.overloads.values()
-    assert engine.is_symbol_defined(of_outer.fndesc.llvm_cpython_wrapper_name)
-    assert not engine.is_symbol_defined(of_inner.fndesc.llvm_func_name)
-    assert numba.njit(lambda x: inner(x) + 2.0)(20.0) == 42.0, "it is there for others to call"
-    for never_called in (inner, numba.njit(**INNER)(inner.py_func)):
-        with pytest.raises(TypeError, match="lambda> is for compiled code alone: call"):
-            never_called(21.0)
+    assert numba.njit(lambda x: inner(x) + 2.0)(20.0) == 42.0
+    with pytest.raises(TypeError, match=r"called by compiled code only"):
+        inner(21.0)
+
+
+def test_the_package_changes_nothing_in_numba_or_llvm_for_others() -> None:
+    """What other code of the process compiles with: classes, options and settings are the same with the package."""
+    program = """if True:
+        import gc, sys
+        import numba, numba.core.codegen, numba.core.compiler, numba.core.cpu, numba.core.dispatcher, numba.core.options
+        from numba.core import base, errors, event, postproc, typed_passes, typing
+        from numba.core.registry import cpu_target
+
+        def state():
+            owners = [one for name, module in sorted(sys.modules.items()) if name.startswith("numba.core") and module
+                      for one in vars(module).values() if isinstance(one, type) and one.__module__ == name]
+            found = {f"{one.__module__}.{one.__qualname__}.{key}": id(value)
+                     for one in owners for key, value in vars(one).items() if callable(value)}
+            found |= {name: value for name, value in vars(numba.config).items() if name.isupper()}
+            codegen = cpu_target.target_context.codegen()
+            return found | {"library": codegen._library_class, "features": codegen._tm_features, "gc": gc.isenabled()}
+
+        numba.njit(lambda x: x + 1.0)(1.0)
+        before = state()
+        from overturning.dem.kernel.queue import run_queue
+        from overturning.dem.simulate import simulate_arrays
+        after = state()
+        print([name for name in before if before[name] != after.get(name)])
+    """
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+    package = Path(cache.__file__).parents[2]
+    assert [path for path in package.rglob("*.py") if "set_option(" in path.read_text(encoding="utf-8")] == []
 
 
 def test_what_was_edited_after_it_was_imported_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -111,15 +129,3 @@ def test_all_that_kernels_import_names_the_folder_of_the_cache() -> None:
             types = {"overturning.arrays", "overturning.motion.motion"}  # nothing of them is compiled
             assert {modules()[other] for other in imports(name) - types} <= {*cache._COMPILED}, name
     assert queue.run_queue._cache._cache_path == str(cache_directory())
-
-
-def test_another_version_of_numba_compiles_as_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is changed of its inner workings is changed in the version alone for which that was written."""
-    target, processor = queue.run_queue.targetctx, PostProcessor
-    usual = target.codegen()._library_class, processor.run
-    with without_unused_work(target):
-        assert target.codegen()._library_class is not usual[0]
-        assert processor.run is not usual[1]
-    monkeypatch.setattr(compiling, "KNOWN", "another")
-    with without_unused_work(target):
-        assert (target.codegen()._library_class, processor.run) == usual

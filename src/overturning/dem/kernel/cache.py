@@ -5,63 +5,9 @@ import os
 import pickle
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
-from numba.core.dispatcher import _DispatcherBase
 from numba.core.runtime import rtsys
-
-from overturning.dem.kernel.compiling import without_unused_work
-
-NEWEST_LLVM: Final = 22
-"""Version of LLVM up to which its options are known; it ends the process where one is not."""
-
-
-def prefer_vector_code() -> None:
-    """Let LLVM use 512-bit vectors where the processor has them, and make vector code where it would branch or unroll.
-
-    By itself it stops at 256 bits on most processors; this has no effect once Numba has compiled something, nor where
-    the user chose a target with ``NUMBA_CPU_NAME`` or ``NUMBA_CPU_FEATURES``. Jump threading turns selections by the
-    same condition into branches; in vector code, a store behind one becomes a masked store, for which some processors
-    without AVX-512 take ten cycles. A loop over as few lanes as a vector has numbers would be written out lane by lane
-    before anything makes a vector of it. All hold for what Numba compiles in the process, and change the speed only,
-    never the bits.
-    """
-    import llvmlite.binding as llvm
-    from numba import config as numba_config
-
-    config: Any = numba_config
-
-    if llvm.llvm_version_info[0] <= NEWEST_LLVM:
-        llvm.set_option("overturning", "-jump-threading-threshold=0")
-        llvm.set_option("overturning", "-unroll-full-max-count=4")
-    if config.CPU_NAME is None and config.CPU_FEATURES is None:
-        features = llvm.get_host_cpu_features()
-        if features.get("avx512f"):
-            config.CPU_FEATURES = f"{features.flatten()},-prefer-256-bit"
-
-
-def refuse_calls_from_python() -> None:
-    """Let a function that compiled code alone may call raise a TypeError in Python; Numba would end the process.
-
-    Such a function (``no_cpython_wrapper``) has no entry for Python, and Numba calls the address 0 instead.
-    """
-    dispatcher: Any = _DispatcherBase
-    add, compile_for = dispatcher.add_overload, dispatcher._compile_for_args
-
-    def add_overload(self: Any, compiled: Any) -> None:
-        if self.targetoptions.get("no_cpython_wrapper"):
-            self.overloads[tuple(compiled.signature.args)] = compiled  # for compiled callers, and not for Python
-        else:
-            add(self, compiled)
-
-    def compile_for_args(self: Any, *args: Any, **named: Any) -> Any:
-        if self.targetoptions.get("no_cpython_wrapper"):
-            name = self.py_func.__qualname__
-            raise TypeError(f"{name} is for compiled code alone: call {name}.py_func, or compile a function around it")
-        return compile_for(self, *args, **named)
-
-    dispatcher.add_overload, dispatcher._compile_for_args = add_overload, compile_for_args
-
 
 _PACKAGE = Path(__file__).parents[2]
 _COMPILED = (_PACKAGE / "units.py", *(path for room in ("dem", "model") for path in (_PACKAGE / room).rglob("*.py")))
@@ -148,7 +94,7 @@ def keep_compiled(dispatcher: Any) -> Any:
     file._source_stamp = folder.name  # contents, not the time at which the file was checked out
     cache._impl.locator.get_cache_path = lambda: str(folder)
     # Not `load_overload`, which first makes ready to compile, with scipy.linalg: half of the time that loading takes.
-    load, save, compile_all = cache._load_overload, cache.save_overload, dispatcher._compiler.compile
+    load, save = cache._load_overload, cache.save_overload
 
     def keep_apart(signature: Any) -> None:
         # A model's own index, by the type of its rules: to read what it names imports the modules of all models in it.
@@ -173,12 +119,7 @@ def keep_compiled(dispatcher: Any) -> Any:
             with suppress(OSError):
                 save(signature, data)
 
-    def compile_once(*signature: Any) -> Any:
-        with without_unused_work(dispatcher.targetctx):
-            return compile_all(*signature)
-
     _seal(file)
     cache.load_overload = load_or_miss
     cache.save_overload = save_if_possible
-    dispatcher._compiler.compile = compile_once
     return dispatcher

@@ -22,31 +22,31 @@ from functools import cache
 from typing import Any, Final, NamedTuple, get_type_hints
 
 import numpy as np
+from llvmlite import ir
 from numba import njit, types
 from numba.core import cgutils
-from numba.core.cpu import CPUTargetOptions
-from numba.core.options import TargetOptions
 from numba.extending import intrinsic
 
-from overturning.dem.kernel.cache import prefer_vector_code, refuse_calls_from_python
+from overturning.dem.kernel.compiler import ApartCompiler, InnerCompiler, KernelCompiler
 from overturning.dem.kernel.tuples import by_numbers, chosen, loads, paths_of, stores, stores_unless, zeros
 
-prefer_vector_code()  # before anything is compiled
-refuse_calls_from_python()
-CPUTargetOptions.noalias = TargetOptions.Mapping("noalias")  # Numba knows it, but does not let it be asked for
-
-OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "boundscheck": False}
+OPTIONS: Final[dict[str, Any]] = {
+    "fastmath": False,
+    "error_model": "numpy",
+    "boundscheck": False,
+    "pipeline_class": KernelCompiler,
+}
 """Of every jitted function: no fast-math, no contraction, so that the bits are the same everywhere."""
 
 QUEUE: Final[dict[str, Any]] = {**OPTIONS, "nogil": True, "no_cfunc_wrapper": True}
 """Of the one that Python calls; without an entry for C."""
 
-OWNER: Final[dict[str, Any]] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
+OWNER: Final[dict[str, Any]] = {**OPTIONS, "no_cfunc_wrapper": True, "forceinline": True}
 """Of those that a queue calls and that may make arrays; without entries for Python and C, long for named tuples."""
 
 INNER: Final[dict[str, Any]] = {
     **OPTIONS,
-    "no_cpython_wrapper": True,
+    "pipeline_class": InnerCompiler,
     "no_cfunc_wrapper": True,
     "_nrt": False,
     "forceinline": False,
@@ -57,7 +57,7 @@ Numba lets a function that does not say whether it is to be inlined do as its ca
 function, which takes twice the time to compile.
 """
 
-APART: Final[dict[str, Any]] = {**INNER, "noalias": True}
+APART: Final[dict[str, Any]] = {**INNER, "pipeline_class": ApartCompiler}
 """Of loops over the lanes that store nothing where another of their arrays is read or stored: none is looked for then.
 
 Without, each loop is there twice, and looks at every call whether its arrays overlap.
@@ -134,6 +134,18 @@ def _select(_: Any, condition: Any, first: Any, second: Any) -> Any:
 
 
 select: Final[Any] = intrinsic(_select)
+
+
+def _unknown(_: Any, number: Any) -> Any:
+    def make(_: Any, builder: Any, __: Any, values: Any) -> Any:
+        kind = ir.FunctionType(values[0].type, [values[0].type])
+        return builder.asm(kind, "", "=r,0", [values[0]], side_effect=False)
+
+    return number(number), make
+
+
+unknown: Final[Any] = intrinsic(_unknown)
+"""``unknown(n)`` returns n, hidden from LLVM: a short loop of n passes is then vectorised, not unrolled."""
 
 
 class Access(NamedTuple):

@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, Rows, arithmetic, windows
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, Rows, arithmetic, unknown, windows
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.mechanics import Action, Outer
 from overturning.dem.polygon.state import Inertia, Plane
@@ -143,7 +143,7 @@ def eliminate(submatrix: Any, factor: Any, row: Any, fresh: bool) -> None:
 @njit(**APART)
 def carry(target: Any, submatrix: Any, source: Any) -> None:
     """Take a submatrix times an element's numbers off those of another element."""
-    for j in range(rows.COLUMNS):
+    for j in range(unknown(rows.COLUMNS)):
         v, w = rows.load_change(target, j), times(load(submatrix, j), rows.load_change(source, j))
         rows.store_change(target, j, Plane(v.x - w.x, v.z - w.z, v.w - w.w))
 

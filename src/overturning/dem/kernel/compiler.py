@@ -1,0 +1,104 @@
+"""Compiler pipeline of this package's kernels: Numba's own, with attributes that only these functions get.
+
+Numba documents custom pipelines (``pipeline_class`` of ``jit``). No setting of Numba or LLVM changes for other code in
+the process.
+"""
+
+from typing import Any, Final
+
+from llvmlite import ir
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import register_pass
+from numba.core.lowering import Lower
+from numba.core.typed_passes import NativeLowering, NopythonRewrites
+
+STACK: Final = 64
+"""Alignment of each function's stack, bytes: a cache line, and the widest vector."""
+
+MESSAGE: Final = "this function is called by compiled code only; call its `.py_func`, or compile a caller"
+
+
+class KernelLower(Lower):
+    """Translation to LLVM with an aligned stack and, for inner functions, without an entry for Python."""
+
+    def setup_function(self, fndesc: Any) -> None:
+        """Declare the function and set its attributes."""
+        super().setup_function(fndesc)
+        # Spilled vectors lie on the stack. At LLVM's 16 bytes they can straddle two cache lines, which is slow.
+        self.function.attributes.alignstack = STACK
+        self.function.attributes.add("nounwind")  # llvmlite writes no alignment alone
+
+
+class InnerLower(KernelLower):
+    """Translation of a function that only compiled code calls."""
+
+    def create_cpython_wrapper(self, release_gil: bool = False) -> None:  # noqa: ARG002
+        """Write an entry for Python that raises TypeError: unpacking nested tuples takes long to compile."""
+        module = self.context.create_module("no entry")
+        pointer = ir.IntType(8).as_pointer()
+        kind = ir.FunctionType(pointer, [pointer] * 3)
+        builder = ir.IRBuilder(ir.Function(module, kind, self.fndesc.llvm_cpython_wrapper_name).append_basic_block())
+        self.context.get_python_api(builder).err_set_string("PyExc_TypeError", MESSAGE)
+        builder.ret(ir.Constant(pointer, None))
+        self.library.add_ir_module(module)
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class KernelLowering(NativeLowering):
+    """Lowering pass for functions that Python calls."""
+
+    _name = "kernel_lowering"
+
+    @property
+    def lowering_class(self) -> Any:
+        """Class that translates a function."""
+        return KernelLower
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class InnerLowering(NativeLowering):
+    """Lowering pass for inner functions."""
+
+    _name = "inner_lowering"
+
+    @property
+    def lowering_class(self) -> Any:
+        """Class that translates a function."""
+        return InnerLower
+
+
+def _pipeline(state: Any, lowering: type) -> Any:
+    passes = DefaultPassBuilder.define_nopython_pipeline(state)
+    # No kernel has array expressions; searching for them takes a tenth of the time.
+    passes.passes = [
+        (lowering, text) if one is NativeLowering else (one, text)
+        for one, text in passes.passes
+        if one is not NopythonRewrites
+    ]
+    passes.finalize()
+    return passes
+
+
+class KernelCompiler(CompilerBase):
+    """Compiler of functions that Python calls."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return Numba's pipeline with `KernelLowering`."""
+        return [_pipeline(self.state, KernelLowering)]
+
+
+class InnerCompiler(CompilerBase):
+    """Compiler of functions that only compiled code calls."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return Numba's pipeline with `InnerLowering`."""
+        return [_pipeline(self.state, InnerLowering)]
+
+
+class ApartCompiler(InnerCompiler):
+    """Compiler of inner functions whose array arguments never overlap."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Mark the arrays as ``noalias``: else each loop is compiled twice, behind tests for overlap."""
+        self.state.flags.noalias = True
+        return super().define_pipelines()

@@ -1,11 +1,11 @@
-# make setup | run | test | test-long | lint | docs | peers | soil | parquet | crate | bench | verify | scale | shaking-table | faults | fuzz | mutants | lock | clean
+# make setup | run | test | test-long | lint | docs | peers | soil | parquet | crate | bench | verify | scale | shaking-table | faults | fuzz | lock | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 CORES ?= 2
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: setup run test tests test-long lint docs format peers soil parquet crate bench verify scale shaking-table faults fuzz mutants lock clean help
+.PHONY: setup run test tests test-long lint docs format peers soil parquet crate bench verify scale shaking-table faults fuzz lock clean help
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -61,10 +61,7 @@ crate: setup ## install what checks a research crate against its profile (group 
 
 bench: peers ## how fast the kernel is, against scalar code and other engines; and than another checkout: OTHER=folder
 	$(if $(OTHER),$(BIN)/python -m verification.paired $(OTHER))
-	$(BIN)/python -m verification.bench
-	$(BIN)/python -m verification.experiments
-	$(BIN)/python -m verification.scenes
-	$(BIN)/python -m verification.space
+	$(BIN)/snakemake --workflow-profile none --snakefile verification/Snakefile --cores $(CORES) bench
 
 verify: setup ## error against run time, map of stability; puts the figures into the docs
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pybullet>=3.2" "pymunk>=6.9" || echo "without other engines"
@@ -83,9 +80,6 @@ faults: setup ## fifty kills and injuries to a small study, each followed by the
 SECONDS ?= 600
 fuzz: setup ## spoilt input of every kind for ten minutes, or SECONDS=
 	FUZZ_SECONDS=$(SECONDS) $(BIN)/python -m pytest -p no:xdist tests/fuzz
-
-mutants: setup ## put faults of one token to the tests, 200 by default; goes on where it stopped: COUNT=, SEED=, MINUTES=
-	$(BIN)/python -m verification.mutants $(if $(COUNT),--count $(COUNT)) $(if $(SEED),--seed $(SEED)) $(if $(MINUTES),--minutes $(MINUTES))
 
 format: setup
 	$(BIN)/ruff check --fix .

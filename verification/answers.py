@@ -10,7 +10,6 @@ from typing import Final
 from overturning.report.results import Results, open_results
 from overturning.report.sections.answer import ANSWERS
 from overturning.study.load import load_study
-from verification.stale import measuring
 from verification.tables import ROOT, publish, wrapped
 
 SENTENCES: Final = {
@@ -35,15 +34,14 @@ def found(results: Results, name: str) -> str:
 def main() -> None:
     """Write what was found, and copy the maps, which show it."""
     items = []
-    with measuring("answers"):
-        for name in SENTENCES:
-            study = load_study(ROOT / "config" / f"{name}.yaml")
-            with open_results(ROOT / "results" / name, study) as results:
-                items.append(found(results, name))
-        for picture, study_name in PICTURES.items():
-            drawn: Path = ROOT / "results" / study_name / "figures" / "polar" / "rinaldi.svg"
-            shutil.copyfile(drawn, ROOT / "docs" / "images" / picture)
-        publish({"found": "\n".join(items)})
+    for name in SENTENCES:
+        study = load_study(ROOT / "config" / f"{name}.yaml")
+        with open_results(ROOT / "results" / name, study) as results:
+            items.append(found(results, name))
+    for picture, study_name in PICTURES.items():
+        drawn: Path = ROOT / "results" / study_name / "figures" / "polar" / "rinaldi.svg"
+        shutil.copyfile(drawn, ROOT / "docs" / "images" / picture)
+    publish({"found": "\n".join(items)})
 
 
 if __name__ == "__main__":

@@ -28,10 +28,9 @@ from overturning.model.contact import Contact
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY
-from verification import scalar, summary
+from verification import scalar
 from verification.inputs import NO_SLIDING, grid, near_fault, study_groups
 from verification.measures import answers, difference, joined, percent, shares
-from verification.stale import measuring
 from verification.tables import RESULTS, Figure, figures_table, parts_of, publish, write_figures
 from verification.timing import fastest, process
 from verification.whole_run import whole_run
@@ -258,18 +257,15 @@ def main(
     rows: list[Figure] = []
     for name in (names := parts_of(parts, PARTS)):
         measure = PARTS[name]
-        with measuring(
-            f"{measure.__module__.replace('__main__', 'bench').removeprefix('verification.')}:{measure.__name__}"
-        ):
-            found = measure()
-            print(body := figures_table(found), flush=True)
-            rows += found
-            known = write_figures(rows, RESULTS / f"{machine}.csv", keep=bool(parts) or name != names[-1])
-            bodies = {
-                "bench": figures_table(known),
-                "bench-short": figures_table(row for row in known if row.quantity in IN_README),
-            }
-            publish(bodies | summary.bodies() | ({name: body} if name == "left-out" else {}))
+        found = measure()
+        print(body := figures_table(found), flush=True)
+        rows += found
+        known = write_figures(rows, RESULTS / f"{machine}.csv", keep=bool(parts) or name != names[-1])
+        bodies = {
+            "bench": figures_table(known),
+            "bench-short": figures_table(row for row in known if row.quantity in IN_README),
+        }
+        publish(bodies | ({name: body} if name == "left-out" else {}))
 
 
 if __name__ == "__main__":

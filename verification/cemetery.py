@@ -28,7 +28,6 @@ from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, motion_of
 from overturning.study.sweep import scaled
 from overturning.surveys.population import draw_stones
-from verification.stale import measuring
 from verification.tables import RESULTS, ROOT, Figure, lines_of, markdown, publish, wrapped, write_figures
 
 STUDY: Final = ROOT / "results" / "near-fault"
@@ -166,10 +165,9 @@ def planes() -> list[Figure]:
 
 def main() -> None:
     """Compare, draw, publish."""
-    with measuring("cemetery:planes"):
-        write_figures(planes(), RESULTS / "in-space.csv")
+    write_figures(planes(), RESULTS / "in-space.csv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
-    with measuring("cemetery"), open_results(STUDY, study) as results:
+    with open_results(STUDY, study) as results:
         found = results.populations[NOMINAL]
         publish({"population": f"{cemetery(results)}\n{wrapped(one_by_one(results), '- ')}"})
         publish(criteria_tables(results))

@@ -30,7 +30,6 @@ from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from verification.inputs import NO_SLIDING, Group, grid, half_turn, near_fault, study_groups
 from verification.measures import ROCKS, Flags, answers, difference, percent, shares
-from verification.stale import measuring
 from verification.tables import RESULTS, ROOT, markdown, parts_of, publish, write_csv
 from verification.timing import Answer, elsewhere
 
@@ -329,8 +328,7 @@ def main(
             thin = Thinned(1, 14, kept=ROOT / "results" / "trial")
             print(*measure(thin._replace(checkout=checkout)).values(), sep="\n\n")
             continue
-        with measuring(f"experiments:{measure.__name__}"):
-            publish(measure(thin._replace(checkout=checkout)))
+        publish(measure(thin._replace(checkout=checkout)))
 
 
 if __name__ == "__main__":

@@ -9,11 +9,9 @@ import pandas as pd
 import typer
 
 from overturning.files import atomic_write
-from verification import summary
 from verification.stability import figures as map_figures
 from verification.stability import page as map_page
-from verification.stale import measuring
-from verification.tables import RESULTS, ROOT, Figure, publish, read_table, write_csv, write_figures
+from verification.tables import RESULTS, ROOT, Figure, figures_table, publish, read_table, write_csv, write_figures
 from verification.work_precision import figures as error_figures
 from verification.work_precision import page as error_page
 from verification.work_precision.parts import PARTS
@@ -26,12 +24,10 @@ def main(
 ) -> None:
     """Publish the tables of work-precision and of the map of stability."""
     kept = root / RESULTS.relative_to(ROOT)
-    with measuring("work_precision", kept):
-        rows = pd.concat([read_table(results / f"{part}.nc") for part in PARTS], ignore_index=True)
-        write_csv(rows, kept / "work-precision.csv")
-        orders = publish_errors(rows, root)
-    with measuring("stability", kept):
-        publish_stability(read_table(results / "stability.nc"), read_table(results / "scenes.nc"), root)
+    rows = pd.concat([read_table(results / f"{part}.nc") for part in PARTS], ignore_index=True)
+    write_csv(rows, kept / "work-precision.csv")
+    orders = publish_errors(rows, root)
+    publish_stability(read_table(results / "stability.nc"), read_table(results / "scenes.nc"), root)
     with atomic_write(output) as part:
         known = {name: value if np.isfinite(value) else None for name, value in orders.items()}
         part.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
@@ -57,8 +53,8 @@ def publish_stability(blocks: pd.DataFrame, scenes: pd.DataFrame, root: Path) ->
 
 def _publish(figures: list[Figure], bodies: dict[str, str], root: Path) -> None:
     kept = root / RESULTS.relative_to(ROOT)
-    write_figures(figures, kept / "exactness.csv", keep=True)
-    publish(bodies | summary.bodies(kept), root)
+    known = write_figures(figures, kept / "exactness.csv", keep=True)
+    publish(bodies | {"exactness": figures_table(known)}, root)
 
 
 if __name__ == "__main__":

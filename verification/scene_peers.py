@@ -17,7 +17,6 @@ from overturning.model.scene import load_scene
 from verification.engines import ENGINES, installed
 from verification.inputs import Group, near_field
 from verification.scenes import shaft_sides
-from verification.stale import measuring
 from verification.tables import RESULTS, ROOT, write_csv
 
 TABLE: Final = RESULTS / "three-tier-peers.csv"
@@ -59,12 +58,11 @@ def answers(cases: pd.DataFrame) -> dict[str, np.ndarray]:
 
 def main() -> None:
     """Write the table."""
-    with measuring("scene_peers"):
-        cases = sample()
-        found = answers(cases)
-        if len(found) < 2:
-            raise ArgumentError("both engines are needed: make peers")
-        write_csv(cases.assign(**found), TABLE)
+    cases = sample()
+    found = answers(cases)
+    if len(found) < 2:
+        raise ArgumentError("both engines are needed: make peers")
+    write_csv(cases.assign(**found), TABLE)
 
 
 if __name__ == "__main__":

@@ -23,11 +23,9 @@ from overturning.model.geometry import native_size, place
 from overturning.model.results import Results
 from overturning.model.scene import Scene, check_scene, gravestone, load_scene
 from overturning.motion.motion import Motion
-from verification import summary
 from verification.engines import ENGINES, installed, sides_of_scene
 from verification.inputs import Group, grid, near_fault, near_field
 from verification.measures import joined
-from verification.stale import measuring
 from verification.tables import RESULTS, ROOT, Figure, figures_table, markdown, parts_of, publish, write_figures
 from verification.timing import elsewhere, fastest, measured
 
@@ -237,15 +235,14 @@ def main(
     }
     others = tuple(f"{label}:" for label, *_ in GROUPS[1:])
     for name in parts_of(parts, (*made, "steps")):
-        with measuring(f"scenes:{name}"):
-            if name == "steps":
-                publish({"scene-steps": steps()})
-                continue
-            file, measure = made[name]
-            figures = write_figures(list(measure()), RESULTS / file, keep=True)
-            shown = [figure for figure in figures if not figure.quantity.startswith(others)]
-            print(body := figures_table(shown), flush=True)
-            publish({"both-kernels" if name == "kernels" else "scene-speed": body} | summary.bodies())
+        if name == "steps":
+            publish({"scene-steps": steps()})
+            continue
+        file, measure = made[name]
+        figures = write_figures(list(measure()), RESULTS / file, keep=True)
+        shown = [figure for figure in figures if not figure.quantity.startswith(others)]
+        print(body := figures_table(shown), flush=True)
+        publish({"both-kernels" if name == "kernels" else "scene-speed": body})
 
 
 if __name__ == "__main__":

@@ -12,7 +12,6 @@ from overturning.report.results import Results, open_results
 from overturning.report.sections.ground import ground
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, setting_of
-from verification.stale import measuring
 from verification.tables import RESULTS, ROOT, markdown, publish, wrapped, write_csv
 
 STUDY: Final = ROOT / "results" / "soft-ground"
@@ -56,7 +55,7 @@ def bodies(results: Results) -> dict[str, str]:
 def main() -> None:
     """Write verification/results/soft-ground.csv and the page."""
     study = load_study(ROOT / "config" / "soft-ground.yaml")
-    with measuring("soft_ground"), open_results(STUDY, study) as results:
+    with open_results(STUDY, study) as results:
         write_csv(rates(results), RESULTS / "soft-ground.csv")
         publish(bodies(results))
 

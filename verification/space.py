@@ -31,7 +31,6 @@ from verification.engines import SPACE_ENGINES, Prism, fall_azimuth, installed
 from verification.inputs import near_fault, strong_part
 from verification.measures import order
 from verification.reference import body_cundall
-from verification.stale import measuring
 from verification.tables import RESULTS, ROOT, Figure, figures_table, parts_of, publish, write_figures
 from verification.timing import measured, process
 
@@ -251,12 +250,11 @@ def main(
     }  # fmt: skip
     with body_cundall.in_use():
         for name in (names := parts_of(parts, made)):
-            with measuring(f"space:{'against_peers' if name == 'peers' else name}"):
-                for figure in made[name]():
-                    figures.append(figure)
-                    print(*figure, sep=" | ", flush=True)
-                known = write_figures(figures, RESULTS / "space.csv", keep=bool(parts) or name != names[-1])
-                publish({"space": figures_table(known)})
+            for figure in made[name]():
+                figures.append(figure)
+                print(*figure, sep=" | ", flush=True)
+            known = write_figures(figures, RESULTS / "space.csv", keep=bool(parts) or name != names[-1])
+            publish({"space": figures_table(known)})
 
 
 if __name__ == "__main__":

@@ -2,15 +2,20 @@
 
 import fcntl
 import os
+import platform
 import re
+import subprocess
 import textwrap
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import pandas as pd
 import typer
+from llvmlite.binding import get_host_cpu_features
 
 from overturning.errors import ResultError
 from overturning.files import atomic_write
@@ -27,6 +32,8 @@ class Figure(NamedTuple):
     quantity: str
     value: float
     unit: str = ""
+    commit: str = ""
+    """Commit at which the figure was measured; empty for the current one."""
 
 
 def markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -36,8 +43,43 @@ def markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def figures_table(figures: Iterable[Figure]) -> str:
-    """Figures as a Markdown table."""
-    return markdown(("", "measured"), [(one.quantity, said(one)) for one in figures])
+    """Return figures as a Markdown table; rows measured at an earlier commit name it."""
+    rows, now = list(figures), commit()
+    if all(one.commit in ("", now) for one in rows):
+        return markdown(("", "measured"), [(one.quantity, said(one)) for one in rows])
+    return markdown(("", "measured", "commit"), [(one.quantity, said(one), one.commit or now) for one in rows])
+
+
+@cache
+def commit() -> str:
+    """Return the short hash of the current commit, with "+" where tracked sources differ from it."""
+
+    def git(*words: str) -> str:
+        return subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip()
+
+    changed = git("status", "--porcelain", "--untracked-files=no", "--", "src", "verification/*.py", "config")
+    return (git("rev-parse", "--short=8", "HEAD") or "unknown") + ("+" if changed else "")
+
+
+VECTORS: Final = {"avx512f": 512, "avx2": 256}
+"""Width of a processor's vectors, bits, by the feature that provides them; the widest first."""
+
+
+@cache
+def machine() -> str:
+    """Return the processor and the versions that measured figures depend on, in one line."""
+    lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    names = (line.partition(": ")[2] for line in lines if line.startswith("model name"))
+    vectors = next((bits for name, bits in VECTORS.items() if get_host_cpu_features().get(name)), 128)
+    model = f"{next(names, platform.machine())}, {len(os.sched_getaffinity(0))} cores, {vectors}-bit vectors"
+    return f"{model}; Python {platform.python_version()}, " + ", ".join(
+        f"{name} {version(name.lower())}" for name in ("Numba", "NumPy")
+    )
+
+
+def made_from() -> str:
+    """Return the line below a table: the commit and the machine that it was measured with."""
+    return f"*Commit {commit()}; {machine()}.*"
 
 
 def wrapped(text: str, begin: str = "") -> str:
@@ -63,7 +105,7 @@ def write_figures(figures: Sequence[Figure], path: Path, keep: bool = False) -> 
     keep : bool
         Keep the file's figures that were not measured again.
     """
-    new = {one.quantity: one for one in figures}
+    new = {one.quantity: one._replace(commit=commit()) for one in figures}
     if keep and path.is_file():
         new = {one.quantity: one for one in read_figures(path)} | new
     with atomic_write(path) as part:
@@ -74,7 +116,10 @@ def write_figures(figures: Sequence[Figure], path: Path, keep: bool = False) -> 
 def read_figures(path: Path) -> list[Figure]:
     """Read what `write_figures` wrote."""
     rows = pd.read_csv(path, keep_default_na=False)
-    return [Figure(str(row.quantity), float(row.value), str(row.unit)) for row in lines_of(rows)]
+    return [
+        Figure(str(row.quantity), float(row.value), str(row.unit), str(getattr(row, "commit", "")))
+        for row in lines_of(rows)
+    ]
 
 
 @contextmanager
@@ -98,7 +143,8 @@ def parts_of(named: Sequence[str] | None, known: Collection[str]) -> list[str]:
 def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
     """Put every body between ``<!-- mark:begin -->`` and ``<!-- mark:end -->`` of the pages that have its mark.
 
-    The figures within sentences, of `verification.sentences`, are filled anew.
+    A line below each body names the commit and the machine (see `made_from`). The figures within sentences, of
+    `verification.sentences`, are filled in again.
 
     Parameters
     ----------
@@ -121,7 +167,9 @@ def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
                     begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"
                     if begin in text and end in text:
                         missing.discard(mark)
-                        new = f"{begin}\n\n{body}\n\n{end}".replace("\\", r"\\")  # no group of the pattern's
+                        new = f"{begin}\n\n{body}\n\n{made_from()}\n\n{end}".replace(
+                            "\\", r"\\"
+                        )  # no group of the pattern's
                         text = re.sub(f"{begin}.*?{end}", new, text, flags=re.DOTALL)
                 text = fill(text, root / RESULTS.relative_to(ROOT))
                 if text != old:

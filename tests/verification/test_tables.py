@@ -8,13 +8,15 @@ import pandas as pd
 import pytest
 
 from overturning.errors import ResultError
-from verification import experiments, sentences, summary, timing
+from verification import experiments, sentences, timing
 from verification.shaking_table import page as shaking_table
 from verification.tables import (
     RESULTS,
     ROOT,
     Figure,
+    commit,
     figures_table,
+    made_from,
     publish,
     read_figures,
     read_table,
@@ -49,7 +51,7 @@ def test_pages_change_between_their_marks_only(tmp_path: Path) -> None:
     for _ in range(2):
         publish({"x": r"new \1"}, tmp_path)
     for page in pages[:2]:
-        text = "before\n<!-- x:begin -->\n\nnew \\1\n\n<!-- x:end -->\nafter\n"
+        text = f"before\n<!-- x:begin -->\n\nnew \\1\n\n{made_from()}\n\n<!-- x:end -->\nafter\n"
         assert page.read_text(encoding="utf-8") == text
     assert pages[2].read_text(encoding="utf-8") == "nothing"
     with pytest.raises(ResultError, match="y:begin"):
@@ -62,13 +64,17 @@ def test_figures_measured_again_take_the_place_of_the_old_ones(tmp_path: Path) -
     write_figures([Figure("speed", 3.0, "x"), Figure("cases", 20_000)], path)
     assert write_figures([Figure("speed", 2.5, "x")], path, keep=True) == read_figures(path)
     assert figures_table(read_figures(path)).splitlines()[2:] == ["| speed | 2.5 x |", "| cases | 20,000 |"]
-    write_figures([Figure("compilation, cold", 7.0, "s"), Figure("cases", 1)], tmp_path / "x-2-cores.csv")
-    shown = summary.bodies(tmp_path)["summary"].splitlines()[2:]
-    assert [line.split(" | ")[:2] for line in shown] == [
-        ["| speed", "2.5 x"],
-        ["| cases", "20,000"],
-        ["| compilation, cold", "7 s"],
-    ], "all of the first file, and of a machine's what is chosen"
+
+
+def test_a_table_names_the_commit_of_each_figure_that_was_measured_earlier(tmp_path: Path) -> None:
+    path = tmp_path / "x.csv"
+    write_figures([Figure("speed", 2.5, "x")], path)
+    (row,) = read_figures(path)
+    assert row.commit == commit()
+    path.write_text(path.read_text(encoding="utf-8").replace(commit(), "0123abcd"), encoding="utf-8")
+    known = write_figures([Figure("cases", 1)], path, keep=True)
+    assert figures_table(known).splitlines()[2:] == ["| speed | 2.5 x | 0123abcd |", f"| cases | 1 | {commit()} |"]
+    assert commit() in made_from()
 
 
 def test_a_long_computation_is_timed_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -110,12 +116,10 @@ def test_each_figure_stands_in_a_sentence_and_follows_its_table(tmp_path: Path) 
 def test_tables_of_the_pages_are_those_of_the_files() -> None:
     boulder = shaking_table.of_scores(pd.read_csv(RESULTS / "shaking-table.csv"))
     curve = pd.read_csv(RESULTS / "default-step.csv")
-    made = summary.bodies() | boulder | {"equal-error": experiments.equal_error(curve)}
+    made = boulder | {"equal-error": experiments.equal_error(curve)}
     made["equal-agreement"] = error_page.equal_agreement(pd.read_csv(RESULTS / "work-precision.csv"))
     texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
-    assert [
-        mark for mark, body in made.items() if f"<!-- {mark}:begin -->\n\n{body}\n\n<!-- {mark}:end" not in texts
-    ] == []
+    assert [mark for mark, body in made.items() if f"<!-- {mark}:begin -->\n\n{body}\n\n" not in texts] == []
 
 
 def test_equal_error_on_a_curve_that_turns_back() -> None:

@@ -6,7 +6,6 @@ import shutil
 import tempfile
 import time
 from collections.abc import Sequence
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -15,7 +14,6 @@ import typer
 from overturning.study.resume import DAMAGED
 from verification.faults.kinds import KINDS, STUDY, Kind, mounts_undone
 from verification.project import Project
-from verification.stale import measuring
 from verification.tables import markdown, publish
 
 SEED: Final = 18
@@ -87,7 +85,7 @@ def main(
     page: Annotated[bool, typer.Option(help="put the outcome into the docs")] = True,
 ) -> None:
     """Put all faults to the study."""
-    with tempfile.TemporaryDirectory() as folder, measuring("faults.__main__") if page else nullcontext():
+    with tempfile.TemporaryDirectory() as folder:
         found = put([(kind, kind.times) for kind in KINDS], Path(folder), seed)
         good, total = map(sum, zip(*found.values(), strict=True))
         print(f"{good} of {total}")

@@ -11,7 +11,6 @@ import typer
 
 from verification.scale import large, on_paper, same_bytes
 from verification.scale.made import SPACE
-from verification.stale import measuring
 from verification.tables import (
     RESULTS,
     Figure,
@@ -37,24 +36,20 @@ def main(
     """Measure, keep the figures, and publish what is known of all parts."""
     chosen = parts_of(parts, PARTS)
     if {"bytes", "slurm"} & set(chosen):
-        with measuring("scale.same_bytes"):
-            runs = same_bytes.here() if "bytes" in chosen else []
-            if "slurm" in chosen:
-                runs += same_bytes.on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
-            publish({"scale-bytes": bytes_table(kept(runs))})
-    measures: dict[str, tuple[str, Callable[[Path], list[Figure]]]] = {
-        "chunk": ("scale.large:measure_chunk", large.measure_chunk),
-        "gather": ("scale.large:measure_gather", large.measure_gather),
-        "lazy": ("scale lazy", lambda folder: large.measure_lazily(folder, records)),
-        "lazy-space": (
-            "scale lazy-space",
-            lambda folder: large.measure_lazily(folder, records, SPACE, "made cube in space"),
-        ),
-        "planning": ("scale.on_paper", lambda _: on_paper.measure_planning()),
+        runs = same_bytes.here() if "bytes" in chosen else []
+        if "slurm" in chosen:
+            runs += same_bytes.on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
+        publish({"scale-bytes": bytes_table(kept(runs))})
+    measures: dict[str, Callable[[Path], list[Figure]]] = {
+        "chunk": large.measure_chunk,
+        "gather": large.measure_gather,
+        "lazy": lambda folder: large.measure_lazily(folder, records),
+        "lazy-space": lambda folder: large.measure_lazily(folder, records, SPACE, "made cube in space"),
+        "planning": lambda _: on_paper.measure_planning(),
     }
-    for name, (known, measure) in measures.items():
+    for name, measure in measures.items():
         if name in chosen:
-            with measuring(known), tempfile.TemporaryDirectory(prefix="scale-") as folder:
+            with tempfile.TemporaryDirectory(prefix="scale-") as folder:
                 write_figures(measure(Path(folder)), FIGURES, keep=True)
     figures = read_figures(FIGURES)
     publish({"scale": figures_table(figures)})

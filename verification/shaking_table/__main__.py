@@ -26,7 +26,6 @@ from verification.shaking_table.models import (
     odd_even,
 )
 from verification.shaking_table.scores import DRAWS, NAMES, drawn_motions, interval, scores
-from verification.stale import measuring
 from verification.tables import RESULTS, ROOT, publish, write_csv
 
 SPLITS = {"odd to even": odd_even, "motion left out": each_motion}
@@ -95,14 +94,13 @@ def main(
     except ResultError as error:
         print(f"skipped: {error}")
         return
-    with measuring("shaking_table.__main__"):
-        kinds = {ENSEMBLE: RECTANGLES, SPACE: PRISMS}
-        made = {name: cloud(kind, tests, kept, threads=threads) for name, kind in kinds.items()}
-        fractions = {name: ensemble_fractions(one) for name, one in made.items()}
-        rows, probabilities = measure(tests, fractions)
-        write_csv(rows, RESULTS / "shaking-table.csv")
-        page.draw_reliability(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
-        publish(page.bodies(tests, fractions, rows) | page.damping(by_damping(tests, made[ENSEMBLE])))
+    kinds = {ENSEMBLE: RECTANGLES, SPACE: PRISMS}
+    made = {name: cloud(kind, tests, kept, threads=threads) for name, kind in kinds.items()}
+    fractions = {name: ensemble_fractions(one) for name, one in made.items()}
+    rows, probabilities = measure(tests, fractions)
+    write_csv(rows, RESULTS / "shaking-table.csv")
+    page.draw_reliability(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
+    publish(page.bodies(tests, fractions, rows) | page.damping(by_damping(tests, made[ENSEMBLE])))
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from overturning.arrays import FloatArray
+from overturning.dem.kernel.cache import sources_digest
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run, run_cases
 from overturning.files import atomic_write
@@ -20,7 +21,6 @@ from overturning.model.cases import Cases
 from overturning.model.shapes import Rectangle
 from overturning.motion.motion import Motion
 from verification.shaking_table.data import Tests
-from verification.stale import source_hash
 
 SEED: Final = 1
 AMPLITUDE: Final = (1 / 1.15, 1.15)
@@ -129,7 +129,7 @@ def cloud(kind: Kind, tests: Tests, kept: Path | None = None, *, count: int | No
     rows = drawn(kind, count)
     chosen = near_a_centre(rows)
     rows = {name: values[chosen] for name, values in rows.items()}
-    key = hashlib.sha256(source_hash("verification.shaking_table.clouds").encode())
+    key = hashlib.sha256(sources_digest(Path(__file__).parent).encode())
     key.update(b"".join(one.tobytes() for one in tests.acceleration))
     path = kept / f"{kind.name}-{count}-{key.hexdigest()[:16]}.npy" if kept else None
     members = int(chosen.sum())

@@ -19,7 +19,6 @@ from overturning.statistics.logistic import logistic_fit
 from overturning.units import STANDARD_GRAVITY
 from verification.shaking_table.models import WIDTH_B_OVER_H, WIDTH_HEIGHT, Rows, most_likely_centre
 from verification.shaking_table.scores import NAMES, drawn_motions, interval, scores
-from verification.stale import measuring
 from verification.tables import RESULTS, markdown, publish, write_csv
 
 FOLDER: Final = Path(__file__).with_name("shakebot")
@@ -126,25 +125,24 @@ def measure() -> tuple[pd.DataFrame, pd.DataFrame]:
 
 def main() -> None:
     """Write verification/results/small-table.csv and the page."""
-    with measuring("shaking_table.small_table"):
-        rows, blocks = measure()
-        write_csv(rows, RESULTS / "small-table.csv")
-        lines = [
-            (
-                *(str(row[key]) for key in ("set", "model")),
-                *(f"{row[what]:.2f} ({row[f'{what} low']:.2f} to {row[f'{what} high']:.2f})" for what in NAMES),
-                f"{row['fell']} of {row['tests']}",
-            )
-            for _, row in rows.iterrows()
-        ]
-        centres = [
-            (str(one["tests"]), str(one["learnt from"]), f"{one['B/H']:.3f}", f"{one['H, m']:.2f}")
-            for _, one in blocks.iterrows()
-        ]
-        publish({
-            "small-table-scores": markdown(("tests", "model", *NAMES, "fell"), lines),
-            "small-table-blocks": markdown(("tests", "learnt from", "B/H", "H, m"), centres),
-        })  # fmt: skip
+    rows, blocks = measure()
+    write_csv(rows, RESULTS / "small-table.csv")
+    lines = [
+        (
+            *(str(row[key]) for key in ("set", "model")),
+            *(f"{row[what]:.2f} ({row[f'{what} low']:.2f} to {row[f'{what} high']:.2f})" for what in NAMES),
+            f"{row['fell']} of {row['tests']}",
+        )
+        for _, row in rows.iterrows()
+    ]
+    centres = [
+        (str(one["tests"]), str(one["learnt from"]), f"{one['B/H']:.3f}", f"{one['H, m']:.2f}")
+        for _, one in blocks.iterrows()
+    ]
+    publish({
+        "small-table-scores": markdown(("tests", "model", *NAMES, "fell"), lines),
+        "small-table-blocks": markdown(("tests", "learnt from", "B/H", "H, m"), centres),
+    })  # fmt: skip
 
 
 if __name__ == "__main__":

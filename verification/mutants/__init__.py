@@ -1,1 +1,0 @@
-"""Mutants: faults of one token put into the sources, which the tests have to notice."""

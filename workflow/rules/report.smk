@@ -4,7 +4,6 @@
 rule explore:
     input:
         cube=f"{RESULTS}/cube.nc",
-        motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
     output:
         CELLS_APART,
         page=EXPLORER,

@@ -12,19 +12,16 @@ def explore(
         Path | None,
         typer.Option("--output", "-o", help="page to make (default: beside the cube, explore.html of cube.nc)"),
     ] = None,
-    motions: Annotated[
-        Path | None, typer.Option(help="folder of the motions (default: motion beside the cube)")
-    ] = None,
     record: Annotated[list[str] | None, typer.Option(help="id of a record to show; may be given several times")] = None,
     study: Annotated[
         str | None,
         typer.Option(help="study file or JSON whose block is shown first (default: study.yaml beside the cube)"),
     ] = None,
 ) -> None:
-    """Write a page with the maps of a cube, which says of each cell what is known and draws a sketch of its block."""
+    """Write a page with the maps of a cube: the outcome of each cell, and the command that films it."""
     from overturning.figures.explore import write_explorer
     from overturning.files import check_output
-    from overturning.study.cube import motions_beside, open_cube, record_number, study_of
+    from overturning.study.cube import open_cube, record_number
     from overturning.study.load import study_from
 
     # That of a variant, explore.NAME.html, does not take the place of the study's own.
@@ -33,6 +30,5 @@ def explore(
     with open_cube(cube, element=None) as data:
         names = dict.fromkeys(record or data["record_id"].to_numpy().astype(str).tolist())
         chosen = data.isel(record=[record_number(data, name) for name in names])
-        folder = motions or motions_beside(cube, study_of(data), data.attrs["variant"])
-        write_explorer(chosen, path, folder, study_from(study) if study else None)
+        write_explorer(chosen, path, study_from(study) if study else None)
     print(path)

@@ -1,4 +1,4 @@
-"""A cube as a page to look around in: a map of each block, what is known of the cell pointed at, and a sketch of it."""
+"""Explorer page of a cube: a map of each block, the outcome of the selected cell, and the command that films it."""
 
 import base64
 from collections.abc import Callable
@@ -10,19 +10,17 @@ from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.errors import ResultError
 from overturning.figures.maps import COLOURS, azimuth_edges, cell_edges, closed, out_to_the_first_ring_without_falls
 from overturning.figures.page import embedded_json, page, template
 from overturning.figures.style import DARKEST, FALLS, FAULT, MISSING, OTHER_SIDE, STANDS
 from overturning.files import write_text
 from overturning.model.falls import model_of
-from overturning.model.planes import Planes, fall_probability, period_of
+from overturning.model.planes import fall_probability, period_of
 from overturning.model.symmetry import PLANE_PERIOD
-from overturning.motion.motion import Motion
-from overturning.records.store import read_motion
 from overturning.study.cube import shown_block, study_of, variant_said
+from overturning.study.film_options import film_options
 from overturning.study.preflight import MOST_CELLS
-from overturning.study.scenes import Sizes, model_for, motion_of, scene_of
+from overturning.study.scenes import scene_of
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -39,20 +37,11 @@ _AZIMUTH: Final = 1e-2  # degrees
 _ROTATION: Final = {"azimuth": "peak_rotation", "orientation": "peak_tilt"}
 _OF_ALPHA: Final = 1e-3
 _DEGREES: Final = 1e-2
-_INTERVAL: Final = 1e-2  # s, at least: shorter ones of a motion are interpolated to it
 _HUES: Final = 72
-
-_BODY = (
-    "A body in space rocks and rolls on its corners; a sketch of one plane would not show that. "
-    "overturning one --body --animate computes and shows it."
-)
-_SCENE = "The stones of a scene push each other; no sketch is drawn of them. overturning one --animate shows them."
-_UNKNOWN = "No sketch is drawn: the motion of this record is not beside the cube."
 
 
 def explorer_data(
     cube: "xr.Dataset",
-    motions: Path | None = None,
     apart: Callable[[int, dict[str, Any]], None] | None = None,
     study: Study | None = None,
 ) -> dict[str, Any]:
@@ -62,8 +51,6 @@ def explorer_data(
     ----------
     cube : Dataset
         In planes or in space; loaded a record at a time.
-    motions : Path, optional
-        Folder of the motions, each as ``ID.nc``: with them the page can move a single block in a plane.
     apart : callable, optional
         Is given the number and the cells of each record, which then are not in the data.
     study : Study, optional
@@ -80,7 +67,6 @@ def explorer_data(
     model, records, longest = model_of(cube), [], 0.0
     degrees = _in_degrees(cube, one.sizes["element"])
     turn_step = _DEGREES if any(degrees) else _OF_ALPHA
-    sketch, read = _motions(cube, motions)
     names = [one[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event")]
     for index, (key, station, event) in enumerate(zip(*names, strict=True)):
         part = one.isel(record=[index]).load()
@@ -90,7 +76,6 @@ def explorer_data(
         name = ", ".join(text for text in (station, event) if text) or key
         normal = float(part["fault_normal"][0])
         about = {"id": key, "name": name, "normal": None if np.isnan(normal) else round(normal, 6), "rings": rings}
-        cells["motion"] = read(key)
         if apart is None:
             about["cells"] = cells
         else:
@@ -117,7 +102,7 @@ def explorer_data(
         "steps": {"rotation": turn_step, "azimuth": _AZIMUTH, "chance": 1 / PARTS_OF_ONE},
         "longest": longest,
         "ensemble": "probability_towards" in one or "probability_falls" in one,
-        "sketch": sketch,
+        "film": film_options(cube),
         "colours": {
             "falls": FALLS, "other": OTHER_SIDE, "stands": STANDS, "missing": MISSING, "fault": FAULT,
             "darkest": DARKEST, "azimuths": [to_hex(COLOURS((place + 0.5) / _HUES)) for place in range(_HUES)],
@@ -177,37 +162,6 @@ def _cells(one: "xr.Dataset", turn_step: float) -> tuple[dict[str, Any], int]:
     return cells, shown.sizes["b_over_h"]
 
 
-def _motions(cube: "xr.Dataset", folder: Path | None) -> tuple[str, Callable[[str], dict[str, Any] | None]]:
-    """Why no block of a cube is drawn moving, or nothing; and what reads the motion of a record."""
-    if not model_of(cube).one_component:
-        return _BODY, lambda _: None
-    if folder is None:
-        return _UNKNOWN, lambda _: None
-    study, variant = study_of(cube), str(cube.attrs["variant"])
-    model, sizes = model_for(study, variant), Sizes.of(study, variant)
-    if not (isinstance(model, Planes) and model.scene.single_block and sizes.factor == 1 and sizes.own_ratio is None):
-        return _SCENE, lambda _: None
-
-    def read(name: str) -> dict[str, Any] | None:
-        try:
-            return _packed_motion(motion_of(study, read_motion(folder / f"{name}.nc"), variant))
-        except ResultError:
-            return None
-
-    return "", read
-
-
-def _packed_motion(motion: Motion) -> dict[str, Any]:
-    """A motion's components (m/s²) as 16-bit parts of the largest sample, at 100 Hz or fewer."""
-    interval = max(motion.sampling_interval, _INTERVAL)
-    time = np.arange(motion.north.size) * motion.sampling_interval
-    every = np.arange(int(round(float(time[-1]) / interval, 6)) + 1) * interval
-    parts = [np.interp(every, time, samples) for samples in motion.components]
-    step = max(float(np.abs(part).max()) for part in parts) / 32767 or 1.0
-    kept = [_base64(np.rint(part / step).astype("<i2")) for part in parts]
-    return {"interval": interval, "step": step, "components": kept}
-
-
 def _plain(values: NDArray[Any]) -> list[float]:
     return [round(float(value), 9) for value in values]
 
@@ -230,24 +184,24 @@ def _told(chance: FloatArray) -> FloatArray:
 
 def explorer_page(data: dict[str, Any]) -> str:
     """The page (HTML) from `explorer_data`, the same each time; it needs nothing but the records' files, if any."""
-    script = "".join(map(template, ("page.js", "rocking.js", "explore_maps.js", "explore.js")))
+    script = "".join(map(template, ("page.js", "explore_maps.js", "explore.js")))
     return page("explore.html.j2", template("explore.css"), script, data, title=data["title"])
 
 
-def write_explorer(cube: "xr.Dataset", path: Path, motions: Path | None = None, study: Study | None = None) -> None:
+def write_explorer(cube: "xr.Dataset", path: Path, study: Study | None = None) -> None:
     """Write the page of a cube to a .html file.
 
     Of more than `MOST_CELLS` cells those of each record go to a file of their own, ``NAME-records/0.js`` and so on
-    beside ``NAME.html``, which the page loads when the record is chosen. The folder of motions and the study are as
-    of `explorer_data`.
+    beside ``NAME.html``, which the page loads when the record is chosen. See `explorer_data`
+    for the study.
     """
     if cube["overturned"].size <= MOST_CELLS:
-        write_text(path, explorer_page(explorer_data(cube, motions, study=study)))
+        write_text(path, explorer_page(explorer_data(cube, study=study)))
         return
     folder = path.with_name(f"{path.stem}-records")
 
     def apart(index: int, cells: dict[str, Any]) -> None:
         write_text(folder / f"{index}.js", f"explorerRecord({index},{embedded_json(cells)});\n")
 
-    data = explorer_data(cube, motions, apart, study)
+    data = explorer_data(cube, apart, study)
     write_text(path, explorer_page({**data, "folder": folder.name}))

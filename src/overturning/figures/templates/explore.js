@@ -1,13 +1,13 @@
-// A map of one block of a cube, what is known of the cell pointed at, and a sketch of how it moves.
+// A map of one block of a cube, the outcome of the selected cell, and the command that films it.
 const root = document.getElementById("explorer"), cube = JSON.parse(root.querySelector("script").textContent);
 const A = cube.direction.length, B = cube.b_over_h.length, C = cube.colours, S = cube.steps;
 const INK = "#222222", TURN = 2 * Math.PI;
 const sizes = [A, cube.height.length, B, cube.aspect.length, cube.friction.length, cube.element.length];
 const at = {
-  record: 0, aspect: 0, ...cube.shown, a: 0, b: 0, amplitude: 1, size: 1,
+  record: 0, aspect: 0, ...cube.shown, a: 0, b: 0,
   colour: cube.space ? "azimuth" : cube.ensemble ? "chance" : "flag",
 };
-const held = { record: -1, data: null, motion: null };  // of the one record that is shown
+const held = { record: -1, data: null };  // of the one record that is shown
 
 // The cells of a record stand in the page, or in a file beside it that calls this.
 function hold(index, cells) {
@@ -19,14 +19,10 @@ function hold(index, cells) {
     rotation: words(cells.rotation), time: words(cells.time), timeStep: cells.timeStep,
     azimuth: cells.azimuth ? words(cells.azimuth) : null,
   };
-  const m = cells.motion;
-  held.motion = m && {
-    interval: m.interval, parts: m.components.map(text => Float32Array.from(words(text, true), v => v * m.step)),
-  };
 }
 function load() {
   const index = at.record;
-  held.data = held.motion = null;
+  held.data = null;
   if (!cube.folder) return hold(index, cube.records[index].cells);
   const file = encodeURIComponent(cube.folder) + "/" + index + ".js";
   said.textContent = "Reading " + file + " …";
@@ -137,8 +133,24 @@ function slider(parent, key, label, from, to, step, text) {
 const showTurn = slider(sliders, "a", TURNS, 0, A - 1, 1, a => cube.direction[a] + "°");
 const showRatio = slider(sliders, "b", "B/H", 0, B - 1, 1, b => String(Number(cube.b_over_h[b].toPrecision(3))));
 const said = element("p", { class: "said", "aria-live": "polite" }, right);
-element("h2", {}, right, "A sketch of this cell");
-const sketch = sketchOf(element("div", { class: "sketch" }, right));
+element("h2", {}, right, "Film of this cell");
+const filmed = element("div", { class: "film" }, right);
+const command = element("code", {}, cube.film.missing ? null : filmed);
+if (cube.film.missing) element("p", { class: "note" }, filmed, "No single command simulates it: " + cube.film.missing + ".");
+else {
+  const copy = element("button", { type: "button" }, filmed, "Copy");
+  copy.addEventListener("click", () => { navigator.clipboard.writeText(command.textContent); });
+  element("p", { class: "note" }, filmed, "This command, in the project's folder, simulates the cell and writes the film.");
+}
+function film() {
+  const f = cube.film, record = cube.records[at.record].id, pulse = f.pulses[record];
+  const words = ["overturning one --record", pulse ? "'" + pulse + "'" : record, ...f.options,
+    cube.space ? "--orientation" : "--azimuth", cube.direction[at.a],
+    "--height", f.heights[at.height], "--b-over-h", f.ratios[at.b]];
+  if (cube.aspect[at.aspect] !== 1) words.push("--aspect", cube.aspect[at.aspect]);
+  if (f.friction) words.push("--friction", cube.friction[at.friction]);
+  command.textContent = words.concat("--animate fall.html").join(" ");
+}
 element("h2", {}, right, cube.space ? "At this orientation, by B/H" : "Along this azimuth, by B/H");
 const strip = element("canvas", { role: "img", "aria-label": "probability of falling, by B/H" }, right);
 element("h2", {}, right, "Neighbours");
@@ -270,7 +282,7 @@ function draw() {
   showTurn();
   showRatio(rings() - 1);
   said.textContent = sentence(at.a, at.b);
-  sketch();
+  film();
 }
 function point(event) {
   const box = map.getBoundingClientRect();

@@ -1,0 +1,93 @@
+"""Options of `overturning one` that film a cell of a cube."""
+
+import shlex
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from overturning.errors import OverturningError
+from overturning.model.contact import DAMPING_RATIO
+from overturning.model.planes import Planes
+from overturning.model.scene import Scene, gravestone, load_scene
+from overturning.study.cube import study_of
+from overturning.study.scenes import Sizes, applies_vertical, contact_of, model_for, setting_of
+from overturning.study.schema import Study
+from overturning.study.sections import Records, Simulation
+from overturning.units import GRANITE_DENSITY
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def film_options(cube: "xr.Dataset") -> dict[str, Any]:
+    """Return the options that all cells of a cube share, and the sizes that the command takes.
+
+    Returns
+    -------
+    dict
+        ``missing``: reason why no command simulates these cells, or ""; ``options``: list of str; ``heights`` (by
+        height, m) and ``ratios`` (by B/H) of the reference element of the scene; ``friction``: False where the scene
+        has coefficients of its own; ``pulses``: options of the records that are no file, by id.
+    """
+    if "study" not in cube.attrs:
+        empty: dict[str, Any] = {"options": [], "heights": [], "ratios": [], "friction": True, "pulses": {}}
+        return {"missing": "the cube belongs to no study", **empty}
+    study, variant = study_of(cube), str(cube.attrs["variant"])
+    missing, options = _of_motion(study, variant)
+    own_missing, own_options = _of_model(study, variant)
+    model, sizes = model_for(study, variant), Sizes.of(study, variant)
+    height, ratio = (np.asarray(cube[name].to_numpy(), np.float64) for name in ("height", "b_over_h"))
+    return {
+        "missing": "; ".join(missing + own_missing),
+        "options": options + own_options,
+        "heights": [round(float(one), 9) for one in sizes.heights(height)],
+        "ratios": [round(float(one), 9) for one in sizes.ratios(ratio, ratio)],
+        "friction": not isinstance(model, Planes) or model.scene.sweeps_friction,
+        "pulses": dict(study.records.pulses),
+    }
+
+
+def _of_motion(study: Study, variant: str) -> tuple[list[str], list[str]]:
+    """Reasons against a command, and options, that come from the motion and its processing."""
+    own = setting_of(study, variant)
+    missing = []
+    if study.processing is not None:
+        missing.append("the study processes its records in its own way")
+    if own.site is not None or study.site is not None:
+        missing.append("the motion goes through soil")
+    if study.simulation.model_copy(update={"vertical": True}) != Simulation():
+        missing.append("the study has numerical settings of its own")
+    options = [] if applies_vertical(study, variant) else ["--no-vertical"]
+    for name in ("table", "folder"):
+        if (given := getattr(study.records, name)) != Records.model_fields[name].default:
+            options += [f"--{name}", shlex.quote(given)]
+    return missing, options
+
+
+def _of_model(study: Study, variant: str) -> tuple[list[str], list[str]]:
+    """Reasons against a command, and options, that come from the scene or body and its contact."""
+    contact = contact_of(study, variant)
+    ratio = contact.damping_ratio
+    missing = [] if contact.stiffness_ratio == 1.0 else ["the contact has a stiffness ratio of its own"]
+    options = [] if ratio in (None, DAMPING_RATIO) else ["--damping-ratio", f"{ratio:g}"]
+    if study.body is not None:
+        if study.body.vertices is not None:
+            missing.append("the body is given by its vertices")
+        plan = study.body.plan
+        return missing, [*options, "--body", *([] if plan == "rectangle" else ["--plan", str(plan)])]
+    scene = setting_of(study, variant).scene or study.scene
+    if scene != gravestone():
+        known = _is_file(scene)
+        return [] if known else ["the scene is no file of config/scenes"], ["--scene", scene.name]
+    options += [] if study.density == GRANITE_DENSITY else ["--density", f"{study.density:g}"]
+    options += [] if contact.damping is None else ["--damping", f"{contact.damping:g}"]
+    options += [] if contact.stiffness == "auto" else ["--stiffness", f"{contact.stiffness:g}"]
+    return missing, options
+
+
+def _is_file(scene: Scene) -> bool:
+    """True if a scene is the one that its name loads."""
+    with suppress(OverturningError):
+        return load_scene(scene.name) == scene
+    return False

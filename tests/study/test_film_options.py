@@ -1,0 +1,50 @@
+"""The command that the explorer shows for a cell simulates that cell."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from overturning.cli import main
+from overturning.records.pulses import parse_pulse, pulse_record
+from overturning.records.store import rounded
+from overturning.study.film_options import film_options
+from overturning.study.small import run_study
+
+PULSE = "sine amplitude_gal=420 period_s=1 azimuth_deg=30"
+BLOCK: dict[str, Any] = {"b_over_h": [0.2], "height": [0.6], "friction": [0.7], "ensemble": {"members": 0}}
+STACK: dict[str, Any] = {"scene": "three-tier", "azimuth": {"step": 30}}
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        (BLOCK | {"azimuth": {"step": 30}}, ""),
+        (BLOCK | {"contact": {"damping_ratio": 1.0}, "density": 2000}, "--damping-ratio 1 --density 2000"),
+        (BLOCK | {"orientation": {"step": 15}, "body": {"plan": 8}}, "--body --plan 8"),
+        (STACK, "--scene three-tier"),
+    ],
+)
+def test_the_command_gives_the_outcome_of_the_cell(
+    keys: dict[str, Any], words: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(Path(__file__).parents[2])  # scenes are named from the project's folder
+    cube = run_study([rounded(pulse_record(parse_pulse(PULSE)))], **keys)
+    film = film_options(cube)
+    assert (film["missing"], " ".join(film["options"])) == ("", words)
+    direction = "orientation" if "body" in keys else "azimuth"
+    sizes = ["--height", str(film["heights"][0]), "--b-over-h", str(film["ratios"][0])]
+    friction = ["--friction", "0.7"] if film["friction"] else []
+    capsys.readouterr()
+    for place in (0, 2):
+        cell = cube.isel({"record": 0, direction: place, "height": 0, "b_over_h": 0, "friction": 0})
+        turned = [f"--{direction}", str(float(cell[direction]))]
+        with pytest.raises(SystemExit, match="^0$"):
+            main(["one", "--record", PULSE, *film["options"], *turned, *sizes, *friction])
+        assert ("falls towards" in capsys.readouterr().out) == bool((abs(cell["overturned"]) == 1).any())
+
+
+def test_a_study_that_one_command_cannot_repeat_says_why() -> None:
+    record = rounded(pulse_record(parse_pulse(PULSE)))
+    cube = run_study([record], **BLOCK, azimuth={"step": 90}, simulation={"time_step": 0.0001})
+    assert film_options(cube)["missing"] == "the study has numerical settings of its own"

@@ -39,7 +39,7 @@ def test_the_command_gives_the_outcome_of_the_cell(
     for place in (0, 2):
         cell = cube.isel({"record": 0, direction: place, "height": 0, "b_over_h": 0, "friction": 0})
         turned = [f"--{direction}", str(float(cell[direction]))]
-        with pytest.raises(SystemExit, match="^0$"):
+        with pytest.raises(SystemExit, match=r"^0$"):
             main(["one", "--record", PULSE, *film["options"], *turned, *sizes, *friction])
         assert ("falls towards" in capsys.readouterr().out) == bool((abs(cell["overturned"]) == 1).any())
 

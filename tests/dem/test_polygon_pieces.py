@@ -98,7 +98,8 @@ def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
     prepared = prepare(made)
     assert prepared.threshold == pytest.approx(0.275 / 0.425, rel=1e-12)
     assert prepared.critical[1] == pytest.approx(np.arctan(0.275 / 0.425), rel=1e-9)
-    assert np.degrees(prepared.placed[1].fallen) == pytest.approx(90)
+    # To +x it lies on its tips at (0.8, 0.3) and (0.3, 1.1).
+    assert np.degrees(prepared.placed[1].fallen) == pytest.approx([90, 90 + np.degrees(np.arctan2(0.5, 0.8))])
     time = np.arange(0, 4, 0.01)
     for share, sign, stands in ((0.275, 1, True), (0.275, 1, False), (0.525, -1, True), (0.525, -1, False)):
         level = (0.97 if stands else 1.03) * sign * share / 0.425 * 9.80665

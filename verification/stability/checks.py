@@ -174,7 +174,7 @@ def flags_fit(prepared: Prepared, fallen: NDArray[np.bool_], rotation: FloatArra
 
 
 def lies_from(prepared: Prepared) -> FloatArray:
-    """Rotation from which each free element of a scene surely has fallen, rad.
+    """Rotation from which each free element of a scene surely has fallen, whichever way it turned, rad.
 
     A stone that lies level on a face of length L presses both ends in by δ = m g/(2 K_n). With the near end in by δ
     the far end touches at asin(δ/L) before level: from there on the face bears on both ends. K_n is that of the
@@ -184,7 +184,7 @@ def lies_from(prepared: Prepared) -> FloatArray:
     angle = _asked(prepared)
     for place, index in enumerate(prepared.free):
         item = prepared.placed[index]
-        # The longest face that a rotation either way brings down.
+        # The longest face that this rotation brings down.
         length = max((length for turn, length in _faces(item) if abs(abs(turn) - angle[place]) < 1e-9), default=0.0)
         if length > 0.0:
             mine = [k for k, pair in enumerate(prepared.pairs) if index in pair[:2]]
@@ -210,18 +210,19 @@ def _asked(prepared: Prepared) -> FloatArray:
     items = [prepared.placed[index] for index in prepared.free]
     asked = [item.element.fallen_rotation_deg for item in items]
     return np.array([
-        _rests_at(item) if angle is None else np.radians(angle) for item, angle in zip(items, asked, strict=True)
+        max(_rests_at(item)) if angle is None else np.radians(angle) for item, angle in zip(items, asked, strict=True)
     ])  # fmt: skip
 
 
-def _rests_at(item: Placed) -> float:
-    """Least rotation, rad, at which an element can rest on a level but as it stands: its centre is lowest there."""
+def _rests_at(item: Placed) -> tuple[float, float]:
+    """Least rotation either way, rad, at which an element can rest but as it stands: its centre is lowest there."""
     tilts = [angle for angle, _ in _faces(item)]
     stable = np.array(
         [angle for angle in tilts if _height(item, angle) < min(_height(item, angle + d) for d in (-1e-6, 1e-6))]
     )
     stands = min(tilts, key=abs)
-    return float(np.abs(stable[stable != stands]).min(initial=np.pi))
+    others = stable[stable != stands]
+    return float((-others[others < 0]).min(initial=np.pi)), float(others[others > 0].min(initial=np.pi))
 
 
 def _faces(item: Placed) -> list[tuple[float, float]]:

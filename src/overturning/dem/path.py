@@ -68,10 +68,10 @@ class PlanePath:
             "kind": ("element", [item.element.kind for item in self.placed]),
             "critical_angle": described("element", self.critical, "rad", "critical angle"),
             "fallen_angle": described(
-                "element",
-                [np.nan if item.fixed else item.fallen for item in self.placed],
+                "element side",
+                [(np.nan, np.nan) if item.fixed else item.fallen for item in self.placed],
                 "rad",
-                "rotation at which it has fallen",
+                "rotation to a side at which it has fallen",
             ),
             "vertices": described("element vertex xz", vertices, "m", "vertices about the centre, counter-clockwise"),
         }
@@ -79,6 +79,7 @@ class PlanePath:
         coordinates = {
             "time": described("time", self.time, "s", "time after the record's start"),
             "element": ("element", [item.element.name for item in self.placed]),
+            "side": ("side", [-1, 1], {"long_name": "side over which it tips, 1 towards the azimuth"}),
         }
         weight = self.scene.gravity * sum(item.mass for item in self.placed if not item.fixed)
         return variables, coordinates, {"reference": self.scene.shown_name, "weight": weight}

@@ -50,10 +50,11 @@ def trajectory(
         the base; `ground_acceleration` over `time` (m/s²). Over `time` and `contact` (both ends of each pair of
         elements that can meet): `contact_force` (N, on the element `contact_on` from `contact_by`; mean from this time
         to the next) and `contact_place` (m; mean weighted by the normal force), NaN where nothing is known and, of the
-        place, where nothing touches. Over `element`: `kind`, `critical_angle` (α, rad), `fallen_angle` (at which it
-        has fallen, rad), `vertices` (about the centre, m, NaN beyond an element's last) and the cell's outcome, missing
-        where the element is not free; the whole case's outcome without a dimension. The general kernel adds the forces
-        up at each of its steps; for a single block they follow from the path.
+        place, where nothing touches. Over `element`: `kind`, `critical_angle` (α, rad), `fallen_angle` (rotation at
+        which it has fallen, rad; also over `side`, −1 and 1), `vertices` (about the centre, m, NaN beyond an element's
+        last) and the cell's outcome, missing where the element is not free; the whole case's outcome without a
+        dimension. The general kernel adds the forces up at each of its steps; for a single block they follow from the
+        path.
 
         In space over `time`, in the frame of the base: `place` and `velocity` of the centre over `enu` (east, north,
         up; m and m/s), `quaternion` over `wxyz`, the rotation from the pose at rest, `angular_velocity` over `enu`

@@ -128,14 +128,17 @@ def _until_it_lies(path: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArr
     poses = np.stack([one[name].to_numpy() for name in ("x", "z", "rotation")], axis=1)
     side, speed = int(one["overturned"]), abs(float(one["angular_velocity"][-1]))
     x, _, angle = poses[-1]
-    left = float(one["fallen_angle"]) - abs(angle)
-    if path.sizes["element"] != 2 or side in (0, INT8_MISSING) or not 0.0 < left < LAST_TURN * speed:
+    if path.sizes["element"] != 2 or side in (0, INT8_MISSING):
+        return time, poses
+    fallen = float(one["fallen_angle"].sel(side=side))
+    left = fallen - abs(angle)
+    if not 0.0 < left < LAST_TURN * speed:
         return time, poses
     level = float((path["z"][0] + path["vertices"][..., 1].max("vertex")).isel(element=1 - index))
     p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
     lowest = int(np.argmin(q * np.cos(angle) - p * np.sin(angle)))
     corner = x + p[lowest] * np.cos(angle) + q[lowest] * np.sin(angle)
-    lies = side * float(one["fallen_angle"])
+    lies = side * fallen
     c, s = np.cos(lies), np.sin(lies)
     lying = [corner - (p[lowest] * c + q[lowest] * s), level + (p[lowest] * s - q[lowest] * c), lies]
     return np.append(time, time[-1] + left / speed), np.concatenate([poses, [lying]])

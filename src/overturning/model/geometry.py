@@ -70,10 +70,10 @@ class Placed:
         return min(self.shape.width, self.shape.height)
 
     @property
-    def fallen(self) -> float:
-        """Rotation at which it has fallen, rad: its scene's, or the least at which it can rest on another face."""
+    def fallen(self) -> tuple[float, float]:
+        """Rotations to −x and +x at which it has fallen, rad: its scene's, or as `Polygon.fallen`."""
         asked = self.element.fallen_rotation_deg
-        return self.shape.fallen if asked is None else round(float(np.radians(asked)), 12)
+        return self.shape.fallen if asked is None else (round(float(np.radians(asked)), 12),) * 2
 
     @property
     def fixed(self) -> bool:

@@ -54,18 +54,20 @@ class Polygon:
         return float(np.ptp(self.vertices[:, 1]))
 
     @cached_property
-    def fallen(self) -> float:
-        """Least rotation, rad, at which it can rest on another face than the one most nearly below; π where on none.
+    def fallen(self) -> tuple[float, float]:
+        """Least rotation to −x and to +x at which it can rest on another face than its lower one, rad; π where on none.
 
-        It is 90° for a rectangle. Rounded, since libm differs between processors in the last digit.
+        Both are 90° for a rectangle. The lower face is the one that points most nearly down. Rounded, since libm
+        differs between processors in the last digit.
         """
         hull = self.vertices[scipy.spatial.ConvexHull(self.vertices).vertices] if self.pieces else self.vertices
         faces = Polygon(hull, self.centre, 0.0, 0.0).faces
         normals, offsets = faces[:, 4:6], faces[:, 6]
-        tilts = np.abs(np.arctan2(normals[:, 0], -normals[:, 1]))
+        tilts = np.arctan2(normals[:, 0], -normals[:, 1])  # a face that looks to +x comes down by a turn to +x
         stable = can_rest(normals, offsets, max(self.width, self.height))
-        stable[np.argmin(tilts)] = False
-        return round(float(np.min(tilts[stable], initial=np.pi)), 12)
+        stable[np.argmin(np.abs(tilts))] = False
+        back, on = (float(np.min(turns[stable & (turns > 0)], initial=np.pi)) for turns in (-tilts, tilts))
+        return round(back, 12), round(on, 12)
 
     @cached_property
     def faces(self) -> FloatArray:

@@ -1,6 +1,6 @@
 """From the vertices of a convex polyhedron to a body: mass properties, faces to rest on, vertices that can touch."""
 
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 import scipy
@@ -10,26 +10,10 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.rest import FLAT, can_rest
 from overturning.model.solid import Solid
+from overturning.model.tipping import Hull, fall_of
 
 DIGITS: Final = 12
 """Lengths are rounded to so many decimals of the body's size: libraries differ between processors in the last one."""
-
-
-class Hull(NamedTuple):
-    """A convex hull about the centre of mass."""
-
-    points: FloatArray
-    """Shape (n, 3), m;"""
-    triangles: NDArray[np.int64]
-    """shape (m, 3), outward;"""
-    neighbours: NDArray[np.int64]
-    """shape (m, 3), opposite to each vertex;"""
-    normals: FloatArray
-    """outward, shape (m, 3),"""
-    offsets: FloatArray
-    """and distance from the centre, shape (m,), m;"""
-    inertia: FloatArray
-    """per mass, m²."""
 
 
 def body_of(vertices: FloatArray) -> Solid:
@@ -48,14 +32,15 @@ def body_of(vertices: FloatArray) -> Solid:
     except scipy.spatial.QhullError:
         raise ArgumentError("body: it stands on an edge; turn it so that a face lies on z = const") from None
     tilt, faces = _rests(hull, size)
-    kept = np.concatenate([base, np.setdiff1d(_can_touch(hull, tilt), below)])
+    fall = fall_of(hull, size, tilt, faces)
+    kept = np.concatenate([base, np.setdiff1d(np.append(_can_touch(hull, tilt), fall.touched), below)])
     points = np.round(hull.points[kept] / size, DIGITS) * size
     points[: base.size, 2] = np.round(bottom / size, DIGITS) * size
     inertia = np.round(hull.inertia / size**2, DIGITS) * size**2
-    normals = np.unique(np.round(hull.normals[-hull.normals[:, 2] > np.cos(tilt) - FLAT], 5), axis=0)
+    normals = np.unique(np.round(hull.normals[-hull.normals[:, 2] > np.cos(fall.tilt(hull.normals)) - FLAT], 5), axis=0)
     heights = hull.points[kept] @ normals.T
     facets = [np.flatnonzero(column > column.max() - 1e-4 * size) for column in heights.T]
-    return Solid(points, base.size, inertia, tilt, faces, facets=tuple(facets))
+    return Solid(points, base.size, inertia, tilt, faces, facets=tuple(facets), sectors=fall.sectors)
 
 
 def _hull(vertices: FloatArray) -> Hull:

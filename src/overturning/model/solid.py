@@ -1,6 +1,6 @@
 """A rigid convex body that stands on its base: inertia, points at which it can touch, and the statics of its fall."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final, Self
 
@@ -43,6 +43,10 @@ class Solid:
         Of its rim, m; 0 where it has vertices.
     facets : tuple of ndarray of int
         Which points lie in each further face that can come to lie flat before it has fallen.
+    sectors : ndarray, shape (sectors, 5)
+        Where the tilt of its fall depends on the direction in which it leans: begin of each sector of directions, 0 to
+        4, a quarter turn each; a vector in its own axes, and its least product with the downward vertical at which the
+        body has fallen in that sector. None where the least tilt holds all round.
     """
 
     points: FloatArray
@@ -53,6 +57,7 @@ class Solid:
     period: float = 360.0
     radius: float = 0.0
     facets: tuple[NDArray[np.int64], ...] = ()
+    sectors: FloatArray = field(default_factory=lambda: np.zeros((0, 5)))
 
     def __post_init__(self) -> None:
         if len(self.points) > MOST_VERTICES:

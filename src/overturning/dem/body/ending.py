@@ -18,7 +18,7 @@ from overturning.dem.body.state import (
     lean_of,
     spin_of,
 )
-from overturning.dem.body.vectors import Vector, apply, cross, dot, frame_of, full, plus
+from overturning.dem.body.vectors import Matrix, Vector, apply, cross, dot, frame_of, full, plus
 from overturning.dem.kernel.clock import Attempt
 from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, UPRIGHT, Course, is_still
 from overturning.dem.kernel.ground import within_sample
@@ -96,14 +96,40 @@ def is_sliding(body: Body, s: State, reach: float) -> bool:
     return bool(body.friction > 0.0 and square >= 2.0 * STILL_TO_SLIDE * GRAVITY * body.friction)
 
 
+@njit(**INLINE)
+def turn_of(x: float, y: float) -> float:
+    """A measure of a direction that grows with its angle, anticlockwise from x: from 0 to 4, a quarter turn each."""
+    share = abs(x) / (abs(x) + abs(y))
+    if y >= 0.0:
+        return 1.0 - share if x >= 0.0 else 1.0 + share
+    return 3.0 - share if x < 0.0 else 3.0 + share
+
+
 @njit(**INNER)
-def has_ended(state: Any, vertices: Any, count: int, base: int, j: int, ticks: float, end: float) -> int:
+def has_fallen(f: Matrix, stance: Stance, sectors: Any) -> bool:
+    """True if a body is tilted by its angle of fall in the direction in which it leans.
+
+    `sectors` are those of its `overturning.model.solid.Solid`.
+    """
+    if not f.zz <= stance.fallen:
+        return False
+    if sectors.shape[0] == 0 or f.zx * f.zx + f.zy * f.zy == 0.0:
+        return True
+    turn, k = turn_of(-f.zx, -f.zy), 0
+    while k + 1 < sectors.shape[0] and turn >= sectors[k + 1, 0]:
+        k += 1
+    return bool(-((sectors[k, 1] * f.zx + sectors[k, 2] * f.zy) + sectors[k, 3] * f.zz) >= sectors[k, 4])
+
+
+@njit(**INNER)
+def has_ended(state: Any, vertices: Any, base: int, j: int, ticks: float, end: float, sectors: Any) -> int:
     """`Status` of a column at the end of a sample, or `GOES_ON`; `base` is the number of vertices that it rests on."""
+    count = vertices.size // OF_A_VERTEX
     body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
     course, stance = load_course(state, j), load_stance(state, j)
     if not np.isfinite(total_of(s)) or peaks.depth > stance.deepest:
         return Status.UNSTABLE
-    if frame_of(s.turn).zz <= stance.fallen:
+    if has_fallen(frame_of(s.turn), stance, sectors):
         return Status.SIMULATED
     sample = course.sample + s.tick / ticks
     # A body that rests on its base after the last instant at which it could start stays there.
@@ -146,12 +172,13 @@ def norm(v: Vector) -> float:
 
 
 @njit(**INNER)
-def finish_body(state: Any, vertices: Any, count: int, j: int, status: int, out: Any) -> None:
+def finish_body(state: Any, vertices: Any, j: int, status: int, out: Any, sectors: Any) -> None:
     """Write the results of a column."""
+    count = vertices.size // OF_A_VERTEX
     body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
     account, course, stance = load_account(state, j), load_course(state, j), load_stance(state, j)
     f = frame_of(s.turn)
-    fallen = status == Status.SIMULATED and f.zz <= stance.fallen
+    fallen = status == Status.SIMULATED and has_fallen(f, stance, sectors)
     out.fallen = 1.0 if fallen else 0.0
     out.time = course.upright_until if fallen else np.nan
     out.lean = max(peaks.lean, lean_of(f))

@@ -24,6 +24,7 @@ from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import check_precision
 from overturning.model.solid import Solid
+from overturning.model.tipping import COUNTS
 from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -69,7 +70,14 @@ class BodyPlan(Plan):
         job, standing = queued["job"], float(queued["cases"]["standing"][0])
         queued["job"] = job._replace(at_once=int(job.ticks / standing))
         queued["cases"]["settled"] *= finer
-        return BodyRules(**queued, kind=self.kind, bodies=self.bodies, points=self.points, base=self.solids[0].base)
+        return BodyRules(
+            **queued,
+            kind=self.kind,
+            bodies=self.bodies,
+            points=self.points,
+            base=self.solids[0].base,
+            sectors=np.stack([body.sectors for body in self.solids]),
+        )
 
     def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
         """As of `Plan.answers`."""
@@ -238,9 +246,11 @@ def _bodies(made: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
         for name, at in pairs.items():
             table[index][f"i{name}"], table[index][f"a{name}"] = body.inverse_inertia[at], body.inertia[at]
         foot, reach = body.foot, body.reach
+        # Where the tilt depends on the direction it may lie on its new face, and contacts give way.
+        fallen = body.fallen * (COUNTS if len(body.sectors) else 1.0)
         values = {
             "foot": foot, "radius": body.radius, "reach": reach, "critical": reach**2 / (reach**2 + foot**2),
-            "fallen": np.round(np.cos(body.fallen), 12), "deepest": DEEPEST * min(reach, foot),
+            "fallen": np.round(np.cos(fallen), 12), "deepest": DEEPEST * min(reach, foot),
             "ends": body.ends,
         }  # fmt: skip
         for name, value in values.items():

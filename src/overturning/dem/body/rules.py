@@ -109,7 +109,9 @@ class BodyRules(NamedTuple):
     points: FloatArray
     """vertices of each body from its centre, m, shape (bodies, vertices, 3);"""
     base: int
-    """how many of them a body rests on."""
+    """how many of them a body rests on;"""
+    sectors: FloatArray
+    """of each body `overturning.model.solid.Solid.sectors`, shape (bodies, sectors, 5)."""
 
 
 class Work(NamedTuple):
@@ -302,15 +304,16 @@ def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> 
             left_out[j] += samples
 
 
-def ended(rules: Any, work: Any, lane: int, case: int) -> int:  # noqa: ARG001
+def ended(rules: Any, work: Any, lane: int, case: int) -> int:
     """`Status` of a lane, or that it goes on."""
-    end, count = float(rules.job.samples), rules.points.shape[1]
-    return has_ended(work.state, work.vertices, count, rules.base, lane, rules.job.ticks, end)
+    end, sectors = float(rules.job.samples), rules.sectors[rules.cases[case].body]
+    return has_ended(work.state, work.vertices, rules.base, lane, rules.job.ticks, end, sectors)
 
 
 def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
     """Write the results of a lane."""
-    finish_body(work.state, work.vertices, rules.points.shape[1], lane, status, rules.results[case])
+    sectors = rules.sectors[rules.cases[case].body]
+    finish_body(work.state, work.vertices, lane, status, rules.results[case], sectors)
 
 
 implement(BodyRules, workspace, start, load, advance, count_due, leave_out, ended, finish)

@@ -161,7 +161,7 @@ class Stance(NamedTuple):
     reach: float
     """least distance of an edge of the base from below the centre, m;"""
     fallen: float
-    """cosine of the tilt at which it has fallen;"""
+    """cosine of the least tilt at which it has fallen;"""
     deepest: float
     """penetration beyond which the case has failed, m;"""
     steady: float

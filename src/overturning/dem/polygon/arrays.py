@@ -21,10 +21,10 @@ friction, factor on the dashpots, samples from which it is computed, at which it
 undecided; the clock."""
 
 ELEMENT: Final = np.dtype([(name, "f8") for name in (
-    "is_free", "fall_angle", "tips_back", "tips_on", "support", "rides", "barrier",
+    "is_free", "falls_back", "falls_on", "tips_back", "tips_on", "support", "rides", "barrier",
 )])  # fmt: skip
-"""Of an element whether it is free, angle at which it has fallen for good, angles from which it cannot come back to
-−x and +x (rad), what it stands on, the held one below that (−1: none), the energy that overturning it takes (J)."""
+"""Rules of an element: whether it is free; rotations to −x and +x at which it has fallen for good, and from which it
+cannot come back (rad); what it stands on, the held one below that (−1: none), and the energy to overturn it (J)."""
 
 LIMITS: Final = np.dtype([(name, "f8") for name in ("deepest", "rest_energy", "least_barrier", "least_scale")])
 """Of a scene its deepest penetration (m), kinetic energy at rest, least barrier, and least energy that an error is a
@@ -98,8 +98,9 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
         frame, held = float(item.element.kind != "driven"), float(item.element.kind == "held")
         support, (x, z) = placed[prepared.support[index]], prepared.base[index]
         home = k.Home(x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop)
-        inertia = k.Inertia(*free, frame, held, float(prepared.critical[index]))
-        course = k.Course(moved=0.0, turned=0.0, work=0.0, peak_angle=abs(turn), last_upright=-1.0, power=0.0)
+        inertia = k.Inertia(*free, frame, held, float(prepared.critical[index]), *prepared.comes_back[index].tolist())
+        peaks = {"peak_back": max(-turn, 0.0), "peak_on": max(turn, 0.0)}
+        course = k.Course(moved=0.0, turned=0.0, work=0.0, **peaks, last_upright=-1.0, power=0.0)
         trial, standing = k.Trial(pose, still, still, 0.0, 0.0, still), k.Standing(0.0, 0.0, 0.0, 0.0, 0.0)
         elements.append(k.Element(pose, still, trial, still, still, inertia, course, standing, home))
     settled = np.inf if rests_on_one_face(placed) else 0.0
@@ -136,7 +137,7 @@ def rests_on_one_face(placed: list[Placed]) -> bool:
         all(item.element.width is not None and item.element.rotation_deg == 0 for item in placed)
         and ground.element.kind == "driven"
         and stone.element.kind == "free"
-        and fallen_angle(stone) < 0.5 * np.pi
+        and max(fallen_angles(stone)) < 0.5 * np.pi
         and abs(float(stone.points[:, 1].min() - ground.points[:, 1].max())) <= 1e-9 * stone.size
         and ground.shape.width > WIDE * max(stone.shape.width, stone.shape.height) + 2.0 * abs(stone.x - ground.x)
     )
@@ -148,17 +149,18 @@ def _is_first(a: Placed, b: Placed, side: int) -> bool:
     return bool(min(np.hypot(x - point[0], z - point[1]) for x, z in a.points) < 1e-9 * a.size)
 
 
-def fallen_angle(item: Placed) -> float:
-    """Rotation at which an element counts as fallen, rad: `FLAT` of the one that brings a face down, or its scene's."""
+def fallen_angles(item: Placed) -> tuple[float, float]:
+    """Rotations to −x and +x that count as a fall, rad: `FLAT` of those that bring a face down, or its scene's."""
     brings_down = item.element.fallen_rotation_deg in (None, 90.0)
-    return round(FLAT * item.fallen, 12) if brings_down else item.fallen
+    back, on = item.fallen
+    return (round(FLAT * back, 12), round(FLAT * on, 12)) if brings_down else (back, on)
 
 
 def element_rules(prepared: Prepared) -> NDArray[np.void]:
     """When elements have fallen, of `ELEMENT`, shape (elements,)."""
     return np.array(
         [
-            (not item.fixed, fallen_angle(item), *prepared.tips[k], *prepared.stands_on(k), prepared.barrier[k])
+            (not item.fixed, *fallen_angles(item), *prepared.tips[k], *prepared.stands_on(k), prepared.barrier[k])
             for k, item in enumerate(prepared.placed)
         ],
         ELEMENT,

@@ -80,14 +80,16 @@ def advance(up: Any, e: Any, own: Any, gravity: float) -> None:
         v = after(item.velocity, a, dt)
         work = old.work - dt * power(item, ground, lift, after(item.velocity, a, half))
         pose = moved(item.pose, v, dt)
-        size = abs(pose.angle)
-        last = select(size < item.inertia.critical, shaking.tick + 1.0, old.last_upright)
+        on = pose.angle
+        upright = (on < item.inertia.on) & (-on < item.inertia.back)
+        last = select(upright, shaking.tick + 1.0, old.last_upright)
+        back, on = larger(old.peak_back, -on), larger(old.peak_on, on)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
         rows.store_pose(e, j, pose)
         rows.store_velocity(e, j, v)
         rows.store_acceleration(e, j, a)
         rows.store_force(e, j, Plane(0.0, 0.0, 0.0))
-        rows.store_course(e, j, Course(far, turn, work, larger(old.peak_angle, size), last, 0.0))
+        rows.store_course(e, j, Course(far, turn, work, back, on, last, 0.0))
 
 
 @njit(**INNER)

@@ -55,6 +55,14 @@ class Prepared:
         return np.where(np.isfinite(self.tips).all(axis=1), self.critical, np.nan)
 
     @property
+    def comes_back(self) -> FloatArray:
+        """Rotations to −x and +x up to which each element can come back, rad, shape (elements, 2).
+
+        The tipping angles; the angle of its fall where it has none.
+        """
+        return np.where(np.isfinite(self.tips), self.tips, self.critical[:, None])
+
+    @property
     def unit(self) -> FloatArray:
         """What its largest rotation is given in, rad: its α, a degree where it has none, shape (elements,)."""
         return np.where(np.isnan(self.alpha), np.radians(1.0), self.critical)
@@ -238,7 +246,7 @@ def _single(
             tips[k] = reach
             critical[k], least = min(reach), min(lift)
         else:
-            critical[k], least = item.fallen if rests else max(min(reach), LEAST_TIP), 0.0
+            critical[k], least = min(item.fallen) if rests else max(min(reach), LEAST_TIP), 0.0
         barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.size)
     return tips, critical, barrier, support, base
 

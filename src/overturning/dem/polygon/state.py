@@ -100,6 +100,10 @@ class Inertia(NamedTuple):
     """1 where it stays in space, else 0,"""
     critical: float
     """α, rad."""
+    back: float
+    """Rotation to −x up to which the element can come back, rad."""
+    on: float
+    """Rotation to +x up to which the element can come back, rad."""
 
 
 class Course(NamedTuple):
@@ -110,9 +114,12 @@ class Course(NamedTuple):
     turned: float
     work: float
     """work of what moves the base and of what holds the element, J,"""
-    peak_angle: float
+    peak_back: float
+    """Largest rotation to −x, rad."""
+    peak_on: float
+    """Largest rotation to +x, rad."""
     last_upright: float
-    """ticks of this sample up to the last at which |rotation| was below α, −1 if none,"""
+    """Ticks of this sample up to the last at which the element could come back, −1 if none."""
     power: float
     """power at the last step, W (centred scheme)."""
 
@@ -121,7 +128,8 @@ class Standing(NamedTuple):
     """What is looked at once per sample."""
 
     upright_until: float
-    """Last time at which it was turned by less than α and not too low, and at which it was on what carried it, s,"""
+    """Last time at which it could come back by its rotation and was not too low, and at which it was on what carried
+    it, s,"""
     carried_until: float
     side: float
     """where it has fallen: ±1, else 0,"""

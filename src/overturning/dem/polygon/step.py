@@ -66,11 +66,12 @@ def arrive(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
         v = after(trial.half, a, half)
         turn = half * d.w
         pose = Pose(p.x + half * d.x, p.z + half * d.z, p.angle + turn, p.cos - p.sin * turn, p.sin + p.cos * turn)
-        rate, size = power(item, ground, lift, v), abs(pose.angle)
-        last = tick if size < item.inertia.critical else old.last_upright
+        rate, on = power(item, ground, lift, v), pose.angle
+        last = tick if (on < item.inertia.on) & (-on < item.inertia.back) else old.last_upright
         work = old.work - half * (old.power + rate)
         far = abs(pose.x - item.pose.x) + abs(pose.z - item.pose.z)
-        course = Course(far, abs(pose.angle - item.pose.angle), work, larger(old.peak_angle, size), last, rate)
+        back, on = larger(old.peak_back, -on), larger(old.peak_on, on)
+        course = Course(far, abs(pose.angle - item.pose.angle), work, back, on, last, rate)
         rows.keep_pose(e, j, again, pose)
         rows.keep_velocity(e, j, again, v)
         rows.keep_acceleration(e, j, again, a)

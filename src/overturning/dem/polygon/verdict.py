@@ -93,12 +93,30 @@ def count_standing(state: Any, j: int, rules: Any) -> tuple[float, float, int, i
             continue
         moving += kinetic(item)
         slid = slid or abs(item.standing.slip) > 0.1 * abs(item.home.base_z)
-        if item.standing.side == 0.0 and item.course.peak_angle >= rules[i].fall_angle:
-            e[rows.SIDE + j] = 1.0 if item.pose.angle > 0.0 else -1.0
+        if item.standing.side == 0.0:
+            e[rows.SIDE + j] = side_reached(item, rules[i])
         stands = e[rows.SIDE + j] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
         safe += int(stands and is_safe(item, rules[i].barrier))
     return check, moving, standing, fallen, safe, slid
+
+
+@njit(**INLINE)
+def peak_angle(item: Element) -> float:
+    """Largest rotation to either side, rad."""
+    return larger(item.course.peak_back, item.course.peak_on)
+
+
+@njit(**INNER)
+def side_reached(item: Element, rules: Any) -> float:
+    """Side to which an element has turned so far that it has fallen for good, ±1; 0 where it has not.
+
+    The angle is that of the side over which it tips. Where both are reached, its present rotation decides.
+    """
+    back, on = item.course.peak_back >= rules.falls_back, item.course.peak_on >= rules.falls_on
+    if back and on:
+        return 1.0 if item.pose.angle > 0.0 else -1.0
+    return 1.0 if on else (-1.0 if back else 0.0)
 
 
 @njit(**INNER)
@@ -197,7 +215,7 @@ def may_rise(state: Any, j: int, rules: Any, spare: float) -> bool:
     """Whether an energy could turn a rocking element farther than it has been: E/E_max = 1 − (1 − θ/α)²."""
     for e in range(rules.size):
         item = rows.load_element(rows.of_element(state, e), j)
-        reached = item.course.peak_angle / item.inertia.critical
+        reached = peak_angle(item) / item.inertia.critical
         if rules[e].is_free == 0.0 or reached < 1e-3:
             continue
         share = min(max(spare / rules[e].barrier, 0.0), 1.0)
@@ -268,7 +286,7 @@ def write_results(state: Any, j: int, scene: Any, out: Any, each: Any) -> None:
         work += course.work
         each[e].side = standing.side
         each[e].time = standing.upright_until if standing.side != 0.0 else np.nan
-        each[e].angle = min(course.peak_angle, 0.5 * np.pi)
+        each[e].angle = min(peak_angle(item), 0.5 * np.pi)
         each[e].slip, each[e].residual = standing.peak_slip, standing.slip
     balance = (moving_energy(state, j, scene) - rows.load_case(state, j).energy) - work + taken
     out.depth = deepest_of(state, j, scene)

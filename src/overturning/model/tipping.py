@@ -1,0 +1,190 @@
+"""Tilt at which a convex polyhedron has fallen, by the direction in which it leans.
+
+Seen from the side, a body that leans in one direction is a polygon about its centre. Like a polygon in the plane it has
+fallen where it can rest on another side, which lies on an edge of the body; but for edges from which it rolls back onto
+its base. Directions are those of the downward vertical in the body's own axes.
+"""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.model.rest import FLAT
+
+DIRECTIONS: Final = 1440
+"""Number of directions of lean that are examined: one in the middle of each quarter of a degree."""
+
+COUNTS: Final = 0.999
+"""Share of the tilt from which it counts as a fall where a body may lie on its new face: contacts give way."""
+
+DIGITS: Final = 12
+"""Decimals of the sectors: libm differs between processors in the last one."""
+
+
+class Hull(NamedTuple):
+    """A convex hull about the centre of mass."""
+
+    points: FloatArray
+    """Vertices, shape (n, 3), m."""
+    triangles: NDArray[np.int64]
+    """Vertices of each triangle, shape (m, 3), anticlockwise from outside."""
+    neighbours: NDArray[np.int64]
+    """Triangle opposite to each vertex of a triangle, shape (m, 3)."""
+    normals: FloatArray
+    """Outward normals of the triangles, shape (m, 3)."""
+    offsets: FloatArray
+    """Distances of the triangles' planes from the centre, shape (m,), m."""
+    inertia: FloatArray
+    """Inertia per mass, shape (3, 3), m²."""
+
+
+class Fall(NamedTuple):
+    """When a body has fallen."""
+
+    least: float
+    """Least tilt at which it can rest on another face, rad."""
+    limits: FloatArray
+    """Tilt of its fall in each of `DIRECTIONS` directions of lean, rad."""
+    sectors: FloatArray
+    """Rows for the kernel, as `overturning.model.solid.Solid.sectors`; none where the tilt is the same all round."""
+    touched: NDArray[np.int64]
+    """Vertices that can touch at a tilt above the least one and short of the fall."""
+
+    def tilt(self, normals: FloatArray) -> FloatArray:
+        """Tilt of the fall towards each of some faces, rad, by their outward normals, shape (faces, 3)."""
+        turn = np.arctan2(normals[:, 1], normals[:, 0]) % (2.0 * np.pi)
+        return self.limits[np.minimum((turn / (2.0 * np.pi) * DIRECTIONS).astype(np.int64), DIRECTIONS - 1)]
+
+
+class Crossings(NamedTuple):
+    """Where the lowest vertex changes while a body leans farther and farther in one direction."""
+
+    direction: NDArray[np.int64]
+    """Number of the direction."""
+    edge: NDArray[np.int64]
+    """Number of the edge whose ends are lowest there."""
+    tilt: FloatArray
+    """Tilt, rad."""
+    rises: FloatArray
+    """Derivative of the centre's height with the tilt, by rolling on either end of the edge, shape (…, 2), m."""
+    rolls_to: NDArray[np.int64]
+    """Triangle to which the body rolls along the edge."""
+
+
+def fall_of(hull: Hull, size: float, least: float, faces: FloatArray) -> Fall:
+    """Find the tilt of a fall in each direction of lean.
+
+    Parameters
+    ----------
+    hull : Hull
+        The body.
+    size : float
+        Its largest extent, m.
+    least : float
+        Least tilt at which it can rest on another face, rad: nothing counts as a fall before.
+    faces : ndarray, shape (faces, 3)
+        Outward normals of the other faces on which it can rest. On each of them it has fallen.
+    """
+    ends, sides = _edges(hull)
+    found = _crossings(hull, ends, sides)
+    off_base = -hull.normals[_settles(hull, size)[found.rolls_to], 2] < 1.0 - FLAT
+    rests = off_base & (found.rises.min(axis=1) < -FLAT * size) & (found.rises.max(axis=1) > FLAT * size)
+    limits, rows = np.full(DIRECTIONS, np.pi), np.zeros((DIRECTIONS, 4))
+    rows[:, 3] = 1.0  # no edge to rest on: never
+    order = np.flatnonzero(rests)[np.argsort(-found.tilt[rests], kind="stable")]
+    limits[found.direction[order]] = found.tilt[order]  # the last one, of the least tilt, stays
+    along = hull.points[ends[found.edge[order], 1]] - hull.points[ends[found.edge[order], 0]]
+    along *= np.where(found.rises[order, 1] > found.rises[order, 0], 1.0, -1.0)[:, None]
+    along /= np.sqrt(np.sum(along * along, axis=1))[:, None]
+    rows[found.direction[order]] = np.column_stack([along, np.full(order.size, (COUNTS - 1.0) * least)])
+    limits = np.maximum(limits, least)
+    if (limits <= least + 1e-9).all():
+        return Fall(least, np.full(DIRECTIONS, least), np.zeros((0, 5)), np.zeros(0, np.int64))
+    touched = ends[found.edge[found.tilt < limits[found.direction] * (1.0 - 1e-6)]]
+    _keep_faces(limits, rows, faces)
+    starts = _turn(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
+    first = np.any(rows != np.roll(rows, 1, axis=0), axis=1)
+    first[0] = True
+    sectors = np.asarray(np.round(np.column_stack([starts, rows])[first], DIGITS), np.float64)
+    return Fall(least, limits, sectors, np.unique(touched))
+
+
+def _keep_faces(limits: FloatArray, rows: FloatArray, faces: FloatArray) -> None:
+    """Let a body that rests on one of the faces have fallen, also where that is narrower than a direction."""
+    for normal in faces:
+        turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
+        number = min(int(turn / (2.0 * np.pi) * DIRECTIONS), DIRECTIONS - 1)
+        if rows[number, :3] @ normal < rows[number, 3]:
+            ahead = np.array([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)])
+            rows[number], limits[number] = np.append(ahead, (COUNTS - 1.0) * tilt), tilt
+
+
+def _turn(angle: FloatArray) -> FloatArray:
+    """A measure of a direction that grows with its angle and needs no trigonometry in the kernel: from 0 to 4."""
+    x, y = np.round(np.cos(angle), 15), np.round(np.sin(angle), 15)
+    share = np.abs(x) / (np.abs(x) + np.abs(y))
+    return np.asarray(
+        np.where(y >= 0, np.where(x >= 0, 1.0 - share, 1.0 + share), np.where(x < 0, 3.0 - share, 3.0 + share))
+    )
+
+
+def _edges(hull: Hull) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Both vertices of each edge, and both triangles, shape (edges, 2) each."""
+    ends, sides = [], []
+    for k in range(3):
+        one, other = np.arange(len(hull.triangles)), hull.neighbours[:, k]
+        once = one < other
+        ends.append(hull.triangles[once][:, [(k + 1) % 3, (k + 2) % 3]])
+        sides.append(np.stack([one, other], axis=1)[once])
+    return np.concatenate(ends), np.concatenate(sides)
+
+
+def _crossings(hull: Hull, ends: NDArray[np.int64], sides: NDArray[np.int64]) -> Crossings:
+    """Where the directions down of one direction of lean cross the arcs between the normals of neighbouring triangles.
+
+    Along such an arc both ends of the edge between the triangles are lowest.
+    """
+    turn = 2.0 * np.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
+    cosine, sine = np.cos(turn), np.sin(turn)
+    aside = hull.normals[:, 1] * cosine[:, None] - hull.normals[:, 0] * sine[:, None]
+    left = aside >= 0.0
+    direction, edge = np.nonzero(left[:, sides[:, 0]] != left[:, sides[:, 1]])
+    one, other = sides[edge].T
+    down = (
+        hull.normals[one] * np.abs(aside[direction, other])[:, None]
+        + hull.normals[other] * np.abs(aside[direction, one])[:, None]
+    )
+    ahead = down[:, 0] * cosine[direction] + down[:, 1] * sine[direction]
+    kept = ahead > 0.0  # else it leans the opposite way
+    direction, edge, one, other, down, ahead = (values[kept] for values in (direction, edge, one, other, down, ahead))
+    tilt = np.arctan2(ahead, -down[:, 2])
+    down /= np.sqrt(np.sum(down * down, axis=1))[:, None]
+    level, upward = np.cos(tilt), np.sin(tilt)
+    path = np.stack([level * cosine[direction], level * sine[direction], upward], axis=1)
+    corners = hull.points[ends[edge]]
+    rises = np.sum(corners * path[:, None, :], axis=2)
+    # Of the two triangles the one towards which the centre sinks.
+    height = np.sum(corners[:, 0] * down, axis=1)
+    sinks = hull.offsets[one] < height * np.sum(down * hull.normals[one], axis=1)
+    return Crossings(direction, edge, tilt, rises, np.where(sinks, one, other))
+
+
+def _settles(hull: Hull, size: float) -> NDArray[np.int64]:
+    """Triangle on which the body comes to rest from each of its triangles, if it rolls without any speed.
+
+    It rolls over the edge beyond which the foot of the perpendicular from its centre lies farthest.
+    """
+    feet, beyond = hull.normals * hull.offsets[:, None], []
+    for k in range(3):
+        start, end = (hull.points[hull.triangles[:, (k + n) % 3]] for n in (1, 2))
+        outward = np.cross(end - start, hull.normals)
+        length = np.sqrt(np.sum(outward * outward, axis=1))
+        beyond.append(np.sum((feet - start) * outward, axis=1) / np.where(length > 0, length, 1.0))
+    farthest = np.argmax(beyond, axis=0)
+    own = np.arange(len(hull.triangles))
+    onto = np.where(np.max(beyond, axis=0) > FLAT * size, hull.neighbours[own, farthest], own)
+    for _ in range(len(own).bit_length()):  # twice as many edges each time
+        onto = onto[onto]
+    return np.asarray(onto)

@@ -1,0 +1,120 @@
+"""When a body that is not alike all round has fallen: by the direction in which it leans."""
+
+import numpy as np
+import pytest
+from numba import njit
+from scipy.spatial import ConvexHull
+
+from overturning.dem.body.ending import has_fallen
+from overturning.dem.body.state import Stance
+from overturning.dem.body.vectors import Quaternion, frame_of
+from overturning.dem.simulate import simulate_arrays
+from overturning.dem.trajectory import trajectory
+from overturning.model import polyhedron
+from overturning.model.body import Body
+from overturning.model.shapes import Circle, Polyhedron, Rectangle, Regular
+from overturning.model.solid import Solid
+from overturning.model.tipping import DIRECTIONS, fall_of
+from overturning.motion.motion import Motion
+
+BOX = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0.0, 0.6)])
+FACETED = np.array(
+    [[x, y, z] for y in (-0.3, 0.3) for x, z in ((-0.02, 0), (0.45, 0), (0.45, 0.5), (-0.34, 0.5), (-0.42, 0.24))]
+)
+"""A block whose left side begins with a facet that comes down at 31°; it tips to the left at 17.6°, to the right at
+55.3°, and over its front and back at 48.3°."""
+
+
+@pytest.mark.parametrize(
+    ("push", "azimuth"), [(18.0, None), (20.0, 180.0), (24.0, 180.0), (25.0, 180.0), (26.0, 0.0), (30.0, 0.0)]
+)
+def test_a_block_with_a_low_facet_has_fallen_by_the_side_over_which_it_leans(
+    push: float, azimuth: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At 25 m/s² it leans by 37° to the right, comes back, and lies on its facet at the left."""
+    shaking = np.zeros(1500)
+    shaking[50:100] = -push
+    motion = Motion(shaking, 0 * shaking, sampling_interval=0.004, trust_data=True)
+    same = {"orientation_deg": 0.0, "friction": 2.0}
+    found = simulate_arrays(motion, Body(Polyhedron(FACETED)), **(same | {"orientation_deg": [0.0], "friction": [2.0]}))
+    assert found["overturned"].item() == (azimuth is not None)
+    # The longer computation: nothing counts as a fall before 80°.
+    real = polyhedron._rests
+    monkeypatch.setattr(polyhedron, "_rests", lambda hull, size: (np.radians(80.0), real(hull, size)[1]))
+    path = trajectory(motion, Body(Polyhedron(FACETED, "longer")), **same)
+    top = np.degrees(np.arctan2(path["tilt_east"][-1], path["tilt_north"][-1])) % 360.0
+    tilt = np.degrees(np.arcsin(np.hypot(path["tilt_east"], path["tilt_north"])[-1]))
+    if azimuth is None:
+        assert tilt < 1.0
+    else:
+        assert tilt > 30.0
+        for way in (float(top), found["fall_azimuth"].item()):
+            assert abs((way - azimuth + 180.0) % 360.0 - 180.0) < 1.0
+
+
+@njit
+def is_fallen(w: float, x: float, y: float, least: float, sectors: np.ndarray) -> bool:
+    """The kernel's answer for a body turned about a level axis."""
+    return bool(has_fallen(frame_of(Quaternion(w, x, y, 0.0)), Stance(0.0, 1.0, least, 1.0, 0.0), sectors))
+
+
+def counts(stone: Solid, turn: float, tilt: float) -> bool:
+    """True if a body that leans in a direction has fallen by the kernel."""
+    half, least = 0.5 * tilt, np.cos(0.999 * stone.fallen)
+    return is_fallen(np.cos(half), -np.sin(turn) * np.sin(half), np.cos(turn) * np.sin(half), least, stone.sectors)
+
+
+def lowest(points: np.ndarray, turn: float, tilt: float) -> float:
+    """Height of the centre over the level on which a body lies, leaning in a direction."""
+    down = np.array([np.cos(turn) * np.sin(tilt), np.sin(turn) * np.sin(tilt), -np.cos(tilt)])
+    return float((points @ down).max())
+
+
+def rolls_back(points: np.ndarray, turn: float, tilt: float) -> bool:
+    """True if the body, put down there, rolls downhill back onto its base; by steps that lower the centre."""
+    down = np.array([np.cos(turn) * np.sin(tilt), np.sin(turn) * np.sin(tilt), -np.cos(tilt)])
+    rng, step = np.random.default_rng(0), 0.02
+    while step > 1e-5:
+        tries = down + step * rng.normal(size=(60, 3))
+        tries /= np.linalg.norm(tries, axis=1)[:, None]
+        heights = (points @ tries.T).max(axis=0)
+        if heights.min() < (points @ down).max() - 1e-9:
+            down = tries[heights.argmin()]
+        else:
+            step *= 0.5
+    return bool(down[2] < -0.9999)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_tilt_of_a_fall_is_where_a_body_rests_in_the_direction_in_which_it_leans(seed: int) -> None:
+    """Seen from the side: where its centre is lowest again, and whence it does not roll back; not before any face."""
+    rng = np.random.default_rng(seed)
+    lump = rng.normal(size=(14, 3))
+    lump = lump / np.linalg.norm(lump, axis=1)[:, None] * [0.3, 0.25, 0.25]
+    low = np.array([[0.16, 0.1, -0.2], [-0.17, 0.12, -0.2], [-0.14, -0.13, -0.2], [0.15, -0.12, -0.2]])
+    whole = np.concatenate([low, lump[lump[:, 2] > -0.15]])
+    whole = whole[ConvexHull(whole).vertices]
+    stone, hull = Polyhedron(whole).own, polyhedron._hull(whole)
+    size = float(np.ptp(whole, axis=0).max())
+    fall = fall_of(hull, size, *polyhedron._rests(hull, size))
+    assert len(stone.sectors) > 3
+    for number in rng.integers(0, DIRECTIONS, 25):
+        turn = 2.0 * np.pi * (number + 0.5) / DIRECTIONS
+        tilts = np.arange(0.0, np.pi, np.radians(0.05))
+        heights = np.array([lowest(hull.points, turn, tilt) for tilt in tilts])
+        valleys = 1 + np.flatnonzero((heights[1:-1] < heights[:-2]) & (heights[1:-1] < heights[2:]))
+        stays = (tilts[k] for k in valleys if not rolls_back(hull.points, turn, tilts[k]))
+        limit = max(next(stays, np.pi), stone.fallen)
+        assert fall.limits[number] == pytest.approx(limit, abs=np.radians(0.1)), np.degrees(turn)
+        for tilt in rng.uniform(0.0, min(limit, 3.0), 5):
+            assert lowest(stone.points, turn, tilt) == pytest.approx(lowest(hull.points, turn, tilt), abs=1e-9)
+        for tilt, expected in ((0.998 * limit - 2e-3, False), (limit + 2e-3, True)):
+            assert counts(stone, turn, tilt) == expected, (np.degrees(turn), np.degrees(tilt))
+    for face in stone.faces:  # until it is down
+        assert counts(stone, np.arctan2(face[1], face[0]), np.arccos(-face[2]))
+
+
+def test_shapes_that_fall_alike_all_round_have_one_tilt() -> None:
+    wider = np.array([[x * s, y * s, z] for s, z in ((0.2, 0.0), (0.3, 0.9)) for x in (-1, 1) for y in (-1, 1)])
+    for shape in (Polyhedron(BOX), Polyhedron(wider), Rectangle(), Regular(8), Circle()):
+        assert len(shape.body(0.6, 0.4, 1.0).sectors) == 0, shape.name

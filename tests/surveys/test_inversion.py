@@ -127,6 +127,26 @@ def test_a_survey_of_which_everything_fell_gets_no_upper_bound(inversion: Invers
     assert "less than any motion here" in cautions(stood)[0]
 
 
+def test_a_survey_of_which_everything_fell_states_no_axis(inversion: Inversion) -> None:
+    """Its directions agree closely, and yet simulated ones held the truth no more often than arcs laid at random.
+
+    An arc of 162° laid without knowledge holds a random axis in 162/180 = 90 %, as it says.
+    """
+    fell = [column(size, azimuth, 4) for size in SIZES for azimuth in (350, 0, 10)]
+    every, some = (inversion.answer("ruin.csv", stones) for stones in (fell, [*fell, column(SIZES[2])]))
+    assert some.axis_arc == some.posterior.axis_arc()
+    assert some.axis_arc[1] < 120 > every.posterior.axis_arc()[1]
+    assert every.axis_arc[0] == every.posterior.axis_arc()[0]
+    assert every.axis_arc[1] == pytest.approx(162)
+    assert "every stone fell" in backwards_sentences(every)[1]
+    assert "axis of the motion can be told" not in backwards_sentences(some)[1]
+    truth = np.random.default_rng(3).uniform(0, 180, 20_000)
+    held = np.abs((truth - every.axis_arc[0] + 90) % 180 - 90) <= every.axis_arc[1] / 2
+    assert held.mean() == pytest.approx(0.9, abs=0.01)
+    nothing = inversion.answer("none.csv", [column(size, count=6) for size in SIZES])
+    assert not nothing.everything_fell
+
+
 def test_a_survey_that_no_motion_explains_is_said_not_to_fit(inversion: Inversion) -> None:
     """The broad low columns fell and the slender tall ones stood: by the rule none does that."""
     odd = inversion.answer("odd.csv", [column(SIZES[2], 0, 12), column(SIZES[0], count=12)])

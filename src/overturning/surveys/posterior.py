@@ -22,6 +22,13 @@ TURNS: Final = 360 // TURN_DEG
 LEVEL: Final = 0.9
 """Probability inside a stated interval."""
 
+NO_AXIS_DEG: Final = 180.0 * LEVEL
+"""Width of an arc that holds an axis of which nothing is known with probability `LEVEL`, degrees.
+
+A survey in which every stone fell tells no axis: in such simulated surveys arcs of 71 % of the half turn on average
+held the true axis in 73 % (`verification/backwards_coverage.py`), as often as if they had been laid at random.
+"""
+
 _STORED: Final = {
     "level": "level", "turn": "turn", "probability": ("source", "level", "turn"), "prior": ("source", "level", "turn"),
     "pga": "source", "axis": "source",
@@ -108,8 +115,16 @@ class Posterior:
         shares = [np.bincount((at % count).ravel(), (part * weight).ravel(), count) for at, part in parts]
         return np.asarray(shares[0] + shares[1])
 
-    def axis_arc(self) -> tuple[float, float]:
-        """Middle (0 to 180) and width of the shortest arc that holds `LEVEL` of the axis's probability, degrees."""
+    def axis_arc(self, *, everything_fell: bool = False) -> tuple[float, float]:
+        """Middle (0 to 180) and width of the arc stated for the axis, degrees.
+
+        It is the shortest arc that holds `LEVEL` of the axis's probability, widened to `NO_AXIS_DEG` where every stone
+        of the survey fell (`everything_fell`).
+        """
+        middle, width = self._shortest_arc()
+        return middle, max(width, NO_AXIS_DEG) if everything_fell else width
+
+    def _shortest_arc(self) -> tuple[float, float]:
         share = self.of_axes()
         total = np.concatenate([[0.0], np.cumsum(np.tile(share, 2))])
         for bins in range(1, share.size + 1):
@@ -144,6 +159,16 @@ class Backwards:
     fixed: float
     fit: float
     posterior: Posterior
+
+    @property
+    def everything_fell(self) -> bool:
+        """True if stones fell and none stood."""
+        return self.fell > 0 and self.stood == 0
+
+    @property
+    def axis_arc(self) -> tuple[float, float]:
+        """Middle and width of the arc stated for the axis, degrees; see `Posterior.axis_arc`."""
+        return self.posterior.axis_arc(everything_fell=self.everything_fell)
 
     @property
     def strengths(self) -> dict[str, FloatArray]:

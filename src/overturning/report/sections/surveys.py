@@ -186,7 +186,7 @@ def draw_posterior(found: Backwards, path: Path) -> Path:
         curves[name] = (values.ravel()[order], *below, one.interval(values))
     shares = dict(zip(one.sources, one.of_sources().tolist(), strict=True))
     with style():
-        save(posterior_figure(found.name, one.of_axes(), one.axis_arc(), shares, curves), path)
+        save(posterior_figure(found.name, one.of_axes(), found.axis_arc, shares, curves), path)
     return path
 
 
@@ -242,12 +242,17 @@ def backwards_sentences(found: Backwards) -> list[str]:
         measure, unit = name.split(", ")
         parts.append(f"{measure} {_between(low, high, unit)} (before the survey {_between(least, most, unit)})")
     seen = f"From {counted(found.fell, 'stone')} that fell and {found.stood} that stood"
-    middle, width = one.axis_arc()
+    middle, width = found.axis_arc
     arc = f"{degrees(middle, 180)} ± {degrees(width / 2)}"
     axis = f"The motion's axis, that of its largest velocity, is {arc}, with {percent(LEVEL)} probability."
     if width >= BLUNT:
         part = f"{percent(LEVEL)} of the probability takes {degrees(width)} of the 180°"
         axis = f"No axis of the motion can be told: {part}."
+    if found.everything_fell:
+        axis = (
+            "No axis of the motion can be told: every stone fell, and axes found from simulated surveys in which every "
+            "stone fell held the truth no more often than axes laid at random (docs/surveys.md)."
+        )
     return [f"{seen}, with {percent(LEVEL)} probability: {'; '.join(parts)}.", axis]
 
 

@@ -1,0 +1,54 @@
+"""The published coverage of `overturning backwards`: its intervals by earthquake, and its parts."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from verification import backwards_coverage
+from verification.backwards_coverage import main, percent, share_interval
+
+
+def surveys(shares: list[float], size: int = 10) -> pd.DataFrame:
+    """Surveys under so many earthquakes, of which a share holds under each."""
+    rows = [(f"E{event}", k < round(share * size)) for event, share in enumerate(shares) for k in range(size)]
+    return pd.DataFrame(rows, columns=["event", "holds"])
+
+
+def test_surveys_under_one_earthquake_are_no_independent_samples() -> None:
+    """Ten times as many surveys under the same earthquakes, alike in each, tell no more of the coverage."""
+    shares = [1.0, 1.0, 0.9, 1.0, 0.5, 0.8, 1.0, 0.7, 0.9, 1.0]
+    few, many = (share_interval(surveys(shares, size), "holds") for size in (10, 100))
+    assert many == pytest.approx(few)
+    assert few.low < np.mean(shares) < few.high
+    binomial = 1.96 * np.sqrt(np.mean(shares) * (1 - np.mean(shares)) / 1000)
+    assert few.high - few.low > 4 * 2 * binomial
+
+
+def test_the_interval_over_earthquakes_holds_the_truth() -> None:
+    """Coverage under an earthquake varies by a beta distribution of mean 0.9, over 19 earthquakes of 20 surveys."""
+    generator, held = np.random.default_rng(7), 0
+    for _ in range(120):
+        shares = generator.binomial(20, generator.beta(9.0, 1.0, 19)) / 20
+        low, high = share_interval(surveys(shares.tolist(), 20), "holds")
+        held += low <= 0.9 <= high
+    assert held / 120 > 0.88
+
+
+def test_where_all_agree_the_bound_is_exact_and_of_few_there_is_none() -> None:
+    low, high = share_interval(surveys([1.0] * 9), "holds")
+    assert high == 1.0
+    assert low**9 == pytest.approx(0.05)
+    assert share_interval(surveys([0.0] * 9), "holds") == pytest.approx((0.0, 1 - low))
+    assert np.isnan(share_interval(surveys([1.0, 0.5, 0.8]), "holds").low)
+    assert percent(surveys([1.0, 0.5, 0.9]), "holds") == "80 %"
+    assert percent(surveys([1.0] * 9), "holds") == "100 % (72 to 100)"
+
+
+def test_the_answer_to_the_example_ruin_is_made_without_the_coverage(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The figures of docs/surveys.md were old because making them took an hour of other work with it."""
+    published: list[str] = []
+    monkeypatch.setattr(backwards_coverage, "publish", lambda bodies: published.extend(bodies))
+    monkeypatch.setattr(backwards_coverage, "ruin", lambda _: "- PGV at least 36.9 cm/s")
+    monkeypatch.setattr(backwards_coverage, "measured", lambda *_: pytest.fail("the coverage was measured"))
+    main(["ruin"])
+    assert published == ["example-ruin"]

@@ -14,7 +14,7 @@ import pytest
 from overturning.study.cube import open_cube
 from overturning.study.load import study_from
 from overturning.study.scenes import grid_of
-from overturning.study.sources import _imports
+from overturning.study.sources import source_hash
 from tests.workflow.conftest import Checkout, bytes_of
 from verification.scale.same_bytes import without_snakemake
 from verification.tables import ROOT
@@ -134,10 +134,8 @@ def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("module", "again"),
     [
         ("", set()),
-        ("figures/study.py", {"figures", *LAST}),
-        ("figures/history.py", {"record_figures_1", *LAST}),
-        ("figures/film_of_trajectory.py", {"illustrative", *LAST}),
-        ("dem/kernel/queue.py", {"sweep"} | AFTER_SWEEP),
+        ("figures/study.py", {"record_figures_1", "figures", "illustrative", "explore", *LAST}),
+        ("dem/kernel/queue.py", {"members", "sweep"} | AFTER_SWEEP),
         ("report/html.py", LAST),
     ],
 )
@@ -145,7 +143,7 @@ def test_change_of_a_source_runs_what_depends_on_it(
     finished: Checkout, sources: Path, module: str, again: set[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("overturning.study.sources.PACKAGE", sources)
-    _imports.cache_clear()
+    source_hash.cache_clear()
     path = sources / (module or "errors.py")
     text = path.read_text(encoding="utf-8")
     path.write_text(text + ("\n# changed\n" if module else ""), encoding="utf-8")
@@ -153,7 +151,7 @@ def test_change_of_a_source_runs_what_depends_on_it(
         assert finished.planned() == again
     finally:
         path.write_text(text, encoding="utf-8")
-        _imports.cache_clear()
+        source_hash.cache_clear()
 
 
 @pytest.mark.parametrize(

@@ -215,9 +215,14 @@ def handed(text, kind):
     return str(path)
 
 
-def sources(command):
-    """Hash of the package's sources that a subcommand is made of: a module of commands, or `module:function`."""
-    return source_hash(f"overturning.commands.{command}")
+# Rooms of the package that the results of a step depend on.
+NUMERICS = ("dem", "model", "motion", "study")
+DRAWING = (*NUMERICS, "records", "statistics", "surveys", "figures")
+
+
+def sources(*rooms):
+    """Hash of the sources that a step depends on: rooms of the package, and the steps themselves."""
+    return source_hash("commands", *rooms)
 
 
 @cache

@@ -18,7 +18,7 @@ rule convergence:
     params:
         study=settings(*CASES, "verification"),
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
-        sources=sources("workflow:check_convergence"),
+        sources=sources(*NUMERICS),
     shell:
         "overturning check-convergence --study {params.study:q} --motions {params.motions} --cube {input.cube}"
         " --output {output} --threads {threads} 2> {log}"

@@ -2,7 +2,7 @@
 # illustrative cases, from the cube and the intensities.
 
 CAUSES = ["plane"] if STUDY.body is None else ["follow", "earthquakes"]
-SOURCES = sources("workflow:record_figures")
+SOURCES = sources(*DRAWING)
 
 for name, batch in BATCHES.items():
 
@@ -88,7 +88,7 @@ rule figures:
     params:
         folder=lambda wildcards, output: Path(output.rose[0]).parent,
         study=settings("figures", "height", "friction"),  # of which the figures name one
-        sources=sources("workflow:figures"),
+        sources=sources(*DRAWING),
     shell:
         "overturning figures --study {params.study:q} --cube {input.cube} --intensity {input.intensity}"
         " --output {params.folder} 2> {log}"
@@ -110,6 +110,6 @@ rule illustrative:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
-        sources=sources("workflow:illustrative"),
+        sources=sources(*DRAWING),
     shell:
         "overturning illustrative --cube {input.cube} --motions {params.motions} --output {output.folder} 2> {log}"

@@ -24,7 +24,7 @@ rule gather:
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         parts=lambda wildcards, input: Path(input.parts[0]).parent,
         chunks=CHUNKS,
-        sources=sources("workflow:gather"),
+        sources=sources("model", "study"),
     shell:
         "overturning gather --study {params.study:q} --variant {params.variant} --motions {params.motions}"
         " --parts {params.parts} --chunks {params.chunks} --output {output} 2> {log}"

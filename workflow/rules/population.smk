@@ -19,7 +19,7 @@ rule fragility:
     params:
         study=settings("body", "orientation", "population"),
         folder=lambda wildcards, output: Path(output[0]).parent,
-        sources=sources("workflow:fragility"),
+        sources=sources("surveys", "statistics", *NUMERICS),
     shell:
         "overturning fragility --study {params.study:q} --cube {input.cube} --intensity {input.intensity}"
         " --output {params.folder} 2> {log}"

@@ -20,7 +20,7 @@ rule read:
         .without_labels()
         .model_dump_json(),
         content=lambda wildcards: [content(path) for path in FILES[wildcards.record]],
-        sources=sources("workflow:read"),
+        sources=sources("records", "motion", "study"),
     shell:
         "overturning read --study {params.study:q} --record {wildcards.record} --output {output} 2> {log}"
 
@@ -42,7 +42,7 @@ rule surface:
         study=settings("scene", "body", "orientation", "variants"),
         motions=lambda wildcards, input: Path(input[0]).parent,
         folder=lambda wildcards, output: Path(output[0]).parent,
-        sources=sources("workflow:surface"),
+        sources=sources("records", "motion", "study"),
     shell:
         "overturning surface --study {params.study:q} --variant {wildcards.variant} --motions {params.motions}"
         " --output {params.folder} 2> {log}"
@@ -70,6 +70,6 @@ rule describe:
         ),
         motions=lambda wildcards, input: Path(input[0]).parent,
         folder=lambda wildcards, output: Path(output[0]).parent,
-        sources=sources("workflow:describe"),
+        sources=sources("model", "study"),
     shell:
         "overturning describe --study {params.study:q} --motions {params.motions} --output {params.folder} 2> {log}"

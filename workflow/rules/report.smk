@@ -15,7 +15,7 @@ rule explore:
         mem_mb=1000,
     params:
         study=settings(*OF_CUBE, figures=("height", "friction")),
-        sources=sources("explore"),
+        sources=sources(*DRAWING),
     shell:
         "overturning explore {input.cube} --output {output.page} --study {params.study:q} > {log} 2>&1"
 
@@ -50,7 +50,7 @@ rule report:
     params:
         folder=lambda wildcards, output: Path(output[0]).parent,
         study=settings(*SETTINGS),
-        sources=sources("workflow:report"),
+        sources=sources(*DRAWING, "report"),
     shell:
         "overturning report --study {params.study:q} --results {params.folder} --output {output.page}"
         " --pdf {output.pdf} 2> {log}"
@@ -83,6 +83,6 @@ rule crate:
         study=settings(*SETTINGS),
         folder=lambda wildcards, output: Path(output.crate).parent,
         made=lambda wildcards, input: handed("\n".join(sorted(set(input))), "txt"),
-        sources=sources("workflow:crate"),
+        sources=sources("study", "records"),
     shell:
         "overturning crate --study {params.study:q} --results {params.folder} --made {params.made:q} 2> {log}"

@@ -16,6 +16,6 @@ rule rotate:
     params:
         folder=lambda wildcards, input: Path(input.motions[0]).parent,
         study=settings("azimuth", **({"population": ["period"]} if PERIODS else {})),
-        sources=sources("workflow:rotate"),
+        sources=sources("motion", "study"),
     shell:
         "overturning rotate --study {params.study:q} --motions {params.folder} --output {output} 2> {log}"

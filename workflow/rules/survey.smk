@@ -25,7 +25,7 @@ rule survey:
         content=lambda wildcards: content(survey_of(wildcards).stones),
         record=lambda wildcards: survey_of(wildcards).record,
         background=lambda wildcards: survey_of(wildcards).background,
-        sources=sources("surveys:survey"),
+        sources=sources("surveys", "statistics", *NUMERICS),
     shell:
         "overturning survey {input.stones:q} --cube {input.cube} --record {params.record}"
         " --background {params.background} --figure {output.figure} --output {output.comparison} > {log} 2>&1"
@@ -53,7 +53,7 @@ rule backwards:
             f"--motion {each}" for each in input.motions
         ),
         background=lambda wildcards: survey_of(wildcards).background,
-        sources=sources("surveys:backwards"),
+        sources=sources("surveys", "statistics", *NUMERICS),
     shell:
         "overturning backwards {input.stones:q} {params.motions} --background {params.background}"
         " --threads {threads} --output {output} > {log} 2>&1"

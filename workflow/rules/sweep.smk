@@ -13,7 +13,7 @@ rule members:
     params:
         # Of no record: another one in the study must not draw the members again, and with them every part.
         study=settings("ensemble", use=["none"]),
-        sources=sources("workflow:members"),
+        sources=sources(*NUMERICS),
     shell:
         "overturning members --study {params.study:q} --output {output} 2> {log}"
 
@@ -37,7 +37,7 @@ rule sweep:
         study=lambda wildcards: settings(
             *(*CASES, "amplitude", "variants", "ensemble"), use=[wildcards.record]
         ),
-        sources=sources("workflow:sweep"),
+        sources=sources(*NUMERICS),
         members=lambda wildcards, input: " ".join(
             f"--members {each}" for each in input.members
         ),

@@ -1,7 +1,6 @@
 """The steps of the workflow: each subcommand does the work of one rule, from a study given as JSON.
 
-What a step needs is imported inside its function, so that it starts quickly and that a change of another step's sources
-does not run it again (`overturning.study.sources`).
+Each step imports what it needs inside its function, so that it starts quickly.
 """
 
 import sys

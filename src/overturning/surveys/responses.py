@@ -202,8 +202,8 @@ def stored_ways(
 
 @cache
 def _kernel() -> str:
-    """Hash of the sources of the kernels, and of what asks them."""
-    return source_hash("overturning.surveys.responses:computed_ways")
+    """Return the hash of the sources that the responses are computed with."""
+    return source_hash("dem", "model", "motion", "surveys/responses.py")
 
 
 def computed_ways(one: Candidate, aspect: float, nodes: Sequence[tuple[int, int]], threads: int) -> NDArray[np.int8]:

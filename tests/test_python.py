@@ -283,7 +283,8 @@ def test_what_is_made_of_a_variant_says_so_and_leaves_the_study_its_page(
     cube_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     settings = study(ensemble={"members": 0}, variants={"stiff": {"contact": {"damping_ratio": 1}}})
-    path, stones = cube_of(settings, [pulse(), pulse("b", 3.0)], tmp_path, "stiff"), tmp_path / "stones.csv"
+    records = [replace(one, fault_strike_deg=10.0) for one in (pulse(), pulse("b", 3.0))]
+    path, stones = cube_of(settings, records, tmp_path, "stiff"), tmp_path / "stones.csv"
     (tmp_path / "explore.html").write_text("of the study itself", encoding="utf-8")
     assert drawn("explore", str(path), "--record", "b", "--record", "b") == 0
     assert capsys.readouterr().out == f"{tmp_path / 'explore.stiff.html'}\n"

@@ -2,7 +2,8 @@
 
 Each function returns a Matplotlib figure, which a notebook shows and ``figure.savefig`` writes. A cube is one of
 `overturning.open_cube` or `overturning.run_study`, or a part of it; `record` is the id of one of its records, not
-needed where it has one. Intensity measures and motions are read from the files that a study has beside its cube.
+needed where it has one. Intensity measures and motions are read from the files that a study has beside its cube. An
+`ArgumentError` says why a figure would show nothing.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,13 +20,23 @@ if TYPE_CHECKING:
     from overturning.arrays import ArrayLike
     from overturning.motion.motion import Recorded
 
+__all__ = [
+    *("axes", "blocks", "boundary", "earthquakes", "follow", "history", "hodograph", "intensity", "plane", "polar"),
+    *("response", "rose", "spectra"),
+]
+
 Draws = TypeVar("Draws", bound=Callable[..., Any])
+Moves = TypeVar("Moves", bound=Any)  # a motion or record
 
 KINDS: Final[dict[str, Callable[..., Any]]] = {}
 """Figures of a cube by name, for `overturning figure`."""
 
 OF_THE_GROUND: Final = ("intensity", "hodograph", "history")
 """Those of the motions alone, in which no block is shown."""
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 def _styled(draw: Draws) -> Draws:
@@ -55,19 +66,21 @@ def polar(cube: "xr.Dataset", record: str | None = None, title: str | None = Non
     """
     from overturning.study.cube import shown_block
 
-    return _map(cube.sel(shown_block(cube)), record, title)
+    return _map("polar", cube.sel(shown_block(cube)), record, title)
 
 
 @_of_a_cube
 def blocks(cube: "xr.Dataset", record: str | None = None, title: str | None = None) -> "Figure":
     """Where blocks of all heights and frictions fall under a record, a map each."""
-    return _map(cube, record, title)
+    return _map("blocks", cube, record, title)
 
 
-def _map(cube: "xr.Dataset", record: str | None, title: str | None) -> "Figure":
+def _map(kind: str, cube: "xr.Dataset", record: str | None, title: str | None) -> "Figure":
+    from overturning.figures.content import check_outcomes
     from overturning.figures.maps import map_figure
 
     one = _one(cube, record)
+    check_outcomes(one, kind)
     return map_figure(one, _place(one) + _stone(one) if title is None else title)
 
 
@@ -82,10 +95,12 @@ def _stone(one: "xr.Dataset") -> str:
 def boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """Largest B/H that falls under a record, by azimuth of the motion; of a cube in planes."""
     from overturning.figures.boundary import boundary_figure
+    from overturning.figures.content import check_falls
     from overturning.statistics import boundary as statistics
 
     one = _one(cube, record)
     _only(one, "azimuth", "boundary")
+    check_falls(one, "boundary")
     top = float(one["b_over_h"].max())
     bounds = statistics.boundary(one).assign_attrs(one.attrs)
     return boundary_figure(bounds, top, float(one["fault_normal"]), _place(one) + _stone(one))
@@ -94,28 +109,41 @@ def boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
 @_of_a_cube
 def rose(cube: "xr.Dataset") -> "Figure":
     """Directions of all falls, from north and from the fault normal, with and without a velocity pulse."""
+    from overturning.figures.content import check_falls
     from overturning.figures.rose import rose_figure
 
-    return _of_all(cube, rose_figure)
+    def draw(whole: "xr.Dataset") -> "Figure":
+        check_falls(whole, "rose")
+        return rose_figure(whole)
+
+    return _of_all(cube, draw)
 
 
 @_of_a_cube
 def earthquakes(cube: "xr.Dataset") -> "Figure":
     """A rose of the directions of falls for each earthquake, from north."""
+    from overturning.figures.content import check_falls
     from overturning.figures.rose import earthquake_roses_figure
 
-    return _of_all(cube, earthquake_roses_figure)
+    def draw(whole: "xr.Dataset") -> "Figure":
+        check_falls(whole, "earthquakes")
+        return earthquake_roses_figure(whole)
+
+    return _of_all(cube, draw)
 
 
 @_of_a_cube
 def axes(cube: "xr.Dataset") -> "Figure":
     """Fall axes relative to the fault normal, by earthquake, and their means with intervals."""
     from overturning.figures.alignment import axes_figure
+    from overturning.figures.content import check_axes
     from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 
     def draw(whole: "xr.Dataset") -> "Figure":
         groups = axes_by_group(whole)
-        return axes_figure(groups, {name: summarise_axes(found) for name, found in groups.items()})
+        summaries = {name: summarise_axes(found) for name, found in groups.items()}
+        check_axes(whole, groups, summaries)
+        return axes_figure(groups, summaries)
 
     return _of_all(cube, draw)
 
@@ -124,15 +152,23 @@ def axes(cube: "xr.Dataset") -> "Figure":
 def follow(cube: "xr.Dataset") -> "Figure":
     """What falls follow, by B/H: fault normal, radial direction, peaks and pulse of the motion."""
     from overturning.figures.alignment import follow_figure
+    from overturning.figures.content import check_followed
     from overturning.statistics.earthquakes import followed
 
     _only(cube, "orientation", "follow")
-    return _of_all(cube, lambda one: follow_figure(followed(one, _measures(one)), one["b_over_h"].to_numpy()))
+
+    def draw(whole: "xr.Dataset") -> "Figure":
+        found = followed(whole, _measures(whole))
+        check_followed(whole, found)
+        return follow_figure(found, whole["b_over_h"].to_numpy())
+
+    return _of_all(cube, draw)
 
 
 @_of_a_cube
 def plane(cube: "xr.Dataset") -> "Figure":
     """Falls over PGA and PGV/PGA at the largest friction, with the fit and the field's criteria; of planes."""
+    from overturning.figures.content import check_plane
     from overturning.figures.intensity_plane import intensity_plane_figure
     from overturning.statistics.logistic import overturning_fit
     from overturning.study.cube import sizes_of_another
@@ -141,6 +177,7 @@ def plane(cube: "xr.Dataset") -> "Figure":
         if other := sizes_of_another(whole):
             raise ArgumentError(f"plane: limits and fit go by the stone's own height and B/H; {other}")
         measures = _measures(whole)
+        check_plane(whole, measures)
         fit = overturning_fit(whole, measures)
         return intensity_plane_figure(whole, measures, fit, float(whole["friction"].max()))
 
@@ -151,10 +188,13 @@ def plane(cube: "xr.Dataset") -> "Figure":
 @_of_a_cube
 def intensity(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """PGA and PGV of a record by azimuth."""
+    from overturning.figures.content import check_motion
     from overturning.figures.ground import intensity_figure
 
     one = _one(cube, record)
-    return intensity_figure(_measures(one).isel(record=0), float(one["fault_normal"]), _place(one))
+    measures = _measures(one).isel(record=0)
+    check_motion(float(measures["pga"].max()), "intensity")
+    return intensity_figure(measures, float(one["fault_normal"]), _place(one))
 
 
 @_of_a_cube
@@ -165,7 +205,8 @@ def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     from overturning.records.store import read_motion
 
     one = _one(cube, record)
-    return hodograph_figure(Motion.of(read_motion(_motion(one))), float(one["fault_normal"]), _place(one))
+    motion = _moving(Motion.of(read_motion(_motion(one))), "hodograph")
+    return hodograph_figure(motion, float(one["fault_normal"]), _place(one))
 
 
 @_of_a_cube
@@ -181,10 +222,10 @@ def history(motion: "Recorded | xr.Dataset", record: str | None = None) -> "Figu
     if isinstance(motion, xr.Dataset):
         path = _motion(_one(motion, record))
         used = read_motion(path)
-        return history_figure(read_unprocessed(path) or used, used)
+        return history_figure(read_unprocessed(path) or used, _moving(used, "history"))
     if record is not None:
         raise ArgumentError(f"record: {record!r}; a motion or record is one by itself: leave it out")
-    one = as_record(motion if isinstance(motion, Record) else as_motion(motion))
+    one = _moving(as_record(motion if isinstance(motion, Record) else as_motion(motion)), "history")
     return history_figure(one, one)
 
 
@@ -195,7 +236,7 @@ def spectra(motion: "Recorded", azimuth_deg: "ArrayLike" = (0.0, 90.0), title: s
     from overturning.motion.direction import checked_azimuths
     from overturning.motion.motion import as_motion
 
-    return spectra_figure(as_motion(motion), checked_azimuths(azimuth_deg).tolist(), title)
+    return spectra_figure(_moving(as_motion(motion), "spectra"), checked_azimuths(azimuth_deg).tolist(), title)
 
 
 @_styled
@@ -232,6 +273,14 @@ def _one(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
     unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # of what is no part of a study
     one = one.assign_coords({name: value for name, value in unknown.items() if name not in one})
     return with_gaps(in_order(one).drop_vars("record", errors="ignore").load())
+
+
+def _moving(motion: Moves, kind: str) -> Moves:
+    """Return a motion or record; an ArgumentError if the ground does not move in it, so that a figure is empty."""
+    from overturning.figures.content import check_motion
+
+    check_motion(max(float(abs(one).max()) for one in (motion.north, motion.east)), kind)
+    return motion
 
 
 def _place(cube: "xr.Dataset", names: Sequence[str] = ("station", "event")) -> str:

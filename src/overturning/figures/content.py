@@ -1,0 +1,66 @@
+"""Refusals of figures that would show nothing: each says what is missing and what to do."""
+
+import numpy as np
+import xarray as xr
+
+from overturning.errors import ArgumentError
+from overturning.statistics.earthquakes import AxisSummary, Followed
+from overturning.statistics.falls import overturns
+from overturning.statistics.logistic import LEAST_PGA
+from overturning.units import GAL
+
+
+def check_outcomes(cube: xr.Dataset, kind: str) -> None:
+    """Raise an ArgumentError if no case of a cube has an outcome."""
+    if not bool(overturns(cube).notnull().any()):
+        count = f"none of the {cube['overturned'].size:,} cases has an outcome"
+        raise ArgumentError(f"{kind}: nothing to draw: {count}; `status` in the cube gives the cause of each")
+
+
+def check_falls(cube: xr.Dataset, kind: str) -> None:
+    """Raise an ArgumentError if no case of a cube overturns."""
+    check_outcomes(cube, kind)
+    falls = overturns(cube)
+    if not bool((falls > 0).any()):
+        count = f"none of the {int(falls.notnull().sum()):,} cases with an outcome overturns"
+        raise ArgumentError(f"{kind}: nothing to draw: {count}; choose stronger records, or smaller B/H")
+
+
+def check_axes(cube: xr.Dataset, groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]) -> None:
+    """Raise an ArgumentError if no earthquake, nor any mean over earthquakes, has a fall axis relative to a fault."""
+    axes = [data["axis"].to_numpy() for data in groups.values()]
+    if np.isfinite(np.concatenate([*axes, [one.axis_deg for one in summaries.values()]])).any():
+        return
+    check_falls(cube, "axes")
+    if not bool(cube["fault_normal"].notnull().any()):
+        raise ArgumentError(
+            "axes: nothing to draw: the fault strike of no record is known; enter fault_strike_deg in the record table "
+            "and run the study again"
+        )
+    why = "under no record with a known fault strike do falls have an axis"
+    raise ArgumentError(f"axes: nothing to draw: {why}; take more records, or figure rose")
+
+
+def check_followed(cube: xr.Dataset, found: dict[str, Followed]) -> None:
+    """Raise an ArgumentError if falls are compared with no reference."""
+    means = [mean.value for group in found.values() for of_part in group.means.values() for mean in of_part]
+    if not np.isfinite(means).any():
+        check_falls(cube, "follow")
+        raise ArgumentError(
+            "follow: nothing to draw: of the records with falls neither peaks, pulse nor fault are known; choose other "
+            "records"
+        )
+
+
+def check_plane(cube: xr.Dataset, measures: xr.Dataset) -> None:
+    """Raise an ArgumentError if no plane has both an outcome and a motion along it."""
+    check_outcomes(cube, "plane")
+    check_motion(float(measures["pga"].max()), "plane")
+
+
+def check_motion(peak: float, kind: str) -> None:
+    """Raise an ArgumentError if the ground does not move: its peak acceleration, m/s², is not above `LEAST_PGA`."""
+    if not peak > LEAST_PGA:
+        raise ArgumentError(
+            f"{kind}: nothing to draw: the ground does not move (peak {peak / GAL:.2g} Gal); choose another motion"
+        )

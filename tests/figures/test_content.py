@@ -1,0 +1,109 @@
+"""A figure that would show nothing is refused, with the reason and a remedy."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from overturning import Motion, open_cube, plot
+from overturning.errors import ArgumentError
+from overturning.model.status import Status
+from overturning.records.record import Record
+from overturning.study.intensity import write_intensity
+from tests.expect import refused, said
+from tests.figures.test_explore import space_cube
+from tests.study.small_study import cube_of, pulse, study
+
+OF_FALLS = ("boundary", "rose", "earthquakes", "axes")
+OF_OUTCOMES = ("polar", "blocks", "plane", *OF_FALLS)
+
+
+def results_of(folder: Path, *records: Record) -> Path:
+    """A cube with its motions and intensity measures."""
+    settings = study(ensemble={"members": 0}, records={"use": [record.record_id for record in records]})
+    write_intensity(settings, list(records), folder / "intensity.nc")
+    return cube_of(settings, list(records), folder)
+
+
+@pytest.fixture(scope="module")
+def weak(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """100 Gal, below the 196 Gal from which the widest block, B/H 0.2, rocks at all: every case stands."""
+    record = replace(pulse("a", 1.0), fault_strike_deg=30.0)
+    return results_of(tmp_path_factory.mktemp("weak"), record)
+
+
+@pytest.fixture(scope="module")
+def strong(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Falls under a record whose fault nobody knows."""
+    return results_of(tmp_path_factory.mktemp("strong"), pulse("a", 6.0))
+
+
+@pytest.mark.parametrize("kind", OF_FALLS)
+def test_a_figure_of_falls_is_refused_where_nothing_falls(weak: Path, tmp_path: Path, kind: str) -> None:
+    out = tmp_path / "empty.svg"
+    text = said("figure", kind, weak, "-o", out, status=1)
+    assert text.startswith(f"error: {kind}: nothing to draw: none of the 18 cases with an outcome overturns; choose ")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("kind", ["polar", "blocks", "plane"])
+def test_a_map_of_blocks_that_stand_is_not_empty(weak: Path, tmp_path: Path, kind: str) -> None:
+    said("figure", kind, weak, "-o", tmp_path / "stands.svg")
+    assert (tmp_path / "stands.svg").stat().st_size > 1000
+
+
+@pytest.mark.parametrize("kind", OF_OUTCOMES)
+def test_every_figure_of_a_cube_is_refused_where_no_case_has_an_outcome(strong: Path, kind: str) -> None:
+    with open_cube(strong) as cube:
+        missing = {name: xr.full_like(cube[name], np.nan) for name in ("overturned", "fall_azimuth") if name in cube}
+        status = xr.full_like(cube["status"], Status.OVER_BUDGET) if "status" in cube else None
+        beside = cube.assign(missing | ({} if status is None else {"status": status}))
+        beside.encoding["source"] = str(strong)
+        with refused(ArgumentError, f"{kind}: nothing to draw: none of the 18 cases has an outcome", brief=True):
+            plot.KINDS[kind](beside)
+
+
+def test_axes_without_a_fault_are_refused_and_roses_are_not(strong: Path) -> None:
+    with open_cube(strong) as cube:
+        assert plot.rose(cube).axes
+        with refused(ArgumentError, "axes: nothing to draw: the fault strike of no record", "fault_strike_deg"):
+            plot.axes(cube)
+
+
+def test_nothing_that_falls_follows_anything(monkeypatch: pytest.MonkeyPatch) -> None:
+    cube = space_cube().assign_coords(pulse=("record", [1, 1]))
+    unknown = xr.Dataset({name: ("record", [np.nan] * 2) for name in ("pgv_azimuth", "pga_azimuth", "pulse_axis")})
+    monkeypatch.setattr(plot, "_measures", lambda _: unknown)
+    stands = cube.assign(overturned=xr.zeros_like(cube["overturned"]), fall_azimuth=cube["fall_azimuth"] * np.nan)
+    with refused(ArgumentError, "follow: nothing to draw: none of the", "cases with an outcome overturns"):
+        plot.follow(stands)
+    no_fault = cube.assign_coords(fault_normal=("record", [np.nan, np.nan]))
+    with refused(ArgumentError, "follow: nothing to draw: of the records with falls neither peaks"):
+        plot.follow(no_fault)
+
+
+def test_ground_that_does_not_move_is_refused(tmp_path: Path) -> None:
+    still = Motion(np.zeros(500), np.zeros(500), sampling_interval=0.01, trust_data=True)
+    for kind, draw in (("history", plot.history), ("spectra", plot.spectra)):
+        with refused(ArgumentError, f"{kind}: nothing to draw: the ground does not move (peak 0 Gal)"):
+            draw(still)
+    dead = results_of(tmp_path, replace(pulse("a", 0.0), extra={"trusted_data": True}))
+    for kind in ("intensity", "hodograph", "history"):
+        assert f"error: {kind}: nothing to draw: the ground" in said(
+            "figure", kind, dead, "-o", tmp_path / "still.svg", status=1
+        )
+
+
+def test_every_kind_of_figure_is_tested_here() -> None:
+    assert {*OF_OUTCOMES, "follow", "intensity", "hodograph", "history"} == set(plot.KINDS)
+
+
+def test_public_modules_list_public_names_only() -> None:
+    import overturning
+
+    for module in (overturning, plot):
+        assert [name for name in dir(module) if name.startswith("_") and name != "__version__"] == []
+        assert set(dir(module)) - {"__version__"} == set(module.__all__)
+    assert {*plot.KINDS, "response", "spectra"} == set(plot.__all__)

@@ -54,6 +54,8 @@ def imports(module: str) -> frozenset[str]:
             assert node.level == 0, f"{module} imports relatively; write the full name"
             below = {f"{node.module}.{alias.name}" for alias in node.names}
             names |= below & modules().keys() or {str(node.module)}
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module"):
+            names |= {one.value for one in node.args if isinstance(one, ast.Constant)}
     return frozenset((names & modules().keys()) - {module})
 
 

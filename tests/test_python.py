@@ -323,7 +323,7 @@ def test_a_figure_is_as_wide_as_asked_for_and_so_are_its_letters(
         across = struct.unpack(">I", data[16:20])[0]
     else:
         across = float(
-            re.search(rb'MediaBox \[ 0 0 ([\d.]+)|svg [^>]*width="([\d.]+)pt"', data)[(kind == ".svg" and 2) or 1]
+            re.search(rb'MediaBox ?\[ ?0 0 ([\d.]+)|svg [^>]*width="([\d.]+)pt"', data)[(kind == ".svg" and 2) or 1]
         )
     assert across * scale == pytest.approx(80, abs=0.1)
     if kind == ".svg":  # letters of 9 in a drawing that is shown at 6/9 of its size

@@ -82,8 +82,9 @@ def __getattr__(name: str) -> Any:
         return metadata.version("overturning")
     from importlib import import_module
 
-    if name == "plot":
-        return import_module("overturning.plot")
-    if name not in _MODULES:
+    if name not in {"plot", *_MODULES}:
         raise AttributeError(f"module 'overturning' has no attribute {name!r}")
+    plot = import_module("overturning.plot")  # gives motions and records their method `plot`
+    if name == "plot":
+        return plot
     return getattr(import_module(_MODULES[name]), name)

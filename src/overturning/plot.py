@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
 from overturning.errors import ArgumentError, MissingDataError, keywords
+from overturning.motion.motion import Recorded
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
     from overturning.arrays import ArrayLike
-    from overturning.motion.motion import Recorded
 
 __all__ = [
     *("axes", "blocks", "boundary", "earthquakes", "follow", "history", "hodograph", "intensity", "plane", "polar"),
@@ -335,3 +335,14 @@ def _measures(cube: "xr.Dataset") -> "xr.Dataset":
     with xr.open_dataset(path) as measures:
         every = measures["record_id"].to_numpy().tolist()
         return measures.isel(record=[every.index(name) for name in cube["record_id"].to_numpy().ravel()]).load()
+
+
+def _plot(self: Recorded) -> "Figure":
+    """Draw acceleration, velocity, displacement and Fourier amplitudes; see `history`."""
+    figure: Figure = history(self)
+    return figure
+
+
+# Figures lie above motions: the method is added here, so that the lower layer knows nothing of this one.
+_plot.__name__, _plot.__qualname__ = "plot", "Recorded.plot"
+Recorded.plot = _plot  # type: ignore[method-assign]

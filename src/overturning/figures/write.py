@@ -1,6 +1,7 @@
 """Figures as files: the same bytes each time, in the size and formats of a study; folders of figures."""
 
 import re
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -33,7 +34,7 @@ def save(
             axis.set_label_coords(0.5, 0.0)
     for path in paths:
         kind = path.suffix.removeprefix(".")
-        with atomic_write(path) as part, _measure_once():
+        with atomic_write(path) as part:
             if kind == "pdf" and scale != 1.0:
                 _save_scaled_pdf(figure, part, scale, dpi)
                 continue
@@ -47,22 +48,27 @@ def save(
 
 
 def _save_scaled_pdf(figure: "Figure", path: Path, scale: float, dpi: float) -> None:
-    """Write a figure on a page of another size than its own: Matplotlib's is always 72 points to an inch."""
-    from matplotlib.backends.backend_pdf import Op, PdfFile, PdfPages
+    """Write a figure on a page of another size than its own, as a drawing placed by typst."""
+    import matplotlib
+    import typst
 
-    class Scaled(PdfFile):
-        def newPage(self, width: float, height: float) -> None:  # noqa: N802
-            super().newPage(scale * width, scale * height)
-            self.width, self.height = width, height  # beyond which lines are left out
-            self.output(scale, 0, 0, scale, 0, 0, Op.concat_matrix)
-
-    class Pages(PdfPages):
-        def _ensure_file(self) -> PdfFile:
-            self._file = self._file or Scaled(self._filename, metadata=self._metadata)
-            return self._file
-
-    with Pages(path, metadata=METADATA["pdf"]) as pages:
-        figure.savefig(pages, format="pdf", dpi=dpi * scale)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        figure.savefig(folder / "figure.svg", format="svg", metadata=METADATA["svg"], dpi=dpi * scale)
+        wide, high = (72.0 * scale * inches for inches in figure.get_size_inches())
+        page = f"#set page(width: {wide:.3f}pt, height: {high:.3f}pt, margin: 0pt)\n"
+        (folder / "page.typ").write_text(page + '#image("figure.svg", width: 100%)\n', encoding="utf-8")
+        fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+        path.write_bytes(
+            typst.compile(
+                folder / "page.typ",
+                root=folder,
+                format="pdf",
+                ignore_system_fonts=True,
+                font_paths=[fonts],
+                timestamp=0,
+            )
+        )
 
 
 def crowded(figure: "Figure") -> bool:
@@ -117,37 +123,3 @@ def _lay_out_once(figure: "Figure") -> None:
             engine.execute(figure)
 
     figure.draw = draw_or_lay_out  # type: ignore[method-assign]
-
-
-@contextmanager
-def _measure_once() -> Iterator[None]:
-    """Measure a text of a figure once: for layout and drawing Matplotlib does so about eight times with each label.
-
-    A version of Matplotlib that measures otherwise goes on as it does.
-    """
-    from matplotlib.text import Text
-
-    measure, known = getattr(Text, "_get_layout", None), {}
-    if measure is None:
-        yield
-        return
-
-    def measured(text: Any, renderer: Any) -> Any:
-        """What is kept, by all that a layout depends on."""
-        if text.get_wrap():
-            return measure(text, renderer)
-        key = (
-            text.get_text(), hash(text.get_fontproperties()), text.get_rotation(), text.get_rotation_mode(),
-            text.get_horizontalalignment(), text.get_verticalalignment(), text._get_multialignment(), text._linespacing,
-            text.get_usetex(), text.get_parse_math(), text.get_figure(root=True).dpi,
-            type(getattr(renderer, "_renderer", renderer)),  # of an SVG with pictures one of two
-        )  # fmt: skip
-        if key not in known:
-            known[key] = measure(text, renderer)
-        return known[key]
-
-    Text._get_layout = measured  # type: ignore[attr-defined]
-    try:
-        yield
-    finally:
-        Text._get_layout = measure  # type: ignore[attr-defined]

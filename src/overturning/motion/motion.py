@@ -1,8 +1,7 @@
 """Ground motion as the simulation takes it: three accelerations and a sampling interval, nothing else."""
 
 import warnings
-from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +11,9 @@ from overturning.motion.direction import direction_cosines
 from overturning.motion.integration import integrate
 from overturning.motion.plausible import implausible
 from overturning.motion.streams import samples_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 _DRIFTING = 0.5
 """Share of its peak at which the velocity of a motion does not end unless an offset is in its samples."""
@@ -80,10 +82,10 @@ class Recorded:
         cosine, sine = direction_cosines(azimuth_deg)
         return self.north * cosine + self.east * sine
 
-    def plot(self) -> Any:
-        """Figure of acceleration, velocity, displacement and Fourier amplitudes; as `overturning.plot.history`."""
-        # What draws lies above what moves, and is found by its name when it is asked for.
-        return import_module("overturning.plot").history(self)
+    if TYPE_CHECKING:
+
+        def plot(self) -> "Figure":
+            """Draw acceleration, velocity, displacement and Fourier amplitudes (set by `overturning.plot`)."""
 
     def to_obspy(self) -> Any:
         """An obspy Stream of channels HNN, HNE and, where there is one, HNZ, in m/s² (``stats.unit``).

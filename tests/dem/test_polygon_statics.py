@@ -5,8 +5,9 @@ import pytest
 
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.simulate import simulate_arrays
+from overturning.dem.trajectory import trajectory
 from overturning.model.scene import Scene
-from tests.dem.polygon_scenes import SHIPPED, block, one_case, run, scene, shaken, shipped, still
+from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, run, scene, shaken, shipped, still
 
 GRAVITY = 9.80665
 
@@ -266,3 +267,41 @@ def test_a_block_that_rocks_too_little_to_fall_is_not_followed_to_its_rest() -> 
         turned = np.abs(path[:, 1, 2])
         height = path[:, 1, 1] - (0.3 * np.cos(turned) + 0.06 * np.sin(turned))
         assert np.median(height[angle > 0.05]) == pytest.approx(-2e-7 * 0.12, rel=0.05)
+
+
+def leaning_shaft(lean: float, *more: dict[str, object]) -> Scene:
+    """A shaft of 0.2 m x 0.6 m that leans to the azimuth by an angle, rad, on a wider base."""
+    shaft = block("shaft", 0.2, 0.6, "base", rotation_deg=float(np.degrees(lean)))
+    return scene(GROUND, block("base", 0.6, 0.5), shaft, *more)
+
+
+@pytest.mark.parametrize("lean_deg", [0.0, np.degrees(1e-9), np.degrees(1e-6), 0.001, 0.09, -0.09])
+def test_a_shaft_that_leans_by_less_than_a_tenth_of_a_degree_has_its_angle(lean_deg: float) -> None:
+    """Arm over height of its centre, less the lean; its peak rotation is a share of that, as of an upright one."""
+    made = leaning_shaft(np.radians(lean_deg))
+    prepared = prepare(made)
+    expected = np.arctan(1.0 / 3.0) - abs(np.radians(lean_deg))
+    np.testing.assert_allclose(prepared.alpha[1:], [np.arctan(0.6 / 0.5), expected], rtol=1e-9)
+    time = np.arange(0.0, 2.0, 0.01)
+    motion = shaken(4.0 * np.sin(2.0 * np.pi * 2.0 * time))
+    found, upright = (
+        trajectory(motion, one, azimuth_deg=0, friction=0.7).sel(element="shaft") for one in (made, leaning_shaft(0.0))
+    )
+    assert 0.3 < float(found["peak_rotation"]) < 1.0
+    largest = float(np.abs(found["rotation"]).max())
+    assert float(found["peak_rotation"]) == pytest.approx(largest / expected, rel=0.02)
+    if abs(lean_deg) < 1e-4:
+        assert float(found["peak_rotation"]) == pytest.approx(float(upright["peak_rotation"]), abs=1e-3)
+
+
+def test_a_shaft_that_leans_by_more_has_none_and_leaves_the_base_its_own() -> None:
+    alpha = prepare(leaning_shaft(np.radians(0.2))).alpha
+    assert np.isnan(alpha[2])
+    assert alpha[1] == pytest.approx(np.arctan(0.6 / 0.5))
+
+
+def test_a_shaft_at_a_wall_by_less_than_a_tenth_of_a_degree_has_its_angle() -> None:
+    lean = np.radians(0.05)
+    edge = prepare(leaning_shaft(lean)).placed[2].points[:, 0].max()
+    wall = {"name": "wall", "kind": "driven", "width": 0.2, "height": 1.0, "at": [edge + 0.1, 0.6]}
+    assert prepare(leaning_shaft(lean, wall)).alpha[2] == pytest.approx(np.arctan(1.0 / 3.0) - lean, rel=1e-6)

@@ -247,14 +247,17 @@ def partners(placed: list[Placed], pairs: list[ElementPair]) -> list[tuple[Place
     return [(parts[pair.a][pair.part_a], parts[pair.b][pair.part_b]) for pair in pairs]
 
 
-def resting(placed: list[Placed], pairs: list[ElementPair]) -> list[Touch]:
-    """Ends that touch."""
-    return [
-        Touch(index, side, end)
-        for index, (a, b) in enumerate(partners(placed, pairs))
-        for side, end in enumerate(common_stretch(a, b))
-        if end.gap <= TOUCHING * min(a.size, b.size)
-    ]
+def resting(placed: list[Placed], pairs: list[ElementPair], lean: float = 0.0) -> list[Touch]:
+    """Ends that touch; with a `lean`, rad, also the other end of two faces inclined by less that touch at one end."""
+    touching = []
+    for index, (a, b) in enumerate(partners(placed, pairs)):
+        ends, closed = common_stretch(a, b), TOUCHING * min(a.size, b.size)
+        (x, z), (u, w) = ends[0].point, ends[1].point
+        far = np.sin(lean) * np.sqrt((x - u) ** 2 + (z - w) ** 2)
+        for side, end in enumerate(ends):
+            if end.gap <= closed or (ends[1 - side].gap <= closed and end.gap < far):
+                touching.append(Touch(index, side, end))
+    return touching
 
 
 def check_geometry(scene: Stage) -> None:

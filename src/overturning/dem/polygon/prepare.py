@@ -9,7 +9,16 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.limits import sinks_too_far
-from overturning.dem.polygon.statics import Laws, Loaded, contact_laws, highest_modes, joints_of, rest, slowest_mode
+from overturning.dem.polygon.statics import (
+    Laws,
+    Loaded,
+    bearing_ends,
+    contact_laws,
+    highest_modes,
+    joints_of,
+    rest,
+    slowest_mode,
+)
 from overturning.model.geometry import ElementPair, End, Placed, ground_of, misplaced, pairs_of, place
 from overturning.model.scene import Scene
 
@@ -142,7 +151,8 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
     laws = contact_laws(scene, placed, pairs, joints)
     equilibrium = rest(scene, placed, joints, laws.normal, laws.tangential)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
-    stands = _stands(placed, pairs, loaded)
+    bearing = bearing_ends(scene, placed, pairs, joints, loaded)
+    stands = _stands(placed, pairs, bearing)
     threshold, parts, safe = _lifting(placed, stands)
     if equilibrium is None or any(item.element.kind == "held" for item in placed):  # what is held moves alone
         threshold, safe = 0.0, 0.0 * safe
@@ -151,7 +161,7 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
         for k, _, _, approach, slip in loaded
     ):
         threshold = 0.0  # it slides by itself
-    tips, critical, barrier, support, base = _single(scene, placed, stands, _upright(placed, pairs, loaded))
+    tips, critical, barrier, support, base = _single(scene, placed, stands, _upright(placed, pairs, bearing))
     return Prepared(
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
         *highest_modes(placed, pairs, joints, laws), slowest_mode(placed, joints, laws),

@@ -1,8 +1,8 @@
 """What each contact carries at rest, how the scene sinks into its springs, and how fast it can vibrate."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,13 @@ from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve
 from overturning.model.contact import DAMPING_RATIO
 from overturning.model.geometry import ElementPair, End, Placed, Touch, resting
 from overturning.model.scene import Scene
+
+FLUSH: Final = np.radians(0.1)
+"""What leans by less stands on its face, where its tipping angle is concerned, rad."""
+
+
+BOTH: Final = 2
+"""Ends of a face that stands flush."""
 
 
 class Loaded(NamedTuple):
@@ -48,9 +55,41 @@ def _numbers(placed: list[Placed]) -> dict[int, slice]:
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
-def joints_of(placed: list[Placed], pairs: list[ElementPair]) -> list[Joint]:
-    """The ends that touch."""
-    return [Joint(touch, *_stretches(placed, pairs[touch.pair], touch.end)) for touch in resting(placed, pairs)]
+def joints_of(placed: list[Placed], pairs: list[ElementPair], lean: float = 0.0) -> list[Joint]:
+    """The ends that touch; `lean` as in `overturning.model.geometry.resting`."""
+    return _joints(placed, pairs, resting(placed, pairs, lean))
+
+
+def _joints(placed: list[Placed], pairs: list[ElementPair], ends: list[Touch]) -> list[Joint]:
+    return [Joint(touch, *_stretches(placed, pairs[touch.pair], touch.end)) for touch in ends]
+
+
+def bearing_ends(
+    scene: Scene, placed: list[Placed], pairs: list[ElementPair], joints: list[Joint], loaded: list[Loaded]
+) -> list[Loaded]:
+    """Return the ends by which elements stand: the `loaded` ones, with a lean of less than `FLUSH` taken as none.
+
+    Without that, a lean of a millionth would leave the whole scene without a rest, and without tipping angles. An
+    element that leans by more is left out where it keeps the others from resting.
+    """
+    flush = joints_of(placed, pairs, FLUSH)
+    if len(flush) == len(joints) and (loaded or not joints):
+        return loaded
+    upper = [pairs[pair].a if end.normal[1] > 0 else pairs[pair].b for (pair, _, end), _, _ in flush]
+    leaning = {k for k, item in enumerate(placed) if not item.fixed and upper.count(k) < BOTH}
+    held = [
+        replace(item, element=item.element.model_copy(update={"kind": "held"})) if k in leaning else item
+        for k, item in enumerate(placed)
+    ]
+    ones = np.ones(len(pairs))
+    # A wall beside what leans carries none of its weight: without friction on faces where it has to be.
+    for items, tangential in ((placed, ones), (placed, 0.0 * ones), (held, ones)):
+        free = {k for k, item in enumerate(items) if not item.fixed}
+        ends = [joint.touch for joint in flush if free.intersection(pairs[joint.touch.pair][:2])]
+        found = rest(scene, items, _joints(items, pairs, ends), ones, tangential) if free else None
+        if found is not None:
+            return found[1]
+    return []
 
 
 def _stretches(placed: list[Placed], pair: ElementPair, end: End) -> tuple[FloatArray, FloatArray]:

@@ -31,6 +31,9 @@ of those that stand 8 gives the largest rotation to 4e-8 α in all but one of a 
 LONGEST: Final = 0.25
 """Longest step, in 1/p; a sample is divided where it is longer."""
 
+SHORTEST: Final = 2.0**-30
+"""Shortest step, as a share of a sample; it is met only where a block stands still on its balance."""
+
 REST: Final = 1e-6
 """Angular velocity over p below which a block that lands rests. Of these cases 1e-9 changes none, 1e-4 three sides."""
 
@@ -87,9 +90,11 @@ def _lift_off(push: Push, left: float, tangent: float) -> tuple[float, float]:
 def _expand(series: Any, side: float, push: Push, square: float) -> None:
     """Fill in the series of angle, velocity, and sine and cosine of what is left of α, from their first terms.
 
-    Angle and velocity count towards the side over which the block leans; shape (4, order + 1).
+    Also of acceleration and jerk. Angles count towards the side over which the block leans; shape (6, order + 1).
     """
-    angle, velocity, sine, cosine = series[0], series[1], series[2], series[3]
+    angle, velocity, sine, cosine, acceleration, jerk = (
+        series[0], series[1], series[2], series[3], series[4], series[5]
+    )  # fmt: skip
     for k in range(angle.size - 1):
         drive = -side * push.ground * cosine[k] - push.weight * sine[k]
         if k > 0:
@@ -98,7 +103,10 @@ def _expand(series: Any, side: float, push: Push, square: float) -> None:
         for j in range(k + 1):
             of_sine -= velocity[j] * cosine[k - j]
             of_cosine += velocity[j] * sine[k - j]
-        angle[k + 1], velocity[k + 1] = velocity[k] / (k + 1), square * drive / (k + 1)
+        acceleration[k] = square * drive
+        angle[k + 1], velocity[k + 1] = velocity[k] / (k + 1), acceleration[k] / (k + 1)
+        if k > 0:
+            jerk[k - 1] = k * acceleration[k]
         sine[k + 1], cosine[k + 1] = of_sine / (k + 1), of_cosine / (k + 1)
 
 
@@ -127,6 +135,57 @@ def _root(series: Any, low: float, high: float) -> float:
 
 
 @njit(**INNER)
+def _keeps_sign(series: Any, length: float) -> bool:
+    """Whether the first term of a series outweighs all others over a step, so that it has no zero there."""
+    others = 0.0
+    for k in range(series.size - 1, 0, -1):
+        others = (others + abs(series[k])) * length
+    return bool(abs(series[0]) > others)
+
+
+@njit(**INNER)
+def _longest_of_two_turns(series: Any, length: float) -> float:
+    """The step, or a half of a half … of it, in which the block turns back at most twice.
+
+    Once or never where velocity or acceleration keep their sign; twice where the jerk does.
+    """
+    while length > SHORTEST and not (
+        _keeps_sign(series[1], length) or _keeps_sign(series[4], length) or _keeps_sign(series[5], length)
+    ):
+        length *= 0.5
+    return length
+
+
+@njit(**INNER)
+def _turning_points(series: Any, length: float, starts: bool) -> tuple[float, float]:
+    """First and second instant at which the block turns back in a step; the step's length where there is none.
+
+    A block that starts moves away from the base, whatever the sign of a first term that rounding leaves.
+    """
+    velocity, acceleration = series[1], series[4]
+    speeds_up = starts or acceleration[0] > 0.0
+    between = length
+    if speeds_up != (_at(acceleration, length)[0] > 0.0):
+        between = _root(acceleration, 0.0, length)
+    rises = velocity[0] > 0.0 or (velocity[0] == 0.0 and speeds_up)
+    then, last = _at(velocity, between)[0] > 0.0, _at(velocity, length)[0] > 0.0
+    first = _root(velocity, 0.0, between) if rises != then else length
+    second = _root(velocity, between, length) if then != last else length
+    return min(first, second), max(first, second)
+
+
+@njit(**INNER)
+def _landing(angle: Any, first: float, second: float, length: float) -> float:
+    """Instant at which the block lands in a step with these turning points, else infinity."""
+    low = 0.0
+    for high in (first, second, length):
+        if _at(angle, high)[0] < 0.0:
+            return _root(angle, low, high)
+        low = high
+    return np.inf
+
+
+@njit(**INNER)
 def _follow(along: Any, up: Any, case: Any, series: Any) -> tuple[float, float]:
     """Side to which a block falls, not a number where it is undecided, and its largest angle, rad."""
     angle, velocity, sine, cosine = series[0], series[1], series[2], series[3]
@@ -148,20 +207,22 @@ def _follow(along: Any, up: Any, case: Any, series: Any) -> tuple[float, float]:
                 angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, case.sine, case.cosine
             end = min((np.floor(t * case.steps + 1e-9) + 1.0) / case.steps, 1.0)
             _expand(series, side, _from(sample, t), case.square)
-            length = end - t
-            then, rate, low, high = _at(angle, length)[0], _at(velocity, length)[0], 0.0, length
-            if starts and then <= 0.0:  # it lifts by less than the digits hold
+            length = _longest_of_two_turns(series, end - t)
+            end = end if length == end - t else t + length
+            first, second = _turning_points(series, length, starts)
+            then, rate = _at(angle, length)[0], _at(velocity, length)[0]
+            if starts and first == length and then <= 0.0:  # it lifts by less than the digits hold
                 side, t = 0.0, end
                 continue
-            if rate < 0.0 and (starts or velocity[0] > 0.0):
-                low = _root(velocity, 0.0, length)
-                peak = max(peak, _at(angle, low)[0])
-                if i >= samples:  # on a base at rest it never leans as far again
-                    return 0.0, peak
-            elif rate > 0.0 and velocity[0] < 0.0:
-                high = _root(velocity, 0.0, length)
-            if _at(angle, high)[0] < 0.0:
-                hit = _root(angle, low, high)
+            hit = _landing(angle, first, second, length)
+            for turn in (first, second):
+                if turn < min(hit, length):
+                    peak = max(peak, _at(angle, turn)[0])
+                    if peak >= 0.5 * np.pi:
+                        return side, 0.5 * np.pi
+                    if i >= samples and _at(velocity, turn)[1] < 0.0:  # on a base at rest it never leans as far again
+                        return 0.0, peak
+            if hit <= length:
                 angle[0], velocity[0], sine[0], cosine[0] = 0.0, -case.kept * _at(angle, hit)[1], case.sine, case.cosine
                 t, side = t + hit, -side if velocity[0] >= case.rest else 0.0
                 continue
@@ -176,7 +237,7 @@ def _follow(along: Any, up: Any, case: Any, series: Any) -> tuple[float, float]:
 @njit(nogil=True, **OPTIONS)
 def _follow_all(ground: Any, row: Any, up: Any, cases: Any, order: int, found: Any) -> None:
     """Fill in side and largest angle of each case, shape (n, 2)."""
-    series = np.zeros((4, order + 1))
+    series = np.zeros((6, order + 1))
     for k in range(cases.size):
         found[k, 0], found[k, 1] = _follow(ground[row[k]], up, cases[k], series)
 

@@ -165,7 +165,7 @@ def test_csmip_volume_2_of_the_eighties(tmp_path):
 def test_the_location_of_a_channel_tells_a_borehole(tmp_path, form, place):
     (text,) = FORMS[form].files(*STEPS).values()
     text = text.replace("Location: free field", f"Location: {place or 'Ground floor'}")
-    text = re.sub(r"(?m)^(Chan .*?(?:Deg|Up))\s*$", rf"\1   Location: {place or 'Ground floor'}", text)
+    text = re.sub(r"(?m)^(Chan .*?(?:Deg|Up))[ ]*$", rf"\1   Location: {place or 'Ground floor'}", text)
     deep = place not in ("", "1.5 m deep vault")
     if deep:
         with refused(RecordError, "of the borehole sensor"):
@@ -195,6 +195,48 @@ def test_channels_of_several_places_in_a_structure_are_no_record(tmp_path, form)
         {"Ground Floor"},
         {"Roof"},
     ]
+
+
+def test_files_of_two_places_of_one_station_are_refused_with_both_and_each_is_a_record_of_its_own(tmp_path):
+    """CESMD's CHAN001.V2…: footing and deck were one record; a free field beside a bridge made all channels none."""
+    channels = {"90 Deg": (90, A), "360 Deg": (360, B), "Up": (0, C)}
+
+    def write(first: int, place: str, axes: dict[str, tuple[int, np.ndarray]]) -> None:
+        for number, (axis, one) in enumerate(axes.items(), first):
+            text = re.sub(r"(?m)^(Chan .*?)$", rf"\1      Location: {place}", csmip_text({axis: one}, 100, volume=2))
+            (tmp_path / f"CHAN00{number}.V2").write_text(text)
+
+    write(1, "Freefield", channels)
+    write(4, "Bent 2: deck", {"Tran": (0, A), "Long": (0, B)})
+    for paths in ([tmp_path], [tmp_path / "CHAN001.V2"]):
+        found = check_paths(paths)
+        record = found[0].record
+        assert record is not None
+        check(record, B * 0.01, A * 0.01, C * 0.01)
+        assert [f.files[0] for f in found if f.record is None] == ["CHAN004.V2"][: len(paths[0].suffix) == 0]
+    both = [check_paths([tmp_path / "CHAN001.V2", tmp_path / "CHAN005.V2"])]
+    for finding in both[0]:
+        assert "components of 'Freefield' and 'Bent 2: deck' are not of one record" in finding.reason
+    with refused(RecordError, "'Freefield' and 'Bent 2: deck'"):
+        read_path([tmp_path / "CHAN001.V2", tmp_path / "CHAN005.V2"])
+
+
+def test_csmip_volume_2_states_filter_event_and_origin_and_its_axis_twice(tmp_path):
+    """As the headers of 1983 and of today have them: ramps or corners, the event's name, the agency behind ORIGIN."""
+    text = csmip_text({"90 Deg": (90, A), "360 Deg": (360, B)}, 100, volume=2)
+    record = put(tmp_path, text)
+    assert record.extra["agency_processing"] == "band-pass filter .30 to 40.00 Hz"
+    assert record.event == "Fri Jul 5, 2019 20:16:08.0 PDT"
+    old = re.sub(r"(?m)^Record of .*? PDT", "COALINGA EARTHQUAKE    ", text).replace(
+        "with 3 dB pts at   .30 and 40.00 cyc", "WITH RAMPS AT  .050- .100 AND 23.00-25.00 CYC"
+    )
+    record = put(tmp_path, old.replace("(Origin(CGS): 07/06/19, 03:19:53.0", "(ORIGIN(BRK): 05/02/83, 23:42:38.5"))
+    assert record.extra["agency_processing"] == "band-pass filter .100 to 23.00 Hz"
+    assert (record.event, record.extra["origin_time"]) == ("COALINGA EARTHQUAKE", "1983-05-02T23:42:38Z")
+    with refused(RecordError, "x.txt line 8: axis '180', but line 1 says '90'"):
+        put(tmp_path, re.sub(r"(?m)^Chan  1: 90", "Chan  1: 180", text))
+    with refused(RecordError, "x.txt line 16", "samples"):
+        put(tmp_path, text.replace("   210 points of instrument", "   200 points of instrument", 1))
 
 
 def test_the_end_of_a_file_may_lack_its_line_end_or_have_more_but_no_digits_less(tmp_path):

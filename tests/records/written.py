@@ -109,7 +109,10 @@ FORMS: dict[str, Written] = {
     "csmip1": Written(coded("x.v1", csmip_text, *DEGREES, rate=100), 1e-4, G, (90, 0), 28, 0.01, OF_CSMIP),
     "csmip2": Written(
         coded("x.v2", csmip_text, *DEGREES, rate=100, volume=2), 0.1, 0.01, (90, 0), 46, 0.01,
-        OF_CSMIP | {"processed": True},
+        OF_CSMIP | {
+            "processed": True, "event": "Fri Jul 5, 2019 20:16:08.0 PDT", "magnitude": 7.1,
+            "origin_time": "2019-07-06T03:19:53Z", "event_latitude": 35.77, "event_longitude": -117.6,
+        },
     ),
     "csmip-pairs": Written(
         coded("x.RAW", csmip_pairs_text, ("090 DEG", 90), ("180 DEG", 180), ("UP", 0), interval=0.02),

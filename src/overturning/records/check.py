@@ -54,14 +54,27 @@ def check_paths(paths: Sequence[Path], declared: Declarations | None = None) -> 
         findings.append(Finding(files, reason=f"of the {others[0].sensor} sensor; {declared.sensor} is declared"))
     if len(paths) == len(components) == 1 and paths[0].is_file():
         components = with_sisters(paths[0], declared)[0]
-    for group in group_components(components):
+    groups = group_components(components)
+    for group in groups:
         files = tuple(dict.fromkeys(c.file for c in group))
         try:
             record = assemble(group, Path(files[0]).name.split(".")[0].lower(), declared)
             findings.append(Finding(files, tuple(group), record, used=process(record, None)))
         except OverturningError as problem:
-            findings.append(Finding(files, tuple(group), reason=str(problem)))
+            reason = AND.join([*([why] if (why := _of_several_places(group, groups)) else []), str(problem)])
+            findings.append(Finding(files, tuple(group), reason=reason))
     return findings
+
+
+def _of_several_places(group: Sequence[Component], groups: Sequence[Sequence[Component]]) -> str:
+    """Reason why components of one station and event that stand at several places are no record; else empty."""
+    first = group[0]
+    alike = [one[0] for one in groups if all(getattr(one[0], n) == getattr(first, n) for n in ("station", "event"))]
+    places = list(dict.fromkeys(one.location for one in alike if one.location))
+    if len(places) < 2 or not first.location:
+        return ""
+    named = " and ".join(map(repr, places[:6])) + (f" and {len(places) - 6} more" if len(places) > 6 else "")
+    return f"{first.file}: components of {named} are not of one record; give the files of one place together"
 
 
 def _sources(paths: Sequence[Path]) -> tuple[list[SourceFile], list[Finding]]:

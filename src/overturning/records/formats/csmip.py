@@ -38,13 +38,16 @@ FIELDS: Final[Fields] = {
     "CHAN with the axis": r"^\s*(?:.*\s)?CHAN\s*(\d+):\s*([^\s,]+)",
     "coordinates": rf"({FLOAT})\s*([NS]),?\s*({FLOAT})\s*([EW])",
     "station": r"STATION\s+(?:ID\.?|NO\.?)\s*(\S+)",
-    "event": r"^\s*R(?:e?co?rd) of (.*?)(?:\s{3,}|\(|$)",
+    "channel": r"^\s*CHAN\s*\d+:\s*(.*)",
+    "event": r"^\s*R(?:e?co?rd) of (.*?)(?:\s{3,}|\(|$)|^\s*(.*\bEARTHQUAKE\b.*?)(?:\s{3,}|\(|$)",
+    "magnitude": rf"^\s*HYPOCENTER\b.*\bML\s*[=:]\s*({FLOAT})",
     "start": rf"START TIME:\s*{CLOCK}",
     "trigger": rf"TRIGGER TIME:\s*{CLOCK}",
     "renadic": "(UNIVERSIDAD DE CHILE - RENADIC)",
-    "filter": rf"BAND-?PASS.*?\b({FLOAT})\s+(?:AND|TO|-)\s+({FLOAT})\s*HZ",
-    "NO. OF POINTS": r"NO\.? OF POINTS\s*=\s*(\d+)",
-    "record length": rf"NO\.? OF POINTS\s*=\s*\d+.*RECORD LENGTH\s*=\s*({FLOAT})",
+    # Corner frequencies, or two ramps, of which the inner ends bound the pass band.
+    "filter": rf"BAND-?PASS.*?(?<![\d.])({FLOAT})\s+(?:AND|TO|-)\s+({FLOAT})(?:\s*-\s*{FLOAT})?\s*(?:HZ|CYC)",
+    "NO. OF POINTS": r"NO\.? OF POINTS\s*=\s*(\d+)|^\s*(\d+) POINTS OF .*CORRECTED",
+    "record length": rf"RECORD LENGTH\s*=\s*({FLOAT})",
     "unit of the pairs": r"UNITS OF .*SEC AND (G/10|G|CM/SEC/SEC|CM/SEC2)(?=[.,;\s]|$)",
 }
 PEAK: Final = {
@@ -76,6 +79,11 @@ def read(block: Lines) -> tuple[Component, int]:
     header = Header.of(block, {**FIELDS, "peak": PEAK[volume]}, text_lines, length=text_lines + 14)
     at = header.at("CHAN with the axis")
     number, axis = header.found["CHAN with the axis"][1].groups()
+    # Volume 2 names the axis in its first line, too; the place stands only in the line of the channel itself.
+    channel = header.text("channel")
+    if channel and parse_axis(channel.split()[0].rstrip(",")) != parse_axis(axis):
+        why = f"axis {channel.split()[0]!r}, but line {block.before + at + 1} says {axis!r}"
+        raise header.error("channel", f"{why}; find out which, and correct the file")
     whole = block.fixed_integers(text_lines, width=5, per_line=16, count=100)
     code = int(whole[26])
     # A code alone tells no sense: RENADIC's V is not said to be up.
@@ -103,8 +111,8 @@ def read(block: Lines) -> tuple[Component, int]:
         station=station,
         origin=origin,
         place=(latitude, longitude),
-        sensor=sensor_at(text=block.lines[at]),
-        location=stated_location(block.lines[at]),
+        sensor=sensor_at(text=channel),
+        location=stated_location(channel),
         peak=header.peak("peak", UNITS[_unit_of_peak(header)]) if header.text("peak") else None,
         processed=volume == 2,
         extra=places | agency,

@@ -20,10 +20,10 @@ What is wanted is the pattern's first group. A field with a line must be there; 
 """
 
 EARTHQUAKE: Final[Fields] = {
-    "origin": r"\bORIGIN:\s*(\d+/\s*\d+/\s*\d+,?\s+\d+:\s*\d+:\s*\d+)[\d.]*\s*(?:UTC|GMT)",
-    "hypocentre": rf"\bHYPOCENTER:\s*({FLOAT})\s*([NS]?),?\s+({FLOAT})\s*([EW]?)",
+    "origin": r"\bORIGIN(?:\s*\([^)]*\))?:\s*(\d+/\s*\d+/\s*\d+,?\s+\d+:\s*\d+:\s*\d+)[\d.]*\s*(?:UTC|GMT)",
+    "hypocentre": rf"\bHYPOCENTER(?:\s*\([^)]*\))?:\s*({FLOAT})\s*([NS]?)(?:,\s*|\s+)({FLOAT})\s*([EW]?)",
 }
-"""The earthquake as headers of COSMOS and CSMIP state it."""
+"""The earthquake as headers of COSMOS and CSMIP state it, old ones with the agency: ``ORIGIN(BRK):``."""
 
 PLACE: Final = r"(\d+) +(\d+) +(\d+) *([NS]),? +(\d+) +(\d+) +(\d+) *([EW])"
 """Degrees, minutes and seconds of a latitude and a longitude."""

@@ -19,7 +19,7 @@ from tests.report.reading import column, numbers, tables, text_of
 
 COUNTS = {
     "element": "", "cases": 200, "flags": 2, "undivided": 160, "flags_undivided": 1, "sides_undivided": 0, "fallen": 50,
-    "sides": 0, "fallen_agreed": 40, "sides_agreed": 0, "unanswered": 0,
+    "sides": 0, "fallen_undivided": 45, "fallen_agreed": 40, "sides_agreed": 0, "unanswered": 0,
 }  # fmt: skip
 FOUND = {
     "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "computed": 4500,
@@ -27,7 +27,8 @@ FOUND = {
     "finer_by": 8, "stiffer_by": 4.0,
     "finer": {"block_steps": 500, "outcomes": [COUNTS]},
     "stiffer": {"block_steps": 0, "outcomes": [], "refused": "too stiff"},
-    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0}, "rigid": None,
+    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0},
+    "amplitude": None, "rigid": None,
 }  # fmt: skip
 
 
@@ -112,8 +113,8 @@ def test_beside_the_exact_rigid_block() -> None:
     assert numbers(text_of(shown).partition("Blocks of µ")[2].partition("\n")[0]) == [
         "1", "200", "98.50", "96.00", "99.38", "98.12",
     ]  # fmt: skip
-    assert column(tables(shown)[0], "changed")[-4:] == ["3", "1", "5", "1"]
-    assert column(tables(shown)[0], "block steps")[-4:] == ["", "", "", ""]
+    assert column(tables(shown)[0], "changed")[-5:] == ["3", "1", "5", "2", "1"]
+    assert column(tables(shown)[0], "block steps")[-5:] == [""] * 5
     assert "200 of them drawn at random" in text_of(section(rigid=counts | {"cells": 30_000}))
 
 
@@ -122,7 +123,7 @@ def test_a_count_of_all_cells_has_no_sampling_interval() -> None:
     shown = section(members=24, rigid=COUNTS | {"cells": 200})
     (table,) = tables(shown)
     shown_intervals = column(table, "95 % interval")
-    assert shown_intervals[-4:] == ["all cells"] * 4
+    assert shown_intervals[-5:] == ["all cells"] * 5
     assert shown_intervals[0] == "0.27 to 3.57\u00a0%", "2 of a random 200 keep theirs"
     drawn = tables(section(members=24, rigid=COUNTS | {"cells": 201}))[0]
     assert "all cells" not in column(drawn, "95 % interval")
@@ -138,13 +139,31 @@ def test_a_count_of_all_cells_has_no_sampling_interval() -> None:
 
 
 def test_sides_that_change_although_all_members_agree_have_a_row() -> None:
-    """Of 29 falls that change sides 21 are of cases whose ensemble falls one way, which the flags alone do not show."""
-    shown = section(members=24, finer=run_again(fallen=964, sides=29, fallen_agreed=800, sides_agreed=21))
-    (table,) = tables(shown)
-    (row,) = [place for place, text in enumerate(column(table, "what changed")[:4]) if "falls one way" in text]
-    assert (column(table, "changed")[row], column(table, "compared")[row]) == ("21", "800")
-    assert column(table, "share")[row] == "2.62\u00a0%"
+    """Of 29 falls that change sides 21 are of cases whose members all fall, and 10 of cases whose members fall one way.
+
+    That they are divided over the side the flags alone do not show.
+    """
+    counts = {"fallen": 964, "sides": 29, "fallen_undivided": 800, "sides_undivided": 21}
+    (table,) = tables(section(members=24, finer=run_again(**counts, fallen_agreed=607, sides_agreed=10)))
+    assert column(table, "changed")[2:5] == ["29", "21", "10"]
+    assert column(table, "compared")[2:5] == ["964", "800", "607"]
+    assert column(table, "share")[2:5] == ["3.01\u00a0%", "2.62\u00a0%", "1.65\u00a0%"]
+    assert "not divided" in column(table, "what changed")[3]
+    assert "falls one way" in column(table, "what changed")[4]
     assert not any("falls one way" in text for text in column(tables(section())[0], "what changed"))
+
+
+def test_the_share_of_falls_in_space_that_go_elsewhere_under_nearly_the_same_motion() -> None:
+    moving = {"falls": 60, "moved": 15, "stood": 2, "weight": 50.0, "weight_moved": 4.0, "block_steps": 100}
+    results = results_of(members=8, amplitude=moving)
+    results.model = Body()
+    for text in (dependence(results).text, text_of(convergence(results))):
+        about = text.partition(" Of 60 falls ")[2].partition(" of the weight")[0]
+        # 25 % of the falls, which direction statistics give 8 % of the weight.
+        assert numbers(about) == ["25.0", "15.8", "37.2", "30", "1", "8.0"]
+    results.study.ensemble.members = 0
+    assert "count them in full" in dependence(results).text
+    assert "elsewhere under motions" not in dependence(results_of(members=8)).text
 
 
 def test_of_no_case_nothing_is_told() -> None:
@@ -197,7 +216,7 @@ def test_the_line_below_the_answer() -> None:
     assert warnings(shown) == []
     (table,) = tables(shown)
     assert column(table, "changed")[:2] == ["5", "1"]
-    assert column(table, "compared")[:4] == ["200", "160", "50", "40"]
+    assert column(table, "compared")[:5] == ["200", "160", "50", "45", "40"]
     # 2 of 160 are more than one percent, of all 200 they would not be.
     assert len(warnings(section(members=24, finer=run_again(flags=5, flags_undivided=2)))) == 1
     assert dependence(SimpleNamespace(study=None, convergence=None)) is None

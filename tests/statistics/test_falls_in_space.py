@@ -119,6 +119,36 @@ def test_a_rose_is_the_mean_of_its_earthquakes(from_normal: bool) -> None:
     assert np.isnan(rose.low).all()  # of four earthquakes there is no interval
 
 
+def test_falls_whose_direction_is_chance_do_not_turn_the_mean_nor_fill_the_rose() -> None:
+    """Half of the falls go 30° as their members do; the others' nominal azimuth is 120°, and their members go any way.
+
+    The truth is known: falls have one direction, 30°, in which all of the rose lies but for what chance leaves. Counted
+    in full the nominal falls gave 75° and half of the rose at 120°.
+    """
+    generator, cube = np.random.default_rng(8), space_cube()
+    shape, members = cube["overturned"].shape, 24
+    chance = generator.random(shape) < 0.5
+    azimuth = np.where(chance, 120.0, 30.0)
+    angle = np.radians(np.where(chance[..., None], generator.uniform(0, 360, (*shape, members)), 30.0))
+    nominal = cube.assign(
+        overturned=(DIMENSIONS, np.ones(shape, np.float32)), fall_azimuth=(DIMENSIONS, azimuth.astype(np.float32))
+    )
+    means = {
+        "probability_falls": np.ones(shape), "fall_north": np.cos(angle).mean(-1), "fall_east": np.sin(angle).mean(-1),
+        "fall_axis_cosine": np.cos(2 * angle).mean(-1), "fall_axis_sine": np.sin(2 * angle).mean(-1),
+        "members": np.full(shape, members),
+    }  # fmt: skip
+    weighed = nominal.assign({name: (DIMENSIONS, values) for name, values in means.items()})
+    over = ("record", *Body.case_dims)
+    assert float(fall_means(nominal, over=over)["mean_direction"]) == pytest.approx(75.0, abs=8.0)
+    assert float(fall_means(weighed, over=over)["mean_direction"]) == pytest.approx(30.0, abs=3.0)
+    before, after = (rose_of(one).shares for one in (nominal, weighed))
+    assert before[8] == pytest.approx(0.5, abs=0.1)
+    assert after[8] < 0.15
+    assert after[2] == pytest.approx(1.0 - after[8])
+    assert rose_of(weighed).falls == rose_of(nominal).falls
+
+
 def test_a_rose_has_scipys_intervals() -> None:
     cube = space_cube(events="ABCDEFGH", normals=np.arange(8) * 20.0)
     half = rose_of(cube, level=0.5, draws=20_000)

@@ -149,7 +149,8 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
     assert wrong.finer.outcomes[0].undivided == wrong.finer.outcomes[0].cases
     unsure = done.saying(opposite, divided=np.ones(opposite.shape, np.bool_))
     (all_divided,) = check_convergence(settings, done.records, unsure).finer.outcomes
-    none = dict.fromkeys(("undivided", "flags_undivided", "fallen_agreed", "sides_agreed"), 0)
+    zeros = ("undivided", "flags_undivided", "fallen_undivided", "fallen_agreed", "sides_agreed")
+    none = dict.fromkeys(zeros, 0)
     assert all_divided == wrong.finer.outcomes[0].model_copy(update=none)
     # Falls to the other side are counted where the members fall one way, and not where they fall to both.
     turned = done.saying(-done.sample.answers["overturned"])
@@ -230,7 +231,7 @@ def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused()
     settings = study(contact={"stiffness": 3e13}, verification={"at_least": 4, "cost": 50})
     none = np.zeros(2, np.bool_)
     sure, index = none[:, None], np.zeros((2, 4), np.int64)
-    sample = Sample(np.zeros(2, np.int64), index, unanswered(2, 1), none, sure, sure, 36, 0)
+    sample = Sample(np.zeros(2, np.int64), index, unanswered(2, 1), none, sure, sure, np.ones(2), 36, 0)
     quiet = Record("a", np.zeros(50), np.zeros(50), None, 0.01)
     found = check_convergence(settings, [quiet], sample)
     assert "stiffness" in found.stiffer.refused
@@ -257,7 +258,7 @@ def test_blocks_that_cannot_slide_stand_beside_the_exact_rigid_block(tmp_path: P
     wrong = replace(rigid, answers=rigid.answers.copy())
     wrong.answers["overturned"] = overturned
     again = check_convergence(settings, records, sample, threads=2, rigid=wrong).rigid
-    one_fall_less = {"fallen": found.fallen - 1, "fallen_agreed": found.fallen - 1}
+    one_fall_less = dict.fromkeys(("fallen", "fallen_undivided", "fallen_agreed"), found.fallen - 1)
     one_of_each = dict.fromkeys(("flags", "sides", "flags_undivided", "sides_undivided", "sides_agreed"), 1)
     assert again == found.model_copy(update=one_fall_less | one_of_each)
     workflow.check_convergence(settings.model_dump_json(), tmp_path / "motion", cube, tmp_path / "found.json")
@@ -392,12 +393,60 @@ def test_members_in_space_are_apart_where_their_directions_spread(tmp_path: Path
     zeros = np.zeros(shape, np.int8)
     given = {"overturned": zeros, "status": zeros, "repeated": zeros, "fall_azimuth": np.zeros(shape, np.float32)}
     given |= {"probability_falls": falls.reshape(shape), "fall_north": north.reshape(shape), "fall_east": 0.0 * zeros}
+    given |= {"members": np.full(shape, 8, np.int16)}
     table = xr.Dataset({name: (dims, values) for name, values in given.items()}, attrs={"block_steps": 1})
     table.to_netcdf(tmp_path / "cube.nc")
     sample = read_sample(tmp_path / "cube.nc", Verification(at_least=5))
     place = np.argsort(sample.index[:, 0])
     assert sample.divided[place, 0].tolist() == [False, False, False, True, False]
     assert sample.apart[place, 0].tolist() == [False, False, True, True, False]
+    # k R² is 8, 7.76 and 4.69 where all eight fall, 4 where four do, all the same way.
+    assert sample.weight[place] == pytest.approx([1.0, *np.sqrt((8 * np.cos(half[1:]) ** 2 - 1) / 7), 1.0, 1.0])
+
+
+def test_falls_in_space_whose_azimuth_moves_under_nearly_the_same_motion(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every third fall turns by 140° at 0.995 of the amplitude, every third by 29° always, and one other stands."""
+    body = {"body": {}, "azimuth": {}, "orientation": {"step": 30}, "b_over_h": [0.1, 0.15, 0.2, 0.25]}
+    settings = study(**body, verification={"at_least": 24, "cost": 100})
+    done = swept(settings, [short(7)], tmp_path)
+    sample = done.sample
+    fell = np.flatnonzero(sample.answers["overturned"][:, 0] == 1)
+    assert fell.size >= 6
+    rank = np.full(len(sample.record), -1)
+    rank[fell] = np.arange(fell.size)
+    position = {tuple(cell): row for row, cell in enumerate(sample.index.tolist())}
+    names, axes = zip(*grid_of(settings).rows.items(), strict=True)
+    factors = set[float]()
+
+    def nominal(_: Motion, cases: Cases) -> Any:
+        (factor,) = np.unique(cases.amplitude)
+        factors.add(round(float(factor), 6))
+        values = [getattr(cases, {"orientation": "azimuth_deg"}.get(name, name)) for name in names]
+        values = [np.broadcast_to(value, len(cases.azimuth_deg)) for value in values]
+        cells = np.stack(
+            [np.abs(axis[:, None] - one).argmin(axis=0) for axis, one in zip(axes, values, strict=True)], 1
+        )
+        row = np.array([position[tuple(cell)] for cell in cells.tolist()])
+        turn = np.where(rank[row] % 3 == 0, 140.0 * (abs(factor - 0.995) < 1e-6), 29.0 * (rank[row] % 3 == 1))
+        stands = (rank[row] == 2) & (factor > 1.005)
+        return SimpleNamespace(
+            overturned=np.where(stands, 0, 1).astype(np.int8)[:, None],
+            fall_azimuth=np.where(stands, np.nan, (sample.answers["azimuth"][row] + turn) % 360.0),
+            block_steps=np.full(row.size, 10),
+        )
+
+    kinds = computations(settings) | {"nominal": nominal}
+    monkeypatch.setattr("overturning.study.convergence_check.computations", lambda _: kinds)
+    weight = np.linspace(0.2, 1.0, len(sample.record))
+    found = check_convergence(settings, done.records, replace(sample, weight=weight)).amplitude
+    assert found is not None
+    assert factors == {0.99, 0.995, 1.005, 1.01}
+    assert (found.falls, found.moved, found.stood) == (fell.size, len(fell[::3]), 1)
+    assert found.weight == pytest.approx(weight[fell].sum())
+    assert found.weight_moved == pytest.approx(weight[fell[::3]].sum())
+    assert found.block_steps == 4 * 10 * fell.size
 
 
 @pytest.mark.parametrize(

@@ -7,12 +7,14 @@ from typing import Any
 import netCDF4
 import numpy as np
 import pytest
+from scipy.special import i0, i1
 from scipy.stats import binom
 
 from overturning.dem.numerics import Progress
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ResultError
+from overturning.model.body import Body, direction_weight
 from overturning.model.cases import Cases
 from overturning.model.grid import Grid
 from overturning.model.planes import Planes
@@ -96,6 +98,67 @@ def test_cells_near_a_change() -> None:
     side = np.array([1, -1, -1, -1, -1, -1], np.int8)[None, None, :, None]
     assert cells_to_run(side, everywhere=False)[0, 0, :, 0].nonzero()[0].tolist() == [0, 1, 2]
     assert cells_to_run(np.zeros((3, 1, 1, 2), np.int8), everywhere=False).all()
+
+
+def test_cells_near_a_change_of_fall_azimuth() -> None:
+    """All fall, from one B/H to the next across north by 20°, and once by 150°; in planes a flag has the side."""
+    flags = np.ones((1, 1, 8, 1), np.int8)
+    azimuth = np.array([350.0, 10.0, 12.0, 14.0, 164.0, 166.0, 168.0, 170.0]).reshape(flags.shape)
+    assert not cells_to_run(flags, everywhere=False).any()
+    chosen = cells_to_run(flags, everywhere=False, azimuth_deg=azimuth)
+    assert chosen.ravel().nonzero()[0].tolist() == [2, 3, 4, 5]
+    stands = np.array([1, 1, 1, 1, 1, 1, 1, 0], np.int8).reshape(flags.shape)
+    chosen = cells_to_run(stands, everywhere=False, azimuth_deg=np.where(stands == 1, azimuth, np.nan))
+    assert chosen.ravel().nonzero()[0].tolist() == [2, 3, 4, 5, 6, 7]
+
+
+def test_in_space_members_are_run_where_the_azimuth_of_a_fall_changes(motion: Motion) -> None:
+    """Every cell falls; that of B/H 0.2 goes another way than its neighbours, and its members go every way."""
+    grid = Grid({
+        "orientation": np.array([0]), "height": np.array([0.6]), "b_over_h": np.arange(1, 10) / 10,
+        "aspect": np.array([1.0]), "friction": np.array([0.5]),
+    })  # fmt: skip
+    azimuth = np.full(grid.shape, 40.0, np.float32)
+    azimuth[:, :, 1] = 260.0
+    nominal = {"overturned": np.ones(grid.shape, np.int8), "repeated": np.zeros(grid.shape, np.int8)}
+    members = draw_members(Ensemble(members=8, b_over_h=0.0))
+
+    def falls(cases: Cases, _: Progress | None) -> Any:
+        shape = np.asarray(cases.b_over_h)
+        every_way = np.tile(45.0 * np.arange(8), shape.size // 8)
+        towards = np.where(np.isclose(shape, 0.2), every_way, 40.0) + np.tile(members.azimuth_deg, shape.size // 8)
+        return SimpleNamespace(
+            overturned=np.ones(shape.size, np.int8), fall_azimuth=towards, block_steps=np.ones(shape.size)
+        )
+
+    found = CellEnsemble(Body(), members, everywhere=False).run(
+        motion, grid, nominal | {"fall_azimuth": azimuth}, falls
+    )
+    run = (found[0]["members"] > 0).ravel()
+    assert run.nonzero()[0].tolist() == [0, 1, 2, 3]
+    names = ("probability_falls", "fall_north", "fall_east", "members")
+    weight = direction_weight(*(found[0][name] for name in names)).ravel()
+    assert weight == pytest.approx([1.0, 0.0, *[1.0] * 7], abs=1e-3)
+
+
+def test_the_weight_of_a_fall_is_the_resultant_of_what_its_members_are_drawn_from() -> None:
+    """Members from a von Mises distribution of known resultant; the plain resultant of eight is 0.31 where it is 0."""
+    generator, count = np.random.default_rng(5), 4000
+    for kappa in (0.0, 0.5, 2.0, 8.0):
+        truth = i1(kappa) / i0(kappa)
+        angle = generator.vonmises(0.3, kappa, (count, 8)) if kappa else generator.uniform(0, 2 * np.pi, (count, 8))
+        parts = np.cos(angle).mean(axis=1), np.sin(angle).mean(axis=1)
+        square = (8 * np.hypot(*parts) ** 2 - 1) / 7
+        weight = direction_weight(np.ones(count), *parts, np.full(count, 8))
+        assert weight**2 == pytest.approx(np.clip(square, 0, 1))
+        assert square.mean() == pytest.approx(truth**2, abs=0.01), "unbiased before it is cut at 0"
+        plain = np.hypot(*parts).mean()
+        assert abs(weight.mean() - truth) < max(abs(plain - truth), 0.02)
+        # Half of the members stand: the means over all are half as long, and four fall.
+        fewer = direction_weight(np.full(count, 0.5), 0.5 * parts[0], 0.5 * parts[1], np.full(count, 8))
+        assert fewer**2 == pytest.approx(np.clip((4 * np.hypot(*parts) ** 2 - 1) / 3, 0, 1))
+    assert direction_weight(np.nan, np.nan, np.nan, 0) == 1.0
+    assert direction_weight(1 / 8, 1 / 8, 0.0, 8) == 1.0
 
 
 def test_no_spread_gives_the_nominal_answer(motion: Motion, nominal: dict[str, np.ndarray]) -> None:

@@ -41,6 +41,28 @@ _MEMBERS: Final = {
 """Falls by name, and the means over members that a cube has of them."""
 
 
+def direction_weight(falls: ArrayLike, north: ArrayLike, east: ArrayLike, members: ArrayLike) -> FloatArray:
+    """Return the weight of a fall in direction statistics: the resultant of the directions of its members.
+
+    The square of the mean resultant length R of k members that fall exceeds that of the directions they are drawn from:
+    without any common direction k R² is 1 on average. So the weight is √((k R² − 1)/(k − 1)), 0 where that is negative
+    and 1 where fewer than two members fall, as they tell nothing of a spread.
+
+    Parameters
+    ----------
+    falls, north, east : array_like
+        ``probability_falls``, ``fall_north`` and ``fall_east``; NaN where no member was run.
+    members : array_like
+        Members with an outcome.
+    """
+    fell = np.nan_to_num(np.asarray(falls, np.float64))
+    count = fell * np.asarray(members, np.float64)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        square = (np.asarray(north, np.float64) ** 2 + np.asarray(east, np.float64) ** 2) / fell**2
+        known = np.sqrt(np.clip((count * square - 1.0) / (count - 1.0), 0.0, 1.0))
+    return np.asarray(np.where(count > 1.5, known, 1.0))
+
+
 @dataclass(frozen=True)
 class Start:
     """How a body begins, where not at rest: in its own axes turned to its orientation.

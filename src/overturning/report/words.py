@@ -26,6 +26,8 @@ class Words:
         Those whose falls tell a direction (`statistics.falls.informative_blocks`), and which these are.
     why_these : str
         Why these blocks are chosen, and not those of the other model.
+    weighed : str
+        With what weight each case counts in directions where there is an ensemble.
     rose, map : str
         Captions of the rose, and of a record's map; in the latter stands where probabilities are shown.
     means : str
@@ -43,6 +45,7 @@ class Words:
     blocks: str
     which: str
     why_these: str
+    weighed: str
     rose: str
     map: str
     means: str
@@ -74,6 +77,7 @@ WORDS: Final[dict[type[Model], Words]] = {
         why_these="A slender block falls in every plane, as each plane has a component of the motion, so its falls go "
         "every way whatever the motion; in space such a block still falls where the motion sends it, so reports of "
         "studies in space count all blocks.",
+        weighed="the probability of its fall over its neighbourhood; the rose counts the falls of the cases themselves",
         rose=f"Azimuths towards which the blocks fall that only just fall, each plane once. {_ROSE}",
         map="Angle: the azimuth towards which the block falls, north up, clockwise. Radius: slenderness B/H. {chance}"
         "The two halves of a map mirror each other: a block that falls to one side falls away from the other.",
@@ -96,7 +100,9 @@ WORDS: Final[dict[type[Model], Words]] = {
         why_these="All blocks count here, unlike in the report of a study in planes: a block that falls whichever way "
         "it faces is moved by both components at once, so that its falls show a direction, while in planes such a "
         "block falls in every plane and its falls go every way.",
-        rose=f"Azimuths towards which blocks fall. {_ROSE}",
+        weighed="the probability and the resultant of its falls over its neighbourhood, the rose with the resultant, "
+        "so that a fall which goes elsewhere under nearly the same motion adds little",
+        rose=f"Azimuths towards which blocks fall, each with its resultant over the ensemble where it was run. {_ROSE}",
         map="Across: the azimuth that the first side of the block faces; up: slenderness B/H; colour and arrow: the "
         "azimuth of the fall, north up. Beside it the rose of the falls in these maps.",
         means=f"Over all cases of a record. {_MEANS}.",

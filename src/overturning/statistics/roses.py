@@ -1,11 +1,13 @@
 """Roses: shares of falls by sector, from north and from the fault normal, as means over earthquakes."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
+from overturning.model.body import direction_weight
 from overturning.model.falls import model_of
 from overturning.model.planes import azimuth_weight, gaps_of, period_of
 from overturning.model.symmetry import FULL_TURN
@@ -43,12 +45,19 @@ class Rose:
         return f"{self.earthquakes} earthquake" + "s" * (self.earthquakes != 1)
 
 
+_DIRECTIONS: Final = ("probability_falls", "fall_north", "fall_east", "members")
+"""Variables of a cube from which the weight of a fall in space is made."""
+
+
 def _nominal_falls(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
-    """Azimuths of the falls of informative blocks of one record, and how many go to each, planes weighed."""
+    """Azimuths of the falls of informative blocks of one record, and the weight of those that go to each."""
     if not model_of(cube).one_component:
         angles = cube["fall_azimuth"].to_numpy()
-        known = angles[np.isfinite(angles)].astype(np.float64)
-        return known, np.ones(known.size)
+        fell, weight = np.isfinite(angles), np.ones(angles.shape)
+        if "fall_north" in cube:
+            parts = (cube[name].to_numpy() for name in _DIRECTIONS)
+            weight = direction_weight(*parts)
+        return angles[fell].astype(np.float64), weight[fell]
     towards = falls_towards(cube).where(informative_blocks(cube))
     azimuth = towards["azimuth"].to_numpy().astype(np.float64)
     counts = towards.sum([name for name in towards.dims if name != "azimuth"]).to_numpy().astype(np.float64)
@@ -65,20 +74,22 @@ def _stands_for(azimuth: FloatArray) -> float:
 def rose_of(cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95, draws: int = 2000) -> Rose:
     """Rose of the nominal falls of the `informative_blocks` of a cube, read one record at a time.
 
-    Each record's shares, of which each plane counts once, are averaged over the records of an earthquake, and these
-    over earthquakes, as of `bootstrap`; ``from_normal`` takes azimuths from the fault normal, of the records for which
-    it is known. Planes whose step does not divide a sector are shared out over the step.
+    A fall of a body in space counts with its `direction_weight`, so that one which goes another way under nearly the
+    same motion adds little. Each record's shares, of which each plane counts once, are averaged over the records of an
+    earthquake, and these over earthquakes, as of `bootstrap`; ``from_normal`` takes azimuths from the fault normal, of
+    the records for which it is known. Planes whose step does not divide a sector are shared out over the step.
     """
     zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
     shares, total = np.full((zero.size, SECTORS), np.nan), 0
     planes = model_of(cube).one_component
-    for row, one in enumerate(each_record(cube, ["overturned" if planes else "fall_azimuth"])):
+    for row, one in enumerate(each_record(cube, ["overturned"] if planes else ["fall_azimuth", *_DIRECTIONS])):
         azimuth, counts = _nominal_falls(one)
         if counts.any() and np.isfinite(zero[row]):
             weight = counts * azimuth_weight(azimuth, period_of(cube)) if planes else counts
             wide = _stands_for(azimuth) if planes else 0.0
-            shares[row], total = sector_shares(azimuth - zero[row], weight, wide), total + round(counts.sum())
+            shares[row] = sector_shares(azimuth - zero[row], weight, wide)
+            total += round(counts.sum()) if planes else counts.size
     fell = np.isfinite(shares[:, 0])
     means = event_means(shares[fell], events[fell])
     nowhere = np.full(SECTORS, np.nan)

@@ -48,11 +48,11 @@ def compare(first: NDArray[np.int8], second: NDArray[np.int8], elsewhere: NDArra
     return Counts(**{name: int(mask.sum()) for name, mask in (counted | {"unanswered": ~known}).items()})
 
 
-def elsewhere(first: Answers, second: Answers) -> NDArray[np.bool_]:
-    """Which of the bodies in space that fall in both answers go `ASIDE` or more apart; in planes none."""
+def elsewhere(first: Answers, second: Answers, aside_deg: float = ASIDE) -> NDArray[np.bool_]:
+    """Which of the bodies in space that fall in both answers go so many degrees or more apart; in planes none."""
     both = ((first["overturned"] == 1) & (second["overturned"] == 1)).all(axis=1)
     turn = np.where(both, first["azimuth"], 0.0) - np.where(both, second["azimuth"], 0.0)
-    return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= ASIDE)
+    return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= aside_deg)
 
 
 def differ(first: Answers, second: Answers) -> NDArray[np.bool_]:

@@ -14,6 +14,12 @@ from overturning.tables import what_is_wrong
 NUDGE: Final = 1e-9
 """Share by which the motion is made stronger to see whether an answer hangs on less than is known of it."""
 
+AMPLITUDE_REACH: Final = 0.01
+"""Largest change of amplitude, share, under which it is seen whether the azimuth of a fall moves."""
+
+MOVED_DEG: Final = 30.0
+"""Change of its azimuth, degrees, from which a fall is said to move."""
+
 WARN_ABOVE: Final = 0.01
 """Share of changed flags above which the report warns; those are not counted where the ensemble is divided anyway."""
 
@@ -25,6 +31,7 @@ class Outcome(Counts):
     undivided: int  # of the cases with an answer in both, those whose ensemble is not divided
     flags_undivided: int  # of these, that fall in one answer and stand in the other
     sides_undivided: int  # of these, that fall to the other side
+    fallen_undivided: int  # of the undivided cases, those that fall in both answers
     fallen_agreed: int  # that fall in both answers and whose ensemble members all fall to one side (or none was run)
     sides_agreed: int  # of these, that fall to the other side
 
@@ -53,6 +60,17 @@ class Settling(BaseModel):
     block_steps: int
 
 
+class AmplitudeChange(BaseModel):
+    """Falls of bodies in space run again under motions of amplitudes within ± `AMPLITUDE_REACH`."""
+
+    falls: int  # falls of the study that were run again
+    moved: int  # of these, whose azimuth moves by `MOVED_DEG` or more under one of the motions
+    stood: int  # of these, that stand under one of the motions
+    weight: float  # sum of the weights of these falls in direction statistics (`model.body.direction_weight`)
+    weight_moved: float  # part of it that falls which move have
+    block_steps: int
+
+
 class Convergence(BaseModel):
     """What a convergence check found, as it is kept in ``convergence.json``."""
 
@@ -69,6 +87,7 @@ class Convergence(BaseModel):
     finer: Repetition
     stiffer: Repetition
     settling: Settling
+    amplitude: AmplitudeChange | None  # none in planes
     rigid: Rigid | None  # none where no cell is of a block that cannot slide
 
     def write(self, path: Path) -> None:

@@ -25,7 +25,17 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.answers import Answers, compare, differ, elsewhere
-from overturning.study.convergence import NUDGE, Convergence, Outcome, Repetition, Rigid, Settling
+from overturning.study.convergence import (
+    AMPLITUDE_REACH,
+    MOVED_DEG,
+    NUDGE,
+    AmplitudeChange,
+    Convergence,
+    Outcome,
+    Repetition,
+    Rigid,
+    Settling,
+)
 from overturning.study.sample import Sample
 from overturning.study.scenes import grid_of, model_for, motion_of, numerics_of
 from overturning.study.schema import Study
@@ -86,7 +96,8 @@ def check_convergence(
         stiffer_by=STIFFER,
         finer=runs.outcome("finer", count),
         stiffer=runs.outcome("stiffer", count),
-        settling=runs.settle(count, allowed - done),
+        settling=(settling := runs.settle(count, allowed - done)),
+        amplitude=runs.change_amplitude(count, allowed - done - settling.block_steps),
         rigid=None if rigid is None else _Runs(study, records, rigid, threads, None).beside_rigid(),
     )
 
@@ -100,6 +111,7 @@ class _Runs:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions, self.grid = [motion_of(study, record) for record in records], grid_of(study)
         self.computations: dict[str, Callable[[Motion, Cases], Any]] = {**computations(study), "rigid": on_the_ground}
+        self.one_component = model_for(study).one_component
         self.answers = dict.fromkeys(("finer", "stiffer"), sample.answers[:0])
         self.refused: dict[str, str] = {}
 
@@ -166,6 +178,7 @@ class _Runs:
             )
             undivided = {
                 "undivided": those.cases, "flags_undivided": those.flags, "sides_undivided": those.sides,
+                "fallen_undivided": those.fallen,
                 "fallen_agreed": agreed.fallen, "sides_agreed": agreed.sides,
             }  # fmt: skip
             outcomes.append(Outcome(element=name, **undivided, **counts.model_dump()))
@@ -194,6 +207,31 @@ class _Runs:
             block_steps=int(finest["block_steps"].sum() + nudged["block_steps"].sum()),
         )
 
+    def change_amplitude(self, count: int, allowed: int) -> AmplitudeChange | None:
+        """Run the falls among the first cases again under weaker and stronger motions, as far as allowed; 3-D only."""
+        own, finer = self.sample.answers[:count], self.answers["finer"][:count]
+        if self.one_component:
+            return None
+        falls = np.flatnonzero((own["overturned"] == 1).all(axis=1))
+        factors = 1.0 + AMPLITUDE_REACH * np.array([-1.0, -0.5, 0.5, 1.0])
+        # About what they cost, from the finer steps.
+        rows = falls[np.cumsum(finer["block_steps"][falls]) * (factors.size / FINER) <= allowed]
+        moved, stood, steps = np.zeros(rows.size, np.bool_), np.zeros(rows.size, np.bool_), 0
+        for factor in factors:
+            again = self._compute("nominal", rows, float(factor))
+            moved |= elsewhere(own[rows], again, MOVED_DEG)
+            stood |= (again["overturned"] == 0).any(axis=1)
+            steps += int(again["block_steps"].sum())
+        weight = self.sample.weight[rows]
+        return AmplitudeChange(
+            falls=rows.size,
+            moved=int(moved.sum()),
+            stood=int(stood.sum()),
+            weight=float(weight.sum()),
+            weight_moved=float(weight[moved].sum()),
+            block_steps=steps,
+        )
+
 
 def on_the_ground(motion: Motion, cases: Cases) -> Any:
     """The exact rigid block, without an answer where the ground drops from under it: it never leaves the ground."""
@@ -205,7 +243,7 @@ def on_the_ground(motion: Motion, cases: Cases) -> Any:
 
 
 def computations(study: Study) -> dict[str, Callable[[Motion, Cases], Results]]:
-    """What computes a study's nominal cases again: with finer and finest steps, and with stiffer springs.
+    """What computes a study's nominal cases again: as they are, with finer and finest steps, with stiffer springs.
 
     A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.
     """
@@ -214,6 +252,7 @@ def computations(study: Study) -> dict[str, Callable[[Motion, Cases], Results]]:
     finer, finest = (replace(numerics, refinement=times * FINER) for times in (1, 2))
     shorter = replace(numerics, time_step=step if isinstance(step, str) else step / np.sqrt(STIFFER))
     return {
+        "nominal": partial(run, model, numerics=numerics),
         "finer": partial(run, model, numerics=finer),
         "finest": partial(run, model, numerics=finest),
         "stiffer": partial(run, model.stiffer(STIFFER), numerics=shorter),

@@ -32,7 +32,10 @@ SCRAMBLES: Final = 2
 """Independent scrambles; the difference between their means shows how well the members know the probability."""
 
 REACH: Final = 2
-"""Cells on either side of a change of flag along B/H that `where: boundary` runs."""
+"""Cells on either side of a change of outcome along B/H that `where: boundary` runs."""
+
+TURNED_DEG: Final = 30.0
+"""Angle between the falls of neighbouring 3-D cells from which they are a change of outcome, degrees."""
 
 BATCH: Final = 8
 """Members that are run together, half of them of each scramble; after each batch a cell may be settled."""
@@ -134,17 +137,24 @@ def draw_members(settings: Ensemble) -> Members:
     return Members(np.repeat(np.arange(SCRAMBLES), half), *np.round(changes, 9).T)
 
 
-def cells_to_run(overturned: NDArray[np.int8], everywhere: bool, dimensions: int = 4) -> NDArray[np.bool_]:
+def cells_to_run(
+    overturned: NDArray[np.int8], everywhere: bool, dimensions: int = 4, azimuth_deg: FloatArray | None = None
+) -> NDArray[np.bool_]:
     """Which cells of a grid of so many `dimensions` the ensemble runs, bool of shape (a, h, b, …).
 
     All `everywhere`, or where there is a single B/H; else those within two steps along B/H of a change of any element's
-    nominal flag, shape (a, h, b, …) or (a, h, b, …, elements), of which a missing one differs from every other.
+    nominal flag, shape (a, h, b, …) or (a, h, b, …, elements), of which a missing one differs from every other. In 3-D
+    a change of the fall azimuth (`azimuth_deg`, shape (a, h, b, …), NaN without a fall) by `TURNED_DEG` or more is one,
+    too: a flag has the side of a fall in planes only.
     """
     shape = overturned.shape[:dimensions]
     if everywhere or shape[2] == 1:
         return np.ones(shape, dtype=bool)
     change = overturned[:, :, 1:] != overturned[:, :, :-1]
     change = change.any(axis=dimensions) if change.ndim > dimensions else change
+    if azimuth_deg is not None:
+        turn = np.diff(azimuth_deg.astype(np.float64), axis=2)
+        change = change | (np.abs((turn + 180.0) % 360.0 - 180.0) >= TURNED_DEG)
     # A change between i and i + 1 concerns i − 1 to i + 2.
     padded = np.pad(change, [(REACH, REACH) if axis == 2 else (0, 0) for axis in range(dimensions)])
     return np.asarray(sliding_window_view(padded, 2 * REACH, axis=2).any(axis=-1))
@@ -194,7 +204,7 @@ class CellEnsemble:
 
     model: Model  # what it runs again
     members: Members  # what each member changes
-    everywhere: bool = True  # run all cells, not only those near a change of flag
+    everywhere: bool = True  # run all cells, not only those near a change of outcome
     widest: float = 0.0  # a cell gets no further members once it is `settled` to within this; 0: it gets all
 
     def run(
@@ -213,7 +223,8 @@ class CellEnsemble:
         missing floats are NaN.
         """
         overturned, marked, members = nominal["overturned"], nominal[self.model.copied], self.members
-        chosen = cells_to_run(overturned, self.everywhere, len(grid.shape)) & (marked == 0)
+        azimuths = nominal.get("fall_azimuth")
+        chosen = cells_to_run(overturned, self.everywhere, len(grid.shape), azimuths) & (marked == 0)
         arrays: Arrays = {}
         for variable in self.model.ensemble_variables:
             shape = overturned.shape if variable.per_element else grid.shape

@@ -142,7 +142,9 @@ class Ensemble(Keys):
         "than this on either side; 24 runs always reach 0.19; 0 makes all runs",
     )
     where: Literal["boundary", "everywhere"] = Field(
-        default="boundary", description="cells within two B/H steps of a change of flag, or all cells"
+        default="boundary",
+        description="cells within two B/H steps of a change of flag (in 3-D also of a fall azimuth that turns by 30°), "
+        "or all cells",
     )
     amplitude: float = Field(default=0.02, ge=0, lt=1, description="half-width of the motion's amplitude, share")
     b_over_h: float = Field(default=0.01, ge=0, lt=1, description="half-width of B/H, share")

@@ -158,12 +158,7 @@ def _of_axes(results: Results) -> Said:
     ]
     heads = ("records", "earthquakes", "with falls and a known fault", "alignment", "interval", "largest possible")
     yield table((*heads, "mean axis from normal", "interval", "closer to normal"), rows, "tnn2n2°")
-    weighed = (
-        " Each case counts with the probability of its fall over its neighbourhood; the rose counts the falls of the "
-        "cases themselves."
-        if results.study.ensemble.members
-        else ""
-    )
+    weighed = f" Each case counts with {results.words.weighed}." if results.study.ensemble.members else ""
     yield Note(
         f"Falls of {results.words.blocks}. Alignment: cos 2Δ, Δ the angle between a fall and the fault normal of "
         "its record, is averaged over the falls of a record, over the records of an earthquake, and over "

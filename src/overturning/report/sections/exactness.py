@@ -1,5 +1,6 @@
 """How exact the answers are: the spread over the neighbourhood of each case, and part of the study run again."""
 
+import math
 from functools import partial
 from typing import Any, Final, NamedTuple
 
@@ -13,7 +14,15 @@ from overturning.report.text import counted, percent
 from overturning.statistics.by_record import by_record
 from overturning.statistics.spread import Statistic, divided, of_first_batch, to_both_sides
 from overturning.study.answers import ASIDE
-from overturning.study.convergence import NUDGE, WARN_ABOVE, Convergence, Repetition, Rigid
+from overturning.study.convergence import (
+    AMPLITUDE_REACH,
+    MOVED_DEG,
+    NUDGE,
+    WARN_ABOVE,
+    Convergence,
+    Repetition,
+    Rigid,
+)
 from overturning.study.ensemble import BATCH, cells_to_run, wilson
 from overturning.study.sample import HOLDS
 from overturning.study.sections import Ensemble
@@ -48,7 +57,7 @@ def convergence(results: Results) -> Said:
             "the neighbourhood is not divided. Do not trust single cells of this study"
             f"{_NEEDED if results.model.one_component else ''}."
         )
-    text, rigid = _text(found) + _settled(found), found.rigid
+    text, rigid = _text(found) + _settled(found) + _moved(results, found), found.rigid
     if found.chosen:
         several = any(len(part.outcomes) > 1 for _, part in repetitions)
         text += " Each element of the scene is counted by itself." if several else ""
@@ -93,7 +102,7 @@ def dependence(results: Results) -> Paragraph | None:
         where = "to the other side" if results.model.one_component else f"{ASIDE:g}° or more elsewhere"
         (first, with_it), *more = ways
         text += f" Of the falls {' and '.join([f'{first} go {where} {with_it}', *map(' '.join, more)])}."
-    text += f" Whether a block falls at all changes {' and '.join(flags)}"
+    text += f"{_moved(results, found)} Whether a block falls at all changes {' and '.join(flags)}"
     if results.study.ensemble.members and agreed:
         most = f"at most {percent(max(agreed), 1)}" if max(agreed) > 0.0 else "none"
         text += f"; where the neighbourhood of a case is not divided, in {most}"
@@ -117,6 +126,24 @@ def _text(found: Convergence) -> str:
         f"{chosen:,} of the {found.cells:,} cases, drawn at random, were run again{why if chosen < wanted else ''}; "
         f"{f'{found.at_rest:,}' if found.at_rest else 'none'} of them {'lies' if found.at_rest < 2 else 'lie'} below "
         "the thresholds of rocking and sliding and cannot change."
+    )
+
+
+def _moved(results: Results, found: Convergence) -> str:
+    """Share of falls in space whose azimuth moves under nearly the same motion, and their weight in directions."""
+    one = found.amplitude
+    if one is None or not one.falls:
+        return ""
+    bounds = f" ({_wilson(one.moved, one.falls, 1)})" if found.chosen < found.computed else ""
+    weight = "the study has no ensemble, so that directions, axes and roses count them in full"
+    if results.study.ensemble.members:
+        of_all = percent(one.weight_moved / one.weight if one.weight else math.nan, 1)
+        weight = (
+            f"each fall counts in directions with its resultant over the ensemble, these with {of_all} of the weight"
+        )
+    return (
+        f" Of {counted(one.falls, 'fall')} {percent(one.moved / one.falls, 1)}{bounds} go {MOVED_DEG:g}° or more "
+        f"elsewhere under motions within ± {percent(AMPLITUDE_REACH)} of the amplitude; {weight}."
     )
 
 
@@ -206,6 +233,7 @@ def _rows(name: str, part: Repetition, own: int, drawn: Sampling) -> list[tuple[
     for outcome in part.outcomes:
         whose = f"{outcome.element} " if outcome.element else ""
         undivided = ("of these where the neighbourhood is not divided", outcome.flags_undivided, outcome.undivided)
+        sides = (undivided[0], outcome.sides_undivided, outcome.fallen_undivided)
         one_side = (
             "of these where all of the neighbourhood falls one way",
             outcome.sides_agreed,
@@ -215,7 +243,7 @@ def _rows(name: str, part: Repetition, own: int, drawn: Sampling) -> list[tuple[
             ("falls or stands", outcome.flags, outcome.cases),
             *([undivided] if drawn.agreed else []),
             (drawn.side, outcome.sides, outcome.fallen),
-            *([one_side] if drawn.agreed else []),
+            *([sides, one_side] if drawn.agreed else []),
         ):
             bounds = _wilson(changed, compared) if drawn.sampled else "all cells"
             share = (percent(changed / compared, 2), bounds) if compared else "––"
@@ -235,7 +263,8 @@ def ensemble(results: Results) -> Said:
     found = by_record(partial(_counts, model, settings), cube, (*model.reads, "members"))
     sums = found.drop_vars(("fewest", "most")).sum()
     count, agree = int(sums["run"]), int(sums["agree"])
-    text = "No cell lies near a change of flag, so the ensemble had nothing to run."
+    changing = "flag" if model.one_component else "flag or of fall azimuth"
+    text = f"No cell lies near a change of {changing}, so the ensemble had nothing to run."
     if count:
         fewest, times, until = f"{float(found['fewest'].min()):.0f}", f"{float(found['most'].max()):.0f}", ""
         if fewest != times:
@@ -244,7 +273,7 @@ def ensemble(results: Results) -> Said:
             until = f" (on average {mean}; no more once the 95 % intervals of its probabilities are {within})"
             times = f"{fewest} to {times}"
         alike = np.zeros((1, 1, cube.sizes["b_over_h"], 1), np.int8)
-        near = "" if cells_to_run(alike, settings.where == "everywhere").all() else " near a change of flag"
+        near = "" if cells_to_run(alike, settings.where == "everywhere").all() else f" near a change of {changing}"
         apart = results.words.apart.format(percent(float(sums["apart"]) / agree if agree else float("nan"), 1))
         text = (
             f"Each cell{near} ({percent(count / int(sums['cells']))} of all) was run {times} more "

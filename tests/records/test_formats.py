@@ -101,7 +101,7 @@ def test_a_file_longer_than_its_header_promises_is_read_to_the_promise(tmp_path,
     files[first] = "\n".join([*lines[:end], *surplus, *lines[end:]]) + "\n"
     record = put(tmp_path, files, vertical_sense="none")
     check(record, *written.north_east(*STEPS[:2, :200]), record.up, rtol=1e-8)
-    (note,) = record.extra["notes"]
+    (note,) = [note for note in record.notes if "is doubtful: 200 samples then last" not in note]  # 1 s is short
     assert f"{first} goes on after the 200 samples that its header promises: " in note
     assert note.endswith("left out")
     assert " 1 lines " not in note

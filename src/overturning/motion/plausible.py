@@ -1,4 +1,4 @@
-"""Whether accelerations can be those of an earthquake, or their unit is another than the one they were given in."""
+"""Judge whether accelerations can be those of an earthquake: size, unit, sampling interval, dead or clipped axes."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -17,6 +17,21 @@ LARGEST_PGV: Final = 1000.0 * CM
 
 SMALLEST_PGA: Final = 1e-4 * STANDARD_GRAVITY
 """A tenth of a Gal: felt by nobody, m/s²."""
+
+USUAL_INTERVAL: Final = (0.0005, 0.05)
+"""Sampling intervals of accelerographs, s."""
+
+SHORTEST_DURATION: Final = 2.0
+"""Shortest motion that is not doubted, s."""
+
+SMALLEST_PGV_PGA: Final = 0.005
+"""Smallest ratio of peak velocity to peak acceleration that is not doubted, s: that of a sine of 32 Hz."""
+
+DEAD_RATIO: Final = 0.01
+"""Ratio of the peaks of two horizontal axes of one sensor below which the smaller one is taken as dead."""
+
+SHORTEST_RAIL: Final = 3
+"""Equal samples in a row at the extreme of an axis from which on it may be clipped."""
 
 _LIKELY: Final = (0.005 * STANDARD_GRAVITY, 2.0 * STANDARD_GRAVITY)
 
@@ -51,7 +66,69 @@ def implausible(components: Sequence[FloatArray], sampling_interval: float, *, u
         what, bound = f"peak velocity {velocity / CM:.4g} cm/s", "at most 1000 cm/s"
     else:
         return ""
-    return f"{what} ({bound} is taken for ground motion); {_other_unit(peak, unit)}"
+    low, high = USUAL_INTERVAL
+    unusual = "" if low <= sampling_interval <= high or velocity <= LARGEST_PGV else f"{_interval(sampling_interval)}: "
+    return f"{unusual}{what} ({bound} is taken for ground motion); {_other_unit(peak, unit)}"
+
+
+def _interval(interval: float) -> str:
+    low, high = USUAL_INTERVAL
+    return f"sampling interval {interval:g} s ({low:g} to {high:g} s are usual)"
+
+
+def sampling_doubts(components: Sequence[FloatArray], sampling_interval: float) -> tuple[str, ...]:
+    """Return the doubts about a sampling interval (s): its own size, the duration, and PGV / PGA of each motion.
+
+    Each text names what speaks against the interval. A constant offset does not count towards the velocity.
+    """
+    low, high = USUAL_INTERVAL
+    doubts = [] if 0.999 * low <= sampling_interval <= 1.001 * high else [f"{low:g} to {high:g} s are usual"]
+    count = components[0].size
+    if count * sampling_interval < SHORTEST_DURATION:
+        doubts.append(f"{count} samples then last {count * sampling_interval:.3g} s, less than {SHORTEST_DURATION:g} s")
+    ratios = []
+    for samples in components:
+        moving = samples - samples.mean()
+        if (pga := float(np.abs(moving).max())) > 0:
+            ratios.append(float(np.abs(integrate(moving, sampling_interval)).max()) / pga)
+    if ratios and max(ratios) < SMALLEST_PGV_PGA:
+        doubts.append(f"PGV/PGA is then {1000 * max(ratios):.2g} ms, less than {1000 * SMALLEST_PGV_PGA:g} ms")
+    return tuple(doubts)
+
+
+def samples_at_rail(samples: FloatArray) -> tuple[int, float]:
+    """Return the number of samples at the rails of a clipped axis, and the largest such level; (0, 0) of any other.
+
+    Counted are runs of at least `SHORTEST_RAIL` equal samples at the largest or the smallest value. The rounded top of
+    a smooth peak is not counted: L samples beyond a plateau of L equal ones a parabola has dropped by at most
+    ((3L − 1) / (L − 1))² ≤ 16 times the resolution, a clipped motion by more.
+    """
+    level = float(np.median(samples))
+    away = samples - level
+    farthest = float(np.abs(away).max())
+    if not farthest:
+        return 0, 0.0
+    gaps = np.diff(np.unique(samples))
+    gaps = gaps[gaps > 1e-9 * farthest]
+    resolution = float(np.quantile(gaps, 0.1)) if gaps.size else farthest
+    count, rail = 0, 0.0
+    for sign in (1.0, -1.0):
+        extreme = float((sign * away).max())
+        if extreme < 0.5 * farthest:
+            continue
+        at = np.flatnonzero(sign * away >= extreme - 1e-9 * farthest)
+        for run in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1):
+            if run.size >= SHORTEST_RAIL and _is_cut(sign * away, int(run[0]), int(run[-1]), 20.0 * resolution):
+                count += run.size
+                rail = max(rail, abs(float(samples[run[0]])))
+    return count, rail
+
+
+def _is_cut(samples: FloatArray, first: int, last: int, smooth: float) -> bool:
+    """Return True if samples drop by more than `smooth` on both sides of a run, within its length."""
+    length = last + 1 - first
+    sides = samples[max(first - length, 0) : first], samples[last + 1 : last + 1 + length]
+    return all(side.size > 0 and float(samples[first] - side.min()) > smooth for side in sides)
 
 
 def _other_unit(peak: float, unit: str) -> str:

@@ -22,6 +22,7 @@ from overturning.records.component import (
     seed_sensor,
     skew_notes,
 )
+from overturning.records.doubts import check_dead_axis, sample_notes
 from overturning.records.earthquakes import distance_km
 from overturning.records.record import Record, peaks_of
 from overturning.records.source import Declarations, VerticalSense
@@ -71,6 +72,11 @@ class _Reasons(Reasons):
         super().__init__()
         self.trusting = trusting
         self.trusted: list[str] = []
+
+    @property
+    def found(self) -> bool:
+        """True if something speaks against the record already."""
+        return bool(self._found)
 
     def contradict(self, why: str, remedy: str) -> None:
         """Refuse what contradicts itself, or write down that it is trusted."""
@@ -202,6 +208,12 @@ def assemble(
     window = components
     with reasons.of():
         window = _common_window(components, reasons)
+    # A header's peak that the data contradict says more of the same axis.
+    if not reasons.found:
+        with reasons.of():
+            check_dead_axis(window, reasons.contradict)
+    with reasons.of():
+        notes += sample_notes(window, reasons.contradict)
     with reasons.of():
         if (why := _not_the_size_of_a_motion(window)) and not declared.trust_data:
             why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"

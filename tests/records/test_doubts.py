@@ -1,0 +1,127 @@
+"""Dead and clipped axes, and sampling intervals that no accelerograph has."""
+
+import numpy as np
+import pytest
+
+from overturning.errors import RecordError
+from overturning.motion.plausible import samples_at_rail, sampling_doubts
+from overturning.records.read import read_path
+from overturning.records.record import provenance
+from overturning.records.source import Declarations
+from tests.expect import refused
+
+RATE = 100.0
+TIME = np.arange(2000) / RATE
+random = np.random.default_rng(5)
+
+
+def shaking(scale=1.0):
+    """Band-limited noise below an envelope, m/s²: peaks of about ``scale``."""
+    hertz = np.fft.rfftfreq(TIME.size, 1 / RATE)
+    noise = np.fft.irfft(np.fft.rfft(random.normal(size=TIME.size)) * ((hertz > 0.3) & (hertz < 12.0)), TIME.size)
+    wave = noise * np.exp(-(((TIME - 8.0) / 3.0) ** 2))
+    return scale * wave / np.abs(wave).max()
+
+
+NORTH, EAST, UP = shaking(1.8), shaking(1.2), shaking(0.6)
+
+
+def columns(path, *axes, time=TIME):
+    np.savetxt(path, np.column_stack([time, *axes]), fmt="%.9g", delimiter=",")
+    return path
+
+
+def read_columns(path, declared="time:s north:m/s2 east:m/s2", **more):
+    return read_path(path, Declarations(columns=declared, processed=more.pop("processed", True), **more))
+
+
+@pytest.mark.parametrize("processed", [True, False])
+@pytest.mark.parametrize("dead", [0.0 * EAST, 5e-13 * EAST, 0.3 + 0.0 * EAST, 0.0066 * EAST])
+def test_a_dead_horizontal_is_refused_unless_it_is_declared(tmp_path, dead, processed):
+    if processed and dead.all():
+        pytest.skip("an offset of processed data is a motion of its own, refused by its velocity")
+    path = columns(tmp_path / "x.csv", NORTH, dead)
+    with refused(RecordError, "x.csv: axis 'east' is dead", "less than 1/100 of that of 'north'", "--trust-data"):
+        read_columns(path, processed=processed)
+    trusted = read_columns(path, processed=processed, trust_data=True)
+    assert "axis 'east' is dead" in provenance(trusted)["trusted"][0]
+    assert read_columns(columns(path, NORTH, 0.02 * EAST), processed=processed).notes == []
+
+
+def test_a_dead_vertical_is_named(tmp_path):
+    declared = "time:s north:m/s2 east:m/s2 up:m/s2"
+    (note,) = read_columns(columns(tmp_path / "x.csv", NORTH, EAST, 1e-9 * UP), declared).notes
+    assert "vertical axis 'up' is dead" in note
+    assert read_columns(columns(tmp_path / "x.csv", NORTH, EAST, UP), declared).notes == []
+
+
+def test_a_clipped_axis_is_named_with_its_samples_at_the_rail(tmp_path):
+    clipped = np.clip(NORTH, -1.0, 1.0)
+    at_rail = [run.size for run in np.split(clipped, np.flatnonzero(np.diff(clipped)) + 1) if abs(run[0]) == 1.0]
+    count = sum(size for size in at_rail if size >= 3)
+    assert count > 10
+    record = read_columns(columns(tmp_path / "x.csv", clipped, EAST))
+    (note,) = record.notes
+    assert f"axis 'north' is clipped: {count} samples stand at its rail, 100 Gal" in note
+    assert provenance(record)["notes"] == [note], "the report prints the account's notes"
+
+
+@pytest.mark.parametrize("bits", [4, 6, 8, 10, 14])
+@pytest.mark.parametrize("hertz", [0.1, 0.5, 1.0, 3.0])
+def test_the_rounded_top_of_a_smooth_wave_is_not_clipped(bits, hertz):
+    """Coarse digitisers give several equal samples at a peak; the same wave cut at 70 % of it is found."""
+    wave = np.sin(2 * np.pi * hertz * TIME + 0.3) * np.exp(-TIME / 15)
+    counts = np.round(wave * 2**bits)
+    assert samples_at_rail(counts) == (0, 0.0)
+    level = np.floor(0.7 * np.abs(counts).max())
+    cut = np.clip(counts, -level, level)
+    if bits >= 8:
+        assert samples_at_rail(cut)[0] >= 3
+        assert samples_at_rail(cut)[1] == level
+    assert samples_at_rail(np.zeros(9)) == (0, 0.0)
+
+
+def test_seconds_declared_as_milliseconds_are_refused_by_the_interval(tmp_path):
+    path = columns(tmp_path / "x.csv", NORTH, EAST)
+    for more in ({"columns": "time:ms north:m/s2 east:m/s2"}, {"interval": 1e-5}):
+        declared = more.get("columns", "skip north:m/s2 east:m/s2")
+        with refused(
+            RecordError,
+            "x.csv: sampling interval 1e-05 s is doubtful: 0.0005 to 0.05 s are usual",
+            "2000 samples then last 0.02 s",
+            "--trust-data",
+        ):
+            read_columns(path, declared, sampling_interval_s=more.get("interval"))
+
+
+@pytest.mark.parametrize(
+    ("interval", "count", "said"),
+    [
+        (0.0004, 20000, "0.0005 to 0.05 s are usual"),
+        (0.1, 200, "0.0005 to 0.05 s are usual"),
+        (0.01, 150, "150 samples then last 1.5 s, less than 2 s"),
+        (0.01, 2000, ""),
+        (0.0005, 20000, ""),
+        (0.05, 400, ""),
+    ],
+)
+def test_one_doubt_about_the_interval_is_a_note(tmp_path, interval, count, said):
+    time = np.arange(count) * interval
+    # 1 Hz: PGV/PGA is 1/(2π) s.
+    wave = np.sin(2 * np.pi * time)
+    record = read_columns(columns(tmp_path / "x.csv", wave, wave / 2, time=time))
+    assert len(record.notes) == bool(said)
+    assert all(f"sampling interval {interval:g} s is doubtful: {said}" in note for note in record.notes)
+
+
+@pytest.mark.parametrize(("hertz", "doubted"), [(25.0, False), (40.0, True)])
+def test_pgv_over_pga_of_a_sine_is_its_period_over_two_pi(hertz, doubted):
+    time = np.arange(4000) / 1000.0
+    doubts = sampling_doubts([np.cos(2 * np.pi * hertz * time)], 0.001)
+    assert [f"{1000 / (2 * np.pi * hertz):.2g} ms" in doubt for doubt in doubts] == [True] * doubted
+
+
+def test_a_velocity_beyond_all_records_names_the_interval_first(tmp_path):
+    path = columns(tmp_path / "x.csv", NORTH, EAST)
+    with refused(RecordError, "x.csv: sampling interval 0.5 s (0.0005 to 0.05 s are usual): peak velocity"):
+        read_columns(path, "skip north:g east:g", sampling_interval_s=0.5)

@@ -12,6 +12,7 @@ LAYERS = [
     "errors",
     "arrays",
     "files",
+    "validation",
     "tables",
     "motion",
     "records",
@@ -25,6 +26,7 @@ LAYERS = [
     "plot",
     "commands",
     "cli",
+    "__main__",
 ]
 """Each imports only from those above it in this list."""
 

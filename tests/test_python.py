@@ -59,6 +59,16 @@ def test_names_versions_and_help() -> None:
     assert (Path(overturning.__file__).parent / "py.typed").is_file()
 
 
+@pytest.mark.parametrize("face", [Motion, Motion.sine, Motion.from_obspy, overturning.Contact, overturning.simulate])
+def test_the_keywords_that_are_known_are_those_that_one_can_give(face: Callable[..., Any]) -> None:
+    """Neither `self` nor `cls`, which Python gives."""
+    with pytest.raises(ArgumentError, match=r"frobnicate: no keyword of .*; known are ") as found:
+        face(frobnicate=1)
+    named = str(found.value).partition("known are ")[2].split(", ")
+    assert not {"self", "cls"} & set(named)
+    assert set(inspect.signature(face).parameters) - {"numerics", "options", "given", "more"} >= set(named[:2])
+
+
 def test_every_public_name_is_in_the_reference() -> None:
     text = (Path(__file__).parents[1] / "docs" / "reference" / "python.md").read_text(encoding="utf-8")
     parts = {path.rpartition(".")[2]: path for path in re.findall(r"^::: (overturning[\w.]+)$", text, re.MULTILINE)}
@@ -107,7 +117,7 @@ def test_read_simulate_and_study(tmp_path: Path) -> None:
         tmp_path / "pulse.csv", columns=columns, processed=True, processing=[{"step": "scale", "factor": 0.5}]
     )
     np.testing.assert_array_equal(halved.north, 0.5 * record.north)
-    with pytest.raises(ArgumentError, match=r"processing\.0\.scale\.factor: this key is needed"):
+    with pytest.raises(ArgumentError, match=r"processing\.0\.factor: this key is needed"):
         overturning.read(tmp_path / "pulse.csv", columns=columns, processed=True, processing=[{"step": "scale"}])
     outcome = overturning.simulate(record, azimuth_deg=[60, 150, 240, 330], **grid)
     assert overturning.to_dataframe(outcome)["overturned"].tolist() == outcome["overturned"].to_numpy().ravel().tolist()

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from functools import wraps
-from inspect import signature
+from inspect import Parameter, signature
 from typing import Any, Final, TypeVar, cast
 
 Face = TypeVar("Face", bound=Callable[..., Any])
@@ -71,7 +71,8 @@ def keywords(*further: type | str) -> Callable[[Face], Face]:
             face.__init__ = decorate(face.__init__)  # type: ignore[misc]
             return face
         own = signature(face).parameters.values()
-        known = [one.name for one in own if one.kind not in (one.VAR_KEYWORD, one.VAR_POSITIONAL)]
+        several = (Parameter.VAR_KEYWORD, Parameter.VAR_POSITIONAL)
+        known = [one.name for one in own if one.kind not in several and one.name not in ("self", "cls")]
         for more in further:
             known += [more] if isinstance(more, str) else [field.name for field in fields(more)]
 

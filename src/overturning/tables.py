@@ -3,11 +3,12 @@
 import csv
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from overturning.errors import OverturningError, did_you_mean
+from overturning.validation import what_is_wrong
 
 _NAMES = {"\t": "tabs", ",": "commas", ";": "semicolons", "  ": "spaces"}
 
@@ -15,19 +16,6 @@ MOST_BYTES = 20_000_000
 """Bytes of a table that is written by hand, and far more."""
 
 Row = TypeVar("Row", bound=BaseModel)
-
-
-def what_is_wrong(fault: Any) -> str:
-    """What is wrong with a value, and what belongs there, from one of the errors of a pydantic ValidationError."""
-    if fault["type"] == "string_pattern_mismatch":
-        pattern = fault["ctx"]["pattern"]
-        if "[0-9a-f]" in pattern:
-            return "64 digits of a SHA-256 are needed: 0 to 9 and a to f"
-        signs = ", hyphens and underscores" if "_" in pattern else " and hyphens"
-        return f"only small letters, digits{signs} are allowed, a letter or digit first"
-    known = {"missing": "this key is needed", "extra_forbidden": "unknown key"}
-    message = str(fault["msg"]).removeprefix("Value error, ").replace("Input should be", "it should be")
-    return known.get(fault["type"], message)
 
 
 def read_rows(

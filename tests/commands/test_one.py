@@ -1,9 +1,13 @@
 """`overturning one`."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
+from overturning.figures.style import short
+from overturning.report.text import interval, number
 from tests.expect import said
 
 TABLE = str(Path(__file__).parents[2] / "config/records.tsv")
@@ -42,6 +46,34 @@ def test_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert all(name in film for name in ("lower-base", "upper-base", "shaft"))
     assert page.stat().st_size < 300_000
     assert figure.read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_no_minus_stands_before_zero(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A slip of −0.04 mm is 0.0 cm to one decimal: whatever is printed with decimals has the sign of what is left."""
+    import overturning.dem.trajectory as module
+
+    follow = module.trajectory
+
+    def moved(*given: object, **more: object) -> object:
+        path = follow(*given, **more)
+        return path.assign(residual_slip=0.0 * path["residual_slip"] - 4e-5)
+
+    monkeypatch.setattr(module, "trajectory", moved)
+    text = run("--record", "sine amplitude_gal=100 period_s=0.5", "--azimuth", "0")
+    assert text.rstrip().endswith("stands (largest rotation 0.00 α); slipped 0.0 cm by the end")
+    assert short(-0.0) == "0"
+    assert interval(-0.001, 0.004) == "0.00 to 0.00"
+    assert number(-0.001) == "0.00"
+
+
+@pytest.mark.parametrize("words", [("--version",), ("study", "--help")])
+def test_the_package_runs_as_a_module(words: tuple[str, ...]) -> None:
+    command = [sys.executable, "-m", "overturning"]
+    done = subprocess.run([*command, *words], capture_output=True, text=True, check=True)
+    assert "overturning" in done.stdout
+    wrong = subprocess.run([*command, "one", "--record", "none"], capture_output=True, text=True, check=False)
+    assert wrong.returncode == 1
+    assert wrong.stderr.startswith("error: ")
 
 
 AT_RINALDI = ("--record", "rinaldi")

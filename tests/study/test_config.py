@@ -151,7 +151,10 @@ IN_SPACE = [
     ({"body": {"plan": 6}, "orientation": {"step": 25}}, "does not divide 60°"),
     ({"body": None}, "orientation: only a body in space has one"),
     ({"body": {"plan": "circle", "aspect": [2]}}, "only a rectangle has one"),
-    ({"body": {"plan": "oval"}}, 'mine.yaml: body.plan: "oval" – it should be a valid integer'),
+    (
+        {"body": {"plan": "oval"}},
+        "mine.yaml: body.plan: \"oval\" – it should be 'rectangle' or 'circle'; or a whole number is needed",
+    ),
     ({"body": {"aspekt": [2]}}, "body.aspekt: unknown key; did you mean aspect?"),
     ({"body": {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}}, "body"),
     ({"body": {"vertices": [[1000 * x for x in vertex] for vertex in BOULDER]}, "b_over_h": None}, "millimetres"),

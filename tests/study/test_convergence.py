@@ -458,8 +458,8 @@ def test_falls_in_space_whose_azimuth_moves_under_nearly_the_same_motion(
             FOUND | {"finer": {"block_steps": 1, "outcomes": [{"element": ""}]}},
             "finer.outcomes.0.cases: this key is needed",
         ),
-        (FOUND | {"chosen": "many"}, "chosen: it should be a valid integer"),
-        (["old"], "it should be a valid dictionary"),
+        (FOUND | {"chosen": "many"}, "chosen: a whole number is needed"),
+        (["old"], "keys with values are needed"),
     ],
 )
 def test_the_outcome_of_an_older_version_is_refused_by_file_and_key(tmp_path: Path, written: Any, said: str) -> None:

@@ -180,11 +180,15 @@ def test_cube_passes_the_checker_of_the_convention_it_claims(tmp_path: Path) -> 
         [program, "--test", "cf:1.11", "--criteria", "strict", str(path)], capture_output=True, text=True, check=False
     )
     remarks = [line for line in done.stdout.splitlines() if line.startswith("* ")]
-    # A coordinate called height counts as a vertical axis for the checker, which would like it nearer to the end. The
-    # convention recommends that order (§2.4) and does not ask for it.
-    assert [line for line in remarks if "recommended order T, Z, Y, X" not in line] == []
+    # The checker takes a dimension called height for the vertical axis and asks for its standard name. The convention
+    # goes by no variable's name (§1.3), and its standard name is the distance of a place above the ground.
+    taken_for_an_axis = "'height' should have standard_name='height'"
+    assert [line for line in remarks if taken_for_an_axis not in line] == []
+    with open_cube(path) as found:
+        assert found["height"].attrs == {"long_name": "height of the block", "units": "m"}
     assert "Compliance Checker Report" in done.stdout
-    assert "Errors" not in done.stdout
+    errors = [line for line in done.stdout.partition(" Errors ")[2].splitlines() if line.startswith("* ")]
+    assert len(errors) == done.stdout.count(taken_for_an_axis) == len(remarks)
 
 
 def test_opening_something_else_is_refused(tmp_path: Path) -> None:

@@ -98,7 +98,7 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone)
         text, shown = outcome(path), path["element"].to_numpy() == stones.shown_name
         if path["overturned"].to_numpy()[shown] == 0:
             name = f" ({stones.shown_name})" if len(stones.free) > 1 else ""
-            text += f"; slipped {100 * path['residual_slip'].to_numpy()[shown].item():.1f} cm by the end{name}"
+            text += f"; slipped {100 * path['residual_slip'].to_numpy()[shown].item():z.1f} cm by the end{name}"
         lines.append(f"motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")
     what = "" if plane.scene is None else f"{stones.title or stones.name}, "
     coefficient = f"{friction:g}" if stones.sweeps_friction else "that of the scene"

@@ -82,7 +82,7 @@ def extremes(values: FloatArray, group: int) -> tuple[NDArray[np.intp], FloatArr
 
 def short(value: float) -> str:
     """A number as a title shows it: three digits, whole from 100 on, never with an exponent of ten up to a million."""
-    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:z.3g}"
 
 
 def compass_name(azimuth_deg: float) -> str:

@@ -19,8 +19,8 @@ AXES: Final[dict[str, dict[str, Any]]] = {
         "units": "degree",
     },
     "aspect": {"long_name": "width across the orientation over width along it", "units": "1"},
-    # CF checkers take a coordinate of this name for the standard one; the block's top is at this height above its base.
-    "height": {"standard_name": "height", "long_name": "height of the block", "units": "m", "positive": "up"},
+    # Without a standard name: in CF `height` is the distance of a place above the ground, not a size.
+    "height": {"long_name": "height of the block", "units": "m"},
     "b_over_h": {"long_name": "slenderness, width over height of the block", "units": "1"},
     "friction": {"long_name": "friction coefficient between block and base", "units": "1"},
 }

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import asdict
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import combinations
 from pathlib import Path
 from typing import Any, Final, Self
@@ -14,8 +14,8 @@ from overturning.files import read_mapping, shipped
 from overturning.model.contact import Contact
 from overturning.model.element import ContactLaw, Element, Keys, Material, Name, Positive
 from overturning.model.geometry import WIDE, check_geometry
-from overturning.tables import what_is_wrong
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
+from overturning.validation import describe_faults
 
 MOST_ELEMENTS: Final = 64
 """More would make the columns of the kernel longer than the processor's caches."""
@@ -189,18 +189,14 @@ def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
     try:
         return Scene.model_validate(data)
     except ValidationError as error:
-        lines = []
-        for item in error.errors():
-            key = ".".join(_parts(data, item["loc"]))
-            lines.append(f"{where}: {key}: {what_is_wrong(item)}" if key else f"{where}: {what_is_wrong(item)}")
-        raise ConfigError("\n       ".join(dict.fromkeys(lines))) from None
+        lines = describe_faults(error, Scene, partial(_by_name, data))
+        raise ConfigError("\n       ".join(f"{where}: {line}" for line in lines)) from None
 
 
-def _parts(data: Any, location: tuple[int | str, ...]) -> list[str]:
-    """Where a wrong value stands, an element by its name rather than by its number."""
-    parts = [str(part) for part in location]
-    if len(location) > 1 and location[0] == "elements" and isinstance(location[1], int):
-        element = data["elements"][location[1]]
+def _by_name(data: Any, steps: list[int | str]) -> list[int | str]:
+    """Return where a wrong value stands, an element by its name rather than by its number."""
+    if len(steps) > 1 and steps[0] == "elements" and isinstance(steps[1], int):
+        element = data["elements"][steps[1]]
         if isinstance(element, dict) and "name" in element:
-            parts[1] = str(element["name"])
-    return parts
+            return [steps[0], str(element["name"]), *steps[2:]]
+    return steps

@@ -115,7 +115,7 @@ def describe(finding: Finding) -> str:
     if record is None:
         axes = "".join(f"\n  {_axis(c)}" for c in finding.components)
         return head + "".join(f"\n  refused: {why}" for why in finding.reason.split(AND)) + axes
-    place = "" if record.latitude is None else f" ({record.latitude:.4f}, {record.longitude:.4f})"
+    place = "" if record.latitude is None else f" ({record.latitude:z.4f}, {record.longitude:z.4f})"
     what = [x for x in (record.station + place, record.event, record.start or "start not stated") if x.strip()]
     kind = state_of(record)
     lines = [

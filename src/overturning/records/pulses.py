@@ -15,8 +15,8 @@ from overturning.arrays import FloatArray
 from overturning.errors import ConfigError
 from overturning.motion.direction import direction_cosines
 from overturning.records.record import Record
-from overturning.tables import what_is_wrong
 from overturning.units import GAL
+from overturning.validation import what_is_wrong
 
 
 class _Pulse(BaseModel):

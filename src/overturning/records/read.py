@@ -19,7 +19,7 @@ from overturning.records.record import Record
 from overturning.records.source import Declarations, SourceFile, is_archive, open_archive, read_source
 from overturning.records.steps import Step, Steps
 from overturning.records.store import rounded
-from overturning.tables import what_is_wrong
+from overturning.validation import describe_faults
 
 
 def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
@@ -270,9 +270,8 @@ def read(
     try:
         steps = None if processing is None else TypeAdapter(Steps).validate_python(processing)
     except ValidationError as problem:
-        fault = problem.errors()[0]
-        where = ".".join(map(str, ("processing", *fault["loc"])))
-        raise ArgumentError(f"{where}: {what_is_wrong(fault)}") from None
+        lines = describe_faults(problem, Steps, lambda steps: ["processing", *steps])
+        raise ArgumentError("\n       ".join(lines)) from None
     record = read_path(paths, Declarations(**declarations), record_id)
     for note in record.notes:
         warnings.warn(note, stacklevel=3)  # where `read` was called, beyond its decorator

@@ -14,7 +14,7 @@ from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.processing import process
 from overturning.records.read import read_record, with_sisters
 from overturning.records.record import Record
-from overturning.tables import what_is_wrong
+from overturning.validation import what_is_wrong
 
 COLUMNS = ("id", "format", "source", "station", "event", "fault_strike_deg", "pulse", "licence")
 """Columns of a new table."""

@@ -34,7 +34,7 @@ def percent(share: float, digits: int = 0) -> str:
 
 def interval(low: float, high: float, none: str = "–") -> str:
     """Two numbers as an interval, or what is said where there is none."""
-    return none if math.isnan(low) else f"{low:.2f} to {high:.2f}".replace("-", "−")
+    return none if math.isnan(low) else f"{low:z.2f} to {high:z.2f}".replace("-", "−")
 
 
 def estimate(value: float, low: float, high: float) -> str:

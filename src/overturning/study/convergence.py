@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 from overturning.errors import ResultError
 from overturning.files import write_text
 from overturning.study.answers import Counts
-from overturning.tables import what_is_wrong
+from overturning.validation import what_is_wrong
 
 NUDGE: Final = 1e-9
 """Share by which the motion is made stronger to see whether an answer hangs on less than is known of it."""

@@ -3,14 +3,14 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from overturning.errors import ConfigError, did_you_mean
 from overturning.files import read_mapping, shipped, without_folders
 from overturning.study.schema import Study
-from overturning.tables import what_is_wrong
+from overturning.validation import describe_faults
 
 if TYPE_CHECKING:
     from overturning.records.catalogue import RecordEntry
@@ -34,71 +34,8 @@ def check_study(data: Mapping[str, Any], where: str) -> Study:
     try:
         return Study.model_validate(dict(data))
     except ValidationError as error:
-        raise ConfigError("\n       ".join(dict.fromkeys(_lines(error, where)))) from None
-
-
-def _lines(error: ValidationError, where: str) -> list[str]:
-    lines = []
-    for item in error.errors():
-        # The names of union members and validators that pydantic puts into the location are no keys of the file.
-        steps = [part for part in item["loc"] if isinstance(part, int) or _is_key(str(part))]
-        key = ".".join(str(part) for part in steps) or "the study"
-        if item["type"] == "extra_forbidden" and steps[-1:] != list(
-            item["loc"][-1:]
-        ):  # it does not even look like a key
-            steps.append(str(item["loc"][-1]))
-            key = _short(item["loc"][-1])
-        given, message = item["input"], what_is_wrong(item)
-        if item["type"] == "extra_forbidden":
-            message += f"; {did_you_mean(str(steps[-1]), sorted(_model_at(steps[:-1]).model_fields))}"
-        elif item["type"] == "tuple_type" and isinstance(given, str | int | float):
-            message = f"a list is needed: [{given}]"
-        elif item["type"] == "model_type":
-            message = _keys_below(steps, given)
-        unsaid = isinstance(given, BaseModel | dict) or item["type"] in ("missing", "extra_forbidden")
-        lines.append(f"{where}: {key}: {'' if unsaid else f'{_short(given)} – '}{message}")
-    return lines
-
-
-def _short(value: object) -> str:
-    """A value as the file has it, its beginning where it is long; of nested lists three levels."""
-
-    def cut(part: object, level: int) -> object:
-        if isinstance(part, list | tuple):
-            return [cut(one, level - 1) for one in part[:20]] if level else "…"
-        return part if part is None or isinstance(part, bool | int | float) else str(part)[:60]
-
-    text = json.dumps(cut(value, 3), ensure_ascii=False)
-    return text if len(text) <= 60 else text[:57] + "…"
-
-
-def _is_key(part: str) -> bool:
-    members = {"float", "int", "str", "tuple", "literal", "constrained-int"}
-    return part.replace("_", "").replace("-", "").isalnum() and part not in members
-
-
-def _forms(annotation: Any) -> list[Any]:
-    """Members of a union such as a word or settings, without the marks that tell them apart."""
-    return [get_args(form)[0] if get_args(form) else form for form in get_args(annotation)]
-
-
-def _model_at(steps: list[int | str]) -> type[BaseModel]:
-    """The settings to which the keys of a place in a study lead."""
-    model: type[BaseModel] = Study
-    for step in steps:
-        annotation = model.model_fields[step].annotation if step in model.model_fields else None
-        for form in (annotation, *_forms(annotation)):
-            if isinstance(form, type) and issubclass(form, BaseModel):
-                model = form
-    return model
-
-
-def _keys_below(steps: list[int | str], given: object) -> str:
-    """How to write what has keys of its own where one value was given."""
-    fields = list(_model_at(steps).model_fields)
-    first = "step" if "step" in fields else fields[0]
-    value = f"{given:g}" if isinstance(given, int | float) and not isinstance(given, bool) else "…"
-    return f"it has keys of its own; write {steps[-1]}: {{{first}: {value}}}; known: {', '.join(fields)}"
+        lines = describe_faults(error, Study, whole="the study")
+        raise ConfigError("\n       ".join(f"{where}: {line}" for line in lines)) from None
 
 
 def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, "RecordEntry"]:

@@ -134,7 +134,10 @@ class Study(Keys):
             return cls._as_the_body_has_it(filled)
         if "scene" not in filled:
             return filled
-        filled["scene"] = Scene.model_validate(scene_of_choice(data["scene"]))
+        try:
+            filled["scene"] = Scene.model_validate(scene_of_choice(data["scene"]))
+        except ValueError:
+            return filled  # the field says what is wrong, and where
         height, b_over_h = native_size(filled["scene"])
         filled.setdefault("height", [round(height, 10)])
         filled.setdefault("b_over_h", [round(b_over_h, 10)])

@@ -189,7 +189,7 @@ def _peaks(results: Results) -> Table:
             if there is not None:
                 found = float(measures[name]) / unit
                 difference = found / there - 1
-                shown = f"{100 * difference:+.1f}\u00a0%".replace("-", "−")
+                shown = f"{100 * difference:+z.1f}\u00a0%".replace("-", "−")
                 agrees = "agrees" if abs(difference) <= tolerance else "differs"
                 rows.append((_label(row), quantity, f"{there:.1f}", f"{found:.1f}", shown, tolerance, agrees))
     heads = ("component", "quantity", "published", "found", "difference", "expected within", "")

@@ -1,0 +1,245 @@
+"""Plain words for the errors of pydantic: what is wrong with a value of a file, and what belongs there."""
+
+import json
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final, Literal, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+
+from overturning.errors import did_you_mean
+
+_TRUTH: Final = "true or false is needed"
+_NUMBER: Final = "a number is needed"
+_WHOLE: Final = "a whole number is needed"
+_KEYS: Final = "keys with values are needed, as in {key: value}"
+_DATE: Final = "a date is needed, as in 2026-11-21"
+_MOMENT: Final = "a date and time are needed, as in 2016-11-13T11:02:56"
+
+_WORDS: Final[dict[str, str]] = {
+    "missing": "this key is needed",
+    "extra_forbidden": "unknown key",
+    **dict.fromkeys(("bool_type", "bool_parsing"), _TRUTH),
+    **dict.fromkeys(("float_type", "float_parsing"), _NUMBER),
+    **dict.fromkeys(("int_type", "int_parsing", "int_from_float", "int_parsing_size"), _WHOLE),
+    "finite_number": "a finite number is needed",
+    "invalid_key": "a key must be a text; put it in quotes",
+    **dict.fromkeys(("dict_type", "mapping_type", "model_type", "model_attributes_type", "dataclass_type"), _KEYS),
+    **dict.fromkeys(("date_type", "date_parsing", "date_from_datetime_parsing", "date_from_datetime_inexact"), _DATE),
+    **dict.fromkeys(("datetime_type", "datetime_parsing", "datetime_from_date_parsing"), _MOMENT),
+    "none_required": "no value is allowed; leave the key out",
+}
+"""Messages by the type of error that depend on nothing else."""
+
+Details = dict[str, Any]
+
+
+def _count(details: Details, side: str) -> str:
+    """Return the number of values of a list, or keys, that are allowed; `side` is ``min`` or ``max``."""
+    number = details[f"{side}_length"]
+    return f"{number} value{'' if number == 1 else 's'}"
+
+
+def _characters(details: Details, side: str) -> str:
+    number = details[f"{side}_length"]
+    return f"{number} character{'' if number == 1 else 's'}"
+
+
+def _choice(details: Details, given: Any) -> str:
+    """Return what is allowed in place of a word, and the nearest of it."""
+    known = re.findall(r"'([^']*)'", details["expected"])
+    near = did_you_mean(given, known, " ") if isinstance(given, str) and len(known) > 1 else " "
+    return f"it should be {details['expected']}{'' if near == ' ' else f'; {near}'}"
+
+
+def _tag(details: Details) -> str:
+    known = re.findall(r"'([^']*)'", details["expected_tags"])
+    return (
+        f"unknown {details['discriminator'].strip(chr(39))} {details['tag']!r}; {did_you_mean(details['tag'], known)}"
+    )
+
+
+_OF_DETAILS: Final[dict[str, Callable[[Details, Any], str]]] = {
+    "too_short": lambda details, _: f"at least {_count(details, 'min')} needed, not {details['actual_length']}",
+    "too_long": lambda details, _: f"at most {_count(details, 'max')} allowed, not {details['actual_length']}",
+    "string_too_short": lambda details, given: (
+        "a text is needed that is not empty" if not given else f"at least {_characters(details, 'min')} needed"
+    ),
+    "string_too_long": lambda details, _: f"at most {_characters(details, 'max')} allowed",
+    "literal_error": _choice,
+    "union_tag_invalid": lambda details, _: _tag(details),
+    "union_tag_not_found": lambda details, _: (
+        f"the key {details['discriminator']} is needed: it decides which other keys there are"
+    ),
+}
+"""Messages by the type of error, from its details and the value."""
+
+LISTS: Final = ("tuple_type", "list_type", "set_type", "frozen_set_type")
+"""Types of error of a value that is no list."""
+
+
+def what_is_wrong(fault: Any) -> str:
+    """Return what is wrong with a value, and what belongs there, from one error of a pydantic ValidationError."""
+    kind, details, given = fault["type"], fault.get("ctx", {}), fault.get("input")
+    if kind == "string_pattern_mismatch":
+        return _pattern(details["pattern"])
+    if kind in LISTS:
+        single = isinstance(given, str | int | float) and not isinstance(given, bool)
+        return f"a list is needed: [{given}]" if single else "a list is needed, as in [first, second]"
+    if kind in ("string_type", "string_sub_type", "string_unicode"):
+        return "a text is needed" + ("; put it in quotes" if isinstance(given, bool | int | float) else "")
+    if kind == "missing" and fault["loc"] and isinstance(fault["loc"][-1], int):
+        return "a value is missing here"
+    if kind in _OF_DETAILS:
+        return _OF_DETAILS[kind](details, given)
+    return _WORDS.get(kind, str(fault["msg"]).removeprefix("Value error, ").replace("Input should be", "it should be"))
+
+
+def _pattern(pattern: str) -> str:
+    """Return the signs that a pattern of the package allows."""
+    if "[0-9a-f]" in pattern:
+        return "64 digits of a SHA-256 are needed: 0 to 9 and a to f"
+    if r"\S" in pattern:
+        return f"a word without spaces is needed, of at most {re.findall(r'[0-9]+', pattern)[-1]} signs"
+    signs = ", hyphens and underscores" if "_" in pattern else " and hyphens"
+    return f"only small letters, digits{signs} are allowed, a letter or digit first"
+
+
+def _of_values(faults: Sequence[Any]) -> list[Any]:
+    """Return the errors of values themselves: a list that lacks a value only because that is wrong is left out."""
+    places = [tuple(fault["loc"]) for fault in faults]
+    return [
+        fault
+        for fault, place in zip(faults, places, strict=True)
+        if fault["type"] != "too_short" or not any(other[: len(place)] == place != other for other in places)
+    ]
+
+
+Steps = list[int | str]
+
+
+def describe_faults(
+    error: ValidationError, root: Any, names: Callable[[Steps], Steps] = list, whole: str = ""
+) -> list[str]:
+    """Return a line for each wrong key of a file: the key, its value, and what belongs there.
+
+    Parameters
+    ----------
+    error : ValidationError
+        Of a model or type of pydantic.
+    root : type
+        That model or type, from which known keys are taken.
+    names : callable, optional
+        From the keys and numbers that lead to a value to those that are printed.
+    whole : str, optional
+        What a value is called that has no key.
+    """
+    found: dict[tuple[str, str], list[str]] = {}
+    for fault in _of_values(error.errors()):
+        steps, forms = _place(fault, root)
+        given, kind = fault["input"], fault["type"]
+        message = what_is_wrong(fault)
+        if kind == "extra_forbidden":
+            known = sorted({name for form in forms for name in form.model_fields})
+            message += f"; {did_you_mean(str(steps[-1]), known)}" if known else ""
+        elif kind in ("model_type", "union_tag_not_found", "model_attributes_type") and forms:
+            message = _keys_below(steps, forms, given)
+        odd = kind == "extra_forbidden" and not _is_key(str(steps[-1]))  # it does not even look like a key
+        key = short_value(steps[-1]) if odd else ".".join(map(str, names(steps))) or whole
+        quiet = isinstance(given, BaseModel | dict) or kind in ("missing", "extra_forbidden")
+        messages = found.setdefault((_short(key), "" if quiet else f"{short_value(given)} – "), [])
+        messages += [message] if message not in messages else []
+    # A value that fits none of several forms has a message for each.
+    return [f"{f'{key}: ' if key else ''}{given}{'; or '.join(said)}" for (key, given), said in found.items()]
+
+
+def _place(fault: Any, root: Any) -> tuple[Steps, list[type[BaseModel]]]:
+    """Return the keys and numbers that lead to a value, and the models to which the last key belongs or leads.
+
+    The names that pydantic adds for the members of a union, and the tags of models, are no keys of the file.
+    """
+    steps: Steps = []
+    forms = _models(root)
+    for place, part in enumerate(fault["loc"]):
+        last = place == len(fault["loc"]) - 1
+        if isinstance(part, int) or (last and fault["type"] == "extra_forbidden"):
+            steps.append(part)
+        elif owner := next((form for form in forms if part in form.model_fields), None):
+            steps.append(part)
+            forms = _models(owner.model_fields[part].annotation)
+        elif tagged := [form for form in forms if part in _tags([form])[1]]:
+            forms = tagged
+        elif _is_key(part):
+            steps.append(part)
+    return steps, forms
+
+
+def _models(annotation: Any) -> list[type[BaseModel]]:
+    """Return the models in an annotation, whatever lists and unions they are in."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for part in get_args(annotation) for model in _models(part)]
+
+
+def _tags(forms: Sequence[type[BaseModel]]) -> tuple[str, list[str]]:
+    """Return the key by which models of a union are distinguished, and its values; empty where there is none."""
+    for name in forms[0].model_fields if forms else ():
+        words = [form.model_fields[name].annotation for form in forms if name in form.model_fields]
+        if all(get_origin(word) is Literal for word in words):
+            return name, [str(tag) for word in words for tag in get_args(word)]
+    return "", []
+
+
+def _is_key(part: str) -> bool:
+    members = {"float", "int", "str", "bool", "tuple", "list", "literal", "none"}
+    return part.replace("_", "").replace("-", "").isalnum() and part not in members and part[:12] != "constrained-"
+
+
+def _keys_below(steps: Steps, forms: Sequence[type[BaseModel]], given: object) -> str:
+    """Return how to write what has keys of its own where one value was given."""
+    if len(forms) > 1:
+        key, known = _tags(forms)
+        if isinstance(given, str) and given in known:
+            return f"write {{{key}: {given}}}"
+        return f"the key {key} is needed, one of {', '.join(known)}"
+    fields = forms[0].model_fields
+    first = _key_for(fields, given)
+    fits = isinstance(given, int | float) and not isinstance(given, bool)
+    value = f"{given:g}" if fits else (short_value(given).strip('"') if isinstance(given, str) and given else "…")
+    name = f"{steps[-1]}: " if steps and isinstance(steps[-1], str) else ""
+    return f"it has keys of its own; write {name}{{{first}: {value}}}; known: {', '.join(fields)}"
+
+
+def _key_for(fields: Mapping[str, Any], given: object) -> str:
+    """Return the key for which a value was most likely meant: ``step``, or the first that takes a value of its kind."""
+    kinds = {int: (int, float), float: (float, int), str: (str,), list: (tuple,)}
+    if type(given) in (int, float) and "step" in fields:
+        return "step"
+    for name, field in fields.items():
+        if any(kind in _kinds(field.annotation) for kind in kinds.get(type(given), ())):
+            return name
+    return next(iter(fields))
+
+
+def _kinds(annotation: Any) -> set[Any]:
+    """Return the plain types of an annotation; of lists the list alone, of words `str`."""
+    if (origin := get_origin(annotation)) is tuple:
+        return {tuple}
+    if origin is Literal:
+        return {type(word) for word in get_args(annotation)}
+    return {annotation, *(kind for part in get_args(annotation) for kind in _kinds(part))}
+
+
+def short_value(value: object) -> str:
+    """Return a value as the file has it, its beginning where it is long; of nested lists three levels."""
+
+    def cut(part: object, level: int) -> object:
+        if isinstance(part, list | tuple):
+            return [cut(one, level - 1) for one in part[:20]] if level else "…"
+        return part if part is None or isinstance(part, bool | int | float) else str(part)[:60]
+
+    return _short(json.dumps(cut(value, 3), ensure_ascii=False))
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 60 else text[:57] + "…"

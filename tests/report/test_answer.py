@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.stats import bootstrap
+from scipy.stats import bootstrap, norm, t
 
 from overturning.model.planes import Planes
 from overturning.report.blocks import table
@@ -131,7 +131,10 @@ def test_a_share_is_compared_with_that_of_a_variant_earthquake_by_earthquake(sta
     own, variant = [0.9, 0.5, 0.6, 0.3, 0.8, 0.4, 0.7, 0.2], [0.8, 0.45, 0.5, 0.1, 0.8, 0.3, 0.6, 0.1]
     found = numbers(shares(Primary(statistic=statistic, against="other"), own, variant))
     apart = np.subtract(own, variant)
-    scipys = bootstrap((apart,), np.mean, method="percentile", n_resamples=20_000, rng=1).confidence_interval
+    level = 1 - 2 * norm.cdf(-np.sqrt(8 / 7) * t.ppf(0.975, 7))  # expanded percentile (Hesterberg 2015)
+    scipys = bootstrap(
+        (apart,), np.mean, method="percentile", confidence_level=level, n_resamples=20_000, rng=1
+    ).confidence_interval
     assert float(found[0]) == pytest.approx(100 * apart.mean(), abs=0.05)
     assert [float(one) for one in found[2:4]] == pytest.approx([100 * end for end in scipys], abs=0.4)
     assert found[4] == "8"

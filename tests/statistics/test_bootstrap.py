@@ -10,8 +10,11 @@ from overturning.statistics.bootstrap import (
     FEWEST_EARTHQUAKES,
     bootstrap,
     event_means,
+    expanded_tail,
     mean_of_sample,
     mean_over_earthquakes,
+    share_over_earthquakes,
+    unanimous_share_interval,
 )
 
 VALUES = np.array([0.1, 0.5, 0.9, -0.2, 0.4, np.nan, 0.7, 1.1, -0.6, 0.0])
@@ -27,8 +30,12 @@ def test_records_of_an_earthquake_are_averaged_first() -> None:
 def test_a_mean_over_earthquakes_has_scipys_interval() -> None:
     found = mean_over_earthquakes(VALUES, EVENTS, draws=20_000)
     assert (found.n, found.value) == (8, pytest.approx(MEANS.mean()))
-    other = stats.bootstrap((MEANS,), np.mean, method="percentile", n_resamples=20_000, rng=np.random.default_rng(5))
-    assert (found.low, found.high) == pytest.approx(tuple(other.confidence_interval), abs=0.02)
+    # The expanded percentile by SciPy: its percentile interval of the wider level that Hesterberg (2015) gives.
+    level = 1 - 2 * stats.norm.cdf(-math.sqrt(8 / 7) * stats.t.ppf(0.975, 7))
+    other = stats.bootstrap(
+        (MEANS,), np.mean, method="percentile", confidence_level=level, n_resamples=40_000, rng=np.random.default_rng(5)
+    )
+    assert (found.low, found.high) == pytest.approx(tuple(other.confidence_interval), abs=0.03)
 
 
 def test_few_earthquakes_have_no_interval_and_none_no_mean() -> None:
@@ -40,13 +47,40 @@ def test_few_earthquakes_have_no_interval_and_none_no_mean() -> None:
     assert math.isnan(nothing.value)
 
 
-def test_the_fewest_are_those_whose_interval_holds_what_it_says_in_seven_of_eight_samples() -> None:
-    """The reason for the number: of fewer the interval for a mean of normal values holds it less often still."""
+def test_the_tail_is_that_of_hesterbergs_table() -> None:
+    """Table of α/2 for 95 % intervals (Hesterberg 2015, section 5.3)."""
+    assert [expanded_tail(n) for n in (5, 10, 20)] == pytest.approx([0.0010, 0.0086, 0.0159], abs=6e-5)
+    assert expanded_tail(10**6) == pytest.approx(0.025, abs=1e-5)
+
+
+def test_the_interval_of_the_fewest_holds_a_mean_in_19_of_20_samples() -> None:
+    """The plain percentile of eight holds it in 88 %."""
     generator, held = np.random.default_rng(1), 0
     for seed in range(1000):
-        low, high = bootstrap(mean_of_sample, generator.normal(size=FEWEST_EARTHQUAKES), draws=400, seed=seed)
+        low, high = bootstrap(mean_of_sample, generator.normal(size=FEWEST_EARTHQUAKES), draws=1000, seed=seed)
         held += low <= 0 <= high
-    assert held / 1000 == pytest.approx(0.878, abs=0.03)
+    assert held / 1000 == pytest.approx(0.94, abs=0.02)
+
+
+def test_each_end_rests_on_several_resamples() -> None:
+    """At 99 % a tail of eight holds 1 in 10,000 resamples: of 100 the ends would be the extremes."""
+    few, many = (bootstrap(mean_of_sample, MEANS, level=0.99, draws=draws) for draws in (100, 300_000))
+    assert few == pytest.approx(many, abs=0.03)
+
+
+def test_a_share_on_which_all_earthquakes_agree_has_its_exact_bound() -> None:
+    """By SciPy's Clopper–Pearson bounds of n of n earthquakes; the bootstrap gave an interval without width."""
+    for n in (1, 4, 11):
+        exact = stats.binomtest(n, n, alternative="greater").proportion_ci(0.95, method="exact")
+        assert unanimous_share_interval(np.ones(n)) == pytest.approx((exact.low, 1.0))
+        none = stats.binomtest(0, n, alternative="less").proportion_ci(0.95, method="exact")
+        assert unanimous_share_interval(np.zeros(n)) == pytest.approx((0.0, none.high))
+    assert unanimous_share_interval(np.array([1.0, 0.9])) is None
+    assert unanimous_share_interval(np.zeros(0)) is None
+    # Two records of an earthquake are one earthquake.
+    found = share_over_earthquakes(np.ones(16), [*"AABBCCDDEEFFGGHH"])
+    assert (found.n, found.value, found.low, found.high) == pytest.approx((8, 1.0, 0.05 ** (1 / 8), 1.0))
+    assert math.isnan(share_over_earthquakes(np.ones(3), [*"ABC"]).low)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.7])

@@ -11,6 +11,7 @@ from scipy.stats import chisquare, multinomial
 from overturning.errors import ArgumentError
 from overturning.statistics.circular import (
     chi_square_test,
+    common_axis_test,
     grouped_watson_test,
     resultant,
     sector,
@@ -134,3 +135,36 @@ def test_nothing_observed() -> None:
 def test_one_angle_says_nothing_against_any_direction(place: float) -> None:
     assert watson_u2_test([place]).p_value == 1.0
     assert grouped_watson_test(np.eye(8)[int(7 * place)], np.full(8, 1 / 8)).p_value == 1.0
+
+
+@pytest.mark.parametrize("angles", [TREES, ROULETTE, [10, 130, 250, 20, 140], [0, 100, 170, 300]])
+def test_the_common_axis_of_unit_vectors_is_tested_as_by_rayleigh(angles: list[float]) -> None:
+    """Against Zar's approximation (2010, eq. 27.4) of the p-value of Rayleigh's test, good to a few parts in 1,000."""
+    radians = np.radians(angles)
+    found, n = common_axis_test(np.cos(radians), np.sin(radians)), len(angles)
+    length = n * abs(np.exp(1j * radians).mean())
+    expected = math.exp(math.sqrt(1 + 4 * n + 4 * (n**2 - length**2)) - (1 + 2 * n))
+    assert (found.n, found.statistic) == (n, pytest.approx(length / n))
+    assert found.p_value == pytest.approx(expected, abs=0.02)
+
+
+def test_two_vectors_have_a_common_axis_by_their_angle() -> None:
+    """Of two unit vectors the resultant is longer the smaller their angle, which is uniform up to 180°."""
+    for angle in (4.0, 30.0, 120.0):
+        found = common_axis_test(np.cos(np.radians([0, angle])), np.sin(np.radians([0, angle])))
+        assert found.p_value == pytest.approx(angle / 180, abs=0.02)
+    assert common_axis_test([0.3], [0.1]).p_value == 1.0
+    assert math.isnan(common_axis_test([], []).p_value)
+
+
+@pytest.mark.parametrize("count", [8, 14])
+def test_a_common_axis_is_found_where_there_is_one_and_seldom_where_there_is_none(count: int) -> None:
+    """Doubled axes of von Mises' κ = 3, and isotropic ones, with resultants of 0.3 to 0.9."""
+    generator, found = np.random.default_rng(42), {}
+    for kappa, samples in ((0.0, 1000), (3.0, 300)):
+        vectors = np.exp(1j * generator.vonmises(1.0, kappa, (samples, count)))
+        vectors *= generator.uniform(0.3, 0.9, (samples, count))
+        tests = [common_axis_test(one.real, one.imag) for one in vectors]
+        found[kappa] = np.mean([one.p_value <= 0.05 for one in tests])
+    assert found[0.0] == pytest.approx(0.05, abs=0.02)
+    assert found[3.0] >= 0.93

@@ -7,20 +7,24 @@ is earthquakes.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 
 FEWEST_EARTHQUAKES: Final = 8
-"""Earthquakes below which no interval is given, nor anything said of odds.
+"""Earthquakes below which no bootstrap interval is given.
 
-A bootstrap of few knows less than it says: of intervals for the mean of n normal values that are said to hold it in 95
-% of samples, 88 % hold it for n = 8, 84 for 5, 81 for 4 and 73 for 3, of which the ends are the least and the largest
-value.
+No bootstrap interval reaches beyond the smallest and the largest value. These two hold the mean of n normal values in
+75 % of samples of n = 3, 88 % of 4 and 94 % of 5, and skewed values need more.
 """
+
+LEAST_BEYOND: Final = 10
+"""Resamples that lie beyond each end of an interval: an end that fewer decide is chance."""
 
 
 class Interval(NamedTuple):
@@ -64,6 +68,12 @@ def event_names(events: Sequence[str] | NDArray[np.str_]) -> list[str]:
     return list(dict.fromkeys(str(event) for event in events))
 
 
+@lru_cache(maxsize=4)
+def _drawn(n: int, draws: int, seed: int) -> NDArray[np.int64]:
+    """Which of n earthquakes are in each sample, shape (draws, n); kept, since most statistics share their samples."""
+    return np.random.Generator(np.random.PCG64(seed)).integers(0, n, size=(draws, n))
+
+
 def resampled(
     statistic: Callable[[NDArray[Any]], FloatArray], per_event: NDArray[Any], draws: int, seed: int = 1
 ) -> FloatArray:
@@ -82,9 +92,28 @@ def resampled(
     n = len(per_event)
     if n < FEWEST_EARTHQUAKES:
         return np.zeros(0)
-    values = statistic(per_event[np.random.Generator(np.random.PCG64(seed)).integers(0, n, size=(draws, n))])
+    values = statistic(per_event[_drawn(n, draws, seed)])
     known = values[np.isfinite(values)]
     return known if 2 * known.size >= draws else np.zeros(0)
+
+
+def expanded_tail(n: int, level: float = 0.95) -> float:
+    """Return the share of bootstrap samples beyond each end of the expanded percentile interval.
+
+    Φ(−√(n/(n − 1)) t) with t the (1 + level)/2 quantile of Student's t with n − 1 degrees of freedom (Hesterberg 2015,
+    American Statistician 69, 371). Bootstrap samples of n values vary by (n − 1)/n of the variance of their mean, and
+    the percentile interval takes their spread as known, so the plain one is too short: of 95 % intervals for the mean
+    of n normal values 88 % hold it for n = 8, and 91 % for n = 11.
+
+    Parameters
+    ----------
+    n : int
+        Independent values (earthquakes), 2 or more.
+    level : float
+        Probability of the interval.
+    """
+    quantile = float(scipy.special.stdtrit(n - 1, (1 + level) / 2))
+    return float(scipy.special.ndtr(-math.sqrt(n / (n - 1)) * quantile))
 
 
 def bootstrap(
@@ -94,12 +123,28 @@ def bootstrap(
     level: float = 0.95,
     draws: int = 4000,
     seed: int = 1,
+    earthquakes: int | None = None,
 ) -> Interval:
-    """Percentile interval of a statistic over earthquakes (Efron & Tibshirani 1993, chapter 13), as of `resampled`."""
-    values = resampled(statistic, per_event, draws, seed)
+    """Expanded percentile interval of a statistic over earthquakes (see `expanded_tail`).
+
+    Parameters
+    ----------
+    statistic, per_event, draws, seed
+        See `resampled`. More samples are drawn where fewer than `LEAST_BEYOND` would lie beyond an end.
+    level : float
+        Probability of the interval.
+    earthquakes : int, optional
+        Earthquakes on which the statistic rests where these are fewer than the rows of ``per_event``, such as those of
+        the smaller of two sets. There is no interval of fewer than `FEWEST_EARTHQUAKES`.
+    """
+    n = len(per_event) if earthquakes is None else min(earthquakes, len(per_event))
+    if n < FEWEST_EARTHQUAKES:
+        return Interval()
+    tail = expanded_tail(n, level)
+    values = resampled(statistic, per_event, max(draws, math.ceil(LEAST_BEYOND / tail)), seed)
     if not values.size:
         return Interval()
-    low, high = np.quantile(values, [(1 - level) / 2, (1 + level) / 2])
+    low, high = np.quantile(values, [tail, 1 - tail])
     return Interval(float(low), float(high))
 
 
@@ -110,9 +155,42 @@ def mean_of_sample(drawn: NDArray[Any]) -> FloatArray:
 
 def mean_over_earthquakes(values: FloatArray, events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000) -> Mean:
     """Mean over earthquakes of the means of their records, as of `event_means`, with its `bootstrap` interval."""
-    known = np.isfinite(values)
-    means = event_means(values[known], np.asarray(events)[known])
+    means = _known_event_means(values, events)
     if means.size == 0:
         return Mean(0, *(math.nan,) * 3)
     ends = bootstrap(mean_of_sample, means, draws=draws)
     return Mean(int(means.size), float(means.mean()), *ends)
+
+
+def share_over_earthquakes(values: FloatArray, events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000) -> Mean:
+    """`mean_over_earthquakes` of shares, 0 to 1, with the `unanimous_share_interval` where its own has no width."""
+    found = mean_over_earthquakes(values, events, draws=draws)
+    exact = unanimous_share_interval(_known_event_means(values, events))
+    return found if exact is None or math.isnan(found.low) else Mean(found.n, found.value, *exact)
+
+
+def unanimous_share_interval(shares: FloatArray, level: float = 0.95) -> Interval | None:
+    """Return the exact interval of a share that is 0, or 1, in every earthquake; None where they differ.
+
+    Every bootstrap sample of equal values is that value, which would say that the share is certain. If an earthquake
+    has a share of 1 with probability p, then n of n have with pⁿ, and the mean share is p at least: its lower bound
+    is (1 − level)^(1/n) (Clopper & Pearson 1934, Biometrika 26, one-sided), however few they are.
+
+    Parameters
+    ----------
+    shares : ndarray, shape (earthquakes,)
+        Share in each earthquake, 0 to 1.
+    level : float
+        Probability of the interval.
+    """
+    for value in (0.0, 1.0):
+        if shares.size and np.allclose(shares, value, rtol=0.0, atol=1e-12):
+            least = float((1 - level) ** (1 / shares.size))
+            return Interval(least, 1.0) if value else Interval(0.0, 1 - least)
+    return None
+
+
+def _known_event_means(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
+    """Means of the earthquakes with any known value."""
+    known = np.isfinite(values)
+    return event_means(values[known], np.asarray(events)[known])

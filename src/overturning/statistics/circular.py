@@ -8,6 +8,7 @@ averaged as the direction of twice its angle, halved again (Mardia & Jupp 2000, 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -27,6 +28,9 @@ SECTORS: Final = 24
 
 SIMULATIONS: Final = 20_000
 """Draws from which a p-value is simulated."""
+
+ROTATIONS: Final = 4_999
+"""Random rotations of the `common_axis_test`."""
 
 
 def sector(angle_deg: ArrayLike, count: int) -> NDArray[np.intp]:
@@ -99,6 +103,34 @@ class TestResult:
     n: int
     statistic: float = math.nan
     p_value: float = math.nan
+
+
+@lru_cache(maxsize=4)
+def _rotations(n: int) -> NDArray[np.complex128]:
+    """Unit vectors in random directions, shape (`ROTATIONS`, n), as complex numbers."""
+    return np.exp(1j * np.random.Generator(np.random.PCG64(1)).uniform(0.0, 2 * math.pi, size=(ROTATIONS, n)))
+
+
+def common_axis_test(cosine: ArrayLike, sine: ArrayLike) -> TestResult:
+    """Test of "no common axis" (or direction) of vectors of different lengths, with their resultant as statistic.
+
+    Under the null hypothesis each vector points any way, independently of its length and of the others. The p-value
+    is simulated: each vector is turned at random and keeps its length (a randomisation test, exact for any n; for unit
+    vectors that of Rayleigh, Mardia & Jupp 2000, section 6.3.1).
+
+    Parameters
+    ----------
+    cosine, sine : array_like, shape (n,)
+        Components of the vectors; for axes those of the doubled angle. Vectors without length count as such.
+    """
+    x, y = np.asarray(cosine, dtype=np.float64), np.asarray(sine, dtype=np.float64)
+    n = int(x.size)
+    if n == 0:
+        return TestResult("randomised Rayleigh", 0)
+    statistic = math.hypot(x.mean(), y.mean())
+    drawn = np.abs((_rotations(n) * np.hypot(x, y)).sum(axis=1)) / n
+    extreme = int((drawn >= statistic * (1 - 1e-12)).sum())
+    return TestResult("randomised Rayleigh", n, statistic, (1 + extreme) / (1 + ROTATIONS))
 
 
 def watson_u2_test(uniform: ArrayLike) -> TestResult:

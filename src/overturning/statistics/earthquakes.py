@@ -17,18 +17,17 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of
 from overturning.statistics.bootstrap import (
-    FEWEST_EARTHQUAKES,
-    Interval,
     Mean,
     bootstrap,
     event_means,
     event_names,
+    expanded_tail,
     mean_of_sample,
     mean_over_earthquakes,
     resampled,
 )
 from overturning.statistics.by_record import by_record, record_groups
-from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, wrap_axis
+from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, common_axis_test, wrap_axis
 from overturning.statistics.falls import fall_alignment, fall_vectors
 from overturning.units import EARTH_RADIUS_KM
 
@@ -104,18 +103,20 @@ class AxisSummary:
         Over those with falls and a known fault normal, of their mean cos 2Δ over falls: 1 normal to the fault, −1
         parallel, 0 neither. An earthquake whose falls go every way counts as the 0 that it says.
     axis_deg : float
-        Axis of the mean of the earthquakes' vectors relative to the fault normal, (−90, 90]; NaN without falls and
-        where their resultant is below `LEAST_RESULTANT`.
+        Axis of the mean of the earthquakes' vectors relative to the fault normal, (−90, 90]; NaN without falls, where
+        their resultant is below `LEAST_RESULTANT`, and where the `common_axis_test` does not reject "no common axis".
     half_width_deg : float
         Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the resamples' distance
-        from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2); NaN below `FEWEST_EARTHQUAKES`, 90
-        where the data do not tell an axis.
+        from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2) at the level of `expanded_tail`; NaN
+        below `FEWEST_EARTHQUAKES` and without an axis.
     with_axis, closer_to_normal : int
         Earthquakes that have an axis, since its resultant is no smaller than `LEAST_RESULTANT`; of these, those whose
         axis is within 45° of the fault normal.
     largest : float
         Largest alignment that these falls allow: the mean over these earthquakes of ``largest`` of
         `axes_by_earthquake`. It is reached where the axis of each record is its fault normal.
+    axis_p_value : float
+        Of the `common_axis_test` over earthquakes; NaN without falls.
     """
 
     earthquakes: int
@@ -125,6 +126,7 @@ class AxisSummary:
     with_axis: int
     closer_to_normal: int
     largest: float = math.nan
+    axis_p_value: float = math.nan
 
 
 def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000) -> AxisSummary:
@@ -132,7 +134,8 @@ def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000
     vectors = np.column_stack([axes["cosine"].values, axes["sine"].values])
     vectors = vectors[np.isfinite(vectors[:, 0])]
     cosine, sine = vectors.mean(axis=0) if len(vectors) else (math.nan, math.nan)
-    has_axis = math.hypot(cosine, sine) >= LEAST_RESULTANT
+    test = common_axis_test(*vectors.T)
+    has_axis = test.p_value <= 1 - level and math.hypot(cosine, sine) >= LEAST_RESULTANT
     mean = float(wrap_axis(math.degrees(math.atan2(sine, cosine)) / 2)) if has_axis else math.nan
 
     def distance(drawn: FloatArray) -> FloatArray:
@@ -140,15 +143,16 @@ def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000
         away = np.abs(wrap_axis(np.degrees(np.arctan2(drawn_sine, drawn_cosine)) / 2 - mean))
         return np.where(np.hypot(drawn_cosine, drawn_sine) < NO_DIRECTION, 90.0, away)
 
-    distances = resampled(distance, vectors, draws)
+    distances = resampled(distance, vectors, draws) if has_axis else np.zeros(0)
     ends = bootstrap(mean_of_sample, vectors[:, 0], level=level, draws=draws)
-    half_width = float(np.quantile(distances, level)) if distances.size else math.nan
+    within = 1 - 2 * expanded_tail(len(vectors), level) if distances.size else level
+    half_width = float(np.quantile(distances, within)) if distances.size else math.nan
     known = axes["axis"].values[np.isfinite(axes["axis"].values)]
     closer = int((np.abs(known) < 45).sum())
     alignment, most = Mean(len(vectors), float(cosine), *ends), axes["largest"].values
     largest = float(most[np.isfinite(most)].mean()) if len(vectors) else math.nan
     count = int(axes.sizes["event"])
-    return AxisSummary(count, alignment, mean, half_width, int(known.size), closer, largest=largest)
+    return AxisSummary(count, alignment, mean, half_width, int(known.size), closer, largest, test.p_value)
 
 
 def compare_alignment(first: xr.Dataset, second: xr.Dataset) -> Mean:
@@ -168,8 +172,7 @@ def compare_alignment(first: xr.Dataset, second: xr.Dataset) -> Mean:
         return np.asarray(means[:, 0] - means[:, 1])
 
     difference = float(of_sample(values.T[None])[0])
-    few = n < FEWEST_EARTHQUAKES
-    return Mean(n, difference, *(Interval() if few else bootstrap(of_sample, values.T, draws=10_000)))
+    return Mean(n, difference, *bootstrap(of_sample, values.T, draws=10_000, earthquakes=n))
 
 
 LEAST_DISTANCE_KM: Final = 1.0

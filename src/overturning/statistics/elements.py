@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
+from overturning.statistics.bootstrap import Mean, share_over_earthquakes
 from overturning.statistics.by_record import each_record
 
 
@@ -124,7 +124,7 @@ def contrast(counts: xr.Dataset, events: NDArray[np.str_]) -> Contrast:
     def share(name: str, of: str) -> Mean:
         total = counts[of].to_numpy().astype(np.float64)
         with np.errstate(invalid="ignore"):
-            return mean_over_earthquakes(counts[name].to_numpy() / np.where(total > 0, total, np.nan), events)
+            return share_over_earthquakes(counts[name].to_numpy() / np.where(total > 0, total, np.nan), events)
 
     this, other, both = (share(name, "cases") for name in ("only_this", "only_other", "both"))
     return Contrast(this, other, both, share("same_way", "both"), share("earlier", "both"))

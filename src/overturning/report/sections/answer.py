@@ -27,7 +27,7 @@ from overturning.report.sections.records import record_directions
 from overturning.report.sections.space import follow_answer, follow_shown, plane_answer
 from overturning.report.sections.surveys import survey_sentences
 from overturning.report.text import capitalised, counted, decimals, number, percent, verdict
-from overturning.statistics.bootstrap import mean_over_earthquakes
+from overturning.statistics.bootstrap import mean_over_earthquakes, share_over_earthquakes
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.falls import changes_to_the_next, overturns, shares_by_record
 from overturning.study.cube import earthquakes_said
@@ -191,7 +191,7 @@ def primary_sentence(results: Results) -> str:
         values, events = (values - of_record(against))[places], events[places]
         this, that = setting_said(results, NOMINAL, against), setting_said(results, against, NOMINAL)
         what += f" {this}, less that {that}"
-    found = mean_over_earthquakes(values, events)
+    found = (mean_over_earthquakes if against else share_over_earthquakes)(values, events)
     digits, unit = decimals(found), "percentage points" if against else "%"
     shown = f"{number(100 * found.value, digits)}\u00a0{unit}"
     if math.isnan(found.low):

@@ -10,7 +10,7 @@ from overturning.figures.fall_rate import contrast_figure
 from overturning.report.blocks import Figure
 from overturning.report.results import Results
 from overturning.report.text import counted, decimals, share
-from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
+from overturning.statistics.bootstrap import Mean, share_over_earthquakes
 from overturning.statistics.elements import Contrast, compare_stones, contrast
 from overturning.statistics.falls import shares_by_record
 from overturning.study.scenes import NOMINAL, applies_vertical, contact_of, setting_of, sizes_said
@@ -111,7 +111,7 @@ def contrast_shown(results: Results) -> Figure | None:
     events = results.events[places]
     for variant, other in ((NOMINAL, against), (against, NOMINAL)):
         columns = shares_by_record(results.reference_cube(variant).isel(record=places), "b_over_h").to_numpy()
-        shares[setting_said(results, variant, other)] = [mean_over_earthquakes(column, events) for column in columns]
+        shares[setting_said(results, variant, other)] = [share_over_earthquakes(column, events) for column in columns]
     drawing = results.drawn("contrast", partial(contrast_figure, shares, ratio.astype(np.float64)))
     sizes = sizes_said(results.study, against)
     caption = (

@@ -16,7 +16,7 @@ from overturning.report.blocks import Caution, Disclosure, Figure, Note, Said, T
 from overturning.report.results import Results, gaps_said
 from overturning.report.text import censored, counted, degrees, number, percent, share
 from overturning.report.words import Words
-from overturning.statistics.bootstrap import bootstrap
+from overturning.statistics.bootstrap import bootstrap, unanimous_share_interval
 from overturning.study.evaluation import Population
 from overturning.study.scenes import NOMINAL
 from overturning.surveys.population import fragility_curves, intensities, jma_intensities
@@ -142,16 +142,19 @@ def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, e
         hits, hits_more, higher = ((own & (one >= a) & (one < b)) for one, a, b in (
             (jma, least, most), (more, least, most), (jma, most, math.inf),
         ))  # fmt: skip
-        beyond = f", higher in {percent(higher.sum() / own.sum())}" if most < 99 else ""
+        beyond = f", higher in {_share_of_motions(higher, own, events)}" if most < 99 else ""
         added = f"; with {VERTICAL_ADDS:g} for the vertical component of that degree in "
-        added = f"{added}{percent(hits_more.sum() / own.sum())}" if (own & horizontal[:, None]).any() else ""
+        added = f"{added}{_share_of_motions(hits_more, own, events)}" if (own & horizontal[:, None]).any() else ""
         rules.append(
             f"where {ends} fall, which they take for {text}, the instrumental intensity is "
             f"{number(float(as_published(np.median(jma[own]))), 1)} in the median, and is of that degree in "
             f"{_share_of_motions(hits, own, events)} of {_motions(own, events)}{beyond}{added}"
         )
     if rules:
-        yield f"Surveys infer the intensity from the rate of fallen stones: {'; '.join(rules)}."
+        yield (
+            f"Surveys infer the intensity from the rate of fallen stones: {'; '.join(rules)}. Intervals: 95 %, over "
+            "earthquakes, exact where all of these agree."
+        )
 
 
 def _motions(own: BoolArray, events: StrArray) -> str:
@@ -162,12 +165,14 @@ def _motions(own: BoolArray, events: StrArray) -> str:
 
 
 def _share_of_motions(hits: BoolArray, own: BoolArray, events: StrArray) -> str:
-    """A share of motions with its interval over earthquakes, where there are enough."""
+    """Share of motions with its interval over earthquakes: exact where all agree, else where there are enough."""
     records = own.any(axis=1)
     names, member = np.unique(events[records], return_inverse=True)
     counts = np.stack([np.bincount(member, each[records].sum(axis=1), names.size) for each in (hits, own)], axis=1)
-    low, high = bootstrap(lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts)
-    return share(hits.sum() / own.sum(), low, high)
+    interval = unanimous_share_interval(counts[:, 0] / counts[:, 1]) or bootstrap(
+        lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts
+    )
+    return share(hits.sum() / own.sum(), *interval)
 
 
 def _assumed(stones: Population, outside: float, words: Words, gaps: str) -> str:

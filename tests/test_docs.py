@@ -91,10 +91,11 @@ def test_the_readme_leads_to_every_page_and_the_pages_to_every_table():
     ] == []
 
 
-def test_the_first_screen_of_the_readme_has_both_commands_and_what_was_found():
-    first = PAGES[0].read_text(encoding="utf-8").partition("![")[0]
-    places = [first.index(text) for text in ("Give it", "    make run ", "    make test ", "<!-- found:end -->")]
+def test_the_readme_says_what_it_is_then_shows_it_then_how_to_start_and_what_was_found():
+    text = PAGES[0].read_text(encoding="utf-8")
+    places = [text.index(part) for part in ("rotates", "![", "    make run ", "    make test ", "<!-- found:end -->")]
     assert places == sorted(places)
+    assert len(text.split()) <= 900
 
 
 @each_page

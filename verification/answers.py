@@ -1,47 +1,89 @@
-"""`python -m verification.answers`: what the shipped studies found, in the words of their reports, into README.md.
+"""`python -m verification.answers`: put what the shipped studies found into README.md, as a table.
 
 Needs the results of the studies named below and of config/fine-map.yaml, from `make run STUDY=…`.
 """
 
+import math
 import shutil
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
 
 from overturning.report.results import Results, open_results
-from overturning.report.sections.answer import ANSWERS
+from overturning.report.sections.contrast import compared
+from overturning.statistics.bootstrap import Mean
+from overturning.statistics.elements import compare_stones, contrast
 from overturning.study.load import load_study
-from verification.tables import ROOT, publish, wrapped
+from overturning.study.scenes import NOMINAL
+from verification.tables import ROOT, markdown, publish
 
-SENTENCES: Final = {
-    "near-fault": slice(0, 2), "in-space": slice(0, 4), "three-tier": slice(1, 3), "waiau": slice(1, 3),
-}  # fmt: skip
-"""Sentences of the answer that are told of each study."""
+Row = tuple[str, str, int]
+"""Quantity, its value with its 95 % interval, and the number of earthquakes."""
 
 PICTURES: Final = {"rinaldi.svg": "fine-map", "rinaldi-in-space.svg": "in-space"}
 """Drawings of docs/images, and the study whose map of Rinaldi they are."""
 
-_FIXED: Final = "Primary statistic, fixed beforehand: "
+
+def _row(quantity: str, mean: Mean, *, percent: bool = False) -> Row:
+    """Return a row of the table; no interval where there are too few earthquakes."""
+
+    def number(value: float) -> str:
+        shown = f"{100 * value:.{0 if value >= 0.1 else 1}f}" if percent else f"{value:.2f}"
+        return shown.lstrip("-") if float(shown) == 0 else shown.replace("-", "−")
+
+    none = math.isnan(mean.low) or mean.low == mean.high
+    interval = "" if none else f" ({number(mean.low)} to {number(mean.high)})"
+    return quantity, f"{number(mean.value)}{interval}{' %' if percent else ''}", mean.n
 
 
-def found(results: Results, name: str) -> str:
-    """The question of a study and what answers it, as an item of a list in Markdown."""
-    sentences, _ = ANSWERS[results.study.asks](results)
-    plain = (one.removeprefix(_FIXED) for one in sentences[SENTENCES[name]])
-    answer = " ".join(f"{one[:1].upper()}{one[1:]}" for one in plain).replace("\u00a0", " ")
-    return wrapped(f"*{results.study.question}* {answer} ([config/{name}.yaml](config/{name}.yaml))", "- ")
+def _group(name: str) -> str:
+    """Return the name of a group of records in a few words."""
+    return "no pulse" if name.startswith("without") else "velocity pulse"
+
+
+def _direction(results: Results) -> Iterator[Row]:
+    for group, summary in results.axes.items():
+        yield _row(f"alignment with the fault normal, {_group(group)}", summary.alignment)
+
+
+def _reference(results: Results) -> Iterator[Row]:
+    for group, found in results.followed[0].items():
+        for name in ("peak velocity", "fault normal"):
+            yield _row(f"alignment with the {name}, {_group(group)}", found.means[name, True][0])
+
+
+def _contrast(results: Results) -> Iterator[Row]:
+    other = results.study.primary.against
+    assert other is not None
+    places = compared(results, other)
+    counts = compare_stones(*(results.reference_cube(name).isel(record=places) for name in (NOMINAL, other)))
+    found = contrast(counts, results.events[places])
+    yield _row("falls in both", found.both, percent=True)
+    yield _row(f"falls in “{results.study.name}” only", found.only_this, percent=True)
+    yield _row(f"falls in “{other}” only", found.only_other, percent=True)
+    if found.same_way.n:
+        yield _row("falls the same way, where it falls in both", found.same_way, percent=True)
+
+
+STUDIES: Final[dict[str, Callable[[Results], Iterator[Row]]]] = {
+    "near-fault": _direction, "in-space": _reference, "three-tier": _contrast, "waiau": _contrast,
+}  # fmt: skip
 
 
 def main() -> None:
-    """Write what was found, and copy the maps, which show it."""
-    items = []
-    for name in SENTENCES:
+    """Write the table, and copy the maps."""
+    lines = []
+    for name, rows in STUDIES.items():
         study = load_study(ROOT / "config" / f"{name}.yaml")
         with open_results(ROOT / "results" / name, study) as results:
-            items.append(found(results, name))
+            question = f"{study.question} ([{name}](config/{name}.yaml))"
+            for quantity, value, earthquakes in rows(results):
+                lines.append((question, quantity, value, earthquakes))
+                question = ""
     for picture, study_name in PICTURES.items():
         drawn: Path = ROOT / "results" / study_name / "figures" / "polar" / "rinaldi.svg"
         shutil.copyfile(drawn, ROOT / "docs" / "images" / picture)
-    publish({"found": "\n".join(items)})
+    publish({"found": markdown(("question", "quantity", "result (95 % interval)", "earthquakes"), lines)})
 
 
 if __name__ == "__main__":

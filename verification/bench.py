@@ -35,16 +35,6 @@ from verification.tables import RESULTS, Figure, figures_table, parts_of, publis
 from verification.timing import fastest, process
 from verification.whole_run import whole_run
 
-IN_README = {
-    "time per case, default",
-    "default study: flags, mirrored half included",
-    "default study: processor time, both threads together",
-    "default study, whole run: time on two cores",
-    "default study, whole run: processor time",
-    "default study: wrong flags where the neighbours agree",
-    "default study: wrong flags of all cells, against an eighth of the step",
-}
-
 
 @njit
 def _independent_multiply_adds(rounds: int) -> float:
@@ -261,10 +251,7 @@ def main(
         print(body := figures_table(found), flush=True)
         rows += found
         known = write_figures(rows, RESULTS / f"{machine}.csv", keep=bool(parts) or name != names[-1])
-        bodies = {
-            "bench": figures_table(known),
-            "bench-short": figures_table(row for row in known if row.quantity in IN_README),
-        }
+        bodies = {"bench": figures_table(known)}
         publish(bodies | ({name: body} if name == "left-out" else {}))
 
 

@@ -1,7 +1,7 @@
 """Tables that a user writes by hand: one header line, one row per line, each row checked by a pydantic model."""
 
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TypeVar
 
@@ -26,6 +26,7 @@ def read_rows(
     error: type[OverturningError],
     kind: str,
     one_of: Sequence[str] = (),
+    refusal: Callable[[str], str] | None = None,
 ) -> Iterator[tuple[int, Row]]:
     """The rows of a table, UTF-8 with or without byte order mark, each with the number of its line in the file.
 
@@ -42,6 +43,9 @@ def read_rows(
         What to raise: it names file, line, column, value and remedy.
     one_of : sequence of str
         Columns of which the header must name one.
+    refusal : callable, optional
+        Given the name of a column that the model does not have, the reason to refuse the table, or "" to leave the
+        column out. Without it such a column is always refused.
     """
     lines = _lines(path, model, error, kind)
     cells_of = []
@@ -53,7 +57,7 @@ def read_rows(
     columns = [cell.lower() for cell in cells_of[0]]
     if len(columns) == 1 and (other := _other_delimiter(columns[0], delimiter)):
         raise error(f"{path} line {lines[0][0]}: its columns are set off by {_NAMES[other]}; use {_NAMES[delimiter]}")
-    if why := _wrong_columns(columns, model, one_of):
+    if why := _wrong_columns(columns, model, one_of, refusal):
         raise error(f"{path} line {lines[0][0]}: {why}")
     adapter = TypeAdapter(model)
     for (number, _), cells in zip(lines[1:], cells_of[1:], strict=True):
@@ -62,7 +66,9 @@ def read_rows(
                 f"{path} line {number}: {len(cells)} cells, the header names {len(columns)} columns; set off cells by "
                 f"{_NAMES[delimiter]}"
             )
-        values = {column: cell for column, cell in zip(columns, cells, strict=False) if cell}
+        values = {
+            column: cell for column, cell in zip(columns, cells, strict=False) if cell and column in model.model_fields
+        }
         try:
             row = adapter.validate_python(values)
         except ValidationError as problem:
@@ -91,12 +97,20 @@ def _other_delimiter(header: str, delimiter: str) -> str:
     return next((one for one in _NAMES if one != delimiter and one in header.strip()), "")
 
 
-def _wrong_columns(columns: Sequence[str], model: type[BaseModel], one_of: Sequence[str]) -> str:
-    """What is wrong with the columns of a header; empty where nothing is."""
+def _wrong_columns(
+    columns: Sequence[str],
+    model: type[BaseModel],
+    one_of: Sequence[str],
+    refusal: Callable[[str], str] | None,
+) -> str:
+    """Return the first fault of the columns of a header; empty if there is none."""
     for column in columns:
         if column not in model.model_fields:
-            return f"column {column!r} is not known; {did_you_mean(column, model.model_fields)}"
-    if len(set(columns)) < len(columns):
+            why = refusal(column) if refusal else did_you_mean(column, model.model_fields)
+            if why:
+                return f"column {column!r} is not known; {why}"
+    known = [column for column in columns if column in model.model_fields]
+    if len(set(known)) < len(known):
         return f"a column is named twice; name each column once: {', '.join(columns)}"
     if one_of and not set(one_of) & set(columns):
         return f"no column {' or '.join(one_of)}; name one of them in the header"
@@ -115,6 +129,6 @@ def _wrong_cell(problem: ValidationError, model: type[BaseModel], values: dict[s
         next((getattr(bound, name) for bound in field.metadata if getattr(bound, name, None) is not None), None)
         for name in ("ge", "le")
     )
-    if low is not None and high is not None:
+    if low is not None and high is not None and first["type"] != "value_error":
         message = f"give a {'whole ' if field.annotation is int else ''}number from {low:g} to {high:g}"
     return f"column {column} {values.get(column, '')!r}: {message}"

@@ -282,6 +282,44 @@ def test_confusion_matrix(make_cube, sector) -> None:
     assert (comparison.fallen, comparison.stood) == (5, 2)
 
 
+@pytest.mark.parametrize(
+    ("given", "missing"),
+    [
+        ({}, "face azimuth and B/H are not given, so the prediction assumes stones turned every way, of every B/H"),
+        ({"b_over_h": 0.2}, "face azimuth is not given, so the prediction assumes stones turned every way."),
+        ({"b_over_h_side": 0.2}, "face azimuth is not given, so the prediction assumes stones turned every way."),
+        ({"face_azimuth_deg": 60.0}, "B/H is not given, so the prediction assumes stones turned every way, of every"),
+        ({"face_azimuth_deg": 60.0, "b_over_h": 0.2}, ""),
+        ({"face_azimuth_deg": 60.0, "b_over_h_side": 0.2}, ""),
+    ],
+)
+def test_only_what_is_missing_is_called_missing(site, given: dict[str, float], missing: str) -> None:
+    stone = fallen(60, **given)
+    alone, among = (
+        " ".join(survey_sentences(compare_survey(stones, site)))
+        for stones in ([stone], [stone, fallen(62, b_over_h=0.2, face_azimuth_deg=60.0)])
+    )
+    assert (f"For the stones that fell {missing}" in alone) if missing else ("not given" not in alone)
+    assert (f"For 1 of them {missing}" in among) if missing else ("not given" not in among)
+
+
+def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(site) -> None:
+    """All that is of directions is the same without such stones; before, they stood."""
+    stones = [*draw(20, 60, 30, 3), Stone(False, math.nan, False, count=4)]
+    lost = Stone(True, math.nan, False, count=5, b_over_h=0.2, face_azimuth_deg=60.0)
+    without, found = compare_survey(stones, site), compare_survey([*stones, lost], site)
+    assert (found.fallen, found.stood, found.directed, found.without_direction) == (25, 4, 20, 5)
+    np.testing.assert_array_equal(found.octant_observed, without.octant_observed)
+    for name in ("log_likelihood_ratio", "likelihood_ratio_p", "mean_direction_deg", "fit_exact", "confusion"):
+        assert getattr(found, name) == getattr(without, name)
+    said = " ".join(survey_sentences(found))
+    assert "25 stones fell, 4 stood. The direction of 5 falls is not known and not compared." in said
+    only = compare_survey([lost], site)
+    assert survey_sentences(only)[0].endswith("The direction of no fall is known, so there is none to compare.")
+    assert only.octant_observed.sum() == 0
+    assert survey_section(SurveyResult("x", "", "site", only, ("x: radians?",)))
+
+
 @pytest.mark.parametrize(("azimuth", "side"), [(60, 1), (104, 1), (106, 2), (240, 3), (330, 4), (16, 1), (14, 4)])
 def test_observed_side(azimuth: float, side: int) -> None:
     assert observed_side(fallen(azimuth, face_azimuth_deg=60.0, b_over_h=0.4)) == side

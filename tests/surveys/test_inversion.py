@@ -114,6 +114,20 @@ def test_a_direction_that_is_an_octant_is_the_sum_of_its_ways(inversion: Inversi
     assert inversion.log_likelihood([octant]).sum(axis=0) == pytest.approx(np.log(np.exp(ways).sum(axis=0)), abs=1e-5)
 
 
+def test_a_fall_in_an_unknown_direction_is_the_sum_of_all_ways(inversion: Inversion) -> None:
+    lost = Stone(True, math.nan, False, b_over_h=0.2, height=0.9, round=True)
+    ways = [inversion.log_likelihood([column(SIZES[0], azimuth)]).sum(axis=0) for azimuth in range(0, 360, 5)]
+    fell = inversion.log_likelihood([lost])
+    assert fell[0] == pytest.approx(np.log(np.exp(ways).sum(axis=0)), abs=1e-5)
+    assert not fell[1].any()
+    answers = [inversion.answer("x", 6 * [stone]) for stone in (lost, replace(lost, fell=False))]
+    assert [(one.fell, one.stood) for one in answers] == [(6, 0), (0, 6)]
+    low, stood = (one.posterior.interval(one.posterior.pgv) for one in answers)
+    assert low[0] > 0.2 > stood[0]
+    np.testing.assert_allclose(answers[0].posterior.of_axes().sum(), 1)
+    assert answers[0].fit > 0.1
+
+
 def test_a_survey_of_which_everything_fell_gets_no_upper_bound(inversion: Inversion) -> None:
     asked = inversion.answer("ruin.csv", [column(size, 0, 6) for size in SIZES])
     low, high = asked.posterior.interval(asked.posterior.pgv)
@@ -259,8 +273,8 @@ def test_sizes_that_are_not_computed_are_refused() -> None:
         ("b_over_h 1.5", Stone(False, math.nan, False, b_over_h=1.5, line=7)),
         ("height_m 50", Stone(False, math.nan, False, height=50.0, line=7)),
     ):
-        with pytest.raises(ArgumentError, match=f"line 7: {name}; stones of .* are computed"):
-            StoneKind.of(stone)
+        with pytest.raises(ArgumentError, match=f"line 7: {name}; stones of .* are computed: leave out the stone"):
+            StoneKind.of(stone)  # without its height it would be computed as one of 0.6 to 0.9 m
 
 
 def test_the_library_has_each_motion_once() -> None:

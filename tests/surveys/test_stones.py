@@ -1,12 +1,13 @@
 """Reading a survey."""
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
 
 from overturning.errors import RecordError
-from overturning.surveys.stones import COLUMNS, read_survey
+from overturning.surveys.stones import COLUMNS, read_survey, read_survey_with_notes
 
 
 def write(folder: Path, text: str, encoding: str = "utf-8") -> Path:
@@ -53,16 +54,24 @@ def test_byte_order_mark_and_crlf(tmp_path: Path) -> None:
     [
         ("", "empty"),
         ("octant\n", "no stone"),
-        ("direction\nN\n", "'direction' is not known"),
+        ("direction\nN\n", "'direction' is not known; did you mean azimuth_deg"),
+        ("azimuth\n10\n", "did you mean azimuth_deg"),
+        ("Azimuth (deg)\n10\n", "did you mean azimuth_deg"),
+        ("octant,cuont\nN,3\n", "did you mean count"),
+        ("octant,height\nN,0.6\n", "did you mean height_m"),
+        ("octant,height_cm\nN,60\n", "did you mean height_m"),
+        ("octant,B/H\nN,0.4\n", "did you mean b_over_h"),
+        ("octant,fallen\nN,yes\n", "did you mean fell"),
+        ("azimuth_deg,octant,fell,note\n10,,,\n,,,leans\n", "line 3: fell: empty, and no direction; write no for"),
         ("count\n3\n", "azimuth_deg or octant"),
         ("octant,octant\nN,N\n", "each column once"),
         ("octant\nNNE\n", "line 2: column octant 'NNE'"),
-        ("azimuth_deg\n400\n", "from -360 to 360"),
+        ("azimuth_deg\n400\n", "from -360 to 360; an azimuth in gon"),
+        ("azimuth_deg\n700\n", "from -360 to 360"),
         ("azimuth_deg\nnan\n", "from -360 to 360"),
         ("azimuth_deg\nnorth\n", "give a number"),
         ("azimuth_deg,octant\n10,N\n", "not both"),
         ("octant,fell\nN,no\n", "has no fall direction"),
-        ("octant,fell\n,yes\n", "needs azimuth_deg or octant"),
         ("octant,fell\nN,perhaps\n", "write yes or no"),
         # 1° of declination more would move all stones of a survey by 45°: 22° is N, 23° is NE.
         ("octant,magnetic_declination_deg\nN,22\n", "22° from true north, lies across two octants"),
@@ -104,5 +113,36 @@ def test_a_cell_without_end_is_refused_by_its_line(tmp_path: Path) -> None:
 def test_stones_that_all_stood_need_no_direction(tmp_path: Path) -> None:
     stones = read_survey(write(tmp_path, "fell,b_over_h,height_m,count\nno,0.3,0.6,4\nno,0.25,0.9,2\n"))
     assert [(stone.fell, stone.count) for stone in stones] == [(False, 4), (False, 2)]
-    with pytest.raises(RecordError, match=r"line 2: .*fell: a stone that fell needs azimuth_deg or octant"):
-        read_survey(write(tmp_path, "fell,b_over_h\nyes,0.3\n"))
+
+
+def test_a_stone_that_fell_in_an_unknown_direction_has_fallen(tmp_path: Path) -> None:
+    stones = read_survey(write(tmp_path, "fell,octant,count\nyes,,3\nyes,N,1\nno,,2\n"))
+    assert [(stone.fell, stone.has_direction) for stone in stones] == [(True, False), (True, True), (False, False)]
+
+
+def test_columns_for_other_things_are_left_out_with_a_note(tmp_path: Path) -> None:
+    others = "cemetery,stone,note,latitude,longitude,easting,northing,x,y,photo,date,remarks,material,id,"
+    cells = "Iwami,A7,leans,35.3,133.4,1,2,3,4,a.jpg,2016-04-16,-,granite,7,"
+    stones, notes, doubts = read_survey_with_notes(write(tmp_path, f"{others},octant\n{cells},NE\n"))
+    assert (stones[0].azimuth_deg, stones[0].line, doubts) == (45, 2, [])
+    assert notes == [
+        "survey.csv: not used: columns cemetery, stone, note, latitude, longitude, easting, northing, x, y, photo, "
+        "date, remarks, material, id, without a name"
+    ]
+
+
+DEGREES = (12.5, 63.0, 118.2, 187.0, 244.6, 301.0)
+
+
+@pytest.mark.parametrize("column", ["azimuth_deg", "face_azimuth_deg"])
+def test_azimuths_in_radians_or_gon_are_doubted(tmp_path: Path, column: str) -> None:
+    def doubts(values: Iterable[float]) -> str:
+        rows = "".join(f"yes,{value:.4f}\n" for value in values)
+        return "".join(read_survey_with_notes(write(tmp_path, f"fell,{column}\n{rows}"))[2])
+
+    assert doubts(DEGREES) == ""
+    assert doubts((0, 45, 90, 135, 180, 225, 270, 315)) == "", "octants in degrees"
+    assert doubts((0, 90, 180, 270)) == ""
+    assert doubts((1, 2, 4)) == "", "whole degrees near north"
+    assert f"column {column}: 6 values, none beyond 5.2534°: radians?" in doubts(map(math.radians, DEGREES))
+    assert "gon (400 to a turn)? Multiply by 0.9" in doubts((50, 100, 150, 350))

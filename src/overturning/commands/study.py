@@ -52,14 +52,15 @@ def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> No
     """Find what a run would find: wrong keys, missing and damaged files, too many cases; and about what it takes."""
     from overturning.study.load import load_study
     from overturning.study.preflight import check_files, check_packages, check_primary, check_records, check_size
-    from overturning.surveys.stones import read_survey
+    from overturning.surveys.stones import read_survey_with_notes
 
     study = load_study(path)
     size = check_size(study, str(path))
     check_packages(study, str(path))
     entries, _ = check_files(study, str(path))
     for survey in study.surveys:
-        read_survey(Path(survey.stones))
+        _, notes, doubts = read_survey_with_notes(Path(survey.stones))
+        print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
     for said in (*check_records(study, entries), *check_primary(study, entries)):
         print(said)
     print(f"{path}: study {study.name!r}, {size}")

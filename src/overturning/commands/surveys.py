@@ -33,18 +33,20 @@ def survey(
     from overturning.report.sections.surveys import survey_section
     from overturning.study.cube import open_cube, record_number, variant_said
     from overturning.surveys.comparison import compare_survey, survey_result, write_survey
-    from overturning.surveys.stones import read_survey
+    from overturning.surveys.stones import read_survey_with_notes
 
     check_output(figure, "--figure", ".svg", ".png", ".pdf")
     check_output(output, "--output")
-    rows = read_survey(stones)
+    rows, notes, doubts = read_survey_with_notes(stones)
     with open_cube(cube, chunks={"record": 1}) as data:
         site = data.isel(record=[record_number(data, record)]).load()
         name = str(site["record_id"].item())
         comparison, gaps = compare_survey(rows, site, background=background), gaps_said(site)
         against = ", ".join([name, *variant_said(site)])
-    result = survey_result(stones, name, comparison)
+    result = survey_result(stones, name, comparison, doubts)
     print(f"{result.stones} against {against}")
+    for note in notes:
+        print(note)
     print(*plain_lines(survey_section(result, gaps=gaps)), sep="\n")
     if output is not None:
         write_survey(result, output)
@@ -90,11 +92,13 @@ def backwards(
     from overturning.surveys.library import candidates
     from overturning.surveys.posterior import write_backwards
     from overturning.surveys.responses import Responses, StoneKind
-    from overturning.surveys.stones import read_survey
+    from overturning.surveys.stones import read_survey_with_notes
 
     check_output(figure, "--figure", ".svg", ".png")
     check_output(output, "--output")
-    rows = read_survey(stones)
+    rows, notes, doubts = read_survey_with_notes(stones)
+    for note in (*notes, *doubts):
+        print(note)
     library = candidates(named_apart(motion or ()), alone=alone)
     began = said = time.monotonic()
 
@@ -156,10 +160,12 @@ def stood(
         standing,
         weaker_falls,
     )
-    from overturning.surveys.stones import read_survey
+    from overturning.surveys.stones import read_survey_with_notes
 
     curves, hazards = read_curves(fragility), read_hazard(hazard)
-    rows = None if stones is None else read_survey(stones)
+    rows, notes, _ = (None, [], []) if stones is None else read_survey_with_notes(stones)
+    for note in notes:
+        print(note)
     upright, fell = (sum(one.count for one in rows or () if one.fell is kind) for kind in (False, True))
     bound = rate_bound(years) if upright and not fell else math.nan
     units = {one.measure: one.unit for one in curves}

@@ -55,13 +55,18 @@ class SurveyComparison:
     confusion : ndarray, shape (5, 5), or None
         Stones of known face and B/H: observed (rows) against most probable (columns), both in the order of `SIDES`.
     turned_every_way : int
-        Fallen stones without face or B/H, for which stones turned every way were assumed.
+        Stones that fell in a known direction without face or B/H, for which stones turned every way were assumed.
+    without_face, without_b_over_h : int
+        Stones that fell in a known direction and whose face azimuth, or B/H, is not given.
+    without_direction : int
+        Fallen stones of unknown direction; they count in `fallen`, and in nothing that is about directions.
     beyond : int
         Stones with a B/H outside of the study's, for which its nearest value was taken.
     background : float
         Share taken to fall any way.
     never : int
-        Fallen stones like which none falls in the study, so that the prediction has them fall any way.
+        Stones that fell in a known direction and like which none falls in the study: the prediction has them fall any
+        way.
     """
 
     fallen: int
@@ -78,9 +83,17 @@ class SurveyComparison:
     uniform_octants: TestResult
     confusion: NDArray[np.int64] | None
     turned_every_way: int
+    without_face: int
+    without_b_over_h: int
+    without_direction: int
     beyond: int
     background: float
     never: int = 0
+
+    @property
+    def directed(self) -> int:
+        """Fallen stones whose direction is known."""
+        return self.fallen - self.without_direction
 
 
 def _density(site: SitePrediction, stone: Stone) -> FloatArray:
@@ -120,10 +133,10 @@ def compare_survey(
     if not stones:
         raise ArgumentError("stones: none; a survey needs at least one row")
     site = SitePrediction(cube, background=background)
-    # Each fallen stone with its density and octants, like stones of one row as often as they were counted.
+    # Each stone that fell in a known direction with its density and octants, repeated `count` times.
     fallen: list[tuple[Stone, FloatArray, FloatArray]] = []
     for stone in stones:
-        if stone.fell:
+        if stone.has_direction:
             density = _density(site, stone)
             fallen += stone.count * [(stone, density, site.octants(density))]
     uniform_octant = site.octants(site.share)
@@ -135,7 +148,7 @@ def compare_survey(
     mean, length = resultant(azimuth)
     ratio, p_value = _likelihood_ratio(site, fallen, draws, seed)
     return SurveyComparison(
-        fallen=len(fallen),
+        fallen=sum(stone.count for stone in stones if stone.fell),
         stood=sum(stone.count for stone in stones if not stone.fell),
         mean_direction_deg=mean,
         resultant=length,
@@ -149,9 +162,12 @@ def compare_survey(
         uniform_octants=grouped_watson_test(observed, uniform_octant),
         confusion=_confusion(site, stones),
         turned_every_way=sum(1 for stone, *_ in fallen if not knows_face(stone)),
+        without_face=sum(1 for stone, *_ in fallen if math.isnan(stone.face_azimuth_deg)),
+        without_b_over_h=sum(1 for stone, *_ in fallen if math.isnan(stone.slenderness[0])),
+        without_direction=sum(stone.count for stone in stones if stone.fell and not stone.has_direction),
         beyond=sum(stone.count for stone in stones if site.is_beyond(stone)),
         background=background,
-        never=sum(stone.count for stone in stones if stone.fell and site.never_falls(stone)),
+        never=sum(stone.count for stone in stones if stone.has_direction and site.never_falls(stone)),
     )
 
 
@@ -177,8 +193,8 @@ def _likelihood_ratio(
 
 
 def _confusion(site: SitePrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
-    """Observed against most probable sides of the stones whose face and B/H are known; None without any."""
-    known = [stone for stone in stones if knows_face(stone)]
+    """Observed against most probable sides of the stones whose face, B/H and outcome are known; None without any."""
+    known = [stone for stone in stones if knows_face(stone) and (stone.has_direction or not stone.fell)]
     confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
     for stone in known:
         confusion[observed_side(stone), int(np.argmax(site.sides(stone)))] += stone.count
@@ -193,17 +209,22 @@ def _distribution(site: SitePrediction, density: FloatArray, azimuth_deg: float)
 
 @dataclass(frozen=True)
 class SurveyResult:
-    """A comparison with the name of the survey's file, the SHA-256 of its bytes, and the id of the site's record."""
+    """A comparison with the name of the survey's file, the SHA-256 of its bytes, and the id of the site's record.
+
+    ``doubts`` are those of `overturning.surveys.stones.survey_doubts`.
+    """
 
     stones: str
     sha256: str
     record: str
     comparison: SurveyComparison
+    doubts: tuple[str, ...] = ()
 
 
-def survey_result(stones: Path, record: str, comparison: SurveyComparison) -> SurveyResult:
-    """A comparison with the name and hash of its survey's file."""
-    return SurveyResult(stones.name, hashlib.sha256(stones.read_bytes()).hexdigest(), record, comparison)
+def survey_result(stones: Path, record: str, comparison: SurveyComparison, doubts: Sequence[str] = ()) -> SurveyResult:
+    """A comparison with the name and hash of its survey's file, and the doubts about what the file says."""
+    sha256 = hashlib.sha256(stones.read_bytes()).hexdigest()
+    return SurveyResult(stones.name, sha256, record, comparison, tuple(doubts))
 
 
 def write_survey(result: SurveyResult, path: Path) -> None:
@@ -229,6 +250,7 @@ def read_survey_result(path: Path) -> SurveyResult:
         comparison = data.pop("comparison")
         tests = {name: TestResult(**comparison[name]) for name in _TESTS}
         arrays = {name: None if comparison[name] is None else np.array(comparison[name]) for name in _ARRAYS}
+        data["doubts"] = tuple(data["doubts"])
         return SurveyResult(**data, comparison=SurveyComparison(**comparison | tests | arrays))
     except OSError:
         raise ResultError(f"{path}: no such comparison; run the study again") from None

@@ -87,7 +87,7 @@ class Inversion:
             chance = self.chances(stone, np.append(found(stone), STOOD))
             stands, falls = chance[..., -1], 1 - chance[..., -1]
             total[0] += stone.count * np.log(falls if stone.fell else stands)
-            if stone.fell:
+            if stone.has_direction:
                 total[1] += stone.count * np.log(chance[..., :-1].sum(axis=-1) / falls)
         return total
 
@@ -141,6 +141,8 @@ class Inversion:
             if stone.octant:
                 chance = np.stack([chance[:, place == _OCTANT].sum(axis=1) for place in range(9)], axis=1)
                 own = int(sector(stone.azimuth_deg, 8))
+            elif stone.fell and not stone.has_direction:
+                chance, own = np.stack([chance[:, :-1].sum(axis=1), chance[:, -1]], axis=1), 0
             below, falls = chance[drawn].cumsum(axis=1), chance[:, :-1]
             density = falls / falls.max(axis=1, keepdims=True)
             good = np.log(np.append(density * falls.sum(axis=1, keepdims=True), chance[:, -1:], 1))
@@ -152,9 +154,11 @@ class Inversion:
 
 
 def found(stone: Stone) -> NDArray[np.intp]:
-    """The ways that are what a stone did: standing, the way of its direction, or those of its octant."""
+    """The ways that are what a stone did: standing, the way of its direction, those of its octant, or every fall."""
     if not stone.fell:
         return np.array([STOOD])
+    if not stone.has_direction:
+        return np.arange(WAYS)
     if stone.octant:
         return np.flatnonzero(_OCTANT[:STOOD] == sector(stone.azimuth_deg, 8))
     return np.array([round(stone.azimuth_deg / WAY_DEG) % WAYS])

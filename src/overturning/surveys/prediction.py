@@ -170,8 +170,8 @@ def _key(b_over_h: float, b_over_h_side: float) -> str:
 
 
 def knows_face(stone: Stone) -> bool:
-    """Whether a stone's own faces can be used: face azimuth and B/H are given."""
-    return math.isfinite(stone.face_azimuth_deg) and math.isfinite(stone.b_over_h)
+    """Return True if a stone's own faces can be used: its face azimuth and a B/H are given."""
+    return math.isfinite(stone.face_azimuth_deg) and math.isfinite(stone.slenderness[0])
 
 
 def observed_side(stone: Stone) -> int:

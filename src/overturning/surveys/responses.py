@@ -87,7 +87,9 @@ class StoneKind:
         for name, value, grid in (("height_m", stone.height, HEIGHTS), ("b_over_h", min(front, side), SHAPES)):
             if not (math.isnan(value) or 0.8 * grid[0] <= value <= 1.25 * grid[-1]):
                 where = f"line {stone.line}: {name} {value:g}"
-                raise ArgumentError(f"{where}; stones of {grid[0]:g} to {grid[-1]:.3g} are computed: leave it out")
+                raise ArgumentError(
+                    f"{where}; stones of {grid[0]:g} to {grid[-1]:.3g} are computed: leave out the stone"
+                )
         height = None if math.isnan(stone.height) else stone.height
         if math.isnan(front):
             return cls(height, None, 0.0 if stone.round else 1.0)

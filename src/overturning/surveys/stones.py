@@ -1,9 +1,12 @@
 """A survey of fallen gravestones as somebody wrote it down: one row per stone, or per group of like stones."""
 
+import difflib
 import math
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, model_validator
 
@@ -30,7 +33,8 @@ class Stone:
     fell : bool
         Whether it fell.
     azimuth_deg : float
-        Direction towards which it fell, degrees clockwise from true north; NaN where it stood.
+        Direction towards which it fell, degrees clockwise from true north; NaN where it stood, or fell in an unknown
+        direction.
     octant : bool
         The direction was given as a compass octant, so it is known to ±22.5°.
     count : int
@@ -61,6 +65,11 @@ class Stone:
     round: bool = False
 
     @property
+    def has_direction(self) -> bool:
+        """True if it fell, and in a known direction."""
+        return self.fell and math.isfinite(self.azimuth_deg)
+
+    @property
     def slenderness(self) -> tuple[float, float]:
         """B/H in the plane of the face's normal and at right angles; where one is not given the footprint is square."""
         front, side = self.b_over_h, self.b_over_h_side
@@ -85,7 +94,17 @@ def _octant_number(text: str) -> int:
     return OCTANTS.index(text.upper())
 
 
-_Degrees = Annotated[float, Field(ge=-360, le=360)]
+def _not_in_gon(cell: str | float) -> str | float:
+    try:
+        azimuth = float(cell)
+    except ValueError:
+        return cell  # the field refuses it
+    if 360 < azimuth <= 400:
+        raise ValueError("give degrees from -360 to 360; an azimuth in gon (400 to a turn) times 0.9")
+    return cell
+
+
+_Degrees = Annotated[float, BeforeValidator(_not_in_gon), Field(ge=-360, le=360)]
 _Slenderness = Annotated[float, Field(ge=0.01, le=5)]
 
 
@@ -114,8 +133,11 @@ class SurveyRow(BaseModel):
                 f"octant: one from magnetic north, {self.magnetic_declination_deg:g}° from true north, lies across "
                 "two octants; give azimuth_deg, or the octant from true north and no magnetic_declination_deg"
             )
-        if self.fell and not (exact or octant):
-            raise ValueError("fell: a stone that fell needs azimuth_deg or octant")
+        if self.fell is None and not (exact or octant):
+            raise ValueError(
+                "fell: empty, and no direction; write no for a stone that stood, yes for one that fell in an unknown "
+                "direction"
+            )
         if self.fell is False and (exact or octant):
             raise ValueError("fell: a stone that stood has no fall direction; empty azimuth_deg and octant")
         return self
@@ -124,7 +146,7 @@ class SurveyRow(BaseModel):
         """The stone, its directions counted from true north."""
         azimuth, north = self.azimuth_deg if self.octant is None else 45.0 * self.octant, self.magnetic_declination_deg
         return Stone(
-            fell=math.isfinite(azimuth),
+            fell=self.fell is not False,
             azimuth_deg=(azimuth + north) % 360,
             octant=self.octant is not None,
             face_azimuth_deg=(self.face_azimuth_deg + north) % 360,
@@ -138,21 +160,84 @@ COLUMNS = tuple(SurveyRow.model_fields)
 """Columns a survey may have; ``azimuth_deg``, ``octant`` or, of stones that all stood, ``fell`` is needed."""
 
 
+_SYNONYMS: Final = {
+    **dict.fromkeys(("az", "azi", "direction", "bearing", "heading", "trend", "fall_direction"), "azimuth_deg"),
+    **dict.fromkeys(("b/h", "bh", "b_h", "slenderness", "aspect"), "b_over_h"),
+    **dict.fromkeys(("h", "height"), "height_m"),
+    **dict.fromkeys(("fallen", "overturned", "toppled", "outcome", "state", "status"), "fell"),
+    **dict.fromkeys(("face", "facing", "face_azimuth"), "face_azimuth_deg"),
+    **dict.fromkeys(("declination", "magnetic_declination"), "magnetic_declination_deg"),
+    **dict.fromkeys(("column", "cylinder", "shape"), "round"),
+}
+"""Names that people give to columns of a survey, each with the name of the column."""
+
+_LEAST: Final = 3
+"""Different azimuths from which their unit can be doubted."""
+
+_NEAR: Final = 0.75
+"""Similarity of two names, as `difflib` counts it, from which one is taken for a misspelt other."""
+
+
+def _intended_column(name: str) -> str:
+    """Return the column of a survey that an unknown name seems to mean; empty if it seems to mean none."""
+    plain = re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|°", "", name).strip())
+    near = difflib.get_close_matches(plain, [*COLUMNS, *(one for one in _SYNONYMS if len(one) > 5)], 1, _NEAR)
+    found = _SYNONYMS.get(plain) or (near[0] if near else "")
+    return _SYNONYMS.get(found, found)
+
+
+def survey_doubts(rows: Sequence[SurveyRow], name: str) -> list[str]:
+    """Return doubts about the unit of a survey's azimuths, each with the likely cause; `name` is that of its file.
+
+    Azimuths in radians lie within ±2π and are no whole numbers. Those in gon cannot be recognised unless they lie above
+    360, which `SurveyRow` refuses, or are the half and full quarters of 400.
+    """
+    doubts = []
+    for column in ("azimuth_deg", "face_azimuth_deg"):
+        values = [getattr(one, column) for one in rows if math.isfinite(getattr(one, column))]
+        different = set(values)
+        largest = max(map(abs, values), default=0.0)
+        if len(different) >= _LEAST and largest <= 2 * math.pi and any(one % 1 for one in values):
+            doubts.append(
+                f"{name}: column {column}: {len(values)} values, none beyond {largest:g}°: radians? Multiply by "
+                "57.29578"
+            )
+        elif len(different) >= _LEAST and all(one % 50 == 0 for one in values) and any(one % 90 for one in values):
+            doubts.append(
+                f"{name}: column {column}: {len(values)} values, all multiples of 50°: gon (400 to a turn)? Multiply "
+                "by 0.9"
+            )
+    return doubts
+
+
 def read_survey(path: Path) -> list[Stone]:
-    """Read a survey, its stones in the order of the file.
+    """Read a survey, its stones in the order of the file; see `read_survey_with_notes`."""
+    return read_survey_with_notes(path)[0]
+
+
+def read_survey_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str]]:
+    """Read a survey: its stones in the order of the file, notes on what is not used, and doubts about its units.
 
     A CSV with a header, UTF-8 with or without byte order mark; columns as `COLUMNS`. ``magnetic_declination_deg`` (east
     positive) is added to the stone's directions, so leave it empty where they were taken from true north. Lines that
-    begin with ``#`` are comments.
+    begin with ``#`` are comments. Columns of other names are not used, and named in a note.
 
     Raises
     ------
     RecordError
-        If the file cannot be read, has no stone or an unknown column, or a cell is wrong; names file, line, column.
+        If the file cannot be read, has no stone, a misspelt column or a wrong cell; names file, line, column.
     """
-    one_of = ("azimuth_deg", "octant", "fell")
-    rows = read_rows(path, SurveyRow, delimiter=",", error=RecordError, kind="survey", one_of=one_of)
-    stones = [row.stone(line) for line, row in rows]
-    if not stones:
+    one_of, others = ("azimuth_deg", "octant", "fell"), list[str]()
+
+    def refusal(column: str) -> str:
+        if meant := _intended_column(column):
+            return f"did you mean {meant}? A column for something else needs a name that is less like it"
+        others.append(column or "without a name")
+        return ""
+
+    rows = read_rows(path, SurveyRow, delimiter=",", error=RecordError, kind="survey", one_of=one_of, refusal=refusal)
+    found = list(rows)
+    if not found:
         raise RecordError(f"{path}: no stone; write one row per stone below the header")
-    return stones
+    notes = [f"{path.name}: not used: column{'s' * (len(others) > 1)} {', '.join(others)}"] if others else []
+    return [row.stone(line) for line, row in found], notes, survey_doubts([row for _, row in found], path.name)

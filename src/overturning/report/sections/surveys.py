@@ -46,14 +46,15 @@ def survey_section(result: SurveyResult, station: str = "", figure: Path | None 
     """
     of_comparison = blocks_of(_of_comparison(result.comparison, figure, gaps))
     of_file = Note(f"{result.stones}, SHA-256 {result.sha256}")
-    return Section(f"Survey: {result.stones}, {station or result.record}", (*of_comparison, of_file))
+    blocks = (*map(Caution, result.doubts), *of_comparison, of_file)
+    return Section(f"Survey: {result.stones}, {station or result.record}", blocks)
 
 
 def _of_comparison(found: SurveyComparison, figure: Path | None, gaps: str) -> Said:
     yield Answer(tuple(survey_sentences(found)))
     if gaps:
         yield Caution(f"No plane {gaps} was computed: there the prediction is made of what other planes say.")
-    if found.fallen:
+    if found.directed:
         pairs = zip(OCTANTS, found.octant_observed, found.octant_predicted, strict=True)
         rows = [(name, number(seen, 0), expected) for name, seen, expected in pairs]
         octants = table(("fell towards", "observed", "predicted"), rows, "tn1")
@@ -94,8 +95,8 @@ _UNTESTED: Final = (
 
 
 def _knows_faces(found: SurveyComparison) -> bool:
-    """Whether the directions of some falls are predicted edge by edge only."""
-    return found.turned_every_way < found.fallen
+    """Return True if the directions of some falls are predicted edge by edge only."""
+    return found.turned_every_way < found.directed
 
 
 def survey_sentences(found: SurveyComparison) -> list[str]:
@@ -103,6 +104,10 @@ def survey_sentences(found: SurveyComparison) -> list[str]:
     seen = f"{counted(found.fallen, 'stone')} fell, {found.stood} stood."
     if found.fallen == 0:
         return [f"{seen} Without a fall there is no direction to compare."]
+    if found.directed == 0:
+        return [f"{seen} The direction of no fall is known, so there is none to compare."]
+    if found.without_direction:
+        seen += f" The direction of {counted(found.without_direction, 'fall')} is not known and not compared."
     p = found.likelihood_ratio_p
     if found.log_likelihood_ratio <= 0:
         better = "The prediction does no better than the guess that stones fall any way"
@@ -116,7 +121,7 @@ def survey_sentences(found: SurveyComparison) -> list[str]:
         seen += f" Mean fall direction {mean}."
     if found.never:
         they = "it" if found.never == 1 else "them"
-        some = they if found.never == found.fallen else f"{found.never} of them"
+        some = they if found.never == found.directed else f"{found.never} of them"
         seen += f" No stone like {some} falls in the study, so the prediction has {they} fall any way."
     fits = [test for test in (found.fit_octants, found.fit_octants_watson, found.fit_exact) if test.n]
     against = ", ".join(f"{test.name} {_p_is(test.p_value)}" for test in fits if test.p_value < SIGNIFICANT)
@@ -130,12 +135,7 @@ def survey_sentences(found: SurveyComparison) -> list[str]:
         f"fall any way reach){fit}.",
         seen,
     ]
-    if found.turned_every_way:
-        every = found.turned_every_way == found.fallen
-        known = "Their" if every else f"For {found.turned_every_way} of them the"
-        of = ", of every B/H of the study where none is given" if every else ""
-        faces = f"{known} faces or B/H are not given, so the prediction assumes stones turned every way{of}."
-        sentences.append(faces)
+    sentences += [_turned_every_way(found)] if found.turned_every_way else []
     if found.beyond:
         are = "is" if found.beyond == 1 else "are"
         sentences.append(
@@ -143,6 +143,23 @@ def survey_sentences(found: SurveyComparison) -> list[str]:
         )
     background = percent(found.background)
     return [*sentences, f"{background} of the stones are taken to fall any way, pushed or on a bad footing."]
+
+
+def _turned_every_way(found: SurveyComparison) -> str:
+    """State for how many falls face or B/H is missing, which of the two, and what the prediction assumes instead."""
+    of = found.turned_every_way
+    if found.without_face and not found.without_b_over_h:
+        missing = "face azimuth"
+    elif found.without_b_over_h and not found.without_face:
+        missing = "B/H"
+    else:
+        missing = (
+            "face azimuth and B/H" if of == found.without_face == found.without_b_over_h else "face azimuth or B/H"
+        )
+    whose = "For the stones that fell" if of == found.directed else f"For {of} of them"
+    are = "are" if " and " in missing else "is"
+    shapes = ", of every B/H of the study where none is given" if found.without_b_over_h else ""
+    return f"{whose} {missing} {are} not given, so the prediction assumes stones turned every way{shapes}."
 
 
 def _tests(found: SurveyComparison) -> Said:

@@ -70,8 +70,8 @@ def _under_rules(results: Results) -> str:
         [one for one in known if verdict(one, *ways)] for ways in (("a", "b", "", ""), ("a", "a", "a", ""))
     )
     sure = f"; its interval excludes 0 under {len(excluding) or 'none'} of {len(tested)}" if tested else ""
-    ends = f"from {low} to {high}{of_group(group)}"
-    return f"Over the rules that choose which blocks count, the alignment goes {ends}{sure}."
+    ends = f"goes from {low} to {high}" if low != high else f"stays at {low}"
+    return f"Over the rules that choose which blocks count, the alignment {ends}{of_group(group)}{sure}."
 
 
 def agreement_within(results: Results) -> str:

@@ -87,3 +87,45 @@ def test_a_lopsided_polygon_is_not_symmetric() -> None:
 def test_refused(points: list[list[float]], said: str) -> None:
     with pytest.raises(ArgumentError, match=f"element stone.*{said}"):
         polygon("stone", points)
+
+
+L = [[0, 0], [1, 0], [1, 0.3], [0.4, 0.3], [0.4, 1.2], [0, 1.2]]
+CROSS = [
+    *([-0.1, 0], [0.1, 0], [0.1, 0.6], [0.35, 0.6], [0.35, 0.8], [0.1, 0.8]),
+    *([0.1, 1.1], [-0.1, 1.1], [-0.1, 0.8], [-0.35, 0.8], [-0.35, 0.6], [-0.1, 0.6]),
+]
+S = [[0, 0], [3, 0], [3, 2], [1, 2], [1, 3], [3, 3], [3, 4], [0, 4], [0, 1.5], [2, 1.5], [2, 1], [0, 1]]
+
+
+@pytest.mark.parametrize(
+    ("points", "parts"),
+    [
+        (L, [(1.0, 0.3, 0.5, 0.15, 1), (0.4, 0.9, 0.2, 0.75, 1)]),
+        (CROSS, [(0.2, 1.1, 0.0, 0.55, 1), (0.25, 0.2, 0.225, 0.7, 1), (0.25, 0.2, -0.225, 0.7, 1)]),
+        (S, [(3.0, 4.0, 1.5, 2.0, 1), (2.0, 1.0, 2.0, 2.5, -1), (2.0, 0.5, 1.0, 1.25, -1)]),
+    ],
+    ids=["L", "cross", "S"],
+)
+def test_what_rectangles_make_up_by_parallel_axes(
+    points: list[list[float]], parts: list[tuple[float, float, float, float, int]]
+) -> None:
+    """Rectangles b × h about (x, z), added or cut out: A = Σ b h, J = Σ b h ((b² + h²)/12 + d²) (Huygens–Steiner)."""
+    b, h, x, z, sign = np.array(parts).T
+    areas = sign * b * h
+    centre = (areas @ x / areas.sum(), areas @ z / areas.sum())
+    polar = (areas * ((b**2 + h**2) / 12 + (x - centre[0]) ** 2 + (z - centre[1]) ** 2)).sum()
+    shape = polygon("stone", points)
+    assert shape.area == pytest.approx(areas.sum(), rel=1e-12)
+    assert shape.centre == pytest.approx(centre, abs=1e-12)
+    assert shape.polar == pytest.approx(polar, rel=1e-12)
+
+
+def test_a_trapezium() -> None:
+    """Sides a = 0.8 below and b = 0.4 above, h = 1: A = h (a + b)/2, z = h (a + 2b)/(3 (a + b)).
+
+    Its sides lean in by atan 0.2, so that it lies on one after a turn of 90° and as much again.
+    """
+    shape = polygon("stone", [[-0.4, 0], [0.4, 0], [0.2, 1], [-0.2, 1]])
+    assert shape.area == pytest.approx(0.6)
+    assert shape.centre == pytest.approx((0.0, 4 / 9))
+    assert shape.fallen == pytest.approx([np.pi / 2 + np.arctan(0.2)] * 2)

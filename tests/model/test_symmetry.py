@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from overturning.model.planes import plane_weight
 from overturning.model.symmetry import mirrored_planes, nearest, nearest_planes, representatives
 
 
@@ -51,3 +52,18 @@ def test_periods_that_no_number_holds_exactly() -> None:
     turns = 10 + np.arange(7) * 360 / 7
     assert representatives(turns, 360 / 7).cell.ravel().tolist() == [0] * 7
     assert nearest([10, 30], turns, 360 / 7).cell.tolist() == [0] * 7
+
+
+@pytest.mark.parametrize(
+    ("planes", "weights"),
+    [
+        ([0, 90], [1 / 2, 1 / 2]),
+        ([0, 45, 90, 135], [1 / 4] * 4),
+        ([0, 30, 90], [(90 + 30) / 360, (30 + 60) / 360, (60 + 90) / 360]),
+        ([0, 10, 90, 100], [(80 + 10) / 360, (10 + 80) / 360, (80 + 10) / 360, (10 + 80) / 360]),
+        ([37], [1.0]),
+    ],
+)
+def test_a_plane_stands_for_half_the_way_to_its_neighbours(planes: list[float], weights: list[float]) -> None:
+    """By hand, of the half circle of 180°, that goes on from its last plane to its first."""
+    np.testing.assert_allclose(plane_weight(planes, whole_circle=True), weights, rtol=1e-12)

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from overturning.errors import ArgumentError, RecordError
+from overturning.motion.direction import direction_cosines
+from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 
@@ -198,3 +200,21 @@ def test_the_borehole_of_kik_net_is_refused_unless_declared() -> None:
     assert Motion.from_obspy(stream("NS1", "EW1", "UD1"), sensor="borehole").samples == 100
     with pytest.raises(ArgumentError, match="NS2: of the surface sensor"):
         Motion.from_obspy(stream("NS2", "EW2"), sensor="borehole")
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "north", "east"),
+    [
+        (0, 1, 0), (30, 3**0.5 / 2, 0.5), (45, 0.5**0.5, 0.5**0.5), (60, 0.5, 3**0.5 / 2), (90, 0, 1),
+        (135, -(0.5**0.5), 0.5**0.5), (180, -1, 0), (240, -0.5, -(3**0.5) / 2), (270, 0, -1), (330, 3**0.5 / 2, -0.5),
+        (-30, 3**0.5 / 2, -0.5), (750, 3**0.5 / 2, 0.5),
+    ],
+)  # fmt: skip
+def test_direction_cosines_are_those_of_the_compass(azimuth: float, north: float, east: float) -> None:
+    """Cosine and sine of angles of the equilateral triangle and the square, clockwise from north."""
+    assert direction_cosines(azimuth) == pytest.approx((north, east), abs=1e-12)
+
+
+def test_an_integral_by_trapezia() -> None:
+    """By hand: 0, (0 + 1)/2 · 0.5, that and (1 + 3)/2 · 0.5, that and (3 − 1)/2 · 0.5."""
+    np.testing.assert_allclose(integrate(np.array([0.0, 1.0, 3.0, -1.0]), 0.5), [0.0, 0.25, 1.25, 1.75])

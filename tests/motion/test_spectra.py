@@ -27,7 +27,7 @@ from overturning.motion.intensity import (
     record_measures,
     significant_duration,
 )
-from overturning.motion.jma_intensity import SURVEY_RULE, as_published, instrumental_intensity
+from overturning.motion.jma_intensity import SURVEY_RULE, amplitude, as_published, instrumental_intensity
 from overturning.motion.motion import Motion
 from overturning.motion.oscillator import Oscillators
 from overturning.motion.spectra import rotd, spectra_by_azimuth, spectrum_intensity
@@ -379,3 +379,16 @@ def test_senseless_azimuths_are_refused(azimuths):
 def test_an_intensity_is_published_as_jma_does():
     """The third decimal is rounded, the second dropped (JMA's explanation of the computation of seismic intensity)."""
     assert as_published([6.4949, 6.4951, 6.46, 4.5, 5.999, 0.299]).tolist() == [6.4, 6.5, 6.4, 4.5, 6.0, 0.3]
+
+
+def test_jmas_filter_at_frequencies_that_simplify_it():
+    """The notice of 1996: f^-½, (1 + 0.694 x² + … + 0.000155 x¹²)^-½ of x = f/10, and √(1 − exp(−(f/0.5)³)).
+
+    At 10 Hz the high cut is the root of the sum of its coefficients, 2.001859, and the low cut 1; at 0.5 Hz the low
+    cut is √(1 − 1/e) and the high cut as good as 1.
+    """
+    at = amplitude(np.array([0.0, 0.5, 10.0, 0.01]))
+    assert at[0] == 0
+    assert at[1] == pytest.approx(math.sqrt(2.0 * (1 - math.exp(-1)) / (1 + 0.694 / 400 + 0.241 / 160000)), rel=1e-8)
+    assert at[2] == pytest.approx(1 / math.sqrt(10 * 2.001859), rel=1e-7)
+    assert at[3] == pytest.approx(math.sqrt((0.01 / 0.5) ** 3 / 0.01), rel=1e-5)  # 1 − e^−y is y for small y

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from overturning.cli import app
 from overturning.errors import ArgumentError, ConfigError
 from overturning.records.catalogue import RecordEntry, read_catalogue
-from overturning.records.earthquakes import Earthquakes, earthquakes_of
+from overturning.records.earthquakes import Earthquakes, distance_km, earthquakes_of
 from overturning.records.formats import fema_p695
 from overturning.records.read import read_record
 from overturning.records.record import Record
@@ -223,3 +223,18 @@ def test_records_check_and_records_add_print_it(tmp_path: Path) -> None:
     columns = ["--columns", "north:gal east:gal", "--sampling-interval", "0.01", "--processed"]
     result = CliRunner().invoke(app, ["records", "check", str(loose), *columns])
     assert "2 records (a, b) name no earthquake and count as one" in result.output
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "degrees"),
+    [
+        ((0, 0), (0, 1), 1),
+        ((10, 20), (11, 20), 1),
+        ((0, 0), (0, 180), 180),
+        ((90, 0), (0, 77), 90),
+        ((60, 0), (60, 180), 60),
+    ],
+)
+def test_distances_along_great_circles(first: tuple[float, float], second: tuple[float, float], degrees: float) -> None:
+    """Of so many degrees of a sphere of 6371 km: along the equator, a meridian, and from 60° N over the pole."""
+    assert distance_km(first, second) == pytest.approx(6371 * np.pi * degrees / 180, rel=1e-9)

@@ -15,6 +15,7 @@ from overturning.statistics.circular import (
     grouped_watson_test,
     resultant,
     sector,
+    sector_shares,
     watson_u2_test,
     wrap_axis,
 )
@@ -168,3 +169,24 @@ def test_a_common_axis_is_found_where_there_is_one_and_seldom_where_there_is_non
         found[kappa] = np.mean([one.p_value <= 0.05 for one in tests])
     assert found[0.0] == pytest.approx(0.05, abs=0.02)
     assert found[3.0] >= 0.93
+
+
+@pytest.mark.parametrize(
+    ("angles", "weight", "wide", "shares"),
+    [
+        ([0, 7.4, 352.5, 359], None, 0.0, {0: 1.0}),
+        ([-7.6, 7.5, 90], None, 0.0, {23: 1 / 3, 1: 1 / 3, 6: 1 / 3}),
+        ([0, 180], [3.0, 1.0], 0.0, {0: 0.75, 12: 0.25}),
+        ([7.5], None, 15.0, {0: 0.5, 1: 0.5}),
+        ([0], None, 45.0, {23: 1 / 3, 0: 1 / 3, 1: 1 / 3}),
+        ([0], None, 30.0, {23: 0.25, 0: 0.5, 1: 0.25}),
+    ],
+)
+def test_shares_of_sectors_by_hand(
+    angles: list[float], weight: list[float] | None, wide: float, shares: dict[int, float]
+) -> None:
+    """24 sectors of 15°, the first from −7.5° to 7.5°; several degrees are shared out by their overlap with each."""
+    found = sector_shares(angles, None if weight is None else np.array(weight), wide)
+    expected = np.zeros(24)
+    expected[list(shares)] = list(shares.values())
+    np.testing.assert_allclose(found, expected, atol=1e-12)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import ArgumentError
+from overturning.study.netcdf import chunk_shape
 from overturning.study.parts import Chunk, piece_of
 from overturning.study.scenes import grid_of
 from tests.study.small_study import cube_of, pulse, study
@@ -57,3 +58,18 @@ def test_azimuths_that_mirror_each_other_share_a_chunk() -> None:
 def test_a_text_that_names_no_chunk_is_refused(text: str) -> None:
     with pytest.raises(ArgumentError, match=r"chunk: .*; write a number and that of all chunks, 3-of-8"):
         Chunk.parse(text)
+
+
+@pytest.mark.parametrize(
+    ("grid", "chunk"),
+    [
+        ((72, 1, 10, 2), (72, 1, 10, 2)),  # 1,440 values: one chunk
+        ((36_000, 1, 1000, 1), (1048, 1, 1000, 1)),  # 2²⁰ // 1000 directions
+        ((10, 2000, 1000), (1, 2000, 1000)),  # one direction has more than 2²⁰ values
+        ((3, 0, 5), (3, 0, 5)),
+    ],
+)
+def test_a_chunk_of_a_file_holds_whole_directions_of_about_a_million_values(
+    grid: tuple[int, ...], chunk: tuple[int, ...]
+) -> None:
+    assert chunk_shape(grid) == chunk

@@ -14,6 +14,10 @@ WHOLE = {form: (written.files(*STEPS), written.header) for form, written in FORM
 """Names and contents of the files of one record, of which the first is spoilt, and the number of its header lines."""
 
 
+UNCOUNTED = {"jma": ("last line missing", "a line of samples missing", "a line of samples twice", "cut at 90 %")}
+"""By form whose header states no count: damage between lines, which leaves a file that is whole as far as it says."""
+
+
 def on_lines(change: Callable[[list[str]], list[str]]) -> Callable[[str], bytes]:
     return lambda text: "".join(change(text.splitlines(keepends=True))).encode()
 
@@ -144,6 +148,27 @@ OTHERWISE: dict[str, list[tuple[str, ...]]] = {
         ("17/08/1999 00:01:47", "37/08/1999 00:01:47"),
         ("40.84370N-31.14888E", "40.84370N"),
     ],
+    "csmnc": [
+        ("UNIT: CM/SEC/SEC", "UNIT: CM/SEC", "UNIT: G"),
+        ("CORRECTED ACCELERATION", "CORRECTED VELOCITY"),
+        ("POINTS:  203", "POINTS:  999", "POINTS:  203.5"),
+        ("OF:  0.01", "OF:  0", "OF:  0.02"),
+        ("COMP. NS", "COMP. H1", "COMP. EW"),
+        ("2024-01-1 12", "2024-13-1 12"),
+    ],
+    "jma": [
+        ("gal(cm/s/s)", "g", "cm/s"),
+        ("RATE= 100Hz", "RATE= 0Hz", "RATE= Hz"),
+        ("NS,EW,UD", "NS,NS,UD", "X,Y,Z", "NS,EW"),
+        ("2024 01 01", "2024 13 01"),
+    ],
+    "cismid": [
+        ("cm/s2", "g", "cm/s"),
+        (":   50", ":    0", ":  100"),
+        (":       203", ":       999"),
+        ("EW              NS              UD", "EW              EW              UD", "X  Y  Z"),
+        ("0.0600", "0.0650"),
+    ],
     "bhrc": [
         ("SECONDS AND G/10", "SECONDS AND G"),
         ("NO. OF POINTS =    203", "NO. OF POINTS =    999", "NO. OF POINTS =    190"),
@@ -194,6 +219,8 @@ PEAKS = {
     "renadic": r"(MAX  = *)([\d.]+)",
     "nsmn": r"(\(N-S\) )([\d.]+)",
     "unam": r"(ACEL\. MAX\.\(Gal\), C1-C6 +: /)([\d.-]+)",
+    "csmnc": r"(PEAK VALUE: +-?)([\d.]+)",
+    "cismid": r"(MAXIMUM ACCELERATION +: +-?)([\d.]+)",
     "esm": r"(PGA_CM/S\^2: )(\S+)",
 }
 """Where the first peak is stated."""

@@ -92,3 +92,27 @@ def usc_text(channels: dict, time=None, *, code: dict | None = None, narrow: boo
         data = fixed(np.column_stack([moments, samples]).ravel(), 7, 3, 2 * pairs_per_line)
         text += "".join(f" {line}\n" for line in data.splitlines()) + ("END OF CHANNEL\n" if len(channels) > 1 else "")
     return text
+
+
+def csmnc_text(samples, *, axis: str, interval: float = 0.01) -> str:
+    """CSMNC (China): samples in Gal, eight to a line."""
+    samples = np.asarray(samples, float)
+    words = [f"{value:.6E}".replace("E+0", "E+").replace("E-0", "E-").rjust(13) for value in samples]
+    lines = ("".join(words[i : i + 8]) + " \n" for i in range(0, len(words), 8))
+    return head("csmnc", samples, interval, axis=axis) + "".join(lines)
+
+
+def jma_text(north, east, up, rate: int = 100) -> str:
+    """JMA's CSV: samples in Gal."""
+    rows = zip(*(np.asarray(x, float) for x in (north, east, up)), strict=True)
+    stated = head("jma", np.asarray(north, float), 1 / rate, rate=rate)
+    return stated + "".join(",".join(f"{v:.3f}" for v in row) + "\n" for row in rows)
+
+
+def cismid_text(north, east, up, rate: int = 50) -> str:
+    """CISMID (Peru): samples in Gal after their times."""
+    east, north, up = (np.asarray(x, float) for x in (east, north, up))
+    peaks = " ".join(f"{x[np.abs(x).argmax()]:9.2f}" for x in (east, north, up))
+    rows = zip(np.arange(north.size) / rate, east, north, up, strict=True)
+    stated = head("cismid", north, 1 / rate, rate=rate, peaks=peaks)
+    return stated + "".join("".join(f"{v:16.4f}" for v in row) + "\n" for row in rows)

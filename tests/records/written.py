@@ -18,7 +18,18 @@ from tests.records.record_writers import (
     peer_text,
     smc_text,
 )
-from tests.records.world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text, usc_text
+from tests.records.world_writers import (
+    bhrc_text,
+    cismid_text,
+    counts_text,
+    csmnc_text,
+    cwa_text,
+    jma_text,
+    nsmn_text,
+    renadic_text,
+    unam_text,
+    usc_text,
+)
 
 G = 9.80665
 
@@ -148,6 +159,25 @@ FORMS: dict[str, Written] = {
         rows("x.txt", nsmn_text), 0.1, 0.01, (0, 90), 18, 0.01,
         {"start": "1999-08-17T00:01:47.5Z", "station": "8101", "latitude": 40.8437, "longitude": 31.14888,
          "origin_time": "1999-08-17T00:01:39Z", "event_latitude": 40.7, "event_longitude": 29.987},
+    ),
+    "csmnc": Written(
+        each(csmnc_text, ua0001__dat={"axis": "NS"}, ua0002__dat={"axis": "EW"}, ua0003__dat={"axis": "UD"}),
+        0.1, 0.01, (0, 90), 16, 0.01,
+        {"start": "2024-01-01T04:00:06Z", "station": "99TST", "latitude": 39.7, "longitude": 77.6, "magnitude": 5.0,
+         "origin_time": "2024-01-01T04:00:04Z", "event_latitude": 39.9, "event_longitude": 77.3, "depth_km": 9.0,
+         "event": "NOWHERE EARTHQUAKE, NOWHERE,CHN", "processed": False},
+    ),
+    "jma": Written(
+        rows("99999.csv", jma_text), 0.1, 0.01, (0, 90), 7, 0.01,
+        {"start": "2024-01-01T07:10:05Z", "station": "99999架空市本町", "latitude": 32.648, "longitude": 130.686,
+         "processed": False},
+        peak=False,
+    ),
+    "cismid": Written(
+        rows("x.txt", cismid_text), 0.1, 0.01, (0, 90), 36, 0.02,
+        {"start": "1966-10-17T21:41:08Z", "station": "TST", "latitude": -12.07, "longitude": -77.04, "magnitude": 8.1,
+         "origin_time": "1966-10-17T21:41:00Z", "event_latitude": -10.7, "event_longitude": -78.7, "depth_km": 24.0,
+         "processed": False, "agency_processing": "BASELINE CORRECTED"},
     ),
     "bhrc": Written(
         one("x.V1", bhrc_text, "L", "T", "V"), 1e-3, 0.1 * G, (324, 54), 27, 0.005,

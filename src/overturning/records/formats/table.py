@@ -16,12 +16,15 @@ from overturning.errors import ArgumentError, RecordError
 from overturning.records.component import Component
 from overturning.records.formats import (
     bhrc,
+    cismid,
     cosmos,
     csmip,
+    csmnc,
     csv_columns,
     cwa,
     esm,
     geonet,
+    jma,
     knet,
     miniseed,
     nsmn,
@@ -83,6 +86,9 @@ _CSMIP: Final = (
 )
 _USC: Final = rb"(?i)([^\n]*CORRECTED ACCELEROGRAM[^\r\n]*[\r\n]+)?FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOL"
 _SMC: Final = rb"[ \t]*([12] (UN)?CORRECTED ACCELEROGRAM|[3-6] [A-Z ]*(VELOCITY|DISPLACEMENT|SPECTR)[A-Z]*)\s*[\r\n]"
+_CSMNC: Final = rb"(?is)[^\r\n]{,60}\s+[^\r\n]{,80}BTM\s*[\r\n].{,900}[\r\n](UN)?CORRECTED [A-Z]+ +UNIT:"
+_JMA: Final = rb"(?is)\s*SITE CODE *=.{,900}[\r\n] *INITIAL TIME *="
+_CISMID: Final = rb"(?s).{,600}CISMID.{,600}[\r\n]1\. INFORMATION ABOUT THE SEISMIC STATION"
 _ASA: Final = rb"(?is).*ARCHIVO ESTANDAR DE ACELERACION"
 
 FORMATS: Final = (
@@ -99,6 +105,9 @@ FORMATS: Final = (
     Format("nsmn", "NSMN / AFAD (Türkiye)", rb"(?i)[^\n]*STRONG GROUND MOTION RECORDS OF TURK", nsmn.read),
     Format("bhrc", "BHRC (Iran)", rb"\* VOL", bhrc.read),
     Format("unam-asa", "UNAM ASA 2.0 (Mexico)", _ASA, unam.read),
+    Format("csmnc", "CSMNC (China)", _CSMNC, csmnc.read, "CSMNC"),
+    Format("jma", "JMA CSV (Japan)", _JMA, jma.read),
+    Format("cismid", "CISMID (Peru)", _CISMID, cismid.read, "CISMID"),
     Format("miniseed", "MiniSEED with StationXML", rb"\d{6}[DRQM][ \x00]", miniseed.read, declared=True),
     Format("sac", "SAC", _sac, sac.read, declared=True),
     # Never by content: columns of numbers say nothing about themselves.

@@ -1,0 +1,67 @@
+"""CSMNC, China (China Strong Motion Networks Center): one component per file, cm/s².
+
+The format, as its files describe themselves: lines of text, of which the second ends with the origin time, ``COMP.``
+names the axis, the next line the quantity and its unit, then count and interval, and peak and duration; the name of
+the centre and a blank line; then eight samples per line. Times are those of Beijing (BTM). The time of the recorder,
+which is that of the first sample, is in the later files only.
+"""
+
+from datetime import timedelta
+from typing import Final
+
+from overturning.records.component import Component, Direction, parse_axis, sensor_at
+from overturning.records.formats.header import Fields, Header, stated_time
+from overturning.records.formats.lines import FLOAT
+from overturning.records.source import SourceFile
+from overturning.units import GAL
+
+BEIJING: Final = timedelta(hours=8)
+CLOCK: Final = r"(\d{4}-\d+-\d+\s+\d+:\d+:\d+(?:\.\d+)?)\s*BTM"
+CLOCKS: Final = ("%Y-%m-%d %H:%M:%S", "%Y-%m-%d %H:%M:%S.%f")
+PLACE: Final = rf"({FLOAT})\s*([NS])[,\s]+({FLOAT})\s*([EW])"
+AXES: Final[dict[str, Direction]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
+FIELDS: Final[Fields] = {
+    "origin": (1, rf"{CLOCK}\s*$"),
+    "event": (2, "(.*)"),
+    "epicentre": rf"^\s*EPICENTER\s+{PLACE}",
+    "depth": rf"^\s*EPICENTER\b.*\bDEPTH\s*({FLOAT})\s*KM",
+    "magnitude": rf"^\s*MAGNITUDE\s+({FLOAT})",
+    "station": r"^\s*STATION:\s*(\S+)",
+    "coordinates": rf"^\s*STATION:\s*\S+\s+{PLACE}",
+    "observing point": r"^\s*OBSERVING POINT:\s*(.*)",
+    "COMP. with the axis": r"^\s*COMP\.\s*(\S.*)",
+    "quantity": r"^\s*((?:UN)?CORRECTED \S.*)",
+    "NO. OF POINTS": r"NO\. OF POINTS:\s*(\d+)",
+    "interval": rf"EQUALLY SPACED INTERVALS OF:\s*({FLOAT})\s*SEC",
+    "peak": rf"PEAK VALUE:\s*({FLOAT})",
+    "duration": rf"DURATION:\s*({FLOAT})\s*SEC",
+    "start": rf"RECORDER TIME:\s*{CLOCK}",
+    "the line CSMNC": r"^\s*(CSMNC)\s*$",
+}
+ACCELERATION: Final = r"(UN)?CORRECTED ACCELERATION\s+UNIT:\s*(CM/SEC/SEC|GAL)\s*$"
+
+
+def read(source: SourceFile) -> list[Component]:
+    """Read one component; a RecordError names the line where the file is cut or contradicts itself."""
+    header = Header.of(source, FIELDS, 20, length=17)
+    header.check_unit("quantity", ACCELERATION, "acceleration in CM/SEC/SEC")
+    axis = header.text("COMP. with the axis")
+    samples, notes = header.promised("NO. OF POINTS", header.column(header.at("the line CSMNC") + 1))
+    interval = header.value("interval")
+    header.check_duration("duration", samples.size, interval)
+    return [
+        header.component(
+            axis,
+            AXES.get(axis.upper(), parse_axis(axis)),
+            samples * GAL,
+            interval,
+            start=header.moment("start", *CLOCKS, ahead=BEIJING) if header.text("start") else None,
+            origin=stated_time(header.text("origin"), *CLOCKS, ahead=BEIJING),
+            peak=header.peak("peak", GAL) if header.text("peak") else None,
+            sensor=sensor_at(text=header.text("observing point")),
+            location=" ".join(header.text("observing point").split()),
+            processed=header.text("quantity").upper().startswith("CORRECTED"),
+            extra=header.numbers({"depth_km": "depth"}),
+            notes=notes,
+        )
+    ]

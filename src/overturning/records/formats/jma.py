@@ -1,0 +1,61 @@
+"""JMA (Japan Meteorological Agency), CSV: three components in one file, Gal, offset still in.
+
+The format, as its files describe themselves: lines ``KEY = text`` with the station, its place, rate, unit, and the time
+of the first sample, of Japan; a line that names the columns, NS, EW and UD, of which the first letter is positive; then
+three samples per line. Lines may be filled up with commas. Neither count nor peak is stated, so that a file which was
+cut between two lines cannot be told from a whole one.
+"""
+
+import re
+from dataclasses import replace
+from datetime import timedelta
+from typing import Final
+
+from overturning.records.component import Component, Direction
+from overturning.records.formats.header import Fields, Header
+from overturning.records.formats.lines import FLOAT
+from overturning.records.source import SourceFile
+from overturning.units import GAL
+
+JAPAN: Final = timedelta(hours=9)
+AXES: Final[dict[str, Direction]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
+CLOCKS: Final = ("%Y %m %d %H %M %S", "%Y %m %d %H %M %S.%f", "%y %m %d %H %M %S", "%y %m %d %H %M %S.%f")
+FIELDS: Final[Fields] = {
+    "SITE CODE": r"^\s*SITE CODE\s*=\s*([^,]*)",
+    "LAT.": rf"^\s*LAT\.?\s*=\s*({FLOAT})",
+    "LON.": rf"^\s*LON\.?\s*=\s*({FLOAT})",
+    "SAMPLING RATE": rf"^\s*SAMPLING (?:RATE|FREQ)\.?\s*=\s*({FLOAT})\s*Hz",
+    "UNIT": r"^\s*UNIT\s*=\s*([^,]*)",
+    "INITIAL TIME": r"^\s*INITIAL TIME\s*=\s*([^,]*)",
+    "the line NS,EW,UD": r"^\s*((?:NS|EW|UD)\s*,\s*(?:NS|EW|UD)\s*,\s*(?:NS|EW|UD))[\s,]*$",
+}
+
+
+def read(source: SourceFile) -> list[Component]:
+    """Read all components; a RecordError names the line where the file is cut or contradicts itself."""
+    header = Header.of(source, FIELDS, 20)
+    first = header.at("the line NS,EW,UD") + 1
+    header.check_unit("UNIT", r"gal\b", "gal")
+    columns = re.split(r"\s*,\s*", header.text("the line NS,EW,UD").upper())
+    if len(set(columns)) < len(AXES):
+        raise header.error("the line NS,EW,UD", f"columns {', '.join(columns)}; one of them comes twice: correct it")
+    if source.text.rstrip("\x1a\x00")[-1:] not in "\r\n":
+        why = "the last line has no line end, so its last number may be cut; add one if it is whole"
+        raise header.error(len(header.lines) - 1, why)
+    # A line with an empty cell between its commas is left, and then is no row of numbers.
+    filled = (line.rstrip(", \t") for line in source.lines)
+    spaced = [line if re.search(r",\s*,", line) else line.replace(",", " ") for line in filled]
+    values = replace(header, lines=spaced).rows(first, len(columns))
+    station = " ".join(header.text("SITE CODE").split())
+    return [
+        header.component(
+            axis,
+            AXES[axis],
+            values[:, column] * GAL,
+            header.interval("SAMPLING RATE"),
+            start=header.moment("INITIAL TIME", *CLOCKS, ahead=JAPAN),
+            station=station,
+            place=(header.value("LAT."), header.value("LON.")),
+        )
+        for column, axis in enumerate(columns)
+    ]

@@ -300,7 +300,7 @@ def test_cismid_has_peaks_in_the_order_of_its_columns_and_the_date_of_the_earthq
     summer = put(tmp_path, text.replace("October 17, 1966", "February 2, 1990"))
     assert (summer.start, summer.extra.get("origin_time")) == (None, None)
     assert put(tmp_path, text.replace("BASELINE CORRECTED", "BAND-PASS FILTERED")).extra["processed"] is True
-    with refused(RecordError, "line 29", "along EW"):
+    with refused(RecordError, "line 28", "along EW"):
         put(tmp_path, re.sub(r"(ACCELERATION +:) +(\S+)( +)(\S+)", r"\1 \4\3\2", cismid_text(A, 2 * B, C)))
 
 

@@ -22,7 +22,7 @@ from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.shapes import Circle, Rectangle
 from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior
-from overturning.statistics.bootstrap import Interval, bootstrap
+from overturning.statistics.bootstrap import Interval, bootstrap, unanimous_share_interval
 from overturning.surveys.inversion import NO_FIT, POWER, Inversion
 from overturning.surveys.library import Candidate, candidates
 from overturning.surveys.posterior import Posterior
@@ -161,10 +161,9 @@ def share_interval(rows: pd.DataFrame, name: str) -> Interval:
     there is none of fewer than eight. Where all surveys agree the bound is exact: n of n earthquakes hold with pⁿ.
     """
     of_event = rows.groupby("event")[name].agg(["sum", "size"]).to_numpy(np.float64)
-    count, share = len(of_event), of_event[:, 0].sum() / of_event[:, 1].sum()
-    if share in (0.0, 1.0):
-        least = 0.05 ** (1 / count)
-        return Interval(least, 1.0) if share else Interval(0.0, 1 - least)
+    exact = unanimous_share_interval(of_event[:, 0] / of_event[:, 1])
+    if exact is not None:
+        return exact
 
     def of_sample(drawn: FloatArray) -> FloatArray:
         held, surveys = drawn.sum(axis=1).T

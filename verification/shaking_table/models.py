@@ -68,7 +68,7 @@ SPACE: Final = "ensemble of prisms in space"
 
 def _logistic(predictors: FloatArray, tests: Tests, specimen: int, learn: Rows, foretell: Rows) -> FloatArray:
     fell = tests.fell[specimen][learn].astype(np.float64)
-    fit = logistic_fit(predictors[learn], fell, tests.motion[learn])
+    fit = logistic_fit(predictors[learn], fell, tests.motion[learn], intervals=False)
     return fit.probability(predictors[foretell])
 
 

@@ -91,7 +91,7 @@ def foretold(tests: pd.DataFrame, fractions: FloatArray) -> tuple[dict[str, Floa
     halves: list[Rows] = [np.arange(len(tests))[begin::2] for begin in (0, 1)]  # the first test is number 1
     centres = []
     for learn, other in (halves, halves[::-1]):
-        fit = logistic_fit(peaks[learn], fell[learn].astype(float), cells(tests)[learn])
+        fit = logistic_fit(peaks[learn], fell[learn].astype(float), cells(tests)[learn], intervals=False)
         best = most_likely_centre(fractions, fell, learn)
         logistic[other], rigid[other] = fit.probability(peaks[other]), fractions[best][other]
         centres.append((float(B_OVER_H[best // HEIGHT.size]), float(HEIGHT[best % HEIGHT.size])))

@@ -39,8 +39,8 @@ class LogisticFit:
     names : tuple of str
         ``intercept`` and the predictors.
     coefficient, standard_error, low, high : ndarray, shape (k,)
-        Estimates, cluster-robust standard errors and intervals; NaN where not to be had, the latter two of fewer than
-        `FEWEST_EARTHQUAKES` clusters.
+        Estimates, standard errors and intervals of the jackknife over clusters, see `logistic_fit`. Without intervals
+        the estimates are those of maximum likelihood and the others NaN.
     rows, clusters : int
         Rows that entered and independent clusters (earthquakes) they came from.
     minimum, maximum : ndarray, shape (k − 1,)
@@ -73,13 +73,16 @@ def logistic_fit(
     *,
     weight: ArrayLike | None = None,
     names: Sequence[str] = (),
+    intervals: bool = True,
 ) -> LogisticFit:
-    """Maximum-likelihood logistic regression with cluster-robust covariance.
+    """Logistic regression of clustered data, with intervals that leave out one cluster at a time.
 
-    Newton's method (McCullagh & Nelder 1989, Generalized Linear Models, section 4.4). Covariance G/(G − 1) H⁻¹
-    (Σ_g s_g s_gᵀ) H⁻¹ with H the information and s_g the score of cluster g (Liang & Zeger 1986, Biometrika 73);
-    intervals from Student's t with G − 1 degrees of freedom (Cameron & Miller 2015, Journal of Human Resources 50),
-    which few clusters need.
+    Maximum likelihood by Newton's method (McCullagh & Nelder 1989, Generalized Linear Models, section 4.4) gives b
+    from all G clusters and b_g without cluster g. The estimate is G b − (G − 1) b̄, with the bias of order 1/G
+    removed (Quenouille 1956, Biometrika 43), its covariance (G − 1)/G Σ_g (b_g − b̄)(b_g − b̄)ᵀ, which is CR3
+    (MacKinnon, Nielsen & Webb 2023, Journal of Applied Econometrics 38), and intervals are those of Student's t
+    with G − 1 degrees of freedom. The sandwich estimate of the covariance is too small for few clusters: its
+    intervals hold the truth in 86 to 92 % for 14 earthquakes.
 
     Parameters
     ----------
@@ -88,12 +91,15 @@ def logistic_fit(
     outcome, weight, cluster : array_like, shape (n,)
         0 and 1, or a share between; weight of each row, 1 where not given; which rows belong together.
         An `ArgumentError` where shapes do not fit or an outcome lies outside 0 to 1.
+    intervals : bool
+        False: the estimates of maximum likelihood alone, as a prediction needs them.
 
     Returns
     -------
     LogisticFit
         With ``note`` instead of estimates where all outcomes are equal, or where a combination of predictors separates
-        them, so that no finite estimate exists (Albert & Anderson 1984, Biometrika 71).
+        them, so that no finite estimate exists (Albert & Anderson 1984, Biometrika 71). No intervals of fewer than
+        `FEWEST_EARTHQUAKES` clusters, nor where there is no fit without one of them.
     """
     x, y = np.asarray(predictors, dtype=np.float64), np.asarray(outcome, dtype=np.float64)
     if x.ndim != 2 or y.shape != x.shape[:1]:
@@ -104,7 +110,7 @@ def logistic_fit(
     _, member = np.unique(np.asarray(cluster), return_inverse=True)
     groups = int(member.max()) + 1 if y.size else 0
     label = ("intercept", *(names or [f"x{i + 1}" for i in range(x.shape[1])]))
-    coefficient = variance = np.full(len(label), np.nan)
+    coefficient = error = np.full(len(label), np.nan)
     note = ""
     if y.size == 0 or y.min() == y.max():
         note = "no fit: " + ("no outcome is known" if y.size == 0 else "everything falls" if y[0] else "nothing falls")
@@ -113,19 +119,18 @@ def logistic_fit(
         centre, scale = x.mean(axis=0), x.std(axis=0)
         varies = scale > 1e-12 * np.maximum(1.0, np.abs(centre))
         design = np.column_stack([np.ones_like(y), (x[:, varies] - centre[varies]) / scale[varies]])
-        beta, note = _newton(design, y, w)
+        beta, note = _newton(design, y, w, np.zeros(design.shape[1]))
     if not note:
         # Back to the predictors' own units; a predictor that does not vary gets no coefficient.
-        back = np.zeros((x.shape[1] + 1, design.shape[1]))
-        back[0, 0] = 1.0
-        back[0, 1:] = -centre[varies] / scale[varies]
-        back[1 + np.flatnonzero(varies), 1 + np.arange(int(varies.sum()))] = 1 / scale[varies]
-        coefficient = np.where(np.concatenate(([True], varies)), back @ beta, np.nan)
-        if groups >= FEWEST_EARTHQUAKES:
-            variance = np.diag(_sandwich(design, y, w, beta, member, back))
-        else:
+        back = _unscaling(centre, scale, varies)
+        given = np.where(np.concatenate(([True], varies)), 0.0, np.nan)
+        coefficient = back @ beta + given
+        if intervals and groups >= FEWEST_EARTHQUAKES:
+            without, note = _leave_one_out(design, y, w, beta, member)
+            if not note:
+                coefficient, error = (one + given for one in _jackknife(coefficient, without @ back.T))
+        elif intervals:
             note = f"no interval: fewer than {FEWEST_EARTHQUAKES} earthquakes"
-    error = np.where(np.isfinite(coefficient), np.sqrt(variance), np.nan)
     half = float(scipy.special.stdtrit(groups - 1, (1 + LEVEL) / 2)) * error
     nowhere = np.full(len(label) - 1, np.nan)
     return LogisticFit(
@@ -142,9 +147,17 @@ def logistic_fit(
     )
 
 
-def _newton(design: FloatArray, y: FloatArray, w: FloatArray) -> tuple[FloatArray, str]:
-    """Estimates by Newton's method, and a note where there are none."""
-    beta = np.zeros(design.shape[1])
+def _unscaling(centre: FloatArray, scale: FloatArray, varies: NDArray[np.bool_]) -> FloatArray:
+    """Matrix from the coefficients of centred, scaled predictors that vary to those of all, shape (k, varying + 1)."""
+    back = np.zeros((centre.size + 1, int(varies.sum()) + 1))
+    back[0, 0] = 1.0
+    back[0, 1:] = -centre[varies] / scale[varies]
+    back[1 + np.flatnonzero(varies), 1 + np.arange(int(varies.sum()))] = 1 / scale[varies]
+    return back
+
+
+def _newton(design: FloatArray, y: FloatArray, w: FloatArray, beta: FloatArray) -> tuple[FloatArray, str]:
+    """Estimates by Newton's method from first ones, and a note where there are none."""
     for _ in range(MOST_ITERATIONS):
         p = 1 / (1 + np.exp(-np.clip(design @ beta, -700, 700)))
         information = (design * (w * p * (1 - p))[:, None]).T @ design
@@ -160,16 +173,29 @@ def _newton(design: FloatArray, y: FloatArray, w: FloatArray) -> tuple[FloatArra
     return beta, "no fit: the iteration does not converge"
 
 
-def _sandwich(
-    design: FloatArray, y: FloatArray, w: FloatArray, beta: FloatArray, member: NDArray[np.intp], back: FloatArray
-) -> FloatArray:
-    """Cluster-robust covariance of the estimates in the predictors' own units, to which ``back`` leads."""
-    groups = int(member.max()) + 1
-    p = 1 / (1 + np.exp(-(design @ beta)))
-    score = np.zeros((groups, design.shape[1]))
-    np.add.at(score, member, design * (w * (y - p))[:, None])
-    bread = np.linalg.inv((design * (w * p * (1 - p))[:, None]).T @ design)
-    return np.asarray(groups / (groups - 1) * back @ bread @ (score.T @ score) @ bread @ back.T)
+def _leave_one_out(
+    design: FloatArray, y: FloatArray, w: FloatArray, beta: FloatArray, member: NDArray[np.intp]
+) -> tuple[FloatArray, str]:
+    """Estimates without each cluster in turn, shape (clusters, k), and a note where one of them has none."""
+    estimates = []
+    for one in range(int(member.max()) + 1):
+        kept = member != one
+        if y[kept].min() == y[kept].max():
+            return np.empty((0, beta.size)), "no interval: all falls, or all stands, are of one earthquake"
+        if np.linalg.matrix_rank(design[kept]) < beta.size:
+            return np.empty((0, beta.size)), "no interval: without one earthquake predictors are linearly dependent"
+        found, note = _newton(design[kept], y[kept], w[kept], beta)
+        if note:
+            return np.empty((0, beta.size)), f"no interval: without one earthquake {note.removeprefix('no fit: ')}"
+        estimates.append(found)
+    return np.array(estimates), ""
+
+
+def _jackknife(estimate: FloatArray, without: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Estimate less its bias, and standard error, from those without each cluster, shape (clusters, k)."""
+    groups, mean = len(without), without.mean(axis=0)
+    error = np.sqrt((groups - 1) / groups * ((without - mean) ** 2).sum(axis=0))
+    return groups * estimate - (groups - 1) * mean, error
 
 
 def overturning_rows(

@@ -56,8 +56,8 @@ def cause(results: Results) -> Said:
         yield table(("predictor", "coefficient", "95 % interval", "range of the data"), rows, "t2")
         yield Note(
             f"Logistic fit of the probability of overturning to {fit.rows:,} planes and blocks of "
-            f"{counted(fit.clusters, 'earthquake')}; intervals clustered by earthquake. PGV/PGA in s, H in m. It says "
-            "nothing outside the range of the data."
+            f"{counted(fit.clusters, 'earthquake')}; estimates, corrected for bias, and intervals by leaving out one "
+            "earthquake at a time. PGV/PGA in s, H in m. It says nothing outside the range of the data."
         )
 
 

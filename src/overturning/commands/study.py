@@ -50,11 +50,14 @@ def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None
 @app.command()
 def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
     """Find what a run would find: wrong keys, missing and damaged files, too many cases; and about what it takes."""
+    from overturning.study.doubts import doubtful_settings
     from overturning.study.load import load_study
     from overturning.study.preflight import check_files, check_packages, check_primary, check_records, check_size
     from overturning.surveys.stones import read_survey_with_notes
 
     study = load_study(path)
+    for doubt in doubtful_settings(study):
+        print(f"{path}: {doubt}")
     size = check_size(study, str(path))
     check_packages(study, str(path))
     entries, _ = check_files(study, str(path))

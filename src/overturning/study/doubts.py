@@ -1,0 +1,132 @@
+"""Doubts about a study: values that are possible, and more likely in another unit, another quantity or a slip."""
+
+import math
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.model.geometry import native_size
+from overturning.model.scene import Scene
+from overturning.motion.soil import Layer, Rock
+from overturning.records.site import Site
+from overturning.study.evaluation import Population, Spread
+from overturning.study.schema import Study
+
+SLOWEST_SOIL: Final = 30.0
+"""Shear-wave velocity, m/s, below which a layer is doubted: mud and peat have more."""
+
+LARGEST_FRICTION: Final = 3.0
+"""Friction coefficient above which one is doubted: arctan 3 is 72°."""
+
+LARGEST_B_OVER_H: Final = 1.5
+"""B/H above which one is doubted: such a block slides, and hardly ever rocks."""
+
+LARGEST_AMPLITUDE: Final = 10.0
+"""Factor on a record above which one is doubted."""
+
+DENSITIES: Final = (1000.0, 8000.0)
+"""Densities, kg/m³, outside of which one is doubted: water, and above steel."""
+
+LARGEST_SHARE_OUTSIDE: Final = 0.2
+"""Share of a population outside the study's values of a size from which the population is doubted."""
+
+
+def doubtful_settings(study: Study) -> Iterator[str]:
+    """Yield a line for each doubtful value of a study: key, value, bound, and the likely cause."""
+    yield from _of_values(study)
+    sites = {"site": study.site} | {f"variants.{name}.site": one.site for name, one in study.variants.items()}
+    for key, site in sites.items():
+        if site is not None:
+            yield from _of_site(key, site)
+    scenes = {"scene": study.scene} | {f"variants.{name}.scene": one.scene for name, one in study.variants.items()}
+    for key, scene in scenes.items():
+        if scene is not None:
+            yield from _of_scene(key, scene)
+    if study.population is not None:
+        yield from _of_population(study, study.population)
+
+
+def _of_values(study: Study) -> Iterator[str]:
+    vertices = study.body is not None and study.body.vertices is not None
+    own = round(native_size(study.scene)[1], 10)
+    shapes = [one for one in study.b_over_h if one > LARGEST_B_OVER_H and not vertices and one != own]
+    if shapes:
+        yield (
+            f"b_over_h: {_listed(shapes)} above {LARGEST_B_OVER_H:g}; H/B? Give width over height: "
+            f"{_listed([1 / one for one in shapes])}"
+        )
+    yield from _of_friction("friction", study.friction)
+    factors = [one for one in study.amplitude if one > LARGEST_AMPLITUDE]
+    if factors:
+        yield (
+            f"amplitude: {_listed(factors)} above {LARGEST_AMPLITUDE:g}; per cent, or a peak? Give factors on each "
+            "record, 1 for the record as it is"
+        )
+    yield from _of_density("density", study.density)
+
+
+def _of_friction(key: str, values: tuple[float, ...]) -> Iterator[str]:
+    doubtful = [one for one in values if one > LARGEST_FRICTION]
+    if doubtful:
+        angles = [math.tan(math.radians(one)) for one in doubtful if one < 90]
+        instead = f" An angle of friction in degrees? Give its tangent: {_listed(angles)}" if angles else " Per cent?"
+        yield f"{key}: {_listed(doubtful)} above {LARGEST_FRICTION:g}.{instead}"
+
+
+def _of_density(key: str, density: float) -> Iterator[str]:
+    low, high = DENSITIES
+    if not low <= density <= high:
+        light = "; kN/m³? Times 102" if density < 100 else ""
+        cause = "; g/cm³? Times 1000" if low <= 1000 * density <= high else light
+        yield f"{key}: {density:g} kg/m³ outside {low:,.0f} to {high:,.0f} kg/m³{cause}"
+
+
+def _of_site(key: str, site: Site) -> Iterator[str]:
+    below: list[tuple[str, Layer | Rock]] = [(f"layers.{number}", one) for number, one in enumerate(site.layers)]
+    for name, one in [*below, ("rock", site.rock)]:
+        velocity = one.velocity_m_s
+        if velocity < SLOWEST_SOIL:
+            instead = f"km/s? Give {1000 * velocity:g}" if 1000 * velocity <= 1e4 else "another unit?"
+            yield f"{key}.{name}.velocity_m_s: {velocity:g} m/s below {SLOWEST_SOIL:g} m/s; {instead}"
+        yield from _of_density(f"{key}.{name}.density_kg_m3", one.density_kg_m3)
+
+
+def _of_scene(key: str, scene: Scene) -> Iterator[str]:
+    for name, material in scene.materials.items():
+        yield from _of_density(f"{key}.materials.{name}.density", material.density)
+    for number, law in enumerate(scene.contacts):
+        if law.friction is not None:
+            yield from _of_friction(f"{key}.contacts.{number}.friction", (law.friction,))
+
+
+def _of_population(study: Study, stones: Population) -> Iterator[str]:
+    """Doubt a population that lies outside the study's heights, B/H or frictions: each stone takes the nearest value.
+
+    Sizes are spread evenly, so quantiles stand for the stones.
+    """
+    quantile = (np.arange(50) + 0.5) / 50
+
+    def values(spread: Spread) -> FloatArray:
+        return np.asarray(spread.low + (spread.high - spread.low) * quantile)
+
+    width, height = values(stones.width), values(stones.height)
+    sizes = (
+        ("height", "population.height", height, study.height),
+        ("b_over_h", "population.width over height", width / height[:, None], study.b_over_h),
+        ("friction", "population.friction", values(stones.friction), study.friction),
+    )
+    for key, of, drawn, grid in sizes:
+        outside = float(np.mean((drawn < min(grid) - 1e-9) | (drawn > max(grid) + 1e-9)))
+        if outside > LARGEST_SHARE_OUTSIDE:
+            ends = f"{min(grid):g}" if min(grid) == max(grid) else f"{min(grid):g} to {max(grid):g}"
+            yield (
+                f"{of}: {drawn.min():.3g} to {drawn.max():.3g}, of which {100 * outside:.0f} % outside the study's "
+                f"{key}, {ends}; those stones take the nearest value: add values to {key}, or is a size in centimetres?"
+            )
+
+
+def _listed(values: list[float]) -> str:
+    more = f" and {len(values) - 3} more" if len(values) > 3 else ""
+    return ", ".join(f"{one:.3g}" for one in values[:3]) + more

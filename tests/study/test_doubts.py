@@ -1,0 +1,103 @@
+"""Doubts of `study check`: values in another unit, and none about the studies that come with the package."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from overturning.study.doubts import doubtful_settings
+from overturning.study.load import check_study, load_study
+from tests.expect import said
+
+CONFIG = Path(__file__).parents[2] / "config"
+PULSE = {"use": [], "pulses": {"p1": "sine amplitude_gal=300 period_s=1 azimuth_deg=60"}}
+GRID = {"b_over_h": [0.3, 0.7], "height": [0.6, 0.9], "friction": [0.5, 0.9]}
+"""The sizes of the default population."""
+
+
+def soil(velocity: float, rock: float = 760.0, **more: float) -> dict[str, Any]:
+    return {"layers": [{"thickness_m": 20, "velocity_m_s": velocity, **more}], "rock": {"velocity_m_s": rock}}
+
+
+def doubts(**keys: Any) -> list[str]:
+    return list(doubtful_settings(check_study({"name": "mine", "records": PULSE} | keys, "mine.yaml")))
+
+
+@pytest.mark.parametrize("path", sorted(CONFIG.glob("*.yaml")), ids=lambda path: path.stem)
+def test_no_study_of_the_package_is_doubted(path: Path) -> None:
+    assert list(doubtful_settings(load_study(path))) == []
+
+
+@pytest.mark.parametrize(
+    ("keys", "sound", "line"),
+    [
+        ({"site": soil(0.2)}, {"site": soil(30)}, "site.layers.0.velocity_m_s: 0.2 m/s below 30 m/s; km/s? Give 200"),
+        (
+            {"site": soil(150, 0.76)},
+            {"site": soil(150)},
+            "site.rock.velocity_m_s: 0.76 m/s below 30 m/s; km/s?",
+        ),
+        (
+            {"variants": {"soft": {"site": soil(0.15)}}},
+            {"variants": {"soft": {"site": soil(150)}}},
+            "variants.soft.site.layers.0.velocity_m_s: 0.15 m/s below 30 m/s; km/s? Give 150",
+        ),
+        ({"site": soil(150, density_kg_m3=180)}, {"site": soil(150)}, "site.layers.0.density_kg_m3: 180 kg/m³ outside"),
+        (
+            {"friction": [0.5, 30]},
+            {"friction": [3]},
+            "friction: 30 above 3. An angle of friction in degrees?",
+        ),
+        ({"b_over_h": [0.4, 2.5]}, {"b_over_h": [1.5]}, "b_over_h: 2.5 above 1.5; H/B? Give width over height: 0.4"),
+        ({"amplitude": [1, 50]}, {"amplitude": [1, 10]}, "amplitude: 50 above 10; per cent, or a peak?"),
+        ({"density": 2.65}, {"density": 1000}, "density: 2.65 kg/m³ outside 1,000 to 8,000 kg/m³; g/cm³? Times 1000"),
+        ({"density": 26}, {"density": 8000}, "density: 26 kg/m³ outside 1,000 to 8,000 kg/m³; kN/m³? Times 102"),
+        (
+            GRID | {"population": {"height": {"low": 6, "high": 9}, "width": {"low": 3, "high": 4}}},
+            GRID | {"population": {}},
+            "population.height: 6.03 to 8.97, of which 100 % outside the study's height, 0.6 to 0.9",
+        ),
+        (
+            GRID | {"population": {"width": {"low": 0.05, "high": 0.1}}},
+            GRID | {"population": {"width": {"low": 0.3, "high": 0.4}}},
+            "population.width over height: 0.0563 to 0.165, of which 100 % outside the study's b_over_h, 0.3 to 0.7",
+        ),
+        (
+            GRID | {"friction": [1.0], "population": {}},
+            GRID | {"population": {}},
+            "population.friction: 0.504 to 0.896, of which 100 % outside the study's friction, 1",
+        ),
+    ],
+)
+def test_values_in_another_unit_are_doubted(keys: dict[str, Any], sound: dict[str, Any], line: str) -> None:
+    """Each bound itself is sound."""
+    assert doubts(**sound) == []
+    (doubt,) = doubts(**keys)
+    assert doubt.startswith(line)
+
+
+def test_materials_and_contacts_of_a_scene_are_doubted() -> None:
+    scene: dict[str, Any] = {
+        "name": "mine",
+        "materials": {"stone": {"density": 2.65}},
+        "contacts": [{"between": ["stone", "stone"], "friction": 40}],
+        "elements": [
+            {"name": "ground", "kind": "driven", "vertices": [[-5, -1], [5, -1], [5, 0], [-5, 0]], "material": "stone"},
+            {"name": "shaft", "vertices": [[-0.1, 0], [0.1, 0], [0.1, 0.6], [-0.1, 0.6]], "material": "stone"},
+        ],
+    }
+    density, friction = doubts(scene=scene)
+    assert density.startswith("scene.materials.stone.density: 2.65 kg/m³")
+    assert friction.startswith("scene.contacts.0.friction: 40 above 3. An angle of friction in degrees?")
+    assert friction.endswith("Give its tangent: 0.839")
+
+
+def test_study_check_prints_doubts_and_goes_on(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    keys = {"name": "mine", "records": PULSE, "b_over_h": [2.5], "density": 2.65}
+    path.write_text(json.dumps(keys), encoding="utf-8")
+    text = said("study", "check", path)
+    assert f"{path}: b_over_h: 2.5 above 1.5; H/B? Give width over height: 0.4\n" in text
+    assert f"{path}: density: 2.65 kg/m³ outside" in text
+    assert "study 'mine', 1 record" in text

@@ -149,6 +149,34 @@ def test_axis_names(text, azimuth, vertical):
     assert parse_axis(text) == (azimuth, vertical)
 
 
+@pytest.mark.parametrize("suffix", ["", "2"])
+def test_the_japanese_trios_of_peer_have_north_east_and_up_by_their_names(tmp_path, suffix):
+    """NGA-West2 has EW, NS, UD of K-NET and EW2, NS2, UD2 of KiK-net's surface sensors."""
+    named = {"EW": A, "NS": B, "UD": C}
+    files = {f"x_{axis}.AT2": peer_text(x / 1000, 0.01, f"{axis}{suffix}") for axis, x in named.items()}
+    check(put(tmp_path, files), B * MG, A * MG, C * MG, rtol=1e-6)
+    assert put(tmp_path, files, vertical_sense="none").up is None
+
+
+@pytest.mark.parametrize(
+    "axes", [("90", "360", "HNQ"), ("HN1", "HN2", "HN3"), ("H1", "H2", "H3"), ("NS", "EW", "third")]
+)
+def test_a_third_axis_of_unknown_name_is_left_out_with_a_word_or_taken_as_declared(tmp_path, axes):
+    """Every trio with a name that nobody knows was refused, and neither up, down nor none helped."""
+    files = {f"x_{axis}.AT2": peer_text(x / 1000, 0.01, axis) for axis, x in zip(axes, (A, B, C), strict=True)}
+    known = parse_axis(axes[0])[0] is not None
+    turn = {} if known else {"azimuths_deg": (90, 0)}
+    north, east = (A, B) if axes[0] == "NS" else (B, A)
+    record = put(tmp_path, files, **turn)
+    check(record, north * MG, east * MG, rtol=1e-6)
+    assert f"vertical axis '{axes[2]}' left out: " in record.notes[0]
+    for sense, sign in (("up", 1), ("down", -1)):
+        check(put(tmp_path, files, vertical_sense=sense, **turn), north * MG, east * MG, sign * C * MG, rtol=1e-6)
+    assert put(tmp_path, files, vertical_sense="none", **turn).up is None
+    with refused(RecordError, "two horizontal components and at most one vertical"):
+        put(tmp_path, {f"y_{n}.AT2": peer_text(A / 1000, 0.01, n) for n in ("90", "H1", "H2")})
+
+
 def test_channel_codes():
     assert [channel_axis(code) for code in ("HNE", "HNZ", "HN1")] == [(90.0, 0), (None, 1), (None, 0)]
 

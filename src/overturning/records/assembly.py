@@ -14,6 +14,7 @@ from overturning.errors import Reasons, RecordError
 from overturning.motion.direction import direction_cosines
 from overturning.motion.plausible import implausible
 from overturning.records.component import (
+    MINIMUM_SINE,
     Component,
     agency_processing_of,
     check_peak,
@@ -21,6 +22,7 @@ from overturning.records.component import (
     is_vertical_of_unknown_sense,
     seed_sensor,
     skew_notes,
+    third_axis,
 )
 from overturning.records.doubts import check_dead_axis, sample_notes
 from overturning.records.earthquakes import distance_km
@@ -35,9 +37,6 @@ LEAST_PEAK = 0.8
 
 SAME_STATION = 1.0
 """Largest distance between the places that files of one station state, km: rounded degrees and minutes differ."""
-
-MINIMUM_SINE = 0.9
-"""Smallest sine of the angle between two horizontal axes that may be turned to north and east."""
 
 
 def iso(moment: datetime | None) -> str | None:
@@ -329,12 +328,12 @@ def _axes(components: Sequence[Component], azimuths_deg: Sequence[float] | None,
 def _with_sense(components: Sequence[Component], sense: VerticalSense | None) -> tuple[list[Component], list[str]]:
     """Vertical axes of unknown sense with the declared one, or left out; notes of what nobody, or wrongly, declared."""
     vertical = {"up": 1, "down": -1}.get(sense or "", 0)
-    kept, notes = [], []
+    kept, notes, third = [], [], third_axis(components)
     for component in components:
         if sense == "none" and component.vertical:  # which says its sense, and is left out all the same
             continue
         unknown = component.azimuth_deg is None and not component.vertical
-        if not (unknown and is_vertical_of_unknown_sense(component.axis)):
+        if not (unknown and (component is third or is_vertical_of_unknown_sense(component.axis))):
             kept.append(component)
             if vertical * component.vertical < 0:
                 notes.append(f"axis {component.axis!r} is not taken {sense}, as declared: its file says the opposite")

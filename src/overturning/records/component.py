@@ -1,5 +1,6 @@
 """What a file reader returns: one sensor axis with what the file says about it; axis names as networks write them."""
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -18,7 +19,7 @@ Direction = tuple[float | None, int]
 UNKNOWN: Direction = (None, 0)
 
 _WORDS: dict[Direction, str] = {
-    (None, 1): "UP U Z +Z UPWARD",
+    (None, 1): "UP U Z +Z UPWARD UD U-D",
     (None, -1): "DOWN DN DWN DOWNWARD -Z",
     (0.0, 0): "N NS N-S NORTH",
     (90.0, 0): "E EW E-W EAST",
@@ -31,10 +32,12 @@ _NAMED = {word: direction for direction, words in _WORDS.items() for word in wor
 def parse_axis(text: str) -> Direction:
     """Azimuth (0 ≤ azimuth < 360°, clockwise from north) and vertical sense (+1 up, −1 down, else 0) of an axis.
 
-    Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``, ``360 Deg``, ``N``, ``Up``, ``Down``… None
+    Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``, ``360 Deg``, ``N``, ``Up``, ``Down``, and the
+    Japanese ``NS2``, ``EW2``, ``UD2``, of which the first letter is positive and the number that of the sensor… None
     and 0: nothing is known (``H1``, ``RAD``, ``--L``, and a bare ``VERT``, whose sense nobody states).
     """
     word = re.sub(r"\s*(DEG(REES?)?|°)\.?$", "", text.strip().upper()).strip()
+    word = re.sub(r"^(N-?S|E-?W|U-?D)[12]$", r"\1", word)
     if word in _NAMED:
         return _NAMED[word]
     if match := re.fullmatch(r"([NS])\s*(\d{1,2}(?:\.\d+)?)\s*([EW])", word):
@@ -52,6 +55,27 @@ def is_vertical_of_unknown_sense(text: str) -> bool:
     """Whether an axis is vertical, up or down not being said: ``V``, ``+V``, ``VER``, ``Vert``, COSMOS code 402."""
     word = text.strip().upper().rpartition(":")[2].strip().rstrip(".")
     return word in {"V", "+V", "-V", "VER", "VRT", "VERT", "VERTICAL", "402"}
+
+
+def third_axis(components: "Sequence[Component]") -> "Component | None":
+    """Find the vertical axis of three by elimination: no name states it, but the other two are horizontal.
+
+    These have azimuths near a right angle, or the same name but for the numbers 1 and 2, of which it has 3 (``HN3``).
+    None where there is no such axis.
+    """
+    unknown = [c for c in components if c.azimuth_deg is None and not c.vertical]
+    if len(components) != 3 or any(c.vertical for c in components):
+        return None
+    first, second, *_ = [c.azimuth_deg for c in components if c.azimuth_deg is not None] + [0.0, 0.0]
+    if len(unknown) == 1:
+        return unknown[0] if abs(math.sin(math.radians(second - first))) >= MINIMUM_SINE else None
+    by_name = {c.axis.strip().upper(): c for c in unknown}
+    third = next((name for name in by_name if name.endswith("3")), "")
+    return by_name[third] if set(by_name) == {third[:-1] + number for number in "123"} else None
+
+
+MINIMUM_SINE: Final = 0.9
+"""Smallest sine of the angle between two horizontal axes that may be turned to north and east."""
 
 
 def channel_axis(code: str) -> Direction:

@@ -1,4 +1,3 @@
-import re
 import struct
 
 import numpy as np
@@ -88,18 +87,6 @@ def test_a_direction_other_than_that_of_the_code_is_told(tmp_path):
     metadata.unlink()
     (note,) = read_path(paths, Declarations(unit="gal")).notes
     assert note == "channel HNN is taken at 270°, as its header says; its code says north"
-
-
-def test_a_gain_that_its_stages_contradict_is_told(tmp_path):
-    metadata = write_inventory(tmp_path / "s.xml", CHANNELS)
-    waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
-    assert read_path(waves).notes == []
-    text = re.sub(r"(<InstrumentSensitivity>\s*<Value>)400000\.0", r"\g<1>800000.0", metadata.read_text())
-    metadata.write_text(text)
-    record = read_path(waves)
-    np.testing.assert_allclose(record.north, N / 800_000, rtol=1e-12)
-    what = "has a gain of 800000 in the StationXML, whose stages make 400000"
-    assert record.notes == [f"x.mseed: channel XX.TST1..{code} {what}" for code in ("HNE", "HNN")]
 
 
 def test_a_location_code_of_blanks_is_a_sensor_of_its_own(tmp_path):

@@ -218,7 +218,7 @@ def assemble(
             why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"
             raise RecordError(f"{window[0].file}: {why}")
     reasons.tell()
-    trusted = [*reasons.trusted, *([why] if why else [])]
+    trusted = [text for c in window for text in c.extra.get("trusted", ())] + reasons.trusted + ([why] if why else [])
     azimuths = [((c.azimuth_deg or 0.0) + declared.correction_deg) % 360.0 for c in window[:2]]
     north, east = _to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1])
     first = window[0]

@@ -97,6 +97,17 @@ def other_than_coded(code: str, direction: Direction, by: str) -> tuple[str, ...
     return () if alike else (f"channel {code} is taken {where}, as {by} says; its code says {said}",)
 
 
+def by_code(code: str, direction: Direction, why: str) -> tuple[Direction, tuple[str, ...]]:
+    """Return the direction that a channel code names (HNE, E, EW) where nothing else states one, with a note of it."""
+    if direction != UNKNOWN:
+        return direction, ()
+    coded = channel_axis(code) if re.fullmatch("[A-Z]{2}[NEZ]", code.upper()) else parse_axis(code)
+    if coded == UNKNOWN:
+        return UNKNOWN, ()
+    where = {1: "up", -1: "down"}.get(coded[1], f"at {coded[0] or 0.0:g}°")
+    return coded, (f"{why}; the code of channel {code} says {where}",)
+
+
 def coded_azimuth(code: float) -> Direction:
     """Direction of a horizontal axis whose azimuth a code states, from 1 to 360 degrees; any other says nothing."""
     return (float(code) % 360.0, 0) if 0 < code <= 360 else UNKNOWN

@@ -11,7 +11,8 @@ from typing import Any
 from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.files import atomic_write
 from overturning.records.download import SET_CREDENTIALS, credentials, retried
-from overturning.records.formats.miniseed import read_inventory, read_stream
+from overturning.records.formats.miniseed import read_stream
+from overturning.records.formats.stationxml import read_inventory
 from overturning.records.source import SourceFile, is_web_page
 
 CODES = ("network", "station", "location", "channel")

@@ -7,7 +7,7 @@ format. The header states no peak; the earthquake's date has no time.
 import re
 from typing import Any, Final
 
-from overturning.records.component import Component, parse_axis
+from overturning.records.component import Component, by_code, parse_axis
 from overturning.records.formats.header import Fields, Header
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
@@ -35,5 +35,7 @@ def read(source: SourceFile) -> list[Component]:
         event, station = f"{', '.join(parts[:dated])} {parts[dated]}", parts[dated + 1 : -1]
     corners = header.match("corners")
     filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
-    more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered, "notes": notes}
-    return [header.component(axis, parse_axis(axis), samples * STANDARD_GRAVITY, header.value("DT"), **more)]
+    direction, coded = by_code(axis, parse_axis(axis), f"{source.name}: its header states no azimuth")
+    more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered}
+    more |= {"notes": (*notes, *coded)}
+    return [header.component(axis, direction, samples * STANDARD_GRAVITY, header.value("DT"), **more)]

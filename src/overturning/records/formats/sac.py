@@ -7,8 +7,17 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, other_than_coded, sensor_at
-from overturning.records.formats.miniseed import components_of, read_inventory, read_stream
+from overturning.records.component import (
+    UNKNOWN,
+    Component,
+    Direction,
+    StatedPeak,
+    by_code,
+    other_than_coded,
+    sensor_at,
+)
+from overturning.records.formats.miniseed import components_of, read_stream
+from overturning.records.formats.stationxml import read_inventory
 from overturning.records.source import Declarations, SourceFile
 from overturning.units import UNITS
 
@@ -34,7 +43,7 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
         raise RecordError(f"{source.name}: {what} by its header, not evenly sampled acceleration; get that file")
     inventory = read_inventory(declared.metadata)
     if inventory is not None:
-        return components_of(stream, inventory, source, declared.unit)
+        return components_of(stream, inventory, source, declared)
     if declared.unit is None:
         raise RecordError(
             f"{source.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: "
@@ -64,6 +73,10 @@ def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations
     places = {} if None in epicentre.values() else epicentre
     direction = _orientation(known("cmpaz"), known("cmpinc"))
     notes = other_than_coded(trace.stats.channel, direction, "its header")
+    if known("cmpaz") is None or known("cmpinc") is None:
+        why = f"{source.name}: its header states no direction (CMPAZ, CMPINC)"
+        direction, coded = by_code(trace.stats.channel, direction, why)
+        notes += coded
     if (factor := known("scale")) not in (None, 0.0, 1.0):
         notes += (f"{source.name}: its header's SCALE, {factor:g}, is not applied: samples are in {unit}, as declared",)
     return Component.of(

@@ -1,0 +1,174 @@
+"""StationXML: the epoch of a channel that goes with a trace, and its gain, unit, orientation and place."""
+
+import io
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from overturning.errors import RecordError
+from overturning.records.component import UNKNOWN, Direction
+from overturning.records.source import Declarations, SourceFile
+from overturning.units import GAL, STANDARD_GRAVITY
+
+_LENGTHS: Final = {"M": 1.0, "CM": GAL, "MM": 1e-3, "UM": 1e-6, "NM": 1e-9}
+_SCALES: Final = {f"{length}/S2": scale for length, scale in _LENGTHS.items()} | {"GAL": GAL, "G": STANDARD_GRAVITY}
+
+UNLIKE_GAINS: Final = 0.05
+"""Largest relative difference of a channel's gain from the product of its stages; evalresp warns from there on."""
+
+UNLIKE_VELOCITY_GAINS: Final = 1.0
+"""The same of a velocity sensor, whose stages may have their gains at other frequencies."""
+
+_NOT_ORIENTED: Final = re.compile(
+    r"orientation\s+(is\s+|are\s+)?(not\s+known|unknown|undetermined)|unknown\s+(sensor\s+)?orientation", re.IGNORECASE
+)
+
+
+def unit_of(text: str) -> str:
+    """Return one spelling of a unit: ``M/S2`` for ``m/s**2 ``, ``M/(S^2)``, ``M/SEC^2``, ``m s-2``; else upper case."""
+    word = re.sub(r"[\s()^]|\*\*", "", text.upper().replace("²", "2").replace("SEC", "S"))
+    word = re.sub(r"(?<=M)[*.·]?S-2$", "/S2", word)
+    word = re.sub(r"(?<=M)[*.·]?S-1$", "/S", word)
+    return re.sub(r"/S/S$|/S\*S$", "/S2", word)
+
+
+def acceleration_scale(unit: str) -> float | None:
+    """Return the size of a unit of acceleration in m/s²; None of any other unit."""
+    return _SCALES.get(unit_of(unit))
+
+
+def is_velocity(unit: str) -> bool:
+    """Return True if the unit is metres per second."""
+    return unit_of(unit) == "M/S"
+
+
+def read_inventory(files: Sequence[SourceFile]) -> Any:
+    """All StationXML files as one inventory, None without files; a RecordError where one is damaged."""
+    import obspy
+
+    inventory = None
+    for file in files:
+        try:
+            one = obspy.read_inventory(io.BytesIO(file.data), format="STATIONXML")
+        except Exception as problem:  # lxml and obspy raise many kinds; each means that the file is damaged
+            raise RecordError(f"{file.name}: damaged StationXML ({problem}); get it again") from problem
+        inventory = one if inventory is None else inventory + one
+    return inventory
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """A channel of the StationXML in the time of a trace."""
+
+    channel: Any  # obspy's
+    unit: str  # as written, without blanks around it
+    gain: float  # counts per unit; negative where the polarity is reversed
+    direction: Direction
+    not_oriented: bool  # whether a text of the channel says that its orientation is not known
+    notes: tuple[str, ...]
+    trusted: tuple[str, ...]  # contradictions that --trust-data goes on over
+
+    @property
+    def trusted_entry(self) -> dict[str, tuple[str, ...]]:
+        """What a component states of trusted contradictions; empty without any."""
+        return {"trusted": self.trusted} if self.trusted else {}
+
+
+def epoch_of(trace: Any, inventory: Any, source: SourceFile, declared: Declarations) -> Epoch:
+    """Return the epoch of a trace's channel.
+
+    A RecordError where the StationXML has none, several that differ, no gain, or one that its stages contradict; the
+    second and the last may be trusted, and the epoch that began last is then taken.
+    """
+    name = f"{source.name}: channel {trace.id}"
+    trusted: list[str] = []
+
+    def contradict(why: str, remedy: str) -> None:
+        if not declared.trust_data:
+            raise RecordError(f"{name} {why}; {remedy}, or say --trust-data")
+        trusted.append(f"{name} {why}")
+
+    fitting = _fitting(trace, inventory)
+    if not fitting:
+        why = f"at {trace.stats.starttime} is not in the StationXML given"
+        raise RecordError(f"{name} {why}; get it with level=response for that channel and time")
+    channel = fitting[-1]
+    if len({_contents(one) for one in fitting}) > 1:
+        listed = " and ".join(f"{_gain_label(one)} from {str(one.start_date or 'ever')[:10]} on" for one in fitting)
+        contradict(
+            f"has {len(fitting)} epochs in the StationXML that fit {trace.stats.starttime} and differ: {listed}",
+            "end the one that was over, in the StationXML",
+        )
+    sensitivity = getattr(channel.response, "instrument_sensitivity", None)
+    if sensitivity is None or sensitivity.value is None:
+        raise RecordError(f"{name} has no gain in the StationXML; get it with level=response for that channel and time")
+    gain, unit = float(sensitivity.value), (sensitivity.input_units or "").strip().upper()
+    if not np.isfinite(gain) or gain == 0:
+        raise RecordError(f"{name} has a gain of {gain}; correct the StationXML")
+    made = stages_gain(channel.response)
+    limit = UNLIKE_VELOCITY_GAINS if is_velocity(unit) else UNLIKE_GAINS
+    if made is not None and max(abs(made / gain - 1.0), abs(gain / made - 1.0)) > limit:
+        contradict(f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}", "find out which is right")
+    direction, unknown = _orientation(channel)
+    notes: tuple[str, ...] = ()
+    if unknown:
+        notes = (f"{name}: the StationXML says {unknown!r}, so its azimuth is not taken",)
+    if gain < 0:
+        notes += (f"{name} has a negative gain, {gain:g}, in the StationXML: its polarity is taken as reversed",)
+    return Epoch(channel, unit, gain, direction, bool(unknown), notes, tuple(trusted))
+
+
+def stages_gain(response: Any) -> float | None:
+    """Return the product of the gains of a response's stages; None without stages, or where one has no gain."""
+    gains = [float(stage.stage_gain or 0.0) for stage in response.response_stages or ()]
+    return float(np.prod(gains)) if gains and all(gains) else None
+
+
+def _fitting(trace: Any, inventory: Any) -> list[Any]:
+    """Channels with the codes of a trace that were active at its first sample, in the order of their start."""
+    codes, moment = trace.stats, trace.stats.starttime
+    found = [
+        channel
+        for network in inventory
+        if network.code == codes.network and network.is_active(time=moment)
+        for station in network
+        if station.code == codes.station and station.is_active(time=moment)
+        for channel in station
+        if (channel.code, channel.location_code) == (codes.channel, codes.location) and channel.is_active(time=moment)
+    ]
+    return sorted(found, key=lambda channel: channel.start_date.timestamp if channel.start_date else -np.inf)
+
+
+def _contents(channel: Any) -> tuple[Any, ...]:
+    """What a record takes of a channel, to compare epochs."""
+    response = channel.response
+    sensitivity = getattr(response, "instrument_sensitivity", None)
+    stages = [
+        (type(stage).__name__, stage.stage_gain, str(getattr(stage, "poles", "")), str(getattr(stage, "zeros", "")))
+        for stage in getattr(response, "response_stages", None) or ()
+    ]
+    gain = (sensitivity.value, unit_of(sensitivity.input_units or "")) if sensitivity else None
+    return gain, tuple(stages), channel.azimuth, channel.dip, channel.depth, channel.latitude, channel.longitude
+
+
+def _gain_label(channel: Any) -> str:
+    sensitivity = getattr(channel.response, "instrument_sensitivity", None)
+    gain = f"gain {sensitivity.value:g}" if sensitivity and sensitivity.value is not None else "no gain"
+    return f"{gain}, azimuth {channel.azimuth}, dip {channel.dip}"
+
+
+def _orientation(channel: Any) -> tuple[Direction, str]:
+    """Direction of a channel by azimuth and dip, and the text of the channel that calls it unknown, if any."""
+    azimuth, dip = channel.azimuth, channel.dip
+    if dip is not None and abs(abs(dip) - 90.0) < 1.0:
+        return (None, 1 if dip < 0 else -1), ""
+    texts = [channel.description, *(comment.value for comment in channel.comments)]
+    texts += [channel.sensor.description] if channel.sensor else []
+    if unknown := next((text for text in texts if text and _NOT_ORIENTED.search(text)), ""):
+        return UNKNOWN, unknown
+    if azimuth is None or dip is None or abs(dip) > 1.0:
+        return UNKNOWN, ""
+    return (float(azimuth) % 360.0, 0), ""

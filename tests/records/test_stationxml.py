@@ -1,0 +1,159 @@
+"""StationXML: epochs, gains, units and orientation; axes that only the code of their channel names."""
+
+import re
+
+import numpy as np
+import obspy
+import pytest
+
+from overturning.errors import RecordError
+from overturning.records.formats.stationxml import acceleration_scale, is_velocity
+from overturning.records.read import read_path
+from overturning.records.source import Declarations
+from tests.expect import refused
+from tests.records.record_writers import peer_text
+from tests.records.seed_writers import write_inventory, write_mseed, write_sac
+
+random = np.random.default_rng(11)
+N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))
+CHANNELS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
+
+
+@pytest.mark.parametrize("factor", [10.0, 2.0, 1.06, 0.1])
+def test_a_gain_that_its_stages_contradict_is_refused(tmp_path, factor):
+    """A factor of ten in every acceleration was read with a line of warning."""
+    metadata = write_inventory(tmp_path / "s.xml", CHANNELS)
+    waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
+    assert read_path(waves).notes == []
+    overall = f"\\g<1>{400_000 * factor!r}"
+    text = re.sub(r"(<InstrumentSensitivity>\s*<Value>)400000\.0", overall, metadata.read_text())
+    metadata.write_text(text)
+    what = f"has a gain of {400_000 * factor:g} in the StationXML, whose stages make 400000"
+    with refused(RecordError, f"channel XX.TST1..HNE {what}", f"channel XX.TST1..HNN {what}", "--trust-data"):
+        read_path(waves)
+    record = read_path(waves, Declarations(trust_data=True))
+    np.testing.assert_allclose(record.north, N / (400_000 * factor), rtol=1e-12)
+    assert record.extra["trusted"][:2] == [f"x.mseed: channel XX.TST1..{code} {what}" for code in ("HNE", "HNN")]
+
+
+def test_two_epochs_that_fit_and_differ_are_refused(tmp_path):
+    """An epoch without an end: obspy takes the first that fits, here a gain of a quarter of the right one."""
+    older, newer = (obspy.read_inventory(write_inventory(tmp_path / "s.xml", CHANNELS, gain=g)) for g in (1e5, 4e5))
+    for inventory, year in ((older, 1990), (newer, 2000)):
+        for channel in inventory[0][0]:
+            channel.start_date = obspy.UTCDateTime(year, 1, 1)
+    waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
+    (older + newer).write(str(tmp_path / "s.xml"), format="STATIONXML")
+    what = "has 2 epochs in the StationXML that fit"
+    with refused(RecordError, f"HNE {what}", f"HNN {what}", "gain 100000", "1990-01-01", "gain 400000", "--trust-data"):
+        read_path(waves)
+    trusted = read_path(waves, Declarations(trust_data=True))
+    np.testing.assert_allclose(trusted.north, N / 4e5, rtol=1e-12)  # of the epoch that began last
+    assert all(what in text for text in trusted.extra["trusted"][:2])
+    for channel in older[0][0]:
+        channel.end_date = obspy.UTCDateTime(2000, 1, 1)
+    (older + newer).write(str(tmp_path / "s.xml"), format="STATIONXML")
+    np.testing.assert_allclose(read_path(waves).north, N / 4e5, rtol=1e-12)
+    (newer + newer).write(str(tmp_path / "s.xml"), format="STATIONXML")
+    assert read_path(waves).notes == [], "the same channel twice is no contradiction"
+
+
+def test_a_negative_gain_reverses_the_polarity_and_is_told(tmp_path):
+    write_inventory(tmp_path / "s.xml", CHANNELS, gain=-4e5)
+    record = read_path(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z}))
+    np.testing.assert_allclose(record.north, -N / 4e5, rtol=1e-12)
+    np.testing.assert_allclose(record.up, -Z / 4e5, rtol=1e-12)
+    assert len(record.notes) == 3
+    assert all("a negative gain, -400000" in note for note in record.notes)
+    write_inventory(tmp_path / "s.xml", CHANNELS, gain=0.0)
+    with refused(RecordError, "HNN has a gain of 0.0; correct the StationXML"):
+        read_path(tmp_path / "x.mseed")
+
+
+@pytest.mark.parametrize(("code", "unit"), [("HN", "M/S**2"), ("HH", "M/S")])
+def test_a_response_without_stages(tmp_path, code, unit):
+    """The gain alone will do for an accelerometer; a velocity sensor needs its stages: "list index out of range"."""
+    path = write_inventory(tmp_path / "s.xml", {f"{code}N": (0.0, 0.0), f"{code}E": (90.0, 0.0)}, unit=unit)
+    inventory = obspy.read_inventory(path)
+    for channel in inventory[0][0]:
+        channel.response.response_stages = []
+    inventory.write(str(path), format="STATIONXML")
+    waves = write_mseed(tmp_path / "x.mseed", {f"{code}N": N, f"{code}E": E})
+    if code == "HN":
+        np.testing.assert_allclose(read_path(waves).north, N / 4e5, rtol=1e-12)
+    else:
+        with refused(RecordError, "x.mseed: response of XX.TST1..HHE has no stages", "get level=response"):
+            read_path(waves)
+    for channel in inventory[0][0]:
+        channel.response = None
+    inventory.write(str(path), format="STATIONXML")
+    with refused(RecordError, f"x.mseed: channel XX.TST1..{code}E has no gain in the StationXML; get it with level="):
+        read_path(waves)
+
+
+@pytest.mark.parametrize(
+    ("unit", "scale"),
+    [
+        *[(unit, 1.0) for unit in ("M/S**2 ", "m/(s^2)", "M/SEC^2", "M/(SEC**2)", "m/s/s", "m s-2", "M/S²", "m*s**-2")],
+        *[("CM/SEC**2", 0.01), ("cm/(s^2)", 0.01), ("Gal", 0.01), ("nm/s**2", 1e-9), ("G", 9.80665)],
+        *[(unit, None) for unit in ("M/S", "m / sec", "V", "M", "M/S**3", "COUNTS", "")],
+    ],
+)
+def test_units_in_every_spelling(unit, scale):
+    assert acceleration_scale(unit) == scale
+    assert is_velocity(unit) == (unit in ("M/S", "m / sec"))
+
+
+@pytest.mark.parametrize("text", ["Sensor orientation not known", "orientation is unknown"])
+def test_an_orientation_that_nobody_knows_is_not_taken_as_north(tmp_path, text):
+    """GeoNet writes azimuths of 0 and 90 next to this comment."""
+    path = write_inventory(tmp_path / "s.xml", CHANNELS)
+    inventory = obspy.read_inventory(path)
+    for channel in inventory[0][0]:
+        channel.comments = [obspy.core.inventory.Comment(text)]
+    inventory.write(str(path), format="STATIONXML")
+    waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
+    with refused(RecordError, "axis 'HNE', 'HNN' says nothing about north"):
+        read_path(waves)
+    record = read_path(waves, Declarations(azimuths_deg=(90.0, 0.0)))
+    np.testing.assert_allclose(record.north, N / 4e5, rtol=1e-12)
+    np.testing.assert_allclose(record.up, Z / 4e5, rtol=1e-12)
+    assert sum(f"the StationXML says {text!r}" in note for note in record.notes) == 2
+
+
+def test_codes_name_the_axes_where_sac_and_stationxml_do_not(tmp_path):
+    """SAC as obspy writes it has no CMPAZ; azimuths in the order of the file names made HNE north."""
+    files = {
+        code: write_sac(tmp_path / f"T.{code}.sac", x / 1e5, code, None, None)
+        for code, x in zip(CHANNELS, (N, E, Z), strict=True)
+    }
+    record = read_path(files["HNE"], Declarations(unit="gal"))
+    for samples, truth in zip(record.components, (N, E, Z), strict=True):
+        np.testing.assert_allclose(samples, truth / 1e7, atol=1e-8)
+    assert sum("its header states no direction (CMPAZ, CMPINC); the code of channel" in x for x in record.notes) == 3
+    turned = read_path(files["HNE"], Declarations(unit="gal", azimuths_deg=(0.0, 90.0)))
+    np.testing.assert_allclose(turned.north, E / 1e7, atol=1e-8)
+    assert "axis 'HNE' is taken at 0°, as declared; its file says 90°" in turned.notes
+    assert "axis 'HNN' is taken at 90°, as declared; its file says 0°" in turned.notes
+    for path in files.values():
+        path.unlink()
+    write_inventory(tmp_path / "s.xml", dict.fromkeys(CHANNELS, (None, None)))
+    record = read_path(write_mseed(tmp_path / "x.mseed", {"HNE": E, "HNN": N, "HNZ": Z}))
+    np.testing.assert_allclose(record.north, N / 4e5, rtol=1e-12)
+    assert sum("the StationXML states no azimuth and dip; the code of" in note for note in record.notes) == 3
+
+
+def test_codes_that_name_no_axis_stay_unknown(tmp_path):
+    paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, None, None) for c, x in (("HN1", N), ("HN2", E))]
+    with refused(RecordError, "axis 'HN1', 'HN2' says nothing about north"):
+        read_path(paths, Declarations(unit="gal"))
+
+
+def test_the_code_names_the_axis_of_a_peer_file(tmp_path):
+    samples = {"HNN": N / 4e5, "HNE": E / 4e5, "HNZ": Z / 4e5}
+    for code, wave in samples.items():
+        (tmp_path / f"RSN1_A_{code}.AT2").write_text(peer_text(wave, 0.01, code))
+    record = read_path([tmp_path / f"RSN1_A_{code}.AT2" for code in ("HNE", "HNZ", "HNN")])
+    for found, wave in zip(record.components, samples.values(), strict=True):
+        np.testing.assert_allclose(found, wave * 9.80665, atol=1e-5)
+    assert sum("its header states no azimuth; the code of channel" in note for note in record.notes) == 3

@@ -361,7 +361,13 @@ def test_columns_as_declared(tmp_path, separator):
         ("1,2\n3\n", "north:gal east:gal", 0.01, ["line 2", "1 columns"]),
         ("1,2\n3,nan\n", "north:gal east:gal", 0.01, ["line 2", "nan"]),
         ("1,2\n3,\n", "north:gal east:gal", 0.01, ["line 2", "''"]),
-        ("n,e\nx,y\n1,2\n", "north:gal east:gal", 0.01, ["line 2", "'x'"]),
+        ("n,e\n1,2\nx,y\n", "north:gal east:gal", 0.01, ["line 3", "'x'"]),  # a word below numbers is no heading
+        ("1 2 3\n4 5\n6 7 8\n", "north:gal*3", 0.01, ["line 2", "2 values, 3 are declared"]),
+        ("1 2 3 4\n", "north:gal*3", 0.01, ["line 1", "4 values, 3 are declared"]),
+        (" 1.00 2.00\n 3.0\n", "north:gal*2F5", 0.01, ["line 2", "of 5 characters"]),
+        ("1 2\n", "north:gal*2 east:gal", 0.01, ["only a single column"]),
+        ("1\n2\n", "y.csv=north:gal", 0.01, ["no columns are declared of it, only of y.csv"]),
+        ("1\n2\n", "north:gal y.csv=east:gal", 0.01, ["'north:gal' stands before the name of its file"]),
         ("0,1,2\n1,3,4\n3,5,6\n", "time:s north:gal east:gal", None, ["line 2", "evenly"]),
         ("0,1,2\n0,3,4\n0,5,6\n", "time:s north:gal east:gal", None, ["evenly"]),
         ("0,1,2\n.1,3,4\n.2,5,6\n", "time:s north:gal east:gal", 0.2, ["0.1 s apart", "0.2"]),
@@ -392,6 +398,84 @@ def test_headings_that_say_otherwise_than_what_is_declared_are_told(tmp_path, he
     path.write_text(f"{headings}\n" + "".join(f"{n / 100},{n},{-2 * n}\n" for n in range(250)))
     record = read_path(path, Declarations(columns="time:s north:gal 90:gal", processed=True))
     assert record.notes == [f"x.csv: the column under {why}, as declared" for why in told]
+
+
+SCEC = "#    time(sec)      E-W({0})      N-S({0})      U-D({0})"
+
+
+@pytest.mark.parametrize(
+    ("headings", "columns", "told"),
+    [
+        (SCEC.format("cm/s/s"), "time:s east:gal north:gal up:gal", []),
+        (SCEC.format("cm/sec^2"), "time:s east:gal north:gal up:gal", []),
+        (SCEC.format("cm/s/s"), "time:s north:gal east:gal up:gal", ["E-W(cm/s/s)", "N-S(cm/s/s)"]),
+        (SCEC.format("m/s/s"), "time:s east:gal north:gal up:gal", ["E-W(m/s/s)", "N-S(m/s/s)", "U-D(m/s/s)"]),
+        ("# by hand\nStation X, 5 km\nt;E;N;Z\ns;g;g;g", "time:s east:gal north:gal up:gal", ["g", "g", "g"]),
+        (SCEC.format("cm/s/s"), "time:ms east:gal north:gal up:gal", ["time(sec)"]),
+    ],
+)
+def test_headings_behind_a_hash_and_on_several_lines_are_read(tmp_path, headings, columns, told):
+    """Swapped axes and other units passed where the heading stood behind #, and a second heading was refused."""
+    separator = ";" if ";" in headings else "\t"
+    rows = [separator.join(map(str, (n, n * n % 7, -2 * n, 3 * n))) for n in range(250)]
+    path = tmp_path / "x.bbp"
+    path.write_text("\n".join([*headings.split("\n"), *rows]) + "\n")
+    record = read_path(path, Declarations(columns=columns, processed=True, trust_data=True))
+    said = [note for note in record.notes if "as declared" in note]
+    assert [
+        note for note, text in zip(said, dict.fromkeys(told), strict=False) if f"under {text!r} is" not in note
+    ] == []
+    assert len(said) == len(told)
+    first = [-2 * n / 100 for n in range(250)] if "east:gal north" in columns else [n * n % 7 / 100 for n in range(250)]
+    np.testing.assert_allclose(record.north, first, rtol=1e-12)
+
+
+@pytest.mark.parametrize("unit", ["(cm/s)", "(m/s)", " velocity", "_vel", "(cm/sec)", " [mm/s]", "(cm)", " displ."])
+@pytest.mark.parametrize("mark", ["# ", ""])
+def test_columns_whose_heading_says_another_quantity_are_refused(tmp_path, unit, mark):
+    """SCEC's .vel.bbp was read as accelerations of 22 Gal."""
+    path = tmp_path / "a.vel.bbp"
+    path.write_text(f"{mark}time (s)\tN-S{unit}\tE-W{unit}\n" + "".join(f"{n / 100}\t{n}\t{-n}\n" for n in range(250)))
+    declared = {"columns": "time:s north:gal east:gal", "processed": True}
+    with refused(RecordError, "a.vel.bbp", "north in gal is declared", "--trust-data"):
+        read_path(path, Declarations(**declared))
+    assert any("trusted although" in note for note in read_path(path, Declarations(**declared, trust_data=True)).notes)
+
+
+def test_one_file_per_component_is_declared_by_the_names_of_the_files(tmp_path):
+    """Three files of one column had no way in; of two, one axis was taken by azimuths against its own column."""
+    axes = {"n": N / 1e3, "e": E / 1e3, "z": Z / 1e3}
+    for stem in ("a", "b"):
+        for axis, samples in axes.items():
+            text = "".join(f"{v!r}\n" for v in (samples * (1 + (stem == "b"))).tolist())
+            (tmp_path / f"{stem}_{axis}.txt").write_text(text)
+    given_ = {"sampling_interval_s": 0.01, "processed": True}
+    exact = Declarations(columns="a_n.txt=north:gal a_e.txt=east:gal a_z.txt=down:gal", **given_)
+    starred = Declarations(columns="*_n.txt=north:gal *_e.txt=east:gal *_z.txt=down:gal", **given_)
+    three = [tmp_path / f"a_{axis}.txt" for axis in "zne"]
+    for paths, declared in (([three[1]], exact), (three, exact), (three, starred)):
+        record = read_path(paths, declared)
+        for found, samples in ((record.north, N), (record.east, E), (record.up, -Z)):
+            np.testing.assert_allclose(found, samples / 1e5, rtol=1e-12)
+    found = check_paths([tmp_path], starred)
+    assert [finding.files for finding in found] == [tuple(f"{s}_{a}.txt" for a in "enz") for s in "ab"]
+    np.testing.assert_allclose(found[1].record.north, 2 * N / 1e5, rtol=1e-12)
+    entry = RecordEntry(id="x", source="a_n.txt a_e.txt a_z.txt", columns=exact.columns, **given_)
+    np.testing.assert_allclose(read_record(entry, tmp_path).up, -Z / 1e5, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("word", "width"), [("*8", 0), ("*8F10", 10), ("*8F10.3", 10)])
+def test_values_that_go_on_over_lines_are_read_in_their_order(tmp_path, word, width):
+    """Eight values a line, in columns that touch where they are of fixed width, and the last line shorter."""
+    for axis, samples in (("n", N), ("e", E)):
+        cells = [f"{v / 1e3:.3f}".rjust(width) if width else f"{v / 1e3:.3f} " for v in samples[:403]]
+        lines = ["STATION X", "ACCELERATION, 403 VALUES", *("".join(cells[i : i + 8]) for i in range(0, 403, 8))]
+        (tmp_path / f"{axis}.dat").write_text("\n".join(lines) + "\n")
+    columns = f"n.dat=north:gal{word} e.dat=east:gal{word}"
+    declared = Declarations(columns=columns, sampling_interval_s=0.01, processed=True, trust_data=True)
+    record = read_path([tmp_path / "n.dat", tmp_path / "e.dat"], declared)
+    np.testing.assert_allclose(record.north, np.round(N[:403] / 1e3, 3) / 100, rtol=1e-12)
+    np.testing.assert_allclose(record.east, np.round(E[:403] / 1e3, 3) / 100, rtol=1e-12)
 
 
 @quick

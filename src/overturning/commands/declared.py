@@ -51,7 +51,12 @@ class Declared:
         str,
         typer.Option("--azimuths", help="azimuths of the two horizontal axes where the files do not state them: 0,90"),
     ] = ""
-    columns: Annotated[str, typer.Option(help="read as columns: 'time:s north:gal east:gal up:gal'")] = ""
+    columns: Annotated[
+        str,
+        typer.Option(
+            help="read as columns: 'time:s north:gal east:gal up:gal'; by file: 'x_n.txt=north:gal x_e.txt=east:gal'"
+        ),
+    ] = ""
     format: Annotated[str, typer.Option(help="the only format allowed; otherwise by content")] = ""
     sampling_interval_s: Annotated[
         float | None, typer.Option("--sampling-interval", help="sampling interval of columns without a time, s")

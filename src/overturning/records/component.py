@@ -201,6 +201,7 @@ class Component:
     processed: bool = False  # whether the data has been corrected already, and is then left alone by default
     unit: str = ""  # the declared one, where the format leaves it open
     film: bool = False  # whether it was digitised from film, where each trace ends as far as it can be read
+    sisters: str = ""  # what files share that say nothing of themselves but are declared to be of one record
     extra: Mapping[str, Any] = field(default_factory=dict)  # what else the file states
     notes: tuple[str, ...] = ()  # what the user has to know of how it was read
 

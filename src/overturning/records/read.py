@@ -217,6 +217,8 @@ def _together(group: Sequence[Component], component: Component) -> bool:
         return first.sensor == component.sensor and not any(
             c.axis == component.axis and c.start == component.start for c in group
         )
+    if component.sisters and component.sisters == first.sisters:
+        return all(c.axis != component.axis for c in group)
     if not (component.station or component.event):
         return False
     alike = ("format", "station", "event", "latitude", "longitude", "sensor", "processed")
@@ -249,7 +251,8 @@ def read(
         As in a study, ``[{"step": "highpass", "corner_hz": 0.1}]``. By kind of file where not given: what its agency
         has processed is left alone.
     **declarations
-        What the files do not state: ``unit`` ("gal", "g", …), ``columns`` ("time:s north:gal east:gal up:gal"),
+        What the files do not state: ``unit`` ("gal", "g", …), ``columns`` ("time:s north:gal east:gal up:gal",
+        or by file "a_n.txt=north:gal a_e.txt=east:gal"),
         ``sampling_interval_s``, ``processed`` (columns do not say it), ``azimuths_deg`` of the two horizontal axes,
         ``correction_deg`` that is added to azimuths, ``vertical_sense`` ("up", "down", "none"), ``sensor`` ("surface",
         "borehole"), ``trust_data``, and ``format``, the only format allowed.

@@ -1,33 +1,35 @@
 """Plain columns (CSV, tab, blanks) whose meaning and units the record table declares: nothing is guessed."""
 
 import re
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
+from pathlib import PurePosixPath
 
 import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import Reasons, RecordError
 from overturning.records.component import UNKNOWN, Component, parse_axis
-from overturning.records.formats.lines import FLOAT, Lines
+from overturning.records.formats.headings import SECONDS, cells_of_headings, first_row, otherwise
+from overturning.records.formats.lines import Lines
 from overturning.records.source import Declarations, SourceFile
 from overturning.units import UNITS
-
-SECONDS: Final = {"s": 1.0, "ms": 1e-3}
-NUMBER: Final = re.compile(rf"{FLOAT}|[+-]?(nan|inf|infinity)", re.IGNORECASE)
-"""Of a cell with letters that is no heading, but a number or the lack of one."""
 
 
 def read(source: SourceFile, declared: Declarations) -> list[Component]:
     """Read all declared columns.
 
     ``columns`` names every column in order: ``time:s`` or ``time:ms``, ``skip``, or an axis with its unit:
-    ``north:gal``, ``N28W:g``, ``270:m/s2``, ``up:gal``, ``down:gal``. Lines that begin with ``#`` and one line of
-    headings are passed over.
+    ``north:gal``, ``N28W:g``, ``270:m/s2``, ``up:gal``, ``down:gal``. Of one file per component, ``x_n.txt=north:gal
+    x_e.txt=east:gal`` says which file has which; names may have ``*``. ``north:gal*8`` has eight values of one axis on
+    a line, ``north:gal*8F10`` in columns of ten characters. Lines that begin with ``#`` and headings are passed over.
     """
     name, reasons = source.name, Reasons()
+    columns: list[tuple[str, str]] = []
     with reasons.of():
-        columns = _columns(declared.columns, name)
+        text, sisters = _of_file(declared.columns, name)
+        text, per_line, width = _wrapping(text, name)
+        columns = _columns(text, name)
         if declared.sampling_interval_s is None and "time" not in dict(columns):
             raise RecordError(f"{name}: no column time and no sampling_interval_s; declare one of them")
     with reasons.of():
@@ -38,7 +40,7 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
             )
     reasons.tell()
     lines = Lines(source, source.lines)
-    rows, first, notes = _rows(lines, columns)
+    rows, first, notes = _rows(lines, columns, declared, per_line, width)
     interval = declared.sampling_interval_s or 0.0
     for index, (word, unit) in enumerate(columns):
         if word == "time":
@@ -55,10 +57,48 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
             unit=unit,
             extra=extra,
             notes=notes,
+            sisters=sisters,
         )
         for index, (word, unit) in enumerate(columns)
         if word not in ("time", "skip")
     ]
+
+
+def _of_file(text: str, name: str) -> tuple[str, str]:
+    """Columns declared of a file, and what it shares with the other files of its record; "" of files all alike.
+
+    That is the part of its name that a ``*`` stands for, or that each file is named.
+    """
+    words = text.split()
+    if not any("=" in word for word in words):
+        return text, ""
+    declared: dict[str, list[str]] = {}
+    pattern = ""
+    for word in words:
+        named, equals, column = word.rpartition("=")
+        pattern = named if equals else pattern
+        if not pattern:
+            raise RecordError(f"{name}: column {word!r} stands before the name of its file; write x_n.txt={word}")
+        declared.setdefault(pattern, []).extend([column] if column else [])
+    base = PurePosixPath(name).name.rpartition(":")[2]
+    for pattern, columns in declared.items():
+        if fnmatchcase(base, pattern):
+            part = re.fullmatch(re.escape(pattern).replace(r"\*", "(.*)"), base)
+            return " ".join(columns), f"={part[1] if part and part.groups() else ''}"
+    raise RecordError(f"{name}: no columns are declared of it, only of {', '.join(declared)}; add {base}=axis:unit")
+
+
+def _wrapping(text: str, name: str) -> tuple[str, int, int]:
+    """Columns without what is said of values that go on over lines; values per line, or 0; their width, or 0."""
+    match = re.fullmatch(r"(\S+)\*(\d+)(?:[FEfe](\d+)(?:\.\d+)?)?", text.strip())
+    if match is None:
+        if "*" in text:
+            raise RecordError(f"{name}: columns {text!r}; only a single column has several values a line: north:gal*8")
+        return text, 0, 0
+    per_line, width = int(match[2]), int(match[3] or 0)
+    if not (1 <= per_line <= 1000 and (match[3] is None or 1 <= width <= 100)):
+        raise RecordError(f"{name}: columns {text!r}; 1 to 1000 values a line, of 1 to 100 characters")
+    return match[1], per_line, width
 
 
 def _columns(text: str, name: str) -> list[tuple[str, str]]:
@@ -85,37 +125,52 @@ def _columns(text: str, name: str) -> list[tuple[str, str]]:
     return columns
 
 
-def _rows(lines: Lines, columns: Sequence[tuple[str, str]]) -> tuple[FloatArray, int, tuple[str, ...]]:
+def _rows(
+    lines: Lines, columns: Sequence[tuple[str, str]], declared: Declarations, per_line: int, width: int
+) -> tuple[FloatArray, int, tuple[str, ...]]:
     """Numbers of all rows, the line of the first, and which headings say otherwise than what is declared."""
-    width = len(columns)
-    notes: tuple[str, ...] = ()
-    texts = {i: text for i, line in enumerate(lines.lines) if (text := line.strip()) and not text.startswith("#")}
+    name, first = lines.source.name, first_row(lines.lines)
+    texts = {
+        i: line if width else line.strip()
+        for i, line in enumerate(lines.lines[first:], first)
+        if line.strip() and not line.strip().startswith("#")
+    }
     separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
-    cells = {i: [cell.strip() for cell in text.split(separator)] for i, text in texts.items()}
-    if cells and any(re.search("[A-Za-z]", cell) and not NUMBER.fullmatch(cell) for cell in next(iter(cells.values()))):
-        notes = _said_otherwise(lines.source.name, cells.pop(next(iter(cells))), columns)
-    for index, row in cells.items():
-        if wrong := _wrong_separator(texts[index], row, separator, width):
-            raise lines.error(index, wrong)
-    values = [[lines.number(cell, index, "a cell") for cell in row] for index, row in cells.items()]
+    headings = cells_of_headings(lines.lines[:first], separator, len(columns))
+    notes, why = otherwise(name, headings, columns)
+    if why and not declared.trust_data:
+        raise RecordError(f"{name}: {why}; declare its acceleration, or say --trust-data if the heading is wrong")
+    notes += (f"{name}: trusted although {why}",) if why else ()
+    if per_line:
+        values = _wrapped(lines, texts, separator, per_line, width)
+    else:
+        cells = {i: [cell.strip() for cell in text.split(separator)] for i, text in texts.items()}
+        for index, row in cells.items():
+            if wrong := _wrong_separator(texts[index], row, separator, len(columns)):
+                raise lines.error(index, wrong)
+        values = [[lines.number(cell, index, "a cell") for cell in row] for index, row in cells.items()]
     if not lines.ended:
         why = "the last line has no line end, so its last number may be cut; add one if it is whole"
         raise lines.error(len(lines.lines) - 1, why)
     if len(values) < 2:
-        raise RecordError(f"{lines.source.name}: {len(values)} rows of numbers; a record needs at least 2")
-    return np.array(values, dtype=np.float64), next(iter(cells)), notes
+        raise RecordError(f"{name}: {len(values)} rows of numbers; a record needs at least 2")
+    return np.array(values, dtype=np.float64), next(iter(texts)), notes
 
 
-def _said_otherwise(name: str, headings: Sequence[str], columns: Sequence[tuple[str, str]]) -> tuple[str, ...]:
-    """What is said of headings that name another axis or unit, ``E``, ``north (g)``, than is declared."""
-    notes = []
-    for text, (word, unit) in zip(headings, columns, strict=False):
-        axis, _, rest = text.strip("\"' ").replace("[", "(").partition("(")
-        named = rest.rstrip(")] ").lower().replace("²", "2").replace("^", "").replace("/s/s", "/s2")
-        other_axis = parse_axis(axis) not in (UNKNOWN, parse_axis(word))
-        if word not in ("time", "skip") and (other_axis or UNITS.get(named, UNITS[unit]) != UNITS[unit]):
-            notes.append(f"{name}: the column under {text!r} is taken as {word} in {unit}, as declared")
-    return tuple(notes)
+def _wrapped(
+    lines: Lines, texts: Mapping[int, str], separator: str | None, per_line: int, width: int
+) -> list[list[float]]:
+    """Values of one axis that go on over lines, each a row; only the last line may have fewer."""
+    values: list[list[float]] = []
+    last = max(texts, default=0)
+    for index, text in texts.items():
+        line = text.rstrip()
+        cells = re.findall(f".{{1,{width}}}", line) if width else line.strip(f"{separator or ' '} ").split(separator)
+        if len(cells) > per_line or (len(cells) < per_line and index != last) or (width and len(line) % width):
+            why = f"{len(cells)} values, {per_line} are declared"
+            raise lines.error(index, f"{why}{f' of {width} characters' if width else ''}; correct either")
+        values += [[lines.number(cell, index, "a value")] for cell in cells]
+    return values
 
 
 def _wrong_separator(line: str, cells: list[str], separator: str | None, width: int) -> str:

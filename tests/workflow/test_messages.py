@@ -210,6 +210,18 @@ def test_missing_files_of_a_user_are_named_with_where_they_are(tmp_path: Path) -
         checkout.planned()
 
 
+@pytest.mark.parametrize("key", ["site", "variants"])
+def test_a_missing_package_for_soil_is_named_before_anything_runs(
+    checkout: Checkout, monkeypatch: pytest.MonkeyPatch, key: str
+) -> None:
+    """None in sys.modules makes the import fail, as on a machine without pystrata."""
+    monkeypatch.setitem(sys.modules, "pystrata", None)
+    site = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 760}}
+    with pytest.raises(WorkflowError, match=r"study\.yaml: .*site: soil layers need pystrata.*pip install"):
+        checkout.planned(**{key: site if key == "site" else {"soft": {"site": site}}})
+    assert not checkout.results.exists()
+
+
 def test_a_wrong_key_is_named(checkout: Checkout) -> None:
     with pytest.raises(WorkflowError, match=r"study\.yaml: frictoin: unknown key; did you mean friction\?"):
         checkout.planned(frictoin=[1.0])

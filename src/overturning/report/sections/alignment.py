@@ -180,7 +180,8 @@ def _of_axes(results: Results) -> Said:
 
 def _by_rule(results: Results) -> Said:
     """Alignment under each rule that chooses the blocks whose falls count."""
-    own, direction = rule_of(results.cube), results.model.direction
+    own = rule_of(results.cube)
+    direction = "plane" if results.model.one_component else results.model.direction
     rows = [
         (
             one.rule.name.format(direction) + (" (this report)" if one.rule is own else ""),

@@ -1,7 +1,7 @@
 """`overturning records`: say what record files are, and fetch new ones."""
 
 from collections.abc import Iterable
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -27,12 +27,16 @@ def check(paths: Paths, given: Declared) -> None:
     Folders are read with the folders in them. Exit status 1 if anything was refused.
     """
     from overturning.records.check import check_paths, describe, no_records_of
+    from overturning.records.duplicates import duplicate_texts, duplicates_of, fingerprint
     from overturning.records.earthquakes import earthquakes_of
 
     findings = check_paths(paths, given.declarations())
     for finding in findings:
         typer.echo(describe(finding))
     _echo_notes(earthquakes_of(f.record for f in findings if f.record is not None).notes)
+    named = [replace(f.used, record_id=", ".join(f.files)) for f in findings if f.used is not None]
+    for text in duplicate_texts(duplicates_of(map(fingerprint, named))):
+        typer.echo(text)
     read = sum(f.record is not None for f in findings)
     if no_records := no_records_of(paths):
         shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")
@@ -47,8 +51,10 @@ def _echo_notes(notes: Iterable[str]) -> None:
         typer.echo(f"earthquakes: {note}")
 
 
-def _echo_left_out(record: "Record") -> None:
-    for note in record.notes:
+def _echo_record_notes(record: "Record") -> None:
+    from overturning.records.check import record_notes
+
+    for note in record_notes(record):
         typer.echo(f"  {note}")
 
 
@@ -105,7 +111,7 @@ def plot(
         with style():
             save(history_figure(record, used), target)
         typer.echo(f"{target}: {', '.join(map(summary, used.processing)) or 'left alone'}")
-        _echo_left_out(record)
+        _echo_record_notes(record)
     for finding in refused:
         typer.echo(describe(finding))
     if refused:
@@ -132,7 +138,10 @@ def add(
     """Read the files of a record, put them into the folder, and write the table's line."""
     from overturning.errors import ArgumentError
     from overturning.records.catalogue import read_catalogue
+    from overturning.records.duplicates import duplicate_texts, duplicates_of, fingerprint
     from overturning.records.earthquakes import earthquakes_of
+    from overturning.records.processing import process
+    from overturning.records.record import Record
     from overturning.records.table_line import add_line
 
     if wrong := [pair for pair in values or () if "=" not in pair]:
@@ -144,10 +153,14 @@ def add(
     record = add_line(paths, given, table, folder)
     place = ", ".join(text for text in (record.station, record.event) if text)
     typer.echo(f"{table}: {record.record_id}{f' ({place})' if place else ''}")
-    _echo_left_out(record)
+    _echo_record_notes(record)
     others = [_as_read(entry, folder) for entry in read_catalogue(table).values() if entry.id != record.record_id]
     known = earthquakes_of(others).notes
     _echo_notes(note for note in earthquakes_of([*others, record]).notes if note not in known)
+    read = [process(one, None) for one in others if isinstance(one, Record)]
+    for text in duplicate_texts(duplicates_of(map(fingerprint, [*read, record]))):
+        if record.record_id in text.split():
+            typer.echo(f"  {text}")
     typer.echo(f"look at it: overturning one --record {record.record_id} --azimuth 0 --animate {record.record_id}.html")
 
 

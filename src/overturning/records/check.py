@@ -124,7 +124,7 @@ def describe(finding: Finding) -> str:
         f"  {record.north.size} samples every {record.sampling_interval:g} s, "
         f"{'with' if record.up is not None else 'without'} vertical component",
         *(f"  {_axis(c)}" for c in finding.components),
-        *(f"  {note}" for note in _notes(record, finding.components[0].sensor)),
+        *(f"  {note}" for note in record_notes(record, finding.components[0].sensor)),
         f"  north and east: {_peaks(finding.used or record)}",
     ]
     return "\n".join(lines)
@@ -139,8 +139,8 @@ def _peaks(used: Record) -> str:
     return f"PGA {pga} Gal, PGV {pgv} cm/s, PGD {pgd} cm {how}{drifts}"
 
 
-def _notes(record: Record, sensor: str) -> list[str]:
-    """What the agency has done, what was cut or left out, what was declared or must be, and what is only trusted."""
+def record_notes(record: Record, sensor: str = "surface") -> list[str]:
+    """Notes on a record: the agency's processing, what was cut or left out, declared or to be declared, or trusted."""
     done = record.extra.get("agency_processing")
     cut = [summary(step) for step in record.processing if step["step"] == "common_window"]
     declared, trusted = (record.extra.get(key) or [] for key in ("declared", "trusted"))

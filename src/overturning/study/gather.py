@@ -16,6 +16,7 @@ from overturning.files import atomic_write
 from overturning.model.grid import Grid
 from overturning.model.variables import INT8_MISSING, Variable
 from overturning.records.catalogue import METADATA
+from overturning.records.duplicates import refuse_duplicates
 from overturning.records.earthquakes import earthquakes_of
 from overturning.records.record import Record, provenance
 from overturning.study.load import portable
@@ -41,10 +42,12 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     """Gather the parts of a sweep into the cube of a variant; the processed records are in the order of the cube.
 
     A part has cells of one record, of any piece of the grid; the parts come in any order. No more than one variable of
-    one record is in memory. A `ResultError` says that a part belongs to another study, or a cell is in no part.
+    one record is in memory. A `ResultError` says that a part belongs to another study, or a cell is in no part, a
+    `ConfigError` that two records have the same samples.
     """
     from netCDF4 import Dataset
 
+    refuse_duplicates(records)
     grid, variables = grid_of(study, variant), variables_of(study)
     of_record: dict[str, list[Path]] = {record.record_id: [] for record in records}
     for part in parts:

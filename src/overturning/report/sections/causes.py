@@ -103,7 +103,7 @@ def criteria(results: Results) -> Said:
         "Each plane of every record with its own PGA and PGV, all frictions together, the cells' own outcomes. Hits: "
         "falls that were predicted, of all falls. False alarms: stands for which a fall was predicted, of all stands. "
         "Skill: hits less false alarms, 1 perfect, 0 a guess; of all blocks at once slender against stout counts too, "
-        "within blocks (mean over those of which some fall and some stand) the motion alone. 95 % intervals: "
+        "within blocks (mean weighted by f(1 − f), f the share that falls) the motion alone. 95 % intervals: "
         "bootstrap over earthquakes. The criteria were made for the ground's peak values, not for those of a plane."
     )
     blocks = []
@@ -116,14 +116,11 @@ def criteria(results: Results) -> Said:
 
 
 def _sentence(found: CriteriaScores) -> str:
-    """Which criterion has the most skill within blocks, and which have less than a rule that knows no motion."""
-    best, blind = found.rules[0], found.rules[-1]
-    if math.isnan(best.within.value):
+    """Sentences: the best criterion within blocks, and the criteria with less skill than a rule without motion."""
+    blind = found.rules[-1]
+    if not found.leads:
         return "Of each block all fall or all stand, so no criterion can show skill."
-    skill = f"mean skill {shown(best.within)}"
-    said = f"Among blocks of one size and shape the rule “{best.name}” predicts best: {skill}."
-    if best.name in UNREAD:
-        said += " Its formula is as others give it; the paper itself could not be read."
+    said = _ranking(found)
     if blind.name == BLIND:
         below = [one.name for one in found.rules[:-1] if one.overall.skill < blind.overall.skill]
         less = f"; {len(below)} of the {len(CRITERIA)} criteria have less ({'; '.join(below)})" if below else ""
@@ -136,6 +133,27 @@ def _sentence(found: CriteriaScores) -> str:
             f" {percent(found.beyond)} of the planes and blocks lie beyond ω/p = {PULSE_VALID:g}, where the rule of "
             "the pulse with one impact is known to be far too low."
         )
+    return said
+
+
+def _ranking(found: CriteriaScores) -> str:
+    """Sentence on the criterion with the most skill within blocks, and those from which it is not distinguished."""
+    best, among = found.best, "Among blocks of one size and shape"
+    skills = {one.name: one.within for one in found.rules}
+    rivals = {name: lead for name, lead in found.leads.items() if not lead.low > 0}
+    if not rivals:
+        said = f"{among} the rule “{best.name}” predicts best: mean skill {shown(best.within)}."
+    else:
+        others = "; ".join(
+            f"“{name}”, {shown(skills[name])}, with a difference of {shown(lead)}" for name, lead in rivals.items()
+        )
+        few = " (too few earthquakes for an interval)" if any(math.isnan(lead.low) for lead in rivals.values()) else ""
+        said = (
+            f"{among} no rule is shown to predict best: “{best.name}” has a mean skill of {shown(best.within)} and is "
+            f"not distinguished from {others}{few}."
+        )
+    if unread := [f"“{name}”" for name in (best.name, *rivals) if name in UNREAD]:
+        said += f" The formula of {' and of '.join(unread)} is as others give it; the paper itself could not be read."
     return said
 
 

@@ -102,7 +102,9 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
         peaks = {"peak_back": max(-turn, 0.0), "peak_on": max(turn, 0.0)}
         course = k.Course(moved=0.0, turned=0.0, work=0.0, **peaks, last_upright=-1.0, power=0.0)
         trial, standing = k.Trial(pose, still, still, 0.0, 0.0, still), k.Standing(0.0, 0.0, 0.0, 0.0, 0.0)
-        elements.append(k.Element(pose, still, trial, still, still, inertia, course, standing, home))
+        elements.append(
+            k.Element(pose, still, trial, still, still, inertia, course, k.Travel(0.0, 0.0), standing, home)
+        )
     settled = np.inf if rests_on_one_face(placed) else 0.0
     nearest = k.Nearest(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
     seen, face, bounds = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0), k.Bounds(0.0, 0.0, 0.0, 0.0)

@@ -11,6 +11,7 @@ from overturning.dem.kernel.ground import within_sample
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import larger, within
 from overturning.dem.polygon import rows
+from overturning.dem.polygon.distant import begin_step, stays_awake
 from overturning.dem.polygon.faces import End, Stretch, common_stretch
 from overturning.dem.polygon.mechanics import (
     Force,
@@ -97,16 +98,25 @@ def step(
     up: Any,
     state: Any,
     matrix: Any,  # noqa: ARG001, of the equations that the other scheme solves
-    used: Any,  # noqa: ARG001
+    pattern: Any,  # noqa: ARG001
+    pairs: Any,
     moves: Any,
     scene: Any,
     ticks: float,  # noqa: ARG001, each step is one
 ) -> None:
     """One step of all columns; `up` is None where the base moves level."""
-    for p in range(scene.layout.shape[0]):
+    begin_step(state, scene, pairs, moves.size)
+    kept = 0
+    for n in range(pairs.count[0]):
+        p = pairs.awake[n]
         q, a, b = rows.of_pair(state, scene, p)
-        if in_reach(state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes):
+        near = in_reach(state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes)
+        if near:
             contact(q, a, b, state)
+        if near or stays_awake(q, a, b, p, pairs):
+            pairs.awake[kept] = p
+            kept += 1
+    pairs.count[0] = kept
     for i in range(moves.size):
         # Free or held; a driven one rests in the frame of the base.
         if moves[i]:

@@ -7,9 +7,10 @@ ends, which stick before they take too much away.
 
 from typing import Any, Final, NamedTuple
 
+import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.lanes import APART, INLINE, INNER, Rows, arithmetic, unknown, windows
+from overturning.dem.kernel.lanes import APART, INLINE, INNER, OWNER, Rows, arithmetic, unknown, windows
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.mechanics import Action, Outer
 from overturning.dem.polygon.state import Inertia, Plane
@@ -46,6 +47,48 @@ class Blocks(NamedTuple):
 
 SPARE: Final = len(Blocks._fields)
 """Places behind the matrix, for what is entered for an element that moves with the base."""
+
+
+class Pattern(NamedTuple):
+    """Which submatrices are not 0: those of elements that touch, and what elimination adds."""
+
+    used: Any
+    """True where a submatrix is not 0, shape (elements, elements)."""
+    later: Any
+    """Of each element the later ones with which it shares a submatrix, ascending, shape (elements, elements)."""
+    count: Any
+    """Number of these, shape (elements,)."""
+
+
+@njit(**OWNER)
+def pattern_of(size: int) -> Any:
+    """No submatrix is used yet."""
+    return Pattern(np.zeros((size, size), np.bool_), np.zeros((size, size), np.int64), np.zeros(size, np.int64))
+
+
+@njit(**INNER)
+def clear(pattern: Pattern) -> None:
+    """Let no submatrix be used, at a cost by the number of those that are."""
+    for k in range(pattern.count.size):
+        pattern.used[k, k] = False
+        for n in range(pattern.count[k]):
+            m = pattern.later[k, n]
+            pattern.used[k, m] = pattern.used[m, k] = False
+        pattern.count[k] = 0
+
+
+@njit(**INNER)
+def use(pattern: Pattern, i: int, k: int) -> None:
+    """Let a submatrix be used; both of two elements must be, one after the other."""
+    pattern.used[i, k] = True
+    if i >= k:
+        return
+    n = pattern.count[i]
+    while n > 0 and pattern.later[i, n - 1] > k:
+        pattern.later[i, n] = pattern.later[i, n - 1]
+        n -= 1
+    pattern.later[i, n] = k
+    pattern.count[i] += 1
 
 
 of_submatrix: Final = windows(SIZE)
@@ -156,33 +199,35 @@ def finish_row(e: Any, inverse: Any) -> None:
 
 
 @njit(**INNER)
-def solve(state: Any, matrix: Any, used: Any, size: int) -> None:
+def solve(state: Any, matrix: Any, pattern: Pattern, size: int) -> None:
     """Solve for the changes of all elements' velocities, which take the place of the right-hand sides.
 
-    Submatrices that are not `used` are 0.
+    Submatrices that are not used are 0. In a stack each element shares one with the next alone, whatever the height:
+    the work grows with the number of elements.
     """
+    used, later, count = pattern.used, pattern.later, pattern.count
     for k in range(size):
         if not used[k, k]:
             continue
         pivot = of_submatrix(matrix, k * size + k)
         invert(pivot)
-        for i in range(k + 1, size):
-            if not used[i, k]:
-                continue
+        for n in range(count[k]):
+            i = later[k, n]
             factor = of_submatrix(matrix, i * size + k)
             divide(factor, pivot)
             carry(rows.of_element(state, i), factor, rows.of_element(state, k))
-            for m in range(k + 1, size):
-                if used[k, m]:
-                    row = of_submatrix(matrix, k * size + m)
-                    eliminate(of_submatrix(matrix, i * size + m), factor, row, not used[i, m])
-                    used[i, m] = True
+            for o in range(count[k]):
+                m = later[k, o]
+                row = of_submatrix(matrix, k * size + m)
+                eliminate(of_submatrix(matrix, i * size + m), factor, row, not used[i, m])
+                if not used[i, m]:
+                    use(pattern, i, m)
     for k in range(size - 1, -1, -1):
         if not used[k, k]:
             continue
-        for m in range(k + 1, size):
-            if used[k, m]:
-                carry(rows.of_element(state, k), of_submatrix(matrix, k * size + m), rows.of_element(state, m))
+        for n in range(count[k]):
+            m = later[k, n]
+            carry(rows.of_element(state, k), of_submatrix(matrix, k * size + m), rows.of_element(state, m))
         finish_row(rows.of_element(state, k), of_submatrix(matrix, k * size + k))
 
 
@@ -193,10 +238,13 @@ def block(matrix: Any, moves: Any, i: int, k: int, spare: int) -> Any:
 
 
 @njit(inline="always", **INNER)
-def place(matrix: Any, used: Any, moves: Any, i: int, k: int) -> tuple[Blocks, Any]:
+def place(matrix: Any, pattern: Pattern, moves: Any, i: int, k: int) -> tuple[Blocks, Any]:
     """Where a pair is entered, and which of its submatrices are fresh: those of a, between both, and of b."""
+    used = pattern.used
     fresh = not used[i, i], not used[i, k], not used[k, k]
     used[i, i], used[k, k] = moves[i], moves[k]
-    used[i, k] = used[k, i] = moves[i] and moves[k]
+    if moves[i] and moves[k] and not used[i, k]:
+        use(pattern, i, k)
+        use(pattern, k, i)
     aa, ab = block(matrix, moves, i, i, 0), block(matrix, moves, i, k, 1)
     return Blocks(aa, ab, block(matrix, moves, k, i, 2), block(matrix, moves, k, k, 3)), fresh

@@ -48,6 +48,8 @@ def support_until(state: Any, j: int, scene: Any, i: int, gap: float) -> float:
     """
     until, had = rows.of_element(state, i)[rows.CARRIED_UNTIL + j], False
     for p in range(scene.layout.shape[0]):
+        if scene.layout[p, 0] != i and scene.layout[p, 1] != i:
+            continue
         q, a, b = rows.of_pair(state, scene, p)
         pair = rows.load_pair(q, j)
         if pair.stands == 0.0 or i != scene.layout[p, 0 if pair.stands > 0.0 else 1]:

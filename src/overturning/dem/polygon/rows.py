@@ -52,6 +52,7 @@ _, store_acceleration, keep_acceleration = ELEMENT.access(Element, "acceleration
 load_force, store_force, _ = ELEMENT.access(Element, "force")
 load_inertia, _, _ = ELEMENT.access(Element, "inertia")
 _, store_course, keep_course = ELEMENT.access(Element, "course")
+_, store_travel, _ = ELEMENT.access(Element, "travel")
 _, store_standing, _ = ELEMENT.access(Element, "standing")
 load_home, store_home, _ = ELEMENT.access(Element, "home")
 load_pair, _, _ = PAIR.access(Pair)
@@ -77,6 +78,7 @@ FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (ELEMENT.row(Element,
 LAST_UPRIGHT: Final = ELEMENT.row(Element, "course.last_upright")
 _OF_PAIR = "nearest.limit nearest.reach nearest.used nearest.ahead slid_one slid_two history.taken"
 LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, TAKEN = (PAIR.row(Pair, p) for p in _OF_PAIR.split())
+PAIR_LEVER: Final = PAIR.row(Pair, "nearest.lever")
 SECOND: Final = PAIR.row(Pair, "history.two.spring") - PAIR.row(Pair, "history.one.spring")
 
 

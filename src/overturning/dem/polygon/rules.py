@@ -23,8 +23,9 @@ from overturning.dem.kernel.mechanics import renormalised
 from overturning.dem.kernel.queue import Job, by_type, implement
 from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import Arrays
+from overturning.dem.polygon.distant import all_awake, wake
 from overturning.dem.polygon.energy import energy, springs
-from overturning.dem.polygon.equations import SIZE, SPARE
+from overturning.dem.polygon.equations import SIZE, SPARE, pattern_of
 from overturning.dem.polygon.memory import load_at_rest
 from overturning.dem.polygon.path import POSE_COLUMNS, note, note_forces
 from overturning.dem.polygon.resting import rests
@@ -72,8 +73,10 @@ class Work(NamedTuple):
     """the array that holds them;"""
     matrix: Any
     """submatrices of the equations,"""
-    used: Any
-    """which of them are used and, in the last row, which pairs are in reach;"""
+    pattern: Any
+    """which of them are used;"""
+    pairs: Any
+    """which pairs are looked at;"""
     moves: Any
     """which elements move."""
 
@@ -89,8 +92,8 @@ def workspace(rules: Any) -> Any:
     moves = np.zeros(elements, np.bool_)
     for i in range(elements):
         moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
-    used = np.zeros((elements + 1, max(elements, pairs)), np.bool_)
-    return Work(borrowed(owner), owner, aligned((elements * elements + SPARE) * SIZE), used, moves)
+    matrix = aligned((elements * elements + SPARE) * SIZE)
+    return Work(borrowed(owner), owner, matrix, pattern_of(elements), all_awake(pairs), moves)
 
 
 @njit(**INLINE)
@@ -105,6 +108,7 @@ def start(rules: Any, work: Any, lane: int, case: int) -> None:
     """Put a case into a lane: the scene at rest, with its own friction, damping and amplitude."""
     state, scene, given, v = work.state, rules.scene, rules.cases[case], rules.variant[case]
     ticks, interval = rules.job.ticks, rules.job.interval
+    wake(state, scene, work.pairs, np.inf)
     for row in range(scene.initial.shape[1]):
         state[row * rows.COLUMNS + lane] = scene.initial[v, row]
     begin(state, lane, given, float(v), interval, ticks, rules.scheme.lag)
@@ -179,12 +183,13 @@ def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple
     scene, up, state, elements = lent(rules.scene), rules.ground.up, work.state, work.moves.size
     lag, interval, ticks, at_once = rules.scheme.lag, rules.job.interval, rules.job.ticks, rules.job.at_once
     # Borrowed, since each step would count their references.
-    matrix, used, moves = borrowed(work.matrix), borrowed(work.used), borrowed(work.moves)
+    matrix, pattern, moves = borrowed(work.matrix), borrowed(work.pattern), borrowed(work.moves)
+    pairs = borrowed(work.pairs)
     with_forces = path.shape[0] > 0 and path.shape[1] > 2 + POSE_COLUMNS * elements
     early = np.zeros((1, path.shape[1]))
     for _ in range(at_once):
         if path.shape[0] == 0:
-            step(up, state, matrix, used, moves, scene, ticks)
+            step(up, state, matrix, pattern, pairs, moves, scene, ticks)
             continue
         tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
         # Once for each sample, also where its first step has to be done again.
@@ -197,7 +202,7 @@ def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple
             for column in range(early.shape[1]):  # a slice costs the compilation of its error message
                 early[0, column] = 0.0
             note_forces(state, scene, (0.5 - lag) * share, early, early.shape[0] - 1)
-        step(up, state, matrix, used, moves, scene, ticks)
+        step(up, state, matrix, pattern, pairs, moves, scene, ticks)
         if with_forces and not state[rows.AGAIN] > 0.0:
             for column in range(early.shape[1]):
                 path[noted - 1, column] += early[0, column]

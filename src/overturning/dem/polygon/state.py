@@ -124,6 +124,15 @@ class Course(NamedTuple):
     """power at the last step, W (centred scheme)."""
 
 
+class Travel(NamedTuple):
+    """Motion of an element since some pair of the scene sleeps (`overturning.dem.polygon.distant`)."""
+
+    moved: float
+    """Length of its path, m."""
+    turned: float
+    """Sum of its absolute rotations, rad."""
+
+
 class Standing(NamedTuple):
     """What is looked at once per sample."""
 
@@ -176,6 +185,7 @@ class Element(NamedTuple):
     force: Plane
     inertia: Inertia
     course: Course
+    travel: Travel
     standing: Standing
     home: Home
 

@@ -10,7 +10,8 @@ from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import larger
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.centred import correct, couple, is_fine, keep
-from overturning.dem.polygon.equations import place, solve
+from overturning.dem.polygon.distant import begin_step, stays_awake
+from overturning.dem.polygon.equations import clear, place, solve
 from overturning.dem.polygon.mechanics import acceleration, after, moved, power
 from overturning.dem.polygon.search import in_reach
 from overturning.dem.polygon.state import Case, Course, Inertia, Plane, Pose, Trial, Verdict
@@ -116,31 +117,39 @@ def advance_clock(own: Any) -> None:
 
 
 @njit(**INNER)
-def step(up: Any, state: Any, matrix: Any, used: Any, moves: Any, scene: Any, ticks: float) -> None:
+def step(up: Any, state: Any, matrix: Any, pattern: Any, pairs: Any, moves: Any, scene: Any, ticks: float) -> None:
     """One step of all columns; `up` is None where the base moves level."""
     clear_marks(state)
-    size = moves.size
-    used[:] = False
+    size, near = moves.size, pairs.near
+    clear(pattern)
     for i in range(size):
         predict(up, rows.of_element(state, i), state, ticks, scene.gravity)
-    for p in range(scene.layout.shape[0]):
+    begin_step(state, scene, pairs, size)
+    kept = 0
+    for n in range(pairs.count[0]):
+        p = pairs.awake[n]
         q, a, b = rows.of_pair(state, scene, p)
-        near = in_reach(state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes)
-        used[size, p] = near
-        if near:
-            into, fresh = place(matrix, used, moves, scene.layout[p, 0], scene.layout[p, 1])
+        near[p] = in_reach(state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes)
+        if near[p]:
+            into, fresh = place(matrix, pattern, moves, scene.layout[p, 0], scene.layout[p, 1])
             couple(q, a, b, state, into, fresh)
-    solve(state, matrix, used, size)
-    for p in range(scene.layout.shape[0]):
-        if used[size, p]:
+        if near[p] or stays_awake(q, a, b, p, pairs):
+            pairs.awake[kept] = p
+            kept += 1
+    pairs.count[0] = kept
+    solve(state, matrix, pattern, size)
+    for n in range(kept):
+        p = pairs.awake[n]
+        if near[p]:
             q, a, b = rows.of_pair(state, scene, p)
             correct(q, a, b, state)
     accept_or_reject(state, ticks)
     for i in range(size):
         if moves[i]:
             arrive(up, rows.of_element(state, i), state, ticks, scene.gravity)
-    for p in range(scene.layout.shape[0]):
-        if used[size, p]:
+    for n in range(kept):
+        p = pairs.awake[n]
+        if near[p]:
             q, _, _ = rows.of_pair(state, scene, p)
             keep(q, state)
     advance_clock(state)

@@ -1,0 +1,145 @@
+"""The work of a step grows with the number of elements of a stack: counted, since times depend on the machine."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numba import njit
+
+from overturning.dem.kernel.lanes import borrowed
+from overturning.dem.kernel.queue import load, start, workspace
+from overturning.dem.numerics import Numerics
+from overturning.dem.polygon import equations, rows
+from overturning.dem.polygon.distant import wake
+from overturning.dem.polygon.plan import plan_polygons
+from overturning.dem.polygon.rules import end_sample, lent
+from overturning.dem.polygon.state import Element
+from overturning.dem.polygon.step import step
+from overturning.model.cases import Cases
+from overturning.model.geometry import native_size
+from overturning.model.planes import Planes
+from overturning.model.scene import Scene
+from tests.dem.polygon_scenes import block, scene, shaken
+
+CHANGE = rows.ELEMENT.row(Element, "trial.change.x")
+
+
+@njit
+def eliminated(state, blocks, links, size):  # type: ignore[no-untyped-def]
+    """Enter blocks of linked elements and solve, in every lane the same; the number of submatrices that it took."""
+    pattern, matrix = equations.pattern_of(size), np.zeros(size * size * equations.SIZE)
+    for k in range(size):
+        pattern.used[k, k] = True
+    for i, k in links:
+        if not pattern.used[i, k]:
+            equations.use(pattern, i, k)
+            equations.use(pattern, k, i)
+    for i in range(size):
+        for k in range(size):
+            if pattern.used[i, k]:
+                for number in range(9):
+                    for j in range(rows.COLUMNS):
+                        place = (i * size + k) * equations.SIZE + number * rows.COLUMNS + j
+                        matrix[place] = blocks[i, k, number // 3, number % 3]
+    equations.solve(borrowed(state), borrowed(matrix), pattern, size)
+    used = pattern.used.sum()
+    equations.clear(pattern)
+    # What is borrowed is freed after its owner's last use.
+    return used, pattern.used.any() or pattern.count.any(), matrix[0], state[0]
+
+
+def solved(size: int, links: list[tuple[int, int]], seed: int) -> tuple[int, np.ndarray, np.ndarray]:
+    """Number of submatrices that are not 0 at the end, the kernel's solution and the one of a dense matrix."""
+    rng = np.random.default_rng(seed)
+    blocks = np.zeros((size, size, 3, 3))
+    for i, k in [*links, *((k, i) for i, k in links)]:
+        blocks[i, k] = 0.3 * rng.normal(size=(3, 3))
+    for k in range(size):
+        blocks[k, k] = 3.0 * np.eye(3) + 0.3 * rng.normal(size=(3, 3))
+    right = rng.normal(size=(size, 3))
+    state = np.zeros(rows.CASE_SIZE + size * rows.ELEMENT_SIZE)
+    places = rows.CASE_SIZE + np.arange(size)[:, None] * rows.ELEMENT_SIZE + CHANGE + np.arange(3) * rows.COLUMNS
+    for j in range(rows.COLUMNS):
+        state[places + j] = right
+    used, left_over, _, _ = eliminated(state, blocks, np.array(links, np.int64), size)
+    assert not left_over, "the next step begins with none"
+    dense = blocks.transpose(0, 2, 1, 3).reshape(3 * size, 3 * size)
+    return used, state[places + 5], np.linalg.solve(dense, right.ravel()).reshape(size, 3)
+
+
+@pytest.mark.parametrize("size", [2, 8, 33, 64])
+def test_a_stack_is_solved_with_submatrices_by_the_number_of_its_elements(size: int) -> None:
+    chain = [(k, k + 1) for k in range(size - 1)]
+    for links in (chain, [(k, i) for i, k in chain]):
+        used, found, expected = solved(size, links, size)
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
+        assert used == 3 * size - 2
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_elements_that_touch_in_any_order_are_solved_as_a_dense_matrix_is(seed: int) -> None:
+    rng, size = np.random.default_rng(seed), 9
+    every = [(int(i), int(k)) for i, k in rng.integers(0, size, (14, 2)) if i != k]
+    links = list({tuple(sorted(pair)): pair for pair in every}.values())
+    _, found, expected = solved(size, links, seed)
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
+
+
+@njit
+def steps_of(rules, samples, sleep):  # type: ignore[no-untyped-def]
+    """Steps of a case in all lanes: the most pairs that one looked at after the first, and the elements' state."""
+    work, cases = workspace(rules), np.zeros(rows.COLUMNS, np.int64)
+    scene, most, state = lent(rules.scene), 0, work.state
+    for lane in range(rows.COLUMNS):
+        start(rules, work, lane, 0)
+    for sample in range(samples):
+        load(rules, work, cases, rows.COLUMNS)
+        for n in range(rules.job.at_once):
+            if not sleep:
+                wake(state, scene, work.pairs, np.inf)
+            step(
+                rules.ground.up, state, borrowed(work.matrix), borrowed(work.pattern), borrowed(work.pairs),
+                borrowed(work.moves), scene, rules.job.ticks,
+            )  # fmt: skip
+            if n + sample > 0:
+                most = max(most, work.pairs.count[0])
+        end_sample(state, scene, rules.job.ticks, rules.job.interval)
+    found = state[: rows.CASE_SIZE + scene.elements.shape[1] * rows.ELEMENT_SIZE].copy()
+    # What is borrowed is freed after its owner's last use.
+    held = work.owner[0] + work.matrix[0] + work.pattern.count[0] + work.pairs.count[0] + work.moves[0]
+    return most, found, held + rules.scene.initial[0, 0]
+
+
+def pairs_looked_at(made: Scene, peak: float, samples: int, sleep: bool) -> tuple[int, np.ndarray]:
+    time = np.arange(0.0, 2.0, 0.01)
+    motion = shaken(peak * np.sin(2.0 * np.pi * time))
+    planned: Any = plan_polygons(Planes(made), motion, Cases([0.0], *native_size(made), 0.6), Numerics(leave_out=False))
+    chosen = np.zeros(1, np.int64)
+    most, found, _ = steps_of(planned.rules(chosen, planned.tables(1), 1), samples, sleep)
+    return most, found
+
+
+def stack(count: int) -> Scene:
+    return scene(*(block(f"b{k}", 0.5, 0.2, f"b{k - 1}" if k else "ground") for k in range(count)))
+
+
+def test_pairs_that_a_step_looks_at_are_those_of_neighbours() -> None:
+    """Two of n elements can meet in n (n + 1)/2 ways, with the ground."""
+    most = [pairs_looked_at(stack(count), 1.0, 20, True)[0] for count in (8, 16, 32)]
+    assert most[0] < 36
+    # Of each element the next, and at most the one after that.
+    assert (np.array(most) <= 2 * np.array([8, 16, 32])).all()
+
+
+def test_a_tower_that_comes_down_moves_as_if_no_pair_had_slept() -> None:
+    made = scene(*(block(f"b{k}", 0.2, 0.4, f"b{k - 1}" if k else "ground") for k in range(5)))
+    most, state = pairs_looked_at(made, 12.0, 200, True)
+    every, expected = pairs_looked_at(made, 12.0, 200, False)
+    assert (most, every) != (15, 15)
+    poses = [rows.ELEMENT.row(Element, f"pose.{name}") for name in ("x", "z", "angle")]
+    speeds = [rows.ELEMENT.row(Element, f"velocity.{name}") for name in ("x", "z", "w")]
+    found, full = (
+        values[rows.CASE_SIZE :].reshape(-1, rows.ELEMENT_SIZE)[:, [*poses, *speeds]] for values in (state, expected)
+    )
+    assert np.abs(full[1:, 2]).max() > 0.1, "it moves"
+    np.testing.assert_array_equal(found, full)

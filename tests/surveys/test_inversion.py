@@ -19,7 +19,18 @@ from overturning.surveys import responses as computed
 from overturning.surveys.inversion import Inversion, found
 from overturning.surveys.library import Candidate, candidates, shipped_records
 from overturning.surveys.posterior import TURNS, read_backwards, write_backwards
-from overturning.surveys.responses import FRICTIONS, HEIGHTS, LEVELS, SHAPES, STOOD, WAYS, Responses, StoneKind
+from overturning.surveys.responses import (
+    FRICTIONS,
+    HEIGHTS,
+    LEVELS,
+    SHAPES,
+    STOOD,
+    WAYS,
+    Responses,
+    StoneKind,
+    missing_cases,
+    stone_kinds,
+)
 from overturning.surveys.stones import Stone
 from tests.study.small_study import pulse
 
@@ -275,6 +286,36 @@ def test_sizes_that_are_not_computed_are_refused() -> None:
     ):
         with pytest.raises(ArgumentError, match=f"line 7: {name}; stones of .* are computed: leave out the stone"):
             StoneKind.of(stone)  # without its height it would be computed as one of 0.6 to 0.9 m
+
+
+def test_the_fault_of_each_stone_is_named_with_its_file() -> None:
+    sizes = ((24.0, 2), (1.0, 3), (20.0, 4))
+    stones = [Stone(False, math.nan, False, height=height, line=line) for height, line in sizes]
+    with pytest.raises(ArgumentError, match=r"(?s)ruin\.csv line 2: height_m 24; .*ruin\.csv line 4: height_m 20; "):
+        stone_kinds(stones, "ruin.csv")
+
+
+def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As many as the kernel is then asked for, and none of those that are kept; the time grows with the motion's."""
+    asked: list[int] = []
+
+    def counting(one: Candidate, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
+        outcome = ruled(one, aspect, nodes, threads)
+        asked.append(outcome.size)
+        return outcome
+
+    monkeypatch.setattr(computed, "computed_ways", counting)
+    motions, kinds = [candidate(0.5), candidate(0.8)], [StoneKind(*SIZES[0], 0.0), StoneKind(*SIZES[1], 2.0)]
+    cases, seconds = missing_cases(motions, kinds, tmp_path)
+    Responses(motions, kinds, folder=tmp_path)
+    assert cases == sum(asked)
+    lasts = [one.motion.north.size * one.motion.sampling_interval for one in motions]
+    assert seconds == pytest.approx(computed.CASE_S * cases / 2 * sum(lasts))
+    assert missing_cases(motions, kinds, tmp_path) == (0, 0.0)
+    more, _ = missing_cases(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], tmp_path)
+    asked.clear()
+    Responses(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
+    assert 0 < more == sum(asked)
 
 
 def test_the_library_has_each_motion_once() -> None:

@@ -80,6 +80,7 @@ AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore"} | LAST
         ({"processing": [{"step": "remove_mean"}]}, {"read", "describe", "rotate", "sweep"} | AFTER_SWEEP),
         ({"verification": "none"}, AFTER_SWEEP - {"convergence"}),
         ({"surveys": [{"stones": "config/stones.csv", "record": "rinaldi"}]}, {"survey", "backwards", *LAST}),
+        ({"surveys": [{"stones": "config/stones.csv", "record": "rinaldi", "backwards": False}]}, {"survey", *LAST}),
         ({"figures": {"dpi": 100}}, {"record_figures_1", "figures", *LAST}),
         ({"figures": {"formats": ["pdf"]}}, {"record_figures_1", "figures", *LAST}),
         ({"figures": {"friction": 1.0}}, {"record_figures_1", "figures", "explore", *LAST}),

@@ -140,6 +140,8 @@ PERIODS = STUDY.population.period if STUDY.population else ()
 FRAGILITY = [f"{RESULTS}/fragility/fragility.csv"] if STUDY.population else []
 
 SURVEYS = list(range(1, len(STUDY.surveys) + 1))
+# Those for which the motion is searched for, too.
+BACKWARDS = [number for number in SURVEYS if STUDY.surveys[number - 1].backwards]
 
 # Figures of so many records are one job: its imports take longer than drawing one. Each is a rule, as no wildcard is in
 # it.

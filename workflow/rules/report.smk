@@ -30,7 +30,7 @@ rule report:
             *rules.illustrative.output,
         ],
         convergence=CONVERGENCE,
-        backwards=expand(f"{RESULTS}/survey/{{number}}.motion.nc", number=SURVEYS),
+        backwards=expand(f"{RESULTS}/survey/{{number}}.motion.nc", number=BACKWARDS),
         surveys=expand(f"{RESULTS}/survey/{{number}}.json", number=SURVEYS),
     output:
         pdf=PAPER,

@@ -88,10 +88,12 @@ def backwards(
     from overturning.files import check_output
     from overturning.report.plain import plain_lines
     from overturning.report.sections.surveys import backwards_section, draw_posterior, sizes_taken
+    from overturning.report.text import counted
+    from overturning.study.preflight import format_time
     from overturning.surveys.inversion import Inversion
     from overturning.surveys.library import candidates
     from overturning.surveys.posterior import write_backwards
-    from overturning.surveys.responses import Responses, StoneKind
+    from overturning.surveys.responses import Responses, missing_cases, stone_kinds
     from overturning.surveys.stones import read_survey_with_notes
 
     check_output(figure, "--figure", ".svg", ".png")
@@ -99,7 +101,16 @@ def backwards(
     rows, notes, doubts = read_survey_with_notes(stones)
     for note in (*notes, *doubts):
         print(note)
+    kinds = stone_kinds(rows, str(stones))
     library = candidates(named_apart(motion or ()), alone=alone)
+    cases, seconds = missing_cases(library, kinds)
+    if cases:
+        under, expected = counted(len(library), "motion"), format_time(seconds / threads)
+        print(
+            f"{cases:,} cases under {under} to compute, about {expected} on {threads} threads",
+            file=sys.stderr,
+            flush=True,
+        )
     began = said = time.monotonic()
 
     def progress(done: int, total: int) -> None:
@@ -110,7 +121,7 @@ def backwards(
             computed = f"{done} of {total} motions computed, {100 * done // total}%"  # a run reads the per cents
             print(f"{computed}, about {left:.0f} s to go", file=sys.stderr, flush=True)
 
-    responses = Responses(library, [StoneKind.of(stone) for stone in rows], threads=threads, progress=progress)
+    responses = Responses(library, kinds, threads=threads, progress=progress)
     result = Inversion(responses, background, fixed).answer(stones.name, rows)
     print(*plain_lines(backwards_section(result)), sep="\n")
     if taken := sizes_taken(rows):

@@ -77,7 +77,7 @@ class Results:
     populations : dict of xarray.Dataset
         Fall rates of the study's population, by the names of the cubes; empty where it has none.
     backwards : tuple of Backwards
-        What the surveys say of the motion.
+        Motion that each survey asks for, of those with the key `backwards`.
     """
 
     study: Study
@@ -293,6 +293,7 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
         whole = {NOMINAL: nominal} | {name: cube_of(name) for name in study.variants}
         cubes = {name: recorded(cube) for name, cube in whole.items()}
         stones, files = study.population, [folder / "survey" / f"{n + 1}" for n in range(len(study.surveys))]
+        asked = [file for file, survey in zip(files, study.surveys, strict=True) if survey.backwards]
         yield Results(
             study,
             _reference_cube(study, NOMINAL, cubes[NOMINAL]),
@@ -304,5 +305,5 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
             Convergence.read(folder / "convergence.json") if study.verification != "none" else None,
             tuple(read_survey_result(file.with_suffix(".json")) for file in files),
             {name: population_rates(cube, stones) for name, cube in whole.items()} if stones else {},
-            tuple(read_backwards(file.with_suffix(".motion.nc")) for file in files),
+            tuple(read_backwards(file.with_suffix(".motion.nc")) for file in asked),
         )

@@ -101,6 +101,11 @@ class Survey(Keys):
         default=None, description="id of the site's record; not needed where the study has one record only"
     )
     background: float = Field(default=0.05, ge=0, lt=1, description="share of the stones taken to fall any way")
+    backwards: bool = Field(
+        default=True,
+        description="search for the motion that the stones ask for, too: minutes to an hour, once for stones of such "
+        "sizes; false: compare only",
+    )
 
 
 class Spread(Keys):

@@ -67,7 +67,9 @@ class Size:
         plural = "" if self.records == 1 else "s"
         total = f"{self.records} record{plural} × {self.cases:,} cases = {self.records * self.cases:,}"
         memory, disk = _bytes(self.memory_bytes), _bytes(self.disk_bytes)
-        return f"{total}; about {_time(self.processor_s)} of processor time, {memory} of memory, {disk} of results"
+        return (
+            f"{total}; about {format_time(self.processor_s)} of processor time, {memory} of memory, {disk} of results"
+        )
 
 
 def size_of(study: Study, chunks: int = 1) -> Size:
@@ -260,7 +262,8 @@ def _joined(faults: list[str]) -> str:
     return "\n       ".join([*faults[:MOST_NAMED], *more])
 
 
-def _time(seconds: float) -> str:
+def format_time(seconds: float) -> str:
+    """Format a time in the largest unit of which it has two or more, such as "12 min"."""
     units = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"))
     return next(
         (f"{seconds / unit:,.0f} {name}" for unit, name in units if seconds >= 2 * unit), f"{max(seconds, 1):.0f} s"

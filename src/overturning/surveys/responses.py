@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
-from overturning.errors import ArgumentError
+from overturning.errors import AND, ArgumentError
 from overturning.files import atomic_write
 from overturning.model.cases import Cases
 from overturning.study.evaluation import Population
@@ -59,6 +59,9 @@ SITE: Final = 0.15
 
 CONCENTRATION, ANY_WAY = 8.0, 0.2
 """Falls scatter about the computed direction by a von Mises distribution, but for a share that goes any way."""
+
+CASE_S: Final = 1.5e-4
+"""Processor time of a case per second of its motion, s: measured with columns and prisms, of the order of magnitude."""
 
 DRAWS: Final = 64
 """Draws of sizes that are not known."""
@@ -120,6 +123,19 @@ class StoneKind:
         return np.asarray(of_height.T @ (of_shape / of_shape.sum(axis=1, keepdims=True)) / DRAWS)
 
 
+def stone_kinds(stones: Sequence[Stone], name: str) -> list[StoneKind]:
+    """Return the kind of each stone of a survey; an `ArgumentError` has its file's name and a line for each fault."""
+    kinds, faults = [], []
+    for stone in stones:
+        try:
+            kinds.append(StoneKind.of(stone))
+        except ArgumentError as error:
+            faults.append(f"{name} {error}")
+    if faults:
+        raise ArgumentError(AND.join(faults))
+    return kinds
+
+
 class Responses:
     """What stones of some kinds do under motions at every level of peak velocity; computed once for many surveys.
 
@@ -150,11 +166,9 @@ class Responses:
         if not motions or not kinds:
             raise ArgumentError(f"{len(motions)} motions, {len(kinds)} kinds of stones; at least one of each is needed")
         self.motions = tuple(motions)
-        folder = folder or Path(platformdirs.user_cache_dir("overturning")) / "responses"
-        self._weights = {kind: kind.weights(population or Population()) for kind in dict.fromkeys(kinds)}
-        needed: dict[float, NDArray[np.bool_]] = {}
-        for kind, weight in self._weights.items():
-            needed[kind.aspect] = needed.get(kind.aspect, np.zeros(weight.shape, np.bool_)) | (weight > 0)
+        folder = folder or cache_folder()
+        self._weights = weights_of(kinds, population)
+        needed = needed_nodes(self._weights)
         self._ways: dict[float, list[dict[str, NDArray[np.int8]]]] = {aspect: [] for aspect in needed}
         for done, one in enumerate(motions):
             if progress:
@@ -173,19 +187,68 @@ class Responses:
         return np.stack([_shares(one, self._weights[kind]) for one in self._ways[kind.aspect]])
 
 
-def stored_ways(
-    one: Candidate, aspect: float, nodes: NDArray[np.bool_], folder: Path, threads: int
-) -> dict[str, NDArray[np.int8]]:
-    """What stones do under a motion: kept from before, or computed and kept in a file named after all it depends on.
+def cache_folder() -> Path:
+    """Return the folder of the user's cache in which responses are kept."""
+    return Path(platformdirs.user_cache_dir("overturning")) / "responses"
 
-    By ``height-shape``, the places where ``nodes``, shape (heights, shapes), is true: the way in which a stone falls,
-    `STOOD` or `UNKNOWN`, shape (frictions, levels, orientations).
+
+def weights_of(kinds: Sequence[StoneKind], population: Population | None = None) -> dict[StoneKind, FloatArray]:
+    """Return the weights of each kind once, see `StoneKind.weights`."""
+    return {kind: kind.weights(population or Population()) for kind in dict.fromkeys(kinds)}
+
+
+def needed_nodes(weights: dict[StoneKind, FloatArray]) -> dict[float, NDArray[np.bool_]]:
+    """Return by aspect where a height and B/H is needed, shape (heights, shapes), for kinds of such weights."""
+    needed: dict[float, NDArray[np.bool_]] = {}
+    for kind, weight in weights.items():
+        needed[kind.aspect] = needed.get(kind.aspect, np.zeros(weight.shape, np.bool_)) | (weight > 0)
+    return needed
+
+
+def missing_cases(
+    motions: Sequence[Candidate], kinds: Sequence[StoneKind], folder: Path | None = None
+) -> tuple[int, float]:
+    """Count the cases that `Responses` would compute, those kept from before left out, and estimate the time.
+
+    Returns
+    -------
+    cases : int
+        Cases of all motions.
+    processor_s : float
+        Processor time, s; of the order of magnitude.
     """
+    cases, seconds = 0, 0.0
+    for aspect, nodes in needed_nodes(weights_of(kinds)).items():
+        names = [f"{h}-{b}" for h, b in np.argwhere(nodes).tolist()]
+        each = len(FRICTIONS) * LEVELS.size * StoneKind(aspect=aspect).orientations.size
+        for one in motions:
+            kept: list[str] = []
+            with suppress(Exception), np.load(_stored_file(one, aspect, folder or cache_folder())) as stored:
+                kept = stored.files  # a torn archive holds nothing
+            count = each * len(set(names) - set(kept))
+            cases += count
+            seconds += CASE_S * count * one.motion.north.size * one.motion.sampling_interval
+    return cases, seconds
+
+
+def _stored_file(one: Candidate, aspect: float, folder: Path) -> Path:
+    """Return the file that keeps the responses to a motion, named after all that they depend on."""
     grid = repr(
         (one.pgv, WAY_DEG, LEVELS.tolist(), FRICTIONS, HEIGHTS.tolist(), SHAPES.tolist(), ORIENTATION_STEP_DEG, aspect)
     )
     key = hashlib.sha256(f"{_kernel()} {one.digest} {grid}".encode()).hexdigest()[:24]
-    path, known = folder / f"{key}.npz", dict[str, NDArray[np.int8]]()
+    return folder / f"{key}.npz"
+
+
+def stored_ways(
+    one: Candidate, aspect: float, nodes: NDArray[np.bool_], folder: Path, threads: int
+) -> dict[str, NDArray[np.int8]]:
+    """What stones do under a motion: kept from before, or computed and kept in a file, see `_stored_file`.
+
+    By ``height-shape``, the places where ``nodes``, shape (heights, shapes), is true: the way in which a stone falls,
+    `STOOD` or `UNKNOWN`, shape (frictions, levels, orientations).
+    """
+    path, known = _stored_file(one, aspect, folder), dict[str, NDArray[np.int8]]()
     try:
         with np.load(path) as stored:
             known = {name: stored[name] for name in stored.files}

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from overturning.errors import RecordError
+from overturning.records.check import check_paths
 from overturning.records.read import read_path
 from overturning.records.source import SourceFile, open_archive
 from tests.bounds import bounded
 from tests.records.record_writers import knet_text
+from tests.records.written import FORMS
 
 COUNTS = np.arange(-100, 100) * 1000
 NS, EW = knet_text(COUNTS).encode(), knet_text(COUNTS[::-1], direction="E-W").encode()
@@ -36,6 +38,58 @@ def zip_of(members: dict[str, bytes]) -> bytes:
         for name, data in members.items():
             archive.writestr(name, data)
     return buffer.getvalue()
+
+
+def test_an_archive_with_all_volumes_gives_the_processed_accelerations_and_says_what_is_left_out(tmp_path):
+    """CESMD packs volumes 1, 2 and 3, PEER velocities and displacements, ESM both: such archives were refused whole."""
+    steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
+    (second,) = FORMS["csmip2"].files(*steps).values()
+    (first,) = FORMS["csmip1"].files(*steps).values()
+    first = first.replace("Rcrd of", "Record of")
+    third = "RESPONSE AND FOURIER AMPLITUDE SPECTRA\n" + "1.0\n" * 50
+    path = tmp_path / "ce.zip"
+    path.write_bytes(zip_of({"CE1.V3": third.encode(), "CE1.V2": second.encode(), "read.pdf": b"%PDF"}))
+    record = read_path(path)
+    north, east = FORMS["csmip2"].north_east(*steps[:2])
+    np.testing.assert_allclose([record.north, record.east], [north, east], atol=1e-9)
+    assert record.notes == ["CE1.V3 left out: it holds no acceleration"]
+    path.write_bytes(zip_of({"CE1.V1": first.encode(), "CE1.V2": second.encode(), "CE1.V3": third.encode()}))
+    record = read_path(path)
+    np.testing.assert_allclose(record.north, north, atol=1e-9)
+    assert record.extra["processed"] is True
+    assert record.notes == [
+        "CE1.V1 left out: the same is there processed",
+        "CE1.V3 left out: it holds no acceleration",
+    ]
+    assert [finding.record is not None for finding in check_paths([path])] == [True]
+    path.write_bytes(zip_of({"CE1.V1": first.encode(), "CE1.V3": third.encode()}))
+    assert read_path(path).extra["processed"] is False
+    path.write_bytes(zip_of({"CE1.V3": third.encode()}))
+    with pytest.raises(RecordError, match=r"CE1\.V3: none of the archive's members is an accelerogram"):
+        read_path(path)
+    (tmp_path / "CE1.V3").write_text(third)
+    with pytest.raises(RecordError, match="volume 3"):
+        read_path(tmp_path / "CE1.V3")
+
+
+@pytest.mark.parametrize(
+    ("form", "old", "new"),
+    [
+        ("peer", "ACCELERATION TIME SERIES IN UNITS OF G", "VELOCITY TIME SERIES IN UNITS OF CM/S"),
+        ("esm", "DATA_TYPE: ACCELERATION", "DATA_TYPE: DISPLACEMENT"),
+        ("smc", "2 CORRECTED ACCELEROGRAM", "3 VELOCITY"),
+    ],
+)
+def test_velocities_beside_accelerations_in_an_archive_are_left_out(tmp_path, form, old, new):
+    steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
+    files = {name: text.encode() for name, text in FORMS[form].files(*steps).items()}
+    others = {name.replace(".", "_other."): data.replace(old.encode(), new.encode()) for name, data in files.items()}
+    assert all(data not in files.values() for data in others.values())
+    path = tmp_path / "x.zip"
+    path.write_bytes(zip_of(others | files))
+    record = read_path(path)
+    np.testing.assert_allclose([record.north, record.east], FORMS[form].north_east(*steps[:2]), atol=1e-8)
+    assert [n for n in record.notes if "left" in n] == [f"{name} left out: it holds no acceleration" for name in others]
 
 
 def link(kind: bytes, name: str = "T.NS", target: str = "/etc/passwd") -> tarfile.TarInfo:

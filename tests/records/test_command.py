@@ -295,7 +295,7 @@ def test_one_takes_what_check_takes_and_a_pulse(tmp_path, capsys):
     [
         ("0;1,5;2\n", "time:s north:gal east:gal", "'1,5' has decimal commas"),
         ("0,0,1,5,2,5\n", "time:s north:gal east:gal", "decimal commas"),
-        ("t,n,e\n0;1;2\n", "time:s north:gal east:gal", "set off by semicolons here"),
+        ("t,n,e\n0,1,2\n0;1;2\n", "time:s north:gal east:gal", "set off by semicolons here"),
         ("0,1,2\n", "time:s,north:gal,east:gal", "set them off by blanks"),
     ],
 )

@@ -10,7 +10,7 @@ from overturning.records.component import Component, largest
 from overturning.records.processing import process
 from overturning.records.read import group_components, read_files, with_sisters
 from overturning.records.record import Record, drift, peaks_of, state_of, summary
-from overturning.records.source import Declarations, SourceFile, read_source
+from overturning.records.source import NO_RECORDS, Declarations, SourceFile, read_source
 
 
 @dataclass(frozen=True)
@@ -22,12 +22,6 @@ class Finding:
     record: Record | None = None  # where it can be read
     reason: str = ""  # why not, otherwise
     used: Record | None = None  # as the default processing leaves a raw one
-
-
-NO_RECORDS = frozenset(
-    ("geojson", "htm", "jpeg", "jpg", "json", "kml", "md", "pdf", "png", "py", "svg", "toml", "yaml", "yml")
-)
-"""Extensions of files that are no records: in folders, and among several files, they are passed over."""
 
 
 def check_paths(paths: Sequence[Path], declared: Declarations | None = None) -> list[Finding]:

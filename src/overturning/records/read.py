@@ -13,10 +13,10 @@ from overturning.errors import ArgumentError, ConfigError, Reasons, RecordError,
 from overturning.records.assembly import MAXIMUM_SPREAD, assemble, borehole_name
 from overturning.records.catalogue import OF_FILES, RecordEntry, find_files
 from overturning.records.component import Component
-from overturning.records.formats.table import detect_format, format_named
+from overturning.records.formats.table import detect_format, format_named, is_no_acceleration
 from overturning.records.processing import process
 from overturning.records.record import Record
-from overturning.records.source import Declarations, SourceFile, is_archive, open_archive, read_source
+from overturning.records.source import NO_RECORDS, Declarations, SourceFile, is_archive, open_archive, read_source
 from overturning.records.steps import Step, Steps
 from overturning.records.store import rounded
 from overturning.validation import describe_faults
@@ -93,13 +93,17 @@ def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Comp
     Columns are never found by content and must be declared. StationXML among the files goes to the readers that need
     it. A RecordError says so where a file is of no known format, or not of the one it should have.
     """
-    members = [m for file in files for m in (open_archive(file) if is_archive(file.data) else [file])]
-    declared = declared.with_metadata_of(members)
+    packed = [(m, file) for file in files for m in (open_archive(file) if is_archive(file.data) else [file])]
+    declared = declared.with_metadata_of(member for member, _ in packed)
     named = format_named("csv" if declared.columns else declared.format)
     components: list[Component] = []
+    left_out: list[SourceFile] = []
     reasons = Reasons()
-    for member in members:
+    for member, file in packed:
         if member in declared.metadata:
+            continue
+        if member is not file and (member.suffix in NO_RECORDS or is_no_acceleration(member)):
+            left_out.append(member)
             continue
         with reasons.of():
             if not member.data.strip(b"\0 \r\n\t"):
@@ -107,8 +111,44 @@ def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Comp
             if named is not None and named.name != "csv" and not named.detect(member):
                 raise RecordError(f"{member.name}: not a {named.title} file; check `format` in the record table")
             components += (named or detect_format(member)).read(member, declared)
+    if left_out and not components:
+        with reasons.of():
+            why = "none of the archive's members is an accelerogram: get the file that holds one"
+            raise RecordError(f"{left_out[0].name}: {why}")
     reasons.tell()
-    return components
+    return _processed_alone(components, packed, left_out)
+
+
+def _processed_alone(
+    components: Sequence[Component], packed: Sequence[tuple[SourceFile, SourceFile]], left_out: Sequence[SourceFile]
+) -> list[Component]:
+    """Components of files, of archives without raw ones that lie there processed, too; with notes of what is left out.
+
+    Agencies deliver a record as volumes: raw (1), processed (2), spectra (3).
+    """
+    archive = {member.sha256: file for member, file in packed if member is not file}
+
+    def alike(raw: Component, other: Component) -> bool:
+        same = ("format", "station", "event", "location", "sensor", "azimuth_deg", "vertical")
+        return (
+            other.processed
+            and archive.get(other.sha256) is archive[raw.sha256]
+            and all(getattr(raw, name) == getattr(other, name) for name in same)
+        )
+
+    raw = [c for c in components if c.sha256 in archive and not c.processed]
+    twice = [c for c in raw if any(alike(c, other) for other in components)]
+    kept = [c for c in components if not any(c is other for other in twice)]
+    said = [(c.file, "the same is there processed") for c in twice]
+    said += [(f.name, "it holds no acceleration") for f in left_out if f.suffix not in NO_RECORDS]
+    noted = []
+    for component in kept:
+        # Of an archive with several records each has the notes on files of its own name.
+        own = [one for one in said if one[0].partition(".")[0] == component.file.partition(".")[0]]
+        notes = [f"{name} left out: {why}" for name, why in dict.fromkeys(own or said)]
+        in_archive = component.sha256 in archive
+        noted.append(replace(component, notes=(*component.notes, *notes)) if in_archive else component)
+    return noted
 
 
 def _of_one_sensor(components: Sequence[Component], record_id: str, declared: Declarations, **stated: Any) -> Record:

@@ -22,6 +22,11 @@ MAXIMUM_BYTES: Final = 200_000_000
 MAXIMUM_MEMBERS: Final = 20_000
 """Most members of an archive."""
 
+NO_RECORDS: Final = frozenset(
+    ("geojson", "htm", "jpeg", "jpg", "json", "kml", "md", "pdf", "png", "py", "svg", "toml", "yaml", "yml")
+)
+"""Extensions of files that are no records: in folders, archives, and among several files, they are passed over."""
+
 MARKS: Final = b"\xef\xbb\xbf \r\n\t"
 """What may stand before the first letter of a text: a byte-order mark and white space."""
 

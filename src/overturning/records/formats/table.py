@@ -91,6 +91,20 @@ _JMA: Final = rb"(?is)\s*SITE CODE *=.{,900}[\r\n] *INITIAL TIME *="
 _CISMID: Final = rb"(?s).{,600}CISMID.{,600}[\r\n]1\. INFORMATION ABOUT THE SEISMIC STATION"
 _ASA: Final = rb"(?is).*ARCHIVO ESTANDAR DE ACELERACION"
 
+_NO_ACCELERATION: Final = re.compile(
+    rb"\s*(RESPONSE\b[^\n]{,80}SPECTR|FOURIER\b|(UN)?CORRECTED (VELOC|DISPL)|[3-6] [A-Z ]*(VELOC|DISPL|SPECTR))"
+    rb"|[^\n]*PEER[^\n]*\n[^\n]*\n\s*(VELOC|DISPL)"
+    rb"|(?s:EVENT_(NAME|ID):.{,1500}\nDATA_TYPE: (?!ACCELERATION))",
+    re.IGNORECASE,
+)
+"""How files of velocity, displacement or spectra begin, which agencies pack with those of acceleration."""
+
+
+def is_no_acceleration(source: SourceFile) -> bool:
+    """Whether a file says at its beginning that it holds velocity, displacement or spectra."""
+    return bool(_NO_ACCELERATION.match(source.data[:2000].replace(b"\r\n", b"\n")))
+
+
 FORMATS: Final = (
     Format("k-net", "K-NET ASCII", rb"(?s)Origin Time.{,1000}[\r\n]Dir\. +[NEU]-[SWD]", knet.read),
     Format("kik-net", "KiK-net ASCII", rb"Origin Time", knet.read),

@@ -148,6 +148,41 @@ def test_a_wrong_hazard_is_told(tables: tuple[Path, Path], rows: str, said: str,
     assert said in stood(*tables, years=100)
 
 
+@pytest.mark.parametrize(
+    ("measure", "true_unit", "factor", "cause"),
+    [
+        (("PGA", "g"), 0.6, 981.0, "are they in Gal? Divide them by 981"),
+        (("PGV", "cm/s"), 60.0, 0.01, "are they in m/s?"),
+    ],
+)
+def test_a_hazard_whose_unit_is_wrong_is_refused(
+    tmp_path: Path, stood: Callable[..., str], measure: tuple[str, str], true_unit: float, factor: float, cause: str
+) -> None:
+    """The same curve in its own unit, and labelled with it though in another: falls then lie beyond the records."""
+    files = tmp_path / "fragility.csv", tmp_path / "hazard.csv"
+    files[0].write_text(
+        "stones,measure,unit,median,log_spread,least,most\n"
+        f"all,{','.join(measure)},{true_unit},0.4,{true_unit / 6},{true_unit * 3}\n",
+        "utf-8",
+    )
+
+    def text(scale: float) -> str:
+        levels = scale * true_unit * np.geomspace(0.02, 5, 30)
+        rows = "".join(
+            f"{','.join(measure)},{level},{1e-4 * (level / scale / true_unit) ** -2.5}\n" for level in levels
+        )
+        files[1].write_text(f"measure,unit,level,annual_rate\n{rows}", "utf-8")
+        return stood(*files, years=800)
+
+    right, wrong = text(1.0), text(factor)
+    assert "are they in" not in right
+    assert "P(stands 800 years)" in right
+    assert wrong.startswith(f"error: {files[1]}: {measure[0]}: levels of ")
+    assert cause in wrong
+    assert "come from levels beyond the records" in wrong
+    assert "P(stands" not in wrong
+
+
 def class_and_hazard(folder: Path, first: float) -> tuple[Path, Path]:
     """A class whose stones differ by 0.5, records by 0.3; ν = 1e-4 x^−2.5 from a first level to 10 g."""
     fields = "median", "log_spread", "record_spread", "other_spread"

@@ -9,6 +9,7 @@ import typer
 
 if TYPE_CHECKING:
     from overturning.records.record import Record
+    from overturning.surveys.standing import Hazard, Standing
 
 NEGLIGIBLE: Final = 0.01
 """Part of the falls that shaking below the hazard's first level may add without a word."""
@@ -143,6 +144,22 @@ def named_apart(paths: Sequence[Path]) -> "list[Record]":
     return [replace(one, record_id=str(path)) if ids.count(one.record_id) > 1 else one for one, path in files]
 
 
+def _hazard_doubts(path: Path, hazards: "dict[str, Hazard]", outcomes: "Sequence[Standing]") -> list[str]:
+    """Return doubts about the units of hazard curves; a ResultError where falls come from beyond the records."""
+    import math
+
+    from overturning.errors import ResultError
+    from overturning.report.text import percent
+    from overturning.surveys.standing import LARGEST_SHARE_BEYOND, implausible_levels
+
+    doubts = {one.measure: f"{path}: {why}" for one in hazards.values() if (why := implausible_levels(one))}
+    for one in outcomes:
+        if one.measure in doubts and not one.beyond <= LARGEST_SHARE_BEYOND:
+            falls = "no falls" if math.isnan(one.beyond) else f"{percent(one.beyond)} of the falls of {one.stones}"
+            raise ResultError(f"{doubts[one.measure]}; {falls} come from levels beyond the records")
+    return list(doubts.values())
+
+
 def stood(
     fragility: Annotated[Path, typer.Argument(help="fragility curves of a run (CSV)")],
     hazard: Annotated[Path, typer.Argument(help="hazard curves (CSV): measure, unit, level, annual_rate")],
@@ -189,6 +206,8 @@ def stood(
         raise ResultError(f"{hazard}: {', '.join(hazards)}; {fragility} has {', '.join(units)}: give one of these")
     known = [(one, hazards[one.measure]) for one in shared if math.isfinite(one.log_spread)]
     outcomes = [standing(*one, years) for one in known]
+    for why in _hazard_doubts(hazard, hazards, outcomes):
+        print(why)
     for row in shared:
         if not math.isfinite(row.log_spread):
             why = "no curve fits the falls" if math.isnan(row.median) else "the median lies beyond the records"

@@ -29,6 +29,14 @@ LARGEST_FACTOR: Final = 1e6
 """On the hazard; where stones of a class would stand under so many times of it, none is bounded."""
 
 
+LARGEST_SHARE_BEYOND: Final = 0.9
+"""Share of the falls from levels beyond the records above which a hazard of implausible levels is refused."""
+
+PLAUSIBLE_TOPS: Final = {"g": (0.05, 20.0, 981.0, "Gal"), "cm/s": (5.0, 2000.0, 0.01, "m/s")}
+"""By unit: least and largest plausible highest level of a hazard curve, and the likely other unit: how many of it make
+one of this unit, and its name."""
+
+
 class CurveRow(BaseModel, extra="forbid"):
     """A row of ``fragility.csv``, as `statistics.fragility.write_fragility_csv` writes it."""
 
@@ -172,6 +180,23 @@ def standing(curve: CurveRow, hazard: Hazard, years: float) -> Standing:
     stands, low, high = (math.exp(-one * years) for one in (rate, strong, weak))
     beyond = 1 - known / rate if rate > 0 else math.nan
     return Standing(curve.stones, curve.measure, rate, stands, low, high, share, beyond, first)
+
+
+def implausible_levels(hazard: Hazard) -> str:
+    """Return the reason to doubt the unit of a hazard curve, with the likely cause; empty if its levels are plausible.
+
+    The highest level is judged: curves end where exceedance is very rare, at 0.05 to 20 g, or 5 to 2000 cm/s. Levels
+    in a unit that is smaller by a factor of 100 or more then lie above, and in a larger one below.
+    """
+    low, high, factor, other = PLAUSIBLE_TOPS.get(hazard.unit, (0.0, math.inf, 1.0, ""))
+    top = float(hazard.level[-1])
+    if low <= top <= high:
+        return ""
+    meant = f"; are they in {other}? Divide them by {factor:g}" if low <= top / factor <= high else ""
+    return (
+        f"{hazard.measure}: levels of {hazard.level[0]:g} to {top:g} {hazard.unit}, of which the highest is expected "
+        f"between {low:g} and {high:g} {hazard.unit}{meant}"
+    )
 
 
 def rate_bound(years: float) -> float:

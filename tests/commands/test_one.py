@@ -1,9 +1,11 @@
 """`overturning one`."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from overturning.figures.style import short
@@ -118,6 +120,32 @@ def test_a_block_slides_where_friction_is_less_than_its_slenderness() -> None:
     given = ("--record", "sine amplitude_gal=400 period_s=1", "--azimuth", "0", "--b-over-h", "0.3", "--friction")
     assert "motion along N: stands (largest rotation 0.00 α); slipped" in run(*given, "0.1")
     assert "motion along N: falls" in run(*given, "1")
+
+
+@pytest.mark.parametrize("space", [("--azimuth", "0"), ("--body",)])
+def test_times_are_those_of_the_file(tmp_path: Path, space: tuple[str, ...]) -> None:
+    """One pulse from 4 s on of a raw file: the block fell at 38 s, behind 30 s of zeros that the filter puts there."""
+    time = np.arange(1000) / 100
+    wave = np.where((time > 4) & (time < 6), 600 * np.sin(2 * np.pi * (time - 4) / 2), 0.0)
+    np.savetxt(tmp_path / "x.csv", np.column_stack([wave, 0.1 * wave]), fmt="%.3f", delimiter=",")
+    given = (
+        "one",
+        "--record",
+        tmp_path / "x.csv",
+        "--columns",
+        "north:gal east:gal",
+        "--sampling-interval",
+        "0.01",
+        *space,
+    )
+    times = {}
+    for kind in ("--raw", "--processed"):
+        text = said(*given, kind, "--b-over-h", "0.2", "--height", "1")
+        times[kind] = float(re.search(r" falls towards \S+ at ([\d.]+) s", text)[1])  # type: ignore[index]
+        assert ("times count from the first sample of the file; the clock of films" in text) == (kind == "--raw")
+        assert ("begins 30 s earlier" in text) == (kind == "--raw")
+    assert 4.0 < times["--processed"] < 9.0
+    assert times["--raw"] == pytest.approx(times["--processed"], abs=0.3)
 
 
 def test_what_is_drawn_of_another_motion_than_the_record_says_so(tmp_path: Path) -> None:

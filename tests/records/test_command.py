@@ -153,6 +153,30 @@ def test_check_and_add_take_the_other_files_of_the_record(tmp_path, capsys):
     assert read_catalogue(table)["z"].source == "z.mseed s.xml"
 
 
+def test_add_prints_the_notes_of_check_and_names_a_motion_that_is_there(tmp_path, capsys):
+    time = np.arange(3000) / 100
+    for name, more in (("a", 0), ("b", 5)):
+        wave = np.random.default_rng(4).normal(0, 50, (2, time.size)) * np.exp(-(((time - 15) / 4) ** 2))
+        wave = np.pad([np.convolve(axis, np.ones(9) / 2, "same") for axis in wave], ((0, 0), (more, 0)))
+        np.savetxt(tmp_path / f"{name}.csv", np.clip(wave, -90, 90).T, fmt="%.2f", delimiter=",")
+    columns = "north:gal east:gal"
+    declared = ("--columns", columns, "--sampling-interval", "0.01", "--processed")
+    run("records", "check", tmp_path / "a.csv", *declared)
+    checked = [line for line in capsys.readouterr().out.splitlines() if "  declared: " in line or "clipped" in line]
+    assert len(checked) == 3
+    table = ("--table", tmp_path / "records.tsv", "--folder", tmp_path / "data")
+    values = (f"columns={columns}", "sampling_interval_s=0.01", "processed=true", "format=csv")
+    sets = [word for value in values for word in ("--set", value)]
+    assert run("records", "add", tmp_path / "a.csv", *table, *sets) == 0
+    added = capsys.readouterr().out
+    assert all(line in added.splitlines() for line in checked)
+    assert "have the same samples" not in added
+    assert run("records", "add", tmp_path / "b.csv", *table, *sets) == 0
+    assert "records a and b have the same samples" in capsys.readouterr().out
+    assert run("records", "check", tmp_path / "a.csv", tmp_path / "b.csv", *declared) == 0
+    assert "records a.csv and b.csv have the same samples" in capsys.readouterr().out
+
+
 def test_add_refuses_what_cannot_stand_in_the_table(tmp_path, capsys):
     path = tmp_path / "my site.V2A"
     path.write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))

@@ -1,12 +1,14 @@
 """StationXML: epochs, gains, units and orientation; axes that only the code of their channel names."""
 
 import re
+import warnings
 
 import numpy as np
 import obspy
 import pytest
 
 from overturning.errors import RecordError
+from overturning.records.check import check_paths
 from overturning.records.formats.stationxml import acceleration_scale, is_velocity
 from overturning.records.read import read_path
 from overturning.records.source import Declarations
@@ -157,3 +159,47 @@ def test_the_code_names_the_axis_of_a_peer_file(tmp_path):
     for found, wave in zip(record.components, samples.values(), strict=True):
         np.testing.assert_allclose(found, wave * 9.80665, atol=1e-5)
     assert sum("its header states no azimuth; the code of channel" in note for note in record.notes) == 3
+
+
+def test_two_bands_of_one_sensor_are_two_records(tmp_path):
+    """HN? at 100 Hz and BN? at 20 Hz in a folder, as FDSN servers deliver them."""
+    write_inventory(tmp_path / "s.xml", CHANNELS | {f"BN{code[2]}": axis for code, axis in CHANNELS.items()})
+    for code, samples in zip(CHANNELS, (N, E, Z), strict=True):
+        write_mseed(tmp_path / f"{code}.mseed", {code: samples})
+        write_mseed(tmp_path / f"BN{code[2]}.mseed", {f"BN{code[2]}": samples[::5]}, rate=20.0)
+    first, second = check_paths([tmp_path])
+    assert first.files == ("BNE.mseed", "BNN.mseed", "BNZ.mseed")
+    assert second.files == ("HNE.mseed", "HNN.mseed", "HNZ.mseed")
+    np.testing.assert_allclose(first.record.north, N[::5] / 4e5, rtol=1e-12)
+    np.testing.assert_allclose(second.record.north, N / 4e5, rtol=1e-12)
+    np.testing.assert_allclose(read_path(tmp_path / "HNE.mseed").north, N / 4e5, rtol=1e-12)
+
+
+def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_path):
+    write_inventory(tmp_path / "other.xml", CHANNELS, station="OTHER")
+    paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
+    (finding,) = check_paths([tmp_path], Declarations(unit="gal"))
+    np.testing.assert_allclose(finding.record.north, N / 1e7, atol=1e-8)
+    np.testing.assert_allclose(read_path(paths[0], Declarations(unit="gal")).east, E / 1e7, atol=1e-8)
+    with refused(RecordError, "HNN", "is not in the StationXML given"):
+        read_path([*paths, tmp_path / "other.xml"])
+    # Its own goes before the declaration, as ever.
+    write_inventory(tmp_path / "own.xml", CHANNELS, gain=1e3)
+    np.testing.assert_allclose(read_path(paths[0], Declarations(unit="gal")).north, N / 1e8, rtol=1e-6)
+
+
+def test_a_warning_of_obspy_is_a_note_on_the_file(tmp_path, monkeypatch):
+    """It reached the terminal raw, with a path of the machine and a line of obspy's code."""
+    write_inventory(tmp_path / "s.xml", CHANNELS)
+    waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
+    merge = obspy.Stream.merge
+
+    def warning_merge(stream, *given, **more):
+        warnings.warn_explicit("two\nlines", UserWarning, "/somewhere/obspy/core/stream.py", 1)
+        warnings.warn_explicit("old name", DeprecationWarning, "/somewhere/obspy/core/stream.py", 2)
+        return merge(stream, *given, **more)
+
+    monkeypatch.setattr(obspy.Stream, "merge", warning_merge)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert read_path(waves).notes == ["x.mseed: obspy warns: two lines"]

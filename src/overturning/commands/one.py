@@ -19,6 +19,7 @@ def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs:
     """Simulate one block or scene, print what it does, and make a film or a figure of it."""
     from overturning.errors import ArgumentError
     from overturning.motion.motion import Motion
+    from overturning.records.record import file_time
 
     _check_outputs(outputs, space)
     record = _record(shaking, given)
@@ -31,17 +32,18 @@ def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs:
         raise ArgumentError("--orientation, --plan, --mesh, --aspect: a body in space has them; add --body")
     if not space.body and not plane.azimuth:
         raise ArgumentError("--azimuth: not given; name the plane of motion, or take --body with --orientation")
+    shift = file_time(record)
     found = (
-        _in_space(motion, shaking.amplitude, space, stone)
+        _in_space(motion, shaking.amplitude, space, stone, shift)
         if space.body
-        else _in_planes(motion, shaking.amplitude, plane, stone)
+        else _in_planes(motion, shaking.amplitude, plane, stone, shift)
     )
     place = ", ".join(part for part in (record.station or record.record_id, record.event) if part)
     # A figure of another motion than the recorded one must not stand for it.
     times = f", motion × {shaking.amplitude:g}" if shaking.amplitude != 1 else ""
     level = ", vertical motion left out" if motion.up is None and record.up is not None else ""
     title = f"{place}{times}{level}: {found.what}"
-    print(title, *found.lines, *record.notes, sep="\n  ")
+    print(title, *found.lines, *_time_notes(shift), *record.notes, sep="\n  ")
     if outputs.animate is not None:
         from overturning.figures.film_movie import write_film_movie
         from overturning.figures.film_of_trajectory import film_of
@@ -62,6 +64,19 @@ def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs:
         print(f"figure: {outputs.response}")
 
 
+def _time_notes(shift: float) -> list[str]:
+    """Return a note on the clock of the lines above it, where the processing has moved the first sample."""
+    if not shift:
+        return []
+    first = f"{-shift:g} s earlier, with zeros of the filter" if shift < 0 else f"{shift:g} s later"
+    return [f"times count from the first sample of the file; the clock of films and figures begins {first}"]
+
+
+def _in_file_time(path: "xr.Dataset", shift: float) -> "xr.Dataset":
+    """A trajectory whose overturning time counts from the first sample of the file."""
+    return path.assign(overturning_time=path["overturning_time"] + shift)
+
+
 @dataclass(frozen=True)
 class _Found:
     """What was simulated, what each of its trajectories is, and these."""
@@ -71,8 +86,8 @@ class _Found:
     paths: "list[xr.Dataset]"
 
 
-def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone) -> _Found:
-    """A scene along each azimuth."""
+def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone, shift: float) -> _Found:
+    """A scene along each azimuth; ``shift`` turns times of the motion into those of the file, s."""
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import outcome
@@ -95,7 +110,7 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone)
     ]  # fmt: skip
     lines = []
     for path in paths:
-        text, shown = outcome(path), path["element"].to_numpy() == stones.shown_name
+        text, shown = outcome(_in_file_time(path, shift)), path["element"].to_numpy() == stones.shown_name
         if path["overturned"].to_numpy()[shown] == 0:
             name = f" ({stones.shown_name})" if len(stones.free) > 1 else ""
             text += f"; slipped {100 * path['residual_slip'].to_numpy()[shown].item():z.1f} cm by the end{name}"
@@ -105,8 +120,8 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone)
     return _Found(f"{what}B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {coefficient}", lines, paths)
 
 
-def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone) -> _Found:
-    """A body at each orientation."""
+def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone, shift: float) -> _Found:
+    """A body at each orientation; ``shift`` turns times of the motion into those of the file, s."""
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import heading_of, outcome
@@ -134,7 +149,7 @@ def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone) 
     sizes, oblong = paths[0].attrs, f", D/B = {space.aspect:g}" if shape.oblong else ""
     return _Found(
         f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {friction:g}",
-        [*level, *(f"{heading_of(path)}: {outcome(path)}" for path in paths)],
+        [*level, *(f"{heading_of(path)}: {outcome(_in_file_time(path, shift))}" for path in paths)],
         paths,
     )
 

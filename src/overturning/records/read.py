@@ -12,7 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 from overturning.errors import ArgumentError, ConfigError, Reasons, RecordError, keywords
 from overturning.records.assembly import MAXIMUM_SPREAD, assemble, borehole_name
 from overturning.records.catalogue import OF_FILES, RecordEntry, find_files
-from overturning.records.component import Component
+from overturning.records.component import Component, seed_sensor
 from overturning.records.formats.table import detect_format, format_named, is_no_acceleration
 from overturning.records.processing import process
 from overturning.records.record import Record
@@ -234,8 +234,8 @@ def _named_alike(path: Path, other: Path) -> bool:
 def group_components(components: Iterable[Component]) -> list[list[Component]]:
     """Sort components into records, in the order of first appearance.
 
-    Those of one record have the same format, station, place, event, sensor and location of it, and starts at most 0.5 s
-    apart.
+    Those of one record have the same format, station, place, event, sensor with its SEED band (HN of HNE) and location,
+    and starts at most 0.5 s apart.
     Components that say nothing about themselves (declared columns) belong together when they are of one file.
     """
     groups: list[list[Component]] = []
@@ -251,6 +251,8 @@ def group_components(components: Iterable[Component]) -> list[list[Component]]:
 def _together(group: Sequence[Component], component: Component) -> bool:
     first = group[0]
     if first.location and component.location and first.location != component.location:
+        return False
+    if len({seed_sensor(first), seed_sensor(component)} - {""}) > 1:  # bands of one sensor (BN, HN), or two sensors
         return False
     if first.file == component.file and first.sha256 == component.sha256:
         # In one file an axis that comes twice begins another record, except another sensor's.

@@ -152,6 +152,11 @@ def state_of(record: Record) -> str:
     return "processed, as declared" if "processed" in record.extra.get("declared", ()) else "processed"
 
 
+def file_time(record: Record) -> float:
+    """Time of a record's first sample after the first sample of its file, s: negative with the zeros of a filter."""
+    return float(sum(step.get("shift_s", 0.0) for step in record.processing))
+
+
 DRIFT: Final = 0.02
 """Share of its peak at which the velocity of a component may end."""
 

@@ -17,7 +17,7 @@ from overturning.records.component import (
     sensor_at,
 )
 from overturning.records.formats.miniseed import components_of, read_stream
-from overturning.records.formats.stationxml import read_inventory
+from overturning.records.formats.stationxml import has_channel, read_inventory
 from overturning.records.source import Declarations, SourceFile
 from overturning.units import UNITS
 
@@ -42,7 +42,8 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
     if what := NO_SERIES.get(header.get("iftype")) or uneven:
         raise RecordError(f"{source.name}: {what} by its header, not evenly sampled acceleration; get that file")
     inventory = read_inventory(declared.metadata)
-    if inventory is not None:
+    # Another station's StationXML says nothing of a file whose unit is declared.
+    if inventory is not None and (declared.unit is None or has_channel(stream[0], inventory)):
         return components_of(stream, inventory, source, declared)
     if declared.unit is None:
         raise RecordError(

@@ -121,6 +121,18 @@ def epoch_of(trace: Any, inventory: Any, source: SourceFile, declared: Declarati
     return Epoch(channel, unit, gain, direction, bool(unknown), notes, tuple(trusted))
 
 
+def has_channel(trace: Any, inventory: Any) -> bool:
+    """Return True if the StationXML has the channel of a trace, at any time."""
+    codes = trace.stats
+    return any(
+        (network.code, station.code, channel.location_code, channel.code)
+        == (codes.network, codes.station, codes.location, codes.channel)
+        for network in inventory
+        for station in network
+        for channel in station
+    )
+
+
 def stages_gain(response: Any) -> float | None:
     """Return the product of the gains of a response's stages; None without stages, or where one has no gain."""
     gains = [float(stage.stage_gain or 0.0) for stage in response.response_stages or ()]

@@ -6,7 +6,8 @@ and the header of a file (tests/records/headers).
 
 import re
 import struct
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -59,7 +60,10 @@ class Format:
     def read(self, source: SourceFile, declared: Declarations) -> list[Component]:
         """Components of a file; a RecordError names the file, where it can the line, and what to do."""
         try:
-            with np.errstate(over="ignore"):  # a sample beyond all numbers becomes infinite, which a component refuses
+            # Warnings of obspy are notes on the file, not lines of the terminal with a path of this machine. A sample
+            # beyond all numbers becomes infinite, which a component refuses.
+            with warnings.catch_warnings(record=True) as caught, np.errstate(over="ignore"):
+                warnings.simplefilter("always")
                 found = self.reader(*((source, declared) if self.declared else (source,)))
         except RecordError:
             raise
@@ -68,9 +72,26 @@ class Format:
             what = f"damaged {self.title} file ({type(problem).__name__}: {problem})"
             raise RecordError(f"{source.name}: {what}; get it again") from problem
         by = {"processed_by": self.agency} if self.agency else {}
+        told = _notes_of(caught, source.name)
         return [
-            replace(c, format=c.format or self.name, extra=(by if c.processed else {}) | dict(c.extra)) for c in found
+            replace(
+                c,
+                format=c.format or self.name,
+                extra=(by if c.processed else {}) | dict(c.extra),
+                notes=(*c.notes, *told),
+            )
+            for c in found
         ]
+
+
+def _notes_of(caught: Sequence[warnings.WarningMessage], name: str) -> tuple[str, ...]:
+    """Warnings of obspy about a file as notes; those about the code of a package are for its developers."""
+    told = [
+        " ".join(str(one.message).split())[:200]
+        for one in caught
+        if "obspy" in one.filename and issubclass(one.category, UserWarning) and "pkg_resources" not in str(one.message)
+    ]
+    return tuple(f"{name}: obspy warns: {text}" for text in dict.fromkeys(told))
 
 
 def _sac(data: bytes) -> bool:

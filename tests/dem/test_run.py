@@ -100,7 +100,7 @@ def test_a_scene_with_its_own_friction_is_computed_once_for_all_of_the_grid() ->
     model = Planes(scene)
     grid = grid_over(model, azimuth_deg=[0.0, 180.0])
     # As of a study of which another variant sweeps it; who simulates the scene alone is told that it has its own.
-    arrays = simulate_grid(model, MOTION, grid.changed(friction=np.array([0.1, 0.9])), Numerics())
+    arrays = simulate_grid(model, MOTION, grid.replace_rows(friction=np.array([0.1, 0.9])), Numerics())
     with refused(ArgumentError, "friction: [0.1, 0.9]; scene gravestone has coefficients of its own", brief=True):
         simulate_arrays(MOTION, scene, azimuth_deg=[0.0, 180.0], friction=[0.1, 0.9])
     swept = simulate_arrays(MOTION, azimuth_deg=[0.0, 180.0], friction=[0.3])

@@ -198,7 +198,7 @@ def test_directions_are_run_in_pieces_that_hold_no_more_than_they_may(
     motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int
 ) -> None:
     """Eight members under 400 samples in each of six directions of ten cells: two directions at a time may be."""
-    grid = GRID.changed(height=np.array([0.6, 1.2]), friction=np.array([1.0]))
+    grid = GRID.replace_rows(height=np.array([0.6, 1.2]), friction=np.array([1.0]))
     members = draw_members(Ensemble(members=8))
     nothing = {name: np.zeros(grid.shape, np.int8) for name in ("overturned", "mirrored")}
     calls = []
@@ -264,7 +264,7 @@ def test_a_cell_stops_where_its_own_members_say_so(motion: Motion, nominal: dict
     # Whatever stands beside it, a cell has the same members.
     for flat in np.flatnonzero(nominal["mirrored"] == 0)[::7]:
         place = np.unravel_index(flat, GRID.shape)
-        one = GRID.changed(**{name: GRID[name][[at]] for name, at in zip(GRID.names, place, strict=True)})
+        one = GRID.replace_rows(**{name: GRID[name][[at]] for name, at in zip(GRID.names, place, strict=True)})
         own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal.items()}
         few = CellEnsemble(Planes(), members, widest=0.19)
         alone = few.run(motion, one, own, lambda cases, _: run_cases(motion, cases))[0]

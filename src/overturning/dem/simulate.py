@@ -68,7 +68,7 @@ def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) 
     turn_deg = few.over_all(sources.turn_deg).ravel()[computed]
     results = run(model, motion, few.cases(np.unravel_index(computed, few.shape), turn_deg), numerics)
     arrays = {name: values[place.reshape(few.shape)] for name, values in vars(results).items()}
-    model.turned(arrays, few, sources)
+    model.rotate_outcomes(arrays, few, sources)
     for name in COUNTS:
         arrays[name][answering != own] = 0
     copies, last = grid.shape[-1] // few.shape[-1], len(grid.shape) - 1

@@ -86,7 +86,7 @@ def trajectory(
     case = Cases(grid.directions - sources.turn_deg.ravel(), **size, **more, initial_tilt=tilt)
     results, path = plan_of(model, as_motion(motion), case, numerics).trace()
     views = {name: values.reshape(grid.shape + values.shape[1:]) for name, values in vars(results).items()}
-    model.turned(views, grid, sources)
+    model.rotate_outcomes(views, grid, sources)
     variables, coordinates, attributes = path.described(results)
     known = {f"{model.direction}_deg": grid.directions.item(), **size, **more}
     given = {name: value for name, value in known.items() if name != "aspect" or name in model.case_dims}

@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.errors import ArgumentError, keywords
 from overturning.model.contact import VertexContact
 from overturning.model.grid import Grid
-from overturning.model.model import Model, Outcomes, picked
+from overturning.model.model import Model, Outcomes, select_cells
 from overturning.model.shapes import Rectangle, Shape, shape_of
 from overturning.model.symmetry import FULL_TURN, Sources, nearest
 from overturning.model.variables import (
@@ -26,9 +27,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SQUARE_PERIOD: Final = 90.0
-"""Turn after which a stone of square footprint looks the same, degrees."""
+"""Rotation period of a stone of square footprint, degrees."""
 
-OF_ONE_MIND: Final = float(np.cos(np.radians(15.0)))
+MIN_AGREEMENT: Final = float(np.cos(np.radians(15.0)))
 """Mean resultant of directions that lie 15° to either side of their mean."""
 
 _MEMBERS: Final = {
@@ -38,7 +39,7 @@ _MEMBERS: Final = {
     "axis_cosine": "fall_axis_cosine",
     "axis_sine": "fall_axis_sine",
 }
-"""Falls by name, and the means over members that a cube has of them."""
+"""Variable of a cube that holds the mean over members of each variable of `Model.falls`."""
 
 
 def direction_weight(falls: ArrayLike, north: ArrayLike, east: ArrayLike, members: ArrayLike) -> FloatArray:
@@ -65,16 +66,16 @@ def direction_weight(falls: ArrayLike, north: ArrayLike, east: ArrayLike, member
 
 @dataclass(frozen=True)
 class Start:
-    """How a body begins, where not at rest: in its own axes turned to its orientation.
+    """Initial state of a body that does not start at rest, in axes rotated to its orientation.
 
     Parameters
     ----------
     place : tuple
-        Of the centre, m; z above the base.
+        Position of the centre, m; z above the base.
     quaternion : tuple
         Rotation from the rest position (w, x, y, z).
     velocity, angular_velocity : tuple
-        m/s and rad/s.
+        Velocity, m/s, and angular velocity, rad/s.
     """
 
     place: tuple[float, float, float]
@@ -86,7 +87,7 @@ class Start:
 @keywords()
 @dataclass(frozen=True)
 class Body(Model):
-    """One rigid body in space; every orientation of a grid that symmetry closes counts alike.
+    """3-D model: one rigid body on a flat base; each orientation of the grid has the same weight.
 
     Parameters
     ----------
@@ -95,12 +96,12 @@ class Body(Model):
     contact : VertexContact
         Springs and dashpots at each vertex.
     start : Start, optional
-        How it begins; at rest where not given.
+        Initial state; at rest if not given.
 
     Raises
     ------
     ArgumentError
-        If there is no shape of a name, or the contact is not a body's.
+        If no shape has the given name, or the contact is not a `VertexContact`.
     """
 
     shape: Shape = field(default_factory=Rectangle)
@@ -126,37 +127,39 @@ class Body(Model):
     )  # fmt: skip
 
     @property
+    @override
     def elements(self) -> tuple[str, ...]:
-        """As of `Model.elements`."""
         return (self.shape.name,)
 
     @property
+    @override
     def cost(self) -> float:
-        """As of `Model.cost`."""
         return 18.0
 
     @property
+    @override
     def attributes(self) -> dict[str, str]:
-        """As of `Model.attributes`."""
         return {"body": self.shape.name}
 
     @property
+    @override
     def further_variables(self) -> tuple[Variable, ...]:
-        """As of `Model.further_variables`: what the planes of its faces say of a rectangle."""
+        """A rectangle also has the prediction of the planes of its faces."""
         return FACE_VARIABLES if self.oblong else ()
 
     @property
+    @override
     def sized(self) -> bool:
-        """As of `Model.sized`."""
         return self.shape.sized
 
     @property
+    @override
     def oblong(self) -> bool:
-        """As of `Model.oblong`."""
         return self.shape.oblong
 
+    @override
     def sizes(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
-        """As of `Model.sizes`; slenderness and height of a polyhedron are its own."""
+        """A polyhedron has a slenderness and a height of its own."""
         if self.shape.sized:
             if b_over_h is None or height is None:
                 name = "b_over_h" if b_over_h is None else "height"
@@ -167,19 +170,20 @@ class Body(Model):
         own = getattr(self.shape, "height", 1.0)
         return own if height is None else height, self.shape.body(own, 1.0, 1.0).b_over_h
 
+    @override
     def periods(self, aspect: FloatArray) -> FloatArray:
-        """As of `Model.periods`."""
         if not self.shape.oblong and aspect.tolist() != [1.0]:
             raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle has one")
         return np.array([self.shape.body(1.0, 0.5, float(value)).period for value in aspect])
 
+    @override
     def stiffer(self, factor: float) -> "Body":
-        """As of `Model.stiffer`."""
         contact = replace(self.contact, static_penetration=self.contact.static_penetration / factor)
         return replace(self, contact=contact)
 
+    @override
     def sources(self, grid: Grid, symmetric: bool = True) -> Sources:
-        """As of `Model.sources`; what is computed is turned back as far as the body looks the same."""
+        """The computed case is rotated back by whole symmetry periods."""
         direction = grid.directions[:, None]
         period = self._periods(grid) if symmetric else np.full(1, FULL_TURN)
         whole = np.floor(direction / np.where(period > 0.0, period, 1.0))
@@ -190,8 +194,8 @@ class Body(Model):
             )
         return replace(super().sources(grid, symmetric), turn_deg=np.where(period > 0.0, whole * period, direction))
 
-    def turned(self, arrays: dict[str, NDArray[Any]], grid: Grid, sources: Sources) -> None:
-        """As of `Model.turned`."""
+    @override
+    def rotate_outcomes(self, arrays: dict[str, NDArray[Any]], grid: Grid, sources: Sources) -> None:
         own = np.arange(sources.cell.shape[0])[:, None]
         arrays["repeated"] = grid.over_all(sources.cell != own).astype(np.int8)
         faces = len(self.shape.body(1.0, 0.5, 1.0).faces)
@@ -199,10 +203,11 @@ class Body(Model):
         down = arrays["fall_face"] != INT8_MISSING
         arrays["fall_face"][down] = (arrays["fall_face"][down] - turns[down]) % max(faces, 1)
 
+    @override
     def tally(
         self, flags: NDArray[np.int8], azimuth_deg: FloatArray, scramble: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        """As of `Model.tally`: shares of the members that fall, and means of the directions."""
+        """Compute the share of members that fall and the means of their directions."""
         known, fell, angle = flags != INT8_MISSING, flags == 1, np.radians(azimuth_deg)
 
         def mean(values: Any, chosen: Any = True) -> FloatArray:
@@ -221,12 +226,12 @@ class Body(Model):
             "members": known.sum(axis=1),
         }
 
+    @override
     def representative(self, cube: "xr.Dataset") -> NDArray[np.intp]:
-        """Every orientation of the grid."""
         return np.arange(cube.sizes[self.direction])
 
+    @override
     def falls(self, cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Dataset":
-        """As of `Model.falls`."""
         import xarray as xr
 
         known = answered(cube["overturned"])
@@ -242,8 +247,9 @@ class Body(Model):
         count = cube.sizes[self.direction]
         return xr.Dataset({**found, "weight": (self.direction, np.full(count, 1.0 / count))})
 
+    @override
     def spread(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """As of `Model.spread`; members agree where all fall, and fall apart more than 15° about their mean."""
+        """Members agree if all fall; they fall apart if they lie more than 15° about their mean."""
         import xarray as xr
 
         falls = cube["probability_falls"]
@@ -254,15 +260,16 @@ class Body(Model):
                 "towards": falls,
                 "away": 0.0 * falls,
                 "agree": agree,
-                "apart": agree & (length < OF_ONE_MIND),
+                "apart": agree & (length < MIN_AGREEMENT),
             }
         )
 
+    @override
     def outcomes(self, site: "xr.Dataset", face_deg: FloatArray, cells: dict[str, NDArray[np.intp]]) -> Outcomes:
-        """As of `Model.outcomes`, of the square prism that faces most nearly the same way."""
+        """The outcome is that of the square prism with the nearest orientation."""
         square = site.isel(aspect=int(np.flatnonzero(site["aspect"].to_numpy() == 1.0)[0]))
         sources = nearest(site[self.direction].to_numpy(), face_deg, SQUARE_PERIOD)
-        found = picked(square, self.reads_outcomes, {self.direction: sources.cell, **cells})
+        found = select_cells(square, self.reads_outcomes, {self.direction: sources.cell, **cells})
         flag = found["overturned"]
         slip = np.hypot(found["residual_slip_north"], found["residual_slip_east"])
         return Outcomes(flag == 1, np.isfinite(flag), found["fall_azimuth"], slip, found["residual_twist"])

@@ -1,4 +1,4 @@
-"""The cases of a model, checked: one row each, with named columns."""
+"""Checked cases of a model: one row per case, with named columns."""
 
 from dataclasses import dataclass, fields
 from typing import Final
@@ -9,13 +9,13 @@ from overturning.arrays import ArrayLike
 from overturning.errors import ArgumentError, keywords
 
 MOST_CASES: Final = 50_000_000
-"""Cases of one call; more would not fit into the memory of an ordinary machine."""
+"""Largest number of cases in one call; more would not fit into the memory of an ordinary machine."""
 
 LOWEST, HIGHEST = 0.01, 50.0
-"""Heights of a stone, m, of the map of stability (docs/validation.md); beyond them a unit was probably mistaken."""
+"""Range of heights in the map of stability (docs/validation.md), m; a height outside it suggests a wrong unit."""
 
 BYTES_PER_CASE: Final = 300
-"""Inputs, what is planned, and results together."""
+"""Memory of inputs, plan and results of one case, bytes."""
 
 
 @keywords()
@@ -30,7 +30,7 @@ class Cases:
     height : array_like
         H of the model's reference element, m.
     b_over_h : array_like
-        Its B/H; that of a polyhedron is its own, whatever is given.
+        B/H of that element; ignored for a polyhedron, which has its own.
     friction : array_like
         μ.
     amplitude : array_like
@@ -38,9 +38,9 @@ class Cases:
     damping_factor : array_like
         Factor on the contact's dashpots.
     initial_tilt : array_like
-        θ of a block at the start of the record, rad, at rest on one corner; towards the azimuth where positive.
+        Initial rotation θ of a block at rest on one corner, rad; positive towards the azimuth.
     aspect : array_like
-        D/B of a rectangle in space.
+        D/B of a rectangular prism in 3-D.
 
     Raises
     ------
@@ -87,7 +87,7 @@ class Cases:
 
 
 def check_heights(height: ArrayLike) -> None:
-    """Refuse heights (m) that no stone has, by an `ArgumentError` that names value, bounds and unit."""
+    """Raise `ArgumentError` for heights (m) outside `LOWEST` to `HIGHEST`."""
     for value in np.unique(np.asarray(height, dtype=np.float64)):
         if not LOWEST <= value <= HIGHEST:
             unit = "; is that in centimetres or millimetres?" if value > HIGHEST else "; heights are in m"
@@ -95,13 +95,13 @@ def check_heights(height: ArrayLike) -> None:
 
 
 def checked_height(height: float) -> float:
-    """One height (m) of a model, checked."""
+    """Return a height (m) after `check_heights`."""
     check_heights(height)
     return height
 
 
 def check_count(count: int) -> None:
-    """Refuse no cases, and more than one call can hold, with the memory they would take."""
+    """Raise `ArgumentError` if there are no cases, or more than `MOST_CASES`."""
     if count == 0:
         raise ArgumentError("cases: none; give at least one azimuth, height, B/H and friction")
     if count > MOST_CASES:

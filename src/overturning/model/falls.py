@@ -1,4 +1,4 @@
-"""Which model is meant. To add one, write a subclass of `Model` and name it here."""
+"""Choice of the model. To add one, write a subclass of `Model` and name it here."""
 
 from typing import TYPE_CHECKING
 
@@ -13,17 +13,17 @@ if TYPE_CHECKING:
 
 
 def model_of(cube: "xr.Dataset") -> Model:
-    """The model whose outcomes a cube, or a part of it, holds."""
+    """Return the model whose outcomes a cube, or a part of it, holds."""
     return Body() if Body.direction in cube.dims else Planes()
 
 
 def as_model(given: Model | Scene | Shape | str | int | None) -> Model:
-    """A model as it is given, a scene in planes, or a body in space by its shape; a single block where there is none.
+    """Return the model for an argument: a model, a scene (2-D), the shape of a body (3-D), or None for a single block.
 
     Raises
     ------
     ArgumentError
-        If there is no shape of a name.
+        If no shape has the given name.
     """
     if isinstance(given, Model):
         return given

@@ -1,4 +1,4 @@
-"""A grid of cases: rows of values over the dimensions of a model."""
+"""Grid of cases: values along each dimension of a model."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -38,7 +38,7 @@ class Grid:
     element : tuple of str
         Names of the free elements of a scene that has more than one.
     amplitude : tuple of float
-        Factors on the motion where there is more than one: the first dimension of what is stored, none of the cases'.
+        Factors on the motion if there is more than one; first dimension of the stored arrays, not of the cases.
     """
 
     rows: dict[str, NDArray[Any]]
@@ -47,7 +47,13 @@ class Grid:
 
     @classmethod
     def over(cls, element: tuple[str, ...] = (), **rows: ArrayLike) -> Self:
-        """The grid over rows of values, shape (n,); `ArgumentError` if one is empty or the cases are too many."""
+        """Return the grid over rows of values, each of shape (n,).
+
+        Raises
+        ------
+        ArgumentError
+            If a row is empty or the cases are too many.
+        """
         checked = {}
         for name, values in rows.items():
             row = np.atleast_1d(np.asarray(values, dtype=np.float64))
@@ -62,7 +68,7 @@ class Grid:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the dimensions, in order."""
+        """Dimension names, in order."""
         return tuple(self.rows)
 
     @property
@@ -80,12 +86,12 @@ class Grid:
         """Number of cases."""
         return int(np.prod(self.shape))
 
-    def changed(self, **rows: NDArray[Any]) -> Self:
-        """The same grid with other values of some dimensions."""
+    def replace_rows(self, **rows: NDArray[Any]) -> Self:
+        """Return the grid with other values along some dimensions."""
         return replace(self, rows=self.rows | rows)
 
     def over_all(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values of each direction and aspect, shape (directions, 1) or (directions, aspects), in the grid's shape."""
+        """Broadcast values of shape (directions, 1) or (directions, aspects) to the shape of the grid."""
         shape = [1] * len(self.names)
         shape[0] = values.shape[0]
         if "aspect" in self.names:
@@ -95,16 +101,26 @@ class Grid:
     def cases(
         self, places: Sequence[NDArray[np.intp]], turn_deg: FloatArray | float = 0.0, **columns: ArrayLike
     ) -> Cases:
-        """Cases of cells at places along each dimension, turned back so far from their directions; further columns."""
+        """Return the cases of cells.
+
+        Parameters
+        ----------
+        places : sequence of ndarray
+            Positions along each dimension.
+        turn_deg : ndarray or float
+            Angle subtracted from the direction of each cell, degrees.
+        **columns
+            Further columns of `Cases`.
+        """
         values = {name: self[name][at].astype(np.float64) for name, at in zip(self.names, places, strict=True)}
         return Cases(values.pop(self.names[0]) - turn_deg, **values, **columns)
 
     def dimensions(self, variable: Variable) -> tuple[str, ...]:
-        """Dimensions of a variable of the outcome, without that of the records."""
+        """Return the dimensions of an outcome variable, without the record."""
         before = ("amplitude",) if self.amplitude else ()
         return (*before, *self.names, *(("element",) if self.element and variable.per_element else ()))
 
     def shape_of(self, variable: Variable) -> tuple[int, ...]:
-        """Sizes of those dimensions."""
+        """Return the sizes of `dimensions` of a variable."""
         sizes = self.rows | {"element": np.array(self.element), "amplitude": np.array(self.amplitude)}
         return tuple(sizes[name].size for name in self.dimensions(variable))

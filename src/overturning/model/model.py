@@ -1,7 +1,7 @@
-"""A model, what stands on the ground: its dimensions, its outcome, its symmetry, and what falls its cubes hold.
+"""Abstract model of the object on the ground: dimensions, outcome variables, symmetry and falls.
 
-The kernels compute it (`overturning.dem.run`). Studies, statistics, surveys, figures and report work from what it says
-and need not know what it is.
+The kernels compute a model (`overturning.dem.run`). Studies, statistics, surveys, figures and report use this interface
+only.
 """
 
 from abc import ABC, abstractmethod
@@ -20,47 +20,51 @@ if TYPE_CHECKING:
 
 
 class Outcomes(NamedTuple):
-    """What stones do under one record at each amplitude, each shape (amplitudes, n)."""
+    """Outcomes of n stones under one record at each amplitude; arrays of shape (amplitudes, n)."""
 
     fell: NDArray[np.bool_]
+    """True for a stone that fell."""
     known: NDArray[np.bool_]
-    """whether there is an answer;"""
+    """True where an outcome was found."""
     azimuth: FloatArray
-    """azimuth towards which a stone fell, degrees; NaN where it did not;"""
+    """Azimuth towards which a stone fell, degrees clockwise from north; NaN for a stone that stands."""
     slip: FloatArray
-    """residual displacement, m; NaN in planes, which stones leave oblique to their faces, by far more than in them;"""
+    """Residual displacement, m; NaN for planar models, which do not compute slip out of their plane."""
     twist: FloatArray
-    """residual turn about the vertical, degrees; NaN where it fell, and where the model has none."""
+    """Residual rotation about the vertical, degrees; NaN for a stone that fell and for models without twist."""
 
     def some(self, own: NDArray[np.bool_]) -> "Outcomes":
-        """Those of some of the stones."""
+        """Select a subset of the stones, given as a mask of shape (n,)."""
         chosen: Any = (values[:, own] for values in self)
         return Outcomes(*chosen)
 
 
 class Model(ABC):
-    """What stands on the ground; as of a cube it is made without arguments, since that tells no more of it."""
+    """Abstract model.
+
+    A subclass must be constructible without arguments, because a cube does not store its parameters.
+    """
 
     variables: ClassVar[tuple[Variable, ...]]
-    """Variables of an outcome."""
+    """Outcome variables."""
     ensemble_variables: ClassVar[tuple[Variable, ...]]
-    """What the members of an ensemble say of a cell, as `tally` has it."""
+    """Variables that summarise the ensemble members of a cell (see `tally`)."""
     comment: ClassVar[str]
-    """What ``overturned`` means."""
+    """Meaning of ``overturned``, for the attributes of a cube."""
     direction: ClassVar[str]
-    """Dimension of a cube along which the motion, or the body, is turned about the vertical."""
+    """Dimension of a cube along which the motion or the body is rotated about the vertical."""
     case_dims: ClassVar[tuple[str, ...]]
-    """Dimensions of the block: all others but the record."""
+    """Dimensions other than the record and the direction: size, slenderness, friction."""
     copied: ClassVar[str]
-    """Variable that is 1 where another cell answered for this one."""
+    """Variable that is 1 where the outcome was copied from a symmetric cell."""
     one_component: ClassVar[bool]
-    """Whether each direction has its own component of the motion, along which it falls to one side or the other."""
+    """True for planar models: each direction has one component of the motion, and a fall goes to either side of it."""
     twists: ClassVar[bool]
-    """Whether it can turn about the vertical."""
+    """True if the model can rotate about the vertical."""
     reads: ClassVar[tuple[str, ...]]
-    """Variables that `falls` takes, those of a cube that are there."""
+    """Variables that `falls` reads, as far as a cube has them."""
     reads_outcomes: ClassVar[tuple[str, ...]]
-    """Variables that `outcomes` takes."""
+    """Variables that `outcomes` reads."""
 
     @property
     def dims(self) -> tuple[str, ...]:
@@ -75,54 +79,70 @@ class Model(ABC):
     @property
     @abstractmethod
     def cost(self) -> float:
-        """About what a case takes, over one of a single block."""
+        """Approximate cost of a case relative to a case of a single block."""
 
     @property
     @abstractmethod
     def attributes(self) -> dict[str, str]:
-        """What a dataset says of it."""
+        """Attributes that describe the model in a dataset."""
 
     @abstractmethod
     def sizes(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
-        """Heights (m) and B/H, its own where not given; `ArgumentError` where it has none, or they cannot be chosen."""
+        """Return heights (m) and B/H, the model's own where not given.
+
+        Raises
+        ------
+        ArgumentError
+            If a size is missing and the model has none of its own, or is given and cannot be chosen.
+        """
 
     @abstractmethod
     def periods(self, aspect: FloatArray) -> FloatArray:
-        """Turn after which a case is the same, degrees, shape (1,) or of each aspect; 0 where it is after any turn."""
+        """Return the rotation period of a case, degrees, shape (1,) or (aspects,); 0 for a body of revolution."""
 
     @abstractmethod
     def stiffer(self, factor: float) -> "Model":
-        """The same with springs so many times as stiff."""
+        """Return the model with contact stiffness × `factor`."""
 
     @property
     def further_variables(self) -> tuple[Variable, ...]:
-        """What a study finds beside the outcome."""
+        """Variables that a study adds to the outcome variables."""
         return ()
 
     @property
     def sized(self) -> bool:
-        """Whether its slenderness can be chosen."""
+        """True if the slenderness can be chosen."""
         return True
 
     @property
     def oblong(self) -> bool:
-        """Whether the aspect of its base is free."""
+        """True if the aspect of the base can be chosen."""
         return False
 
     @property
     def direction_attributes(self) -> dict[str, float]:
-        """What a cube says of its directions."""
+        """Attributes of the direction coordinate of a cube."""
         return {}
 
     def distinct(self, grid: Grid) -> Grid:
-        """The grid with one value of friction where the coefficient that is swept counts for nothing."""
+        """Return the grid with one friction value if the swept coefficient has no effect on the model."""
         return grid
 
     def sources(self, grid: Grid, symmetric: bool = True) -> Sources:
-        """Which direction of a grid answers for each, shape (directions, 1) or (directions, aspects).
+        """Return for each direction the direction that is computed in its place.
 
-        `turn_deg` is the turn clockwise of what is computed to the case that is asked for. Where it is not to be taken
-        as `symmetric`, a full turn alone leaves a case the same.
+        Parameters
+        ----------
+        grid : Grid
+            Cases.
+        symmetric : bool
+            Use the symmetry of the model; otherwise only a full turn leaves a case unchanged.
+
+        Returns
+        -------
+        Sources
+            Shape (directions, 1) or (directions, aspects); `turn_deg` is the clockwise rotation from the computed case
+            to the requested one.
         """
         return representatives(grid.directions, self._periods(grid) if symmetric else FULL_TURN)
 
@@ -130,46 +150,52 @@ class Model(ABC):
         return self.periods(grid["aspect"] if "aspect" in grid.names else np.ones(1))
 
     @abstractmethod
-    def turned(self, arrays: dict[str, NDArray[Any]], grid: Grid, sources: Sources) -> None:
-        """Turn answers in a grid's shape, each taken from its source, to the case asked for, and mark those taken."""
+    def rotate_outcomes(self, arrays: dict[str, NDArray[Any]], grid: Grid, sources: Sources) -> None:
+        """Rotate outcomes in the shape of the grid from their source to the requested case, and mark the copies."""
 
     @abstractmethod
     def tally(
         self, flags: NDArray[np.int8], azimuth_deg: FloatArray, scramble: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        """Values of `ensemble_variables`, a row per cell.
+        """Compute `ensemble_variables`, one row per cell.
 
-        Of the members, shape (cells, members), the `flags`, which may have a last dimension of elements, the azimuths
-        of falls in space, and the number of the scramble, shape (members,).
+        Parameters
+        ----------
+        flags : ndarray of int8, shape (cells, members) or (cells, members, elements)
+            Outcome of each member.
+        azimuth_deg : ndarray, shape (cells, members)
+            Azimuth of the fall in 3-D, degrees.
+        scramble : ndarray of int, shape (members,)
+            Number of the scrambled Sobol sequence of each member.
         """
 
     @abstractmethod
     def representative(self, cube: "xr.Dataset") -> NDArray[np.intp]:
-        """Positions along the direction of the cells that stand for all: each case once."""
+        """Return the positions along the direction that hold each distinct case once."""
 
     @abstractmethod
     def falls(self, cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Dataset":
-        """Falls of the representative cells, as lazy as the cube.
+        """Return the falls of the representative cells, as lazy as the cube.
 
         Parameters
         ----------
         cube : Dataset
-            With those of `reads` that it has, as stored or decoded.
+            Cube with the variables of `reads`, as stored or decoded.
         ensemble : bool
-            Take what the members of an ensemble say of a cell where they were run, else the nominal outcome.
+            Use the ensemble members of a cell where they were run; otherwise the nominal outcome.
 
         Returns
         -------
         Dataset
             ``falls``, the probability of falling; ``direction_cosine``, ``direction_sine``, ``axis_cosine`` and
             ``axis_sine``, expected values of cos φ, sin φ, cos 2φ and sin 2φ of the azimuth φ of the fall, 0 where
-            nothing falls. All are missing where the outcome is. ``weight`` over the direction, which sums to 1: how
-            much each cell counts.
+            nothing falls. All are missing where the outcome is missing. ``weight``: weight of each cell along the
+            direction; the weights sum to 1.
         """
 
     @abstractmethod
     def spread(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """How divided the members of an ensemble are, of the representative cells.
+        """Return the disagreement of the ensemble members in the representative cells.
 
         Returns
         -------
@@ -181,21 +207,23 @@ class Model(ABC):
 
     @abstractmethod
     def outcomes(self, site: "xr.Dataset", face_deg: FloatArray, cells: dict[str, NDArray[np.intp]]) -> Outcomes:
-        """What stones of square footprint do.
+        """Return the outcomes of stones of square footprint.
 
         Parameters
         ----------
         site : Dataset
             Cube of one record, with or without the dimension of amplitudes.
         face_deg : ndarray, shape (n,)
-            Azimuth that the front of each stone looks to.
+            Azimuth that the front of each stone faces, degrees.
         cells : dict of ndarray, shape (n,)
-            Its places along height, B/H and friction.
+            Positions of each stone along height, B/H and friction.
         """
 
 
-def picked(site: "xr.Dataset", names: tuple[str, ...], cells: dict[str, NDArray[np.intp]]) -> dict[str, FloatArray]:
-    """Variables of a record by name at cells, places by dimension of one shape: shape (amplitudes, *shape)."""
+def select_cells(
+    site: "xr.Dataset", names: tuple[str, ...], cells: dict[str, NDArray[np.intp]]
+) -> dict[str, FloatArray]:
+    """Return variables of a record at cells, by name, shape (amplitudes, *shape of the positions)."""
     several = ["amplitude"] if "amplitude" in site.dims else []
     place = (slice(None) if several else None, *cells.values())
     return {name: np.asarray(site[name].transpose(*several, *cells).to_numpy()[place], np.float64) for name in names}

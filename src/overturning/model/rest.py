@@ -1,4 +1,4 @@
-"""On which faces a convex body can rest by statics, in the plane and in space."""
+"""Faces on which a convex body can rest, by statics, in 2-D and 3-D."""
 
 from typing import Final
 
@@ -8,20 +8,20 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 
 FLAT: Final = 1e-6
-"""Distance, as a share of the body's size, within which points lie in one plane or on one line."""
+"""Relative distance within which points lie in one plane or on one line, as a share of the body's size."""
 
 
 def can_rest(normals: FloatArray, offsets: FloatArray, size: float) -> NDArray[np.bool_]:
-    """Whether the foot of the perpendicular from the centre of mass lies within each face: below all others.
+    """Return True for each face that contains the foot of the perpendicular from the centre of mass.
 
     Parameters
     ----------
     normals : ndarray, shape (faces, 2) or (faces, 3)
-        Outward, of length 1. Faces with the same normal count as one.
+        Outward unit normals. Faces with the same normal count as one.
     offsets : ndarray, shape (faces,)
         Distances of the faces from the centre of mass, m.
     size : float
-        Of the body, m; a foot nearer to an edge than `FLAT` of it does not carry.
+        Size of the body, m; a foot closer to an edge than `FLAT` × size does not carry the body.
 
     Returns
     -------

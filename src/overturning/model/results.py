@@ -1,4 +1,4 @@
-"""What came of cases, in the order in which they were given."""
+"""Outcomes of cases, in the order of the cases."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Self
@@ -10,15 +10,15 @@ from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING, Variable
 
 COUNTS = ("block_steps", "samples_left_out")
-"""What is counted of each case beside its model's variables."""
+"""Counters of each case, next to the variables of its model."""
 
 
 class Results:
-    """What came of each case: arrays named and typed like the variables of its model.
+    """Outcomes of cases: arrays named and typed like the variables of their model.
 
-    Each has the shape (n,), or (n, elements) where it is each element's and the scene has more than one free element.
-    Beside the variables `block_steps`: steps computed, times free elements, and `samples_left_out`, for which a case at
-    rest was not followed. Missing are −128 and NaN.
+    Arrays have the shape (n,), or (n, elements) for variables of each element if the scene has several free elements.
+    Two counters are added: `block_steps`, computed steps × free elements, and `samples_left_out`, samples of rest
+    that were skipped. Missing values are −128 and NaN.
     """
 
     def __init__(self, **arrays: NDArray[Any]) -> None:
@@ -30,7 +30,7 @@ class Results:
 
     @classmethod
     def at_rest(cls, variables: tuple[Variable, ...], count: int, elements: int = 1) -> Self:
-        """Results of cases none of which moves."""
+        """Return results of cases that stay at rest."""
         shape = (count, elements) if elements > 1 else (count,)
         arrays = {item.name: np.zeros(shape if item.per_element else count, item.dtype) for item in variables}
         for item in variables:
@@ -40,7 +40,7 @@ class Results:
         return cls(**arrays, **{name: np.zeros(count, np.int64) for name in COUNTS})
 
     def store(self, chosen: NDArray[np.int64], answers: Mapping[str, Any]) -> None:
-        """Put in what a kernel found for chosen cases, by name; times and flags without an answer are missing."""
+        """Store the outcomes of chosen cases, by name; flags and times of cases without an outcome become missing."""
         status = np.asarray(answers["status"]).astype(np.int8)
         with np.errstate(invalid="ignore", over="ignore"):
             for name, values in answers.items():

@@ -1,10 +1,10 @@
-"""How the outcome of a case came about."""
+"""Status of a case."""
 
 from enum import IntEnum
 
 
 class Status(IntEnum):
-    """How a cell's flag was found, or why it is missing."""
+    """Origin of a cell's flag, or the reason why it is missing."""
 
     SIMULATED = 0
     """Computed to the end."""
@@ -13,7 +13,7 @@ class Status(IntEnum):
     UNDECIDED = 2
     """Neither fallen nor at rest 20/p seconds after the record."""
     UNSTABLE = 3
-    """Energy balance lost, rotation without bound, or a contact left."""
+    """Energy balance violated, rotation unbounded, or an invalid contact."""
     FAILED = 4
     """Not computed because of an error."""
     OVER_BUDGET = 5

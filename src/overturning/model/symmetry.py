@@ -1,9 +1,9 @@
-"""Symmetry: which cell of a grid answers for which case, and how its answer is turned.
+"""Symmetry of a grid: the computed cell for each case, and the rotation of its outcome.
 
-A block that is its own mirror image gives the mirrored answer under the motion along φ + 180°: both are one vertical
-plane, seen from either side. A body in space that looks the same after a turn about the vertical is the same body after
-it. Both are a turn of the case by its *period*: 180° in planes, where an answer that was turned once is mirrored, and
-in space the turn after which the body looks the same. A scene that is not its own mirror image has the period 360°.
+A block that is its own mirror image gives the mirrored outcome under the motion along φ + 180°: both are one vertical
+plane, seen from either side. A 3-D body that looks the same after a rotation about the vertical is the same body. Both
+are a rotation of the case by its *period*: 180° in 2-D, where an outcome rotated once is mirrored, and in 3-D the
+rotation after which the body looks the same. A scene that is not its own mirror image has the period 360°.
 """
 
 from dataclasses import dataclass, replace
@@ -15,31 +15,32 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 
 PLANE_PERIOD: Final = 180.0
-"""Turn after which a vertical plane is the same, seen from behind, degrees."""
+"""Rotation after which a vertical plane is the same plane seen from behind, degrees."""
 
 FULL_TURN: Final = 360.0
-"""Turn after which anything is the same, degrees."""
+"""Full rotation, degrees."""
 
 _DIGITS: Final = 9
-"""Directions in degrees that agree to so many decimals are the same: a period of 360/7 has no exact number."""
+"""Decimals to which directions in degrees are compared: a period of 360/7 has no exact float."""
 
 
 @dataclass(frozen=True)
 class Sources:
-    """For each case that is asked for, the cell that answers; arrays of the shape of what is asked.
+    """Computed cell for each requested case; arrays of the shape of the request.
 
     Attributes
     ----------
     cell : ndarray of int
-        Its place among the directions of the grid.
+        Position of the cell among the directions of the grid.
     turn_deg : ndarray
-        A whole number of periods, degrees, by which the cell is turned clockwise to be the case that is asked for; of a
-        body that looks the same from everywhere any angle. Azimuths of its answer stay as they are, since north does
-        not turn; a side or a face that is counted from the body's own is to be counted from the turned one.
+        Clockwise rotation from the cell to the requested case, degrees: a whole number of periods, or any angle for a
+        body of revolution. Azimuths of the outcome do not change, since north does not rotate; a side or face that is
+        numbered from the body's own first side is numbered from the rotated one.
     mirrored : ndarray of bool
-        Whether the cell is a plane seen from behind: its fall towards the azimuth is one away from it. Never in space.
+        True if the cell is the plane seen from behind: a fall towards its azimuth is a fall away from the requested
+        one. Always False in 3-D.
     known : ndarray of bool
-        Whether the cell is an answer: none is in a gap of the grid, turned by all periods, of more than half a circle.
+        False where the nearest computed direction lies across a gap of more than 180°.
     """
 
     cell: NDArray[np.intp]
@@ -49,28 +50,27 @@ class Sources:
 
 
 def nearest_planes(azimuth_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> Sources:
-    """The planes nearest to azimuths asked for, as of `nearest`, mirrored where they must be turned by 180°."""
+    """Return the planes nearest to requested azimuths, mirrored where rotated by 180° (see `nearest`)."""
     return mirrored_planes(nearest(azimuth_deg, asked_deg, period_deg), period_deg)
 
 
 def nearest(direction_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float) -> Sources:
-    """The cells whose directions, turned by whole periods, are nearest to those asked for.
+    """Return the cells whose directions, rotated by whole periods, are nearest to the requested ones.
 
     Parameters
     ----------
     direction_deg : array_like, shape (n,)
         Azimuths or orientations of a grid, degrees clockwise from north, in any order; at least one.
     asked_deg : array_like, shape (m,)
-        Directions asked for, any real numbers. Half way between two cells the one before it, anticlockwise, answers.
+        Requested directions, any real numbers. Half way between two cells the anticlockwise one is taken.
     period_deg : float
-        Turn after which a case is the same: `PLANE_PERIOD` in planes, a body's own in space, 360 for none, 0 where any
-        turn is.
+        Rotation period of a case: `PLANE_PERIOD` in 2-D, the body's own in 3-D, 360 without symmetry, 0 for a body of
+        revolution.
 
     Returns
     -------
     Sources
-        Shape (m,). Of a cell and one that must be turned to be it, the former, so that nothing is taken from behind
-        which the grid holds itself.
+        Shape (m,). A cell of the grid takes precedence over an equal cell that has to be rotated.
     """
     direction, asked = np.asarray(direction_deg, np.float64), np.asarray(asked_deg, np.float64)
     if period_deg == 0.0:
@@ -89,24 +89,24 @@ def nearest(direction_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float) -
 
 
 def mirrored_planes(sources: Sources, period_deg: float) -> Sources:
-    """Planes of that period, those that were turned by 180° mirrored."""
+    """Return the sources with planes that were rotated by 180° marked as mirrored."""
     return replace(sources, mirrored=(sources.turn_deg == PLANE_PERIOD) & (period_deg == PLANE_PERIOD))
 
 
 def representatives(direction_deg: ArrayLike, period_deg: ArrayLike) -> Sources:
-    """For each direction of a grid the first one of the grid that is the same case, itself where it is that.
+    """Return for each direction of a grid the first direction of the grid that is the same case.
 
     Parameters
     ----------
     direction_deg : array_like, shape (n,)
         Azimuths or orientations, degrees clockwise from north.
     period_deg : array_like, shape (p,)
-        As of `nearest`, for instance for each aspect of a body.
+        Rotation periods (see `nearest`), for instance one for each aspect of a body.
 
     Returns
     -------
     Sources
-        Shape (n, p). Only cells that answer for themselves need be computed.
+        Shape (n, p). Only cells that are their own source need to be computed.
     """
     direction, periods = np.asarray(direction_deg, np.float64), np.atleast_1d(np.asarray(period_deg, np.float64))
     cell = np.empty((direction.size, periods.size), np.intp)
@@ -119,6 +119,6 @@ def representatives(direction_deg: ArrayLike, period_deg: ArrayLike) -> Sources:
 
 
 def _within(angle_deg: FloatArray, period: float) -> FloatArray:
-    """Angles brought into [0, period), rounded so that equal ones are equal."""
+    """Reduce angles to [0, period), rounded so that equal angles compare equal."""
     angle = np.round(np.mod(angle_deg, period), _DIGITS)
     return np.where(angle >= np.round(period, _DIGITS), 0.0, angle)

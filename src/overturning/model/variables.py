@@ -1,6 +1,6 @@
-"""The variables of an outcome: names, types, fill values and meanings, in a simulation's dataset and in the cube alike.
+"""Outcome variables: names, types, fill values and meanings, in a simulation's dataset and in the cube.
 
-Whatever writes, mirrors, gathers or compares goes by tables like `VARIABLES`.
+Code that writes, mirrors, gathers or compares outcomes uses tables like `VARIABLES`.
 """
 
 from collections.abc import Mapping
@@ -23,32 +23,32 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 
 
 def answered(flag: Any) -> Any:
-    """Whether a flag, as stored or decoded, is one: neither missing nor the number that stands for it in a file."""
+    """Return True where a flag, as stored or decoded, is known: neither NaN nor the fill value."""
     return np.abs(flag.astype("float32")) <= 1
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of the outcome."""
+    """One outcome variable."""
 
     name: str  # in the cube
     dtype: str  # in the file
     long_name: str
     units: str = "1"
-    per_element: bool = False  # it has the dimension `element` where a scene has more than one free element
-    of_falls: bool = False  # it is missing of what stands
-    odd: bool = False  # it changes sign when the plane is looked at from behind, from φ+180°
-    exchanged: str = ""  # variable with which it changes places then
-    attributes: Mapping[str, Any] = field(default_factory=dict)  # further ones of CF
+    per_element: bool = False  # has the dimension `element` if a scene has several free elements
+    of_falls: bool = False  # missing for cases that stand
+    odd: bool = False  # changes sign if the plane is seen from behind, from φ + 180°
+    exchanged: str = ""  # variable that replaces it if the plane is seen from behind
+    attributes: Mapping[str, Any] = field(default_factory=dict)  # further CF attributes
 
     @property
     def fill_value(self) -> Any:
-        """What stands where nothing was found."""
+        """Value in a file for a missing outcome."""
         return {"i1": np.int8(INT8_MISSING), "i2": np.int16(INT16_MISSING)}.get(self.dtype, FLOAT32_MISSING)
 
     @property
     def missing(self) -> Any:
-        """The same in memory, where numbers have NaN."""
+        """Value in memory for a missing outcome: NaN for floats."""
         return np.nan if self.dtype[0] == "f" else self.fill_value
 
     @property
@@ -57,13 +57,13 @@ class Variable:
         return {"long_name": self.long_name, "units": self.units, **self.attributes}
 
     def mirrored(self, arrays: Mapping[str, NDArray[Any]], chosen: Any = ...) -> NDArray[Any]:
-        """Its values at φ+180° of a scene that is its own mirror image, from arrays by name at φ."""
+        """Return the values at φ + 180° of a scene with mirror symmetry from the arrays, by name, at φ."""
         values = np.asarray(arrays[self.exchanged or self.name][chosen])
         # 0 stays 0 and not −0, so that equal cubes are equal bytes.
         return np.where((values == 0) | (values == self.fill_value), values, -values) if self.odd else values
 
     def stored(self, values: Any) -> NDArray[Any]:
-        """Values in the file's type, the fill value for NaN."""
+        """Return values in the type of the file, with the fill value for NaN."""
         array = np.asarray(values)
         if array.dtype.kind == "f":
             array = np.where(np.isnan(array), self.fill_value, array)
@@ -96,7 +96,7 @@ VARIABLES: Final = (
     Variable("peak_penetration", "f4", "largest penetration of any contact", "m"),
     Variable("energy_error", "f4", "residual of work and energy over the larger of input and the energy to overturn"),
 )  # fmt: skip
-"""Those of a block or a scene in planes."""
+"""Outcome variables of planar models."""
 
 _AS_IN_PLANES: Final = {item.name: item for item in VARIABLES}
 
@@ -139,7 +139,7 @@ BODY_VARIABLES: Final = (
         "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "computed repeated",
     }),
 )  # fmt: skip
-"""Those of a body in space."""
+"""Outcome variables of a 3-D body."""
 
 _NEIGHBOURHOOD: Final = {
     "comment": "spread over the neighbourhood stated in the study; missing where the ensemble was not run"
@@ -164,7 +164,7 @@ PLANE_ENSEMBLE_VARIABLES: Final = (
     ),
     Variable("members", "i2", "ensemble members with an outcome"),
 )  # fmt: skip
-"""What an ensemble in planes finds."""
+"""Ensemble variables of planar models."""
 
 FACE_VARIABLES: Final = (
     Variable(
@@ -176,7 +176,7 @@ FACE_VARIABLES: Final = (
         "azimuth to which it falls in that plane, of two the one that passes no return first", "degree",
     ),
 )  # fmt: skip
-"""What the planes of a rectangle's faces predict of it, beside its outcome in space."""
+"""Prediction of the planes of a rectangle's faces, next to its outcome in 3-D."""
 
 _OVER: Final = {"comment": "over the neighbourhood stated in the study; missing where the ensemble was not run"}
 
@@ -195,4 +195,4 @@ BODY_ENSEMBLE_VARIABLES: Final = (
     Variable("scramble_difference", "f4", "probability_falls of the first scramble minus that of the second"),
     Variable("members", "i2", "ensemble members with an outcome"),
 )  # fmt: skip
-"""What an ensemble in space finds."""
+"""Ensemble variables of a 3-D body."""

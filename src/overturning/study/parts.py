@@ -69,7 +69,7 @@ def piece_of(study: Study, grid: Grid, chunk: Chunk, variant: str = NOMINAL) -> 
         for other in others:
             group[group == group[index]] = group[other]
     number = np.unique(group, return_inverse=True)[1]
-    return grid.changed(**{name: directions[number % chunk.of == chunk.number - 1]})
+    return grid.replace_rows(**{name: directions[number % chunk.of == chunk.number - 1]})
 
 
 def write_part(

@@ -91,7 +91,7 @@ def _again(
     source = int(sources[place[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, place[0]] if study.simulation.leave_out else [place[0]]))
     rows = zip(grid.names, [directions, *([i] for i in place[1:])], strict=True)
-    few = grid.changed(**{name: grid[name][chosen] for name, chosen in rows})
+    few = grid.replace_rows(**{name: grid[name][chosen] for name, chosen in rows})
     arrays = simulate_variant(study, variant, motion, few, numerics_of(study))
     if with_ensemble:
         run = member_runner(study, variant, motion, numerics_of(study))

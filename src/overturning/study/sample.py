@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.model.body import OF_ONE_MIND, direction_weight
+from overturning.model.body import MIN_AGREEMENT, direction_weight
 from overturning.model.planes import Planes
 from overturning.study.answers import Answers, unanswered
 from overturning.study.netcdf import open_raw
@@ -36,7 +36,7 @@ class Sample:
     answers: Answers
     at_rest: NDArray[np.bool_]  # those below the thresholds of rocking and sliding, shape (n,)
     divided: NDArray[np.bool_]  # some members of the ensemble fall and others stand, shape (n, elements)
-    apart: NDArray[np.bool_]  # divided, or members fall to both sides (3-D: spread beyond `OF_ONE_MIND`), same shape
+    apart: NDArray[np.bool_]  # divided, or members fall to both sides (3-D: spread beyond `MIN_AGREEMENT`), same shape
     weight: NDArray[np.float64]  # of a fall of each case in direction statistics (`direction_weight`), shape (n,)
     computed: int  # cases of the study that were not mirrored, nor repeated in space
     block_steps: int  # of the whole study
@@ -101,7 +101,7 @@ def read_sample(cube: Path, settings: Verification, among: NDArray[np.bool_] | N
         weight = np.ones(record.size)
         if "fall_north" in file.variables:
             parts = [cells(name) for name in ("fall_north", "fall_east")]
-            apart |= (falls > 0) & (np.hypot(*parts) < OF_ONE_MIND * falls)
+            apart |= (falls > 0) & (np.hypot(*parts) < MIN_AGREEMENT * falls)
             weight = direction_weight(falls, parts[0], parts[1], cells("members"))[:, 0]
         cases = records * int(computed.sum())
         return Sample(record, index, answers, at_rest, divided, apart, weight, cases, int(file.block_steps))

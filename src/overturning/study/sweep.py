@@ -50,10 +50,10 @@ def simulate_variant(
     element where this has the name of the study's, otherwise the scene keeps its own and the outcome is repeated.
     """
     model, sizes = model_for(study, variant), Sizes.of(study, variant)
-    sized = grid.changed(height=sizes.heights(grid["height"]))
+    sized = grid.replace_rows(height=sizes.heights(grid["height"]))
     if sizes.own_ratio is None:
         return simulate_further(model, motion, sized, numerics)
-    arrays = simulate_further(model, motion, sized.changed(b_over_h=np.array([sizes.own_ratio])), numerics)
+    arrays = simulate_further(model, motion, sized.replace_rows(b_over_h=np.array([sizes.own_ratio])), numerics)
     counts = {name: arrays.pop(name) for name in COUNTS}
     return {name: np.repeat(values, grid.shape[2], axis=2) for name, values in arrays.items()} | counts
 

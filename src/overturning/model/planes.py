@@ -1,8 +1,8 @@
 """2-D model: a block or a scene in the vertical plane of each azimuth.
 
 A scene with mirror symmetry has the same outcome, mirrored, under the motions along φ and φ + 180°, so shares, means
-and roses count each plane once; for any other scene both are separate cases. The azimuths of one record are the same ground
-motion seen from many sides, not independent samples: no function of this module returns a p-value.
+and roses count each plane once; for any other scene both are separate cases. The azimuths of one record are the same
+ground motion seen from many sides, not independent samples: no function of this module returns a p-value.
 """
 
 from dataclasses import dataclass, field, replace

@@ -8,7 +8,7 @@ from overturning.errors import AND, OverturningError
 from overturning.records.assembly import assemble
 from overturning.records.component import Component, largest
 from overturning.records.processing import process
-from overturning.records.read import group_components, read_files, with_sisters
+from overturning.records.read import group_components, read_files, vertical_beside, with_notes, with_sisters
 from overturning.records.record import Record, drift, peaks_of, state_of, summary
 from overturning.records.source import NO_RECORDS, Declarations, SourceFile, read_source
 
@@ -46,13 +46,16 @@ def check_paths(paths: Sequence[Path], declared: Declarations | None = None) -> 
     if others and not components:
         files = tuple(dict.fromkeys(one.file for one in others))
         findings.append(Finding(files, reason=f"of the {others[0].sensor} sensor; {declared.sensor} is declared"))
+    located = [path for path in paths if path.is_file()]
     if len(paths) == len(components) == 1 and paths[0].is_file():
-        components = with_sisters(paths[0], declared)[0]
+        components, located = with_sisters(paths[0], declared)
     groups = group_components(components)
     for group in groups:
         files = tuple(dict.fromkeys(c.file for c in group))
         try:
             record = assemble(group, Path(files[0]).name.split(".")[0].lower(), declared)
+            own = [path for path in located if path.name in files]
+            record = with_notes(record, vertical_beside(own, group, declared) if own else [])
             findings.append(Finding(files, tuple(group), record, used=process(record, None)))
         except OverturningError as problem:
             reason = AND.join([*([why] if (why := _of_several_places(group, groups)) else []), str(problem)])

@@ -9,9 +9,10 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from overturning.errors import ArgumentError, ConfigError, Reasons, RecordError, keywords
+from overturning.errors import ArgumentError, ConfigError, OverturningError, Reasons, RecordError, keywords
 from overturning.records.assembly import MAXIMUM_SPREAD, assemble, borehole_name
-from overturning.records.catalogue import OF_FILES, RecordEntry, find_files
+from overturning.records.beside import is_vertical, most_alike
+from overturning.records.catalogue import OF_FILES, RecordEntry, find_files, find_paths
 from overturning.records.component import Component, seed_sensor
 from overturning.records.formats.table import detect_format, format_named, is_no_acceleration
 from overturning.records.processing import process
@@ -49,6 +50,8 @@ def read_samples(entry: RecordEntry, data_dir: Path | str) -> Record:
         components = _components_of(entry, data_dir)
         source = f"{components[0].format if components else entry.format} {entry.source}"
         record = _of_one_sensor(components, entry.id, entry.declarations, source=source)
+        paths = find_paths(entry, Path(data_dir))
+        record = with_notes(record, vertical_beside(paths, components, entry.declarations) if paths else [])
     if entry.sha256 and entry.sha256 != record.sha256:
         raise RecordError(
             f"record {entry.id}: {entry.source} has SHA-256 {record.sha256}, the record table says {entry.sha256}; "
@@ -189,9 +192,34 @@ def read_path(
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
     if not paths:
         raise ArgumentError("paths: none; name the files of a record")
-    several = len(paths) > 1
-    components = read_files(map(read_source, paths), declared) if several else with_sisters(paths[0], declared)[0]
-    return _of_one_sensor(components, record_id or paths[0].name.split(".")[0].lower(), declared)
+    if len(paths) > 1:
+        components = read_files(map(read_source, paths), declared)
+    else:
+        components, paths = with_sisters(paths[0], declared)
+    record = _of_one_sensor(components, record_id or paths[0].name.split(".")[0].lower(), declared)
+    return with_notes(record, vertical_beside(paths, components, declared))
+
+
+def with_notes(record: Record, notes: Sequence[str]) -> Record:
+    """Return a record with further notes."""
+    return replace(record, extra=record.extra | {"notes": [*record.notes, *notes]}) if notes else record
+
+
+def vertical_beside(paths: Sequence[Path], components: Sequence[Component], declared: Declarations) -> list[str]:
+    """Return a note that names the file of a vertical component that a record lacks, in the folder of its files."""
+    if (
+        len(components) < 2
+        or declared.columns
+        or declared.vertical_sense == "none"
+        or any(map(is_vertical, components))
+    ):
+        return []
+    for path in most_alike(paths):
+        with suppress(OverturningError):
+            found = read_files([read_source(path)], declared)
+            if any(is_vertical(one) and in_one_record(components, one) for one in found):
+                return [f"vertical component left out: {path.name} in the same folder holds it; name it too"]
+    return []
 
 
 def with_sisters(path: Path, declared: Declarations) -> tuple[list[Component], list[Path]]:
@@ -240,7 +268,7 @@ def group_components(components: Iterable[Component]) -> list[list[Component]]:
     """
     groups: list[list[Component]] = []
     for component in components:
-        home = next((g for g in groups if _together(g, component)), None)
+        home = next((g for g in groups if in_one_record(g, component)), None)
         if home is None:
             groups.append([component])
         else:
@@ -248,7 +276,8 @@ def group_components(components: Iterable[Component]) -> list[list[Component]]:
     return groups
 
 
-def _together(group: Sequence[Component], component: Component) -> bool:
+def in_one_record(group: Sequence[Component], component: Component) -> bool:
+    """Return True if a component belongs to the record of a group, by what their files state."""
     first = group[0]
     if first.location and component.location and first.location != component.location:
         return False

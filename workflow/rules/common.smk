@@ -20,6 +20,7 @@ from overturning.study.preflight import (
     check_records,
     check_results,
     check_size,
+    job_seconds,
     on_one_page,
     size_of,
 )
@@ -155,25 +156,16 @@ BATCHES = {
 SIZE = size_of(STUDY, CHUNKS)
 SWEEP_MB = round(SIZE.memory_bytes / 1e6)
 READING_MB = round(SIZE.reading_bytes / 1e6)
-SWEEP_S = SIZE.processor_s / len(RECORDS) / len(VARIANTS) / CHUNKS
-SWEEP_MINUTES = 10 + round(SWEEP_S / 12)
+SECONDS = job_seconds(STUDY, CHUNKS)
+SWEEP_MINUTES = 10 + round(SECONDS["sweep"] / 12)
 
-# Of a job of each rule, for the time to go: near-fault.yaml on two cores, of whose seconds most go with the records.
-EXPECTED_S = {
-    "read": 0.5,
-    "describe": round(1.2 + 0.03 * len(RECORDS), 1),
-    "rotate": round(1.5 + 0.25 * len(RECORDS), 1),
-    "sweep": round(SWEEP_S, 1),
-    "gather": round(1 + 0.05 * len(RECORDS), 1),
-    "convergence": round(2 + 0.05 * SWEEP_S * CHUNKS * len(RECORDS), 1),
-    **dict.fromkeys(BATCHES, round(1.5 + 0.9 * BATCH, 1)),
-    "figures": round(2 + 0.15 * len(RECORDS), 1),
-    "illustrative": 4.0,
-    "report": round(3 + 0.1 * len(RECORDS), 1),
-    "crate": 1.5,
-}
+# The line of progress weighs jobs by their expected time.
 logger.info(
-    f"Expected seconds of a job: {EXPECTED_S}", extra={"expected_s": EXPECTED_S}
+    "Expected time of jobs",
+    extra={
+        "expected_s": SECONDS
+        | dict.fromkeys(BATCHES, 1.5 + SECONDS["record_figures"] * BATCH)
+    },
 )
 
 CONVERGENCE = [f"{RESULTS}/convergence.json"] if STUDY.verification != "none" else []

@@ -24,11 +24,11 @@ from overturning.units import STANDARD_GRAVITY
 if TYPE_CHECKING:
     from overturning.records.record import Record
 
-# Of the default study and of the tutorial's on one core of a small machine; they tell minutes from days and no more.
 _CASE_S: Final = 5e-5
-_RECORD_S: Final = 4.0  # to read it, start its sweep, draw it
-_STUDY_S: Final = 20.0  # what each run does once: members, convergence check, figures of all records, report
-_RUN_AGAIN: Final = 0.4  # share of the members that are run: of cells near a change of flag, until they are settled
+"""Processor time of a case of a single block on a small machine, s."""
+
+_RUN_AGAIN: Final = 0.4
+"""Share of the ensemble members that are run where only cells near a change of flag get them."""
 
 _BASE_MEMORY: Final = 4e8
 _CELL_IN_MEMORY: Final = 400
@@ -72,14 +72,29 @@ class Size:
         )
 
 
+def job_seconds(study: Study, chunks: int = 1) -> dict[str, float]:
+    """Return the expected processor time of a job of each rule of the workflow, s; right to a factor of about two.
+
+    ``record_figures`` is the time per record. A sweep is one job per record, variant and chunk.
+    """
+    records, members, scales = len(study.records.use), study.ensemble.members, len(study.amplitude)
+    runs = scales + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)  # members at one amplitude
+    cases = study.cases * _CASE_S * model_for(study).cost * runs
+    seconds = {
+        "read": 0.8, "describe": 1.2 + 0.03 * records, "rotate": 1.5 + 0.25 * records, "sweep": 0.8 + cases / chunks,
+        "gather": 1.0 + 0.05 * records, "convergence": 2.0 + 0.05 * records * cases, "record_figures": 1.2,
+        "figures": 2.0 + 0.15 * records, "illustrative": 4.0, "explore": 3.0, "report": 3.0 + 0.1 * records,
+        "crate": 1.5,
+    }  # fmt: skip
+    return {rule: round(one, 1) for rule, one in seconds.items()}
+
+
 def size_of(study: Study, chunks: int = 1) -> Size:
-    """About what a run of a study takes whose records are cut into chunks; of the order of magnitude."""
+    """Estimate the size of a study whose records are cut into chunks; right to the order of magnitude."""
     records, members, variants = len(study.records.use), study.ensemble.members, 1 + len(study.variants)
-    more = 1 + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)
-    model = model_for(study)
-    elements, each = len(model.elements), _CASE_S * model.cost
-    scales = len(study.amplitude)  # the ensemble is run for one of them
-    work = _STUDY_S + records * (_RECORD_S + study.cases * each * (scales - 1 + more) * variants)
+    elements, scales = len(model_for(study).elements), len(study.amplitude)
+    jobs = {"read": records, "sweep": records * variants * chunks, "record_figures": records}
+    work = sum(jobs.get(rule, 1) * seconds for rule, seconds in job_seconds(study, chunks).items())
     cells = study.cases / chunks
     memory = (
         _BASE_MEMORY

@@ -21,7 +21,7 @@ PUBLISHED = {"licence": "https://spdx.org/licenses/CC-BY-4.0", "date": "2026-01-
 
 def crate_of(settings: Study, folder: Path) -> dict[str, dict[str, Any]]:
     """A crate of a cube, its motions and a figure; its entities by id."""
-    cube = cube_of(settings, [pulse("a"), pulse("b")], folder)
+    cube = cube_of(settings, [pulse("a"), pulse("b", across=-0.8)], folder)
     figures = folder / "figures" / "polar"
     figures.mkdir(parents=True)
     (figures / "a.svg").write_text("<svg/>", encoding="utf-8")

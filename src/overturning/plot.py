@@ -266,13 +266,13 @@ def _of_all(cube: "xr.Dataset", draw: Callable[["xr.Dataset"], "Figure"]) -> "Fi
 
 
 def _one(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
-    from overturning.study.cube import in_order, record_number, with_gaps
+    from overturning.study.cube import in_order, record_number
 
     number = record_number(cube, record)
     one = cube.isel(record=number) if "record" in cube.dims else cube
     unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # of what is no part of a study
     one = one.assign_coords({name: value for name, value in unknown.items() if name not in one})
-    return with_gaps(in_order(one).drop_vars("record", errors="ignore").load())
+    return in_order(one).drop_vars("record", errors="ignore").load()
 
 
 def _moving(motion: Moves, kind: str) -> Moves:

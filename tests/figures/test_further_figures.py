@@ -29,7 +29,6 @@ from overturning.figures.style import PAGE_WIDTH, style
 from overturning.figures.write import crowded, save
 from overturning.model.scene import load_scene
 from overturning.model.status import Status
-from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.boundary import boundary
@@ -130,7 +129,7 @@ def responses() -> Figure:
 
 def test_what_has_no_outcome_is_not_said_to_stand() -> None:
     one = paths()[0].copy()
-    one["status"], one["overturned"] = 0 * one["status"] + int(Status.UNDECIDED), 0 * one["overturned"] + INT8_MISSING
+    one["status"], one["overturned"] = 0 * one["status"] + int(Status.UNDECIDED), np.nan * one["overturned"]
     told = [response_figure([path], "A block").axes[0].get_title().partition(": ")[2] for path in (one, *paths())]
     assert told == ["no outcome", *(outcome(path).split()[0] for path in paths())]
 

@@ -49,7 +49,7 @@ def test_missing_outcomes_stay_missing() -> None:
 
 def test_a_flag_that_is_a_whole_number_says_no_more_than_one_that_is_read() -> None:
     read = line([0, 30, 60, 90, 120, 150], [1, np.nan, np.nan, 0, -1, 0])
-    whole = read.fillna(-128).astype("int8").assign_coords(azimuth=read["azimuth"])  # as of `overturning.simulate`
+    whole = read.fillna(-128).astype("int8").assign_coords(azimuth=read["azimuth"])  # as in the file
     for found in (overturns, informative_blocks, fall_shares, lambda one: fall_means(one, informative=True)):
         assert found(whole).equals(found(read))
     assert changes_to_the_next(whole, "azimuth") == changes_to_the_next(read, "azimuth") == (2, 2)

@@ -69,7 +69,7 @@ def test_directions_and_axes_are_those_of_the_falls() -> None:
         assert float(means["axis_resultant"][record]) == pytest.approx(abs(np.exp(2j * angles).mean()), abs=1e-6)
         flags = cube["overturned"].isel(record=record).to_numpy()
         assert float(shares[record]) == pytest.approx(np.nanmean(flags))
-    whole = cube.assign(overturned=cube["overturned"].fillna(-128).astype("int8"))  # as of `overturning.simulate`
+    whole = cube.assign(overturned=cube["overturned"].fillna(-128).astype("int8"))  # as in the file
     assert fall_shares(whole, over=Body.case_dims).equals(shares)
 
 

@@ -93,5 +93,6 @@ class PlanePath:
             if variable.per_element:
                 values, of_free = np.full(len(self.placed), variable.missing, variable.dtype), values
                 values[free] = of_free
-            variables[variable.name] = (("element",) if variable.per_element else (), values, variable.all_attributes)
+            dimensions = ("element",) if variable.per_element else ()
+            variables[variable.name] = (dimensions, variable.decoded(values), variable.all_attributes)
         return variables

@@ -85,10 +85,10 @@ def simulate_arrays(
     Returns
     -------
     dict of ndarray, shape of the grid or (…, elements)
-        The model's variables by name, missing floats as NaN, ``block_steps``, the work of each cell, and
-        ``samples_left_out``, for which one at rest was not followed; both 0 where the cell itself was
-        left out. The last dimension, the free elements in the scene's order, is there where the scene has more than one
-        and the variable is each element's.
+        The model's variables by name, as the kernels have them: missing floats are NaN, missing integers the fill value
+        -128. Also ``block_steps`` of each cell, and ``samples_left_out``, the number of samples skipped because
+        everything was at rest; both are 0 for a cell copied from an equivalent one. The last dimension, the free
+        elements in the scene's order, exists only if the scene has several and the variable is per element.
     """
     model = as_model(model)
     numerics = {item.name: values.pop(item.name) for item in fields(Numerics) if item.name in values}
@@ -139,7 +139,9 @@ def simulate(
     xarray.Dataset
         The model's variables over `azimuth`, `height`, `b_over_h` and `friction`, in space over `orientation`,
         `height`, `b_over_h`, `aspect` and `friction`; over `element`, too, where the scene has more than one free
-        element and the variable is each element's. What is missing is NaN, of flags, which are whole numbers, -128.
+        element and the variable is each element's. Flags are floats, and missing values are NaN, as in
+        `overturning.open_cube`: `abs(outcome.overturned).mean()` is the fraction overturned of the cases that have an
+        outcome, whereas `outcome.overturned != 0` is also true where it is missing.
 
     Raises
     ------
@@ -156,7 +158,7 @@ def simulate(
     0
     >>> space = overturning.simulate(motion, "rectangle", orientation_deg=[0, 30], height=[0.6], b_over_h=[0.15])
     >>> space.overturned.values.ravel().tolist()
-    [1, 1]
+    [1.0, 1.0]
     """
     model, motion = as_model(model), as_motion(motion)
     grid = grid_over(
@@ -176,7 +178,10 @@ def simulate(
         coordinates["critical_angle"] = angles
     level = "none: the motion has two components, so the base moves level"
     return dataset(
-        {item.name: (grid.dimensions(item), arrays[item.name], item.all_attributes) for item in model.variables},
+        {
+            item.name: (grid.dimensions(item), item.decoded(arrays[item.name]), item.all_attributes)
+            for item in model.variables
+        },
         coordinates,
         model.attributes | {"vertical_motion": level if motion.up is None else "as recorded"},
     )

@@ -52,7 +52,7 @@ def trajectory(
         to the next) and `contact_place` (m; mean weighted by the normal force), NaN where nothing is known and, of the
         place, where nothing touches. Over `element`: `kind`, `critical_angle` (α, rad), `fallen_angle` (rotation at
         which it has fallen, rad; also over `side`, −1 and 1), `vertices` (about the centre, m, NaN beyond an element's
-        last) and the cell's outcome, missing where the element is not free; the whole case's outcome without a
+        last) and the cell's outcome, NaN where the element is not free; the whole case's outcome without a
         dimension. The general kernel adds the forces up at each of its steps; for a single block they follow from the
         path.
 

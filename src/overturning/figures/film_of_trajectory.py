@@ -10,7 +10,6 @@ from overturning.errors import ArgumentError
 from overturning.figures.film import FRAME_INTERVAL, Film, FilmBody, Panel, frame_times
 from overturning.figures.style import compass_name
 from overturning.model.status import Status
-from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
 if TYPE_CHECKING:
@@ -90,7 +89,7 @@ def _plane_outcome(path: "xr.Dataset") -> str:
     free, azimuth = free_elements(path), path.attrs["azimuth_deg"]
     several = free.sizes["element"] > 1
     names, sides, times = (free[name].to_numpy().tolist() for name in ("element", "overturned", "overturning_time"))
-    falls = sorted((time, name, side) for time, name, side in zip(times, names, sides, strict=True) if side != 0)
+    falls = sorted((time, name, side) for time, name, side in zip(times, names, sides, strict=True) if abs(side) == 1)
     if not falls:
         return f"{'everything ' if several else ''}stands (largest rotation {_largest_rotation(free)})"
     head = f"{len(falls)} of {len(names)} fall: " if several else ""
@@ -126,9 +125,9 @@ def _until_it_lies(path: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArr
     """
     one, time = path.isel(element=index), path["time"].to_numpy()
     poses = np.stack([one[name].to_numpy() for name in ("x", "z", "rotation")], axis=1)
-    side, speed = int(one["overturned"]), abs(float(one["angular_velocity"][-1]))
+    side, speed = float(one["overturned"]), abs(float(one["angular_velocity"][-1]))
     x, _, angle = poses[-1]
-    if path.sizes["element"] != 2 or side in (0, INT8_MISSING):
+    if path.sizes["element"] != 2 or abs(side) != 1:
         return time, poses
     fallen = float(one["fallen_angle"].sel(side=side))
     left = fallen - abs(angle)
@@ -197,7 +196,7 @@ def _plane_panel(path: "xr.Dataset", motion: Motion, time: FloatArray, texts: tu
 
 def _space_outcome(path: "xr.Dataset") -> str:
     """What a body in space does."""
-    if int(path["overturned"]) == 1:
+    if float(path["overturned"]) == 1:
         towards = compass_name(round(float(path["fall_azimuth"])))
         return f"falls towards {towards} at {float(path['overturning_time']):.2f} s"
     tilt, twist = float(path["peak_tilt"]), float(path["residual_twist"])

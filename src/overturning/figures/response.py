@@ -86,7 +86,7 @@ def _does(path: xr.Dataset) -> str:
     fell = [
         str(name)
         for name, side in zip(free["element"].to_numpy(), free["overturned"].to_numpy(), strict=True)
-        if side != 0
+        if abs(side) == 1
     ]
     if not fell:
         return "stands"

@@ -62,6 +62,13 @@ class Variable:
         # 0 stays 0 and not −0, so that equal cubes are equal bytes.
         return np.where((values == 0) | (values == self.fill_value), values, -values) if self.odd else values
 
+    def decoded(self, values: Any) -> NDArray[Any]:
+        """Return values as a user gets them: integers as float32 with NaN for missing, as xarray decodes the file."""
+        array = np.asarray(values)
+        if array.dtype.kind == "f":
+            return array
+        return np.where(array == self.fill_value, np.float32(np.nan), array.astype(np.float32))
+
     def stored(self, values: Any) -> NDArray[Any]:
         """Return values in the type of the file, with the fill value for NaN."""
         array = np.asarray(values)

@@ -14,7 +14,6 @@ from overturning.files import checksum_matches
 from overturning.model.falls import model_of
 from overturning.model.grid import AXES
 from overturning.model.symmetry import FULL_TURN
-from overturning.model.variables import INT8_MISSING
 from overturning.study.load import check_study, load_study
 from overturning.study.scenes import NOMINAL, model_for, scene_of, setting_of, sizes_said
 from overturning.study.schema import Study
@@ -134,13 +133,6 @@ def choose(
         element = scene_of(study_of(cube), cube.attrs["variant"]).shown_name
     _check_element(element, cube["element"].to_numpy().tolist(), path)
     return cube.sel(element=element)
-
-
-def with_gaps(cube: "xr.Dataset") -> "xr.Dataset":
-    """A cube whose flags are NaN where there is none; of `overturning.simulate` they are whole numbers, then -128."""
-    whole = (name for name, values in cube.data_vars.items() if values.dtype == np.int8)
-    gaps = {name: cube[name].where(there) for name in whole if not (there := cube[name] != INT8_MISSING).all()}
-    return cube.assign(gaps)
 
 
 def in_order(cube: "xr.Dataset") -> "xr.Dataset":

@@ -86,7 +86,7 @@ def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
     """
     first = [str(name) for name in cube["overturned"].dims]
     named = _by_name(cube).drop_vars("record_id") if "record_id" in cube else cube
-    table = by_number.with_gaps(named).to_dataframe(dim_order=first).reset_index()
+    table = named.to_dataframe(dim_order=first).reset_index()
     known = [name for name in ("record", *first, *cube.data_vars) if name in table]
     return table[list(dict.fromkeys([*known, *table]))]
 

@@ -153,12 +153,12 @@ def follow(cube: "xr.Dataset") -> "Figure":
     """What falls follow, by B/H: fault normal, radial direction, peaks and pulse of the motion."""
     from overturning.figures.alignment import follow_figure
     from overturning.figures.content import check_followed
-    from overturning.statistics.earthquakes import followed
+    from overturning.statistics.earthquakes import alignment_with_references
 
     _only(cube, "orientation", "follow")
 
     def draw(whole: "xr.Dataset") -> "Figure":
-        found = followed(whole, _measures(whole))
+        found = alignment_with_references(whole, _measures(whole))
         check_followed(whole, found)
         return follow_figure(found, whole["b_over_h"].to_numpy())
 

@@ -22,7 +22,7 @@ from overturning.report.text import counted, degrees, estimate, interval, number
 from overturning.report.words import WORDS
 from overturning.statistics.alignment_by_rule import RuleAlignment
 from overturning.statistics.bootstrap import Mean
-from overturning.statistics.earthquakes import AxisSummary, Followed
+from overturning.statistics.earthquakes import AxisSummary, ReferenceAlignment
 from overturning.statistics.elements import Contrast
 from overturning.statistics.falls import BLOCK_RULES
 from overturning.statistics.logistic import LogisticFit
@@ -237,7 +237,9 @@ def test_what_falls_follow_and_how_sure_that_is() -> None:
     sure, against, open_ = (Mean(9, *values) for values in ((0.5, 0.2, 0.7), (-0.4, -0.6, -0.1), (0.1, -0.3, 0.5)))
     velocity, normal = "peak velocity", "fault normal"
     references = {(velocity, True): [sure] * 3, (velocity, False): [open_, against, sure], (normal, True): [open_] * 3}
-    (text,) = follow_sentences({"all records": Followed(references, (velocity, normal), [sure])}, ["slender", "stout"])
+    (text,) = follow_sentences(
+        {"all records": ReferenceAlignment(references, (velocity, normal), [sure])}, ["slender", "stout"]
+    )
     best, closer, ends = text.split(". ")
     assert numbers(best) == ["2", "0.50", "0.20", "0.70", "9", "0", "0.10"]
     assert "leaves out 0" in best
@@ -246,16 +248,16 @@ def test_what_falls_follow_and_how_sure_that_is() -> None:
     # Opposite ends of slender and stouter blocks are not taken together to none.
     assert numbers(ends) == ["1", "−1", "−0.40", "−0.60", "−0.10", "9", "0.50", "0.20", "0.70", "9"]
     assert re.findall("slender: .*, against it; stout: .*, with it", ends)
-    (text,) = follow_sentences({"all records": Followed(references, (velocity, normal), [open_])}, ["a", "b"])
+    (text,) = follow_sentences({"all records": ReferenceAlignment(references, (velocity, normal), [open_])}, ["a", "b"])
     assert "not shown to lie closer" in text
-    (text,) = follow_sentences({"all records": Followed({(normal, True): [open_]}, (normal,), [])}, [])
+    (text,) = follow_sentences({"all records": ReferenceAlignment({(normal, True): [open_]}, (normal,), [])}, [])
     assert "nothing is shown" in text
-    assert follow_sentences({"all records": Followed({}, (), [])}, []) == []
-    (text,) = follow_sentences({"all records": Followed({(normal, True): [against]}, (normal,), [])}, [])
+    assert follow_sentences({"all records": ReferenceAlignment({}, (), [])}, []) == []
+    (text,) = follow_sentences({"all records": ReferenceAlignment({(normal, True): [against]}, (normal,), [])}, [])
     assert "its interval leaves out 0" in text
     assert "takes in 0" not in text
     few = Mean(3, 0.6, NAN, NAN)
-    (text,) = follow_sentences({"all records": Followed({(normal, True): [few]}, (normal,), [])}, [])
+    (text,) = follow_sentences({"all records": ReferenceAlignment({(normal, True): [few]}, (normal,), [])}, [])
     assert "0.60 over 3 earthquakes, too few for an interval." in text
     assert "takes in 0" not in text
 

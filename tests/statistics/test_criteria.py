@@ -14,9 +14,9 @@ from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.criteria import (
-    BLIND,
     CRITERIA,
     PULSE_VALID,
+    SLENDERNESS_ONLY,
     CriteriaScores,
     Score,
     criteria_scores,
@@ -119,7 +119,7 @@ def test_what_falls_by_wests_formula_is_predicted_by_it(make_cube) -> None:
     found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     west, *others, blind = found.rules
-    assert (west.name, blind.name) == ("West", BLIND)
+    assert (west.name, blind.name) == ("West", SLENDERNESS_ONLY)
     assert (west.skill, west.within) == (Mean(8, 1.0, 1.0, 1.0),) * 2
     assert all(one.skill.value < 1 and one.within.value < 1 for one in others)
     # Within a block the motion alone tells: what knows nothing of it cannot.
@@ -171,7 +171,11 @@ def test_rules_are_ranked_within_blocks_beside_the_rule_that_knows_no_motion(mak
         - np.mean([shape < bound for shape, fell in rows if not fell])
         for bound in (0.15, 0.25, 0.35)
     )  # fmt: skip
-    assert (blind.name, blind.skill.value, blind.within.value) == (BLIND, pytest.approx(best), pytest.approx(0.0))
+    assert (blind.name, blind.skill.value, blind.within.value) == (
+        SLENDERNESS_ONLY,
+        pytest.approx(best),
+        pytest.approx(0.0),
+    )
     # ω = 2 PGA/PGV and p² = 3g/4R by hand.
     sizes = [0.5 * 0.6 * math.hypot(1, each) for each in falls]
     beyond = [2 / one / math.sqrt(0.75 * STANDARD_GRAVITY / size) > PULSE_VALID for size in sizes for one in ratio]

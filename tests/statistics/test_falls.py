@@ -10,10 +10,10 @@ from overturning.model.planes import Planes, fall_probability, gaps_of, plane_in
 from overturning.report.results import gaps_said
 from overturning.statistics.elements import falls_by_element
 from overturning.statistics.falls import (
-    changes_to_the_next,
     fall_means,
     fall_shares,
     falls_towards,
+    flag_changes_between_neighbours,
     informative_blocks,
     overturns,
     whole_circle,
@@ -52,16 +52,18 @@ def test_a_flag_that_is_a_whole_number_says_no_more_than_one_that_is_read() -> N
     whole = read.fillna(-128).astype("int8").assign_coords(azimuth=read["azimuth"])  # as in the file
     for found in (overturns, informative_blocks, fall_shares, lambda one: fall_means(one, informative=True)):
         assert found(whole).equals(found(read))
-    assert changes_to_the_next(whole, "azimuth") == changes_to_the_next(read, "azimuth") == (2, 2)
+    assert (
+        flag_changes_between_neighbours(whole, "azimuth") == flag_changes_between_neighbours(read, "azimuth") == (2, 2)
+    )
     assert float(fall_shares(whole)) == pytest.approx(2 / 4)
 
 
 def test_an_outcome_changes_where_the_next_one_is_known_and_another() -> None:
     flags = line([0, 90, 180, 270], [1, 1, np.nan, 0])
-    assert changes_to_the_next(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
-    assert changes_to_the_next(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
+    assert flag_changes_between_neighbours(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
+    assert flag_changes_between_neighbours(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
     ratios = xr.concat([flags, flags * 0, flags * 0 - 1], xr.DataArray([0.2, 0.3, 0.4], dims="b_over_h"))
-    assert changes_to_the_next(ratios, "b_over_h") == (5, 6)
+    assert flag_changes_between_neighbours(ratios, "b_over_h") == (5, 6)
 
 
 def test_blocks_near_the_boundary_fall_in_some_planes_and_in_at_most_half() -> None:

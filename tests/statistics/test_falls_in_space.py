@@ -14,9 +14,9 @@ from overturning.report.sections.space import follow_answer, follow_sentences
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import (
-    Followed,
+    ReferenceAlignment,
+    alignment_with_references,
     axes_by_earthquake,
-    followed,
     radial_azimuth,
     summarise_axes,
     sums_by_record,
@@ -184,13 +184,13 @@ def test_falls_that_go_along_a_reference_follow_it() -> None:
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     other = ("record", pgv + 90.0)
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
-    (found,) = followed(cube, intensity, [slice(0, 3), slice(1, 2)]).values()
+    (found,) = alignment_with_references(cube, intensity, [slice(0, 3), slice(1, 2)]).values()
     assert [one.value for one in found.means["peak velocity", True]] == pytest.approx([1.0, 1.0])
     assert [one.value for one in found.means["peak velocity", False]] == pytest.approx([-1.0, -1.0])
     assert found.means["pulse", True][0].value == pytest.approx(-1.0)
     assert ("pulse", False) not in found.means
     cube["fall_azimuth"] = cube["fall_azimuth"] + xr.DataArray([0.0, 45.0, 90.0], dims="b_over_h")
-    (each,) = followed(cube, intensity).values()
+    (each,) = alignment_with_references(cube, intensity).values()
     assert [one.value for one in each.means["peak velocity", True]] == pytest.approx([1.0, 0.0, -1.0], abs=1e-6)
     heads = [one.value for one in each.means["peak velocity", False]]
     assert heads == pytest.approx([-1.0, -np.sqrt(0.5), 0.0], abs=1e-6)
@@ -229,11 +229,11 @@ def test_falls_towards_the_epicentre_follow_the_radial_axis_against_its_head() -
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     other = ("record", radial + 90.0)
     intensity = xr.Dataset({"pgv_azimuth": other, "pga_azimuth": other, "pulse_axis": other})
-    (found,) = followed(cube, intensity, [slice(0, 3)]).values()
+    (found,) = alignment_with_references(cube, intensity, [slice(0, 3)]).values()
     assert [found.means["radial direction", axial][0].value for axial in (True, False)] == pytest.approx([1.0, -1.0])
     assert found.closest[0] == "radial direction"
     nowhere = cube.assign_coords(epicentre_latitude=("record", np.full(5, np.nan)))
-    (found,) = followed(nowhere, intensity, [slice(0, 3)]).values()
+    (found,) = alignment_with_references(nowhere, intensity, [slice(0, 3)]).values()
     assert ("radial direction", True) not in found.means
 
 
@@ -244,7 +244,7 @@ def test_a_reference_known_of_few_records_is_not_closest_by_those_alone() -> Non
     cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
     pgv, other = np.array([40.0, 70.0, 70.0, 70.0, 70.0]), ("record", np.full(5, 130.0))
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
-    (found,) = followed(cube, intensity, [slice(0, 3)]).values()
+    (found,) = alignment_with_references(cube, intensity, [slice(0, 3)]).values()
     normal, peak = (found.means[name, True][0] for name in ("fault normal", "peak velocity"))
     assert (normal.n, normal.value > peak.value) == (1, True)
     assert found.closest[0] == "peak velocity", "which under that one record is as close"
@@ -261,7 +261,7 @@ def test_every_part_of_the_slenderness_is_reported_whatever_its_interval_says() 
     ]
     axis = [Mean(9, 0.7, 0.6, 0.8)] * 4
     found = {
-        name: Followed({("peak velocity", True): axis, ("peak velocity", False): one}, ("peak velocity",), [])
+        name: ReferenceAlignment({("peak velocity", True): axis, ("peak velocity", False): one}, ("peak velocity",), [])
         for name, one in zip(names, heads, strict=True)
     }
     first, second, count = follow_answer(found, parts)
@@ -279,7 +279,7 @@ def test_two_references_are_compared_earthquake_by_earthquake() -> None:
     away = np.array([40.0, 35, 45, 50, 30, 55, 25, 60, 40])
     references = {"pgv_azimuth": normals + 20.0, "pga_azimuth": normals + 110.0, "pulse_axis": normals + 20.0 + away}
     intensity = xr.Dataset({name: ("record", values) for name, values in references.items()})
-    (found,) = followed(cube, intensity, [slice(0, 3)]).values()
+    (found,) = alignment_with_references(cube, intensity, [slice(0, 3)]).values()
     assert found.closest == ("peak velocity", "fault normal")
 
     def cosine(record: int, reference: float) -> float:

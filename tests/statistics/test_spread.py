@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import multinomial
 
-from overturning.statistics.spread import divided, of_first_batch, to_both_sides
+from overturning.statistics.spread import divided, first_batch_estimate, to_both_sides
 from overturning.study.ensemble import settled
 from overturning.study.sections import Ensemble
 
@@ -31,13 +31,15 @@ def test_shares_of_divided_cells_do_not_hang_on_which_runs_were_left_out(chances
     both = (np.minimum(outcomes[:, 0], outcomes[:, 1]) > 0) & (outcomes[:, 2] < 4)
     fall = towards + away
     for statistic, expected in ((divided, 1 - fall**8 - (1 - fall) ** 8), (to_both_sides, chance[both].sum())):
-        found = of_first_batch(statistic, *shares, runs, settings)
+        found = first_batch_estimate(statistic, *shares, runs, settings)
         assert found.mean() == pytest.approx(expected, abs=4 * max(found.std(), 1e-3) / np.sqrt(cells))
-    assert np.isnan(of_first_batch(divided, [np.nan], [np.nan], [0], settings)).all()
+    assert np.isnan(first_batch_estimate(divided, [np.nan], [np.nan], [0], settings)).all()
     # Without stopping each order of the runs is as good: 1 of 16 is among the first 8 of them in one half.
-    assert of_first_batch(divided, [1 / 16], [0.0], [16], Ensemble(members=16, half_width=0.0)) == pytest.approx(0.5)
-    assert of_first_batch(divided, [1 / 15], [0.0], [15], Ensemble(members=16)) == pytest.approx(8 / 15)
-    many = of_first_batch(divided, [1 / 400], [0.0], [400], Ensemble(members=400, half_width=0.0))
+    assert first_batch_estimate(divided, [1 / 16], [0.0], [16], Ensemble(members=16, half_width=0.0)) == pytest.approx(
+        0.5
+    )
+    assert first_batch_estimate(divided, [1 / 15], [0.0], [15], Ensemble(members=16)) == pytest.approx(8 / 15)
+    many = first_batch_estimate(divided, [1 / 400], [0.0], [400], Ensemble(members=400, half_width=0.0))
     assert many == pytest.approx(8 / 400)
 
 

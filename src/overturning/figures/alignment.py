@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FAULT, INK, SERIES, caption, grid, labels
-from overturning.statistics.earthquakes import AxisSummary, Followed
+from overturning.statistics.earthquakes import AxisSummary, ReferenceAlignment
 
 MARKERS = ("o", "D", "s")
 
@@ -56,7 +56,7 @@ def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]
     return figure
 
 
-def follow_figure(found: dict[str, Followed], b_over_h: FloatArray) -> Figure:
+def follow_figure(found: dict[str, ReferenceAlignment], b_over_h: FloatArray) -> Figure:
     """What falls follow, by slenderness: a column per group of records; above as axes, below with their heads.
 
     By group, then by name of the reference and whether it is taken as an axis, `found` has its mean for each B/H.

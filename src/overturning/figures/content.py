@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.errors import ArgumentError
-from overturning.statistics.earthquakes import AxisSummary, Followed
+from overturning.statistics.earthquakes import AxisSummary, ReferenceAlignment
 from overturning.statistics.falls import overturns
 from overturning.statistics.logistic import LEAST_PGA
 from overturning.units import GAL
@@ -41,7 +41,7 @@ def check_axes(cube: xr.Dataset, groups: dict[str, xr.Dataset], summaries: dict[
     raise ArgumentError(f"axes: nothing to draw: {why}; take more records, or figure rose")
 
 
-def check_followed(cube: xr.Dataset, found: dict[str, Followed]) -> None:
+def check_followed(cube: xr.Dataset, found: dict[str, ReferenceAlignment]) -> None:
     """Raise an ArgumentError if falls are compared with no reference."""
     means = [mean.value for group in found.values() for of_part in group.means.values() for mean in of_part]
     if not np.isfinite(means).any():

@@ -12,7 +12,7 @@ from overturning.figures.site_map import site_map_figure, sites_by_earthquake
 from overturning.figures.style import style
 from overturning.figures.write import Write, emptied, save
 from overturning.model.falls import model_of
-from overturning.statistics.earthquakes import axes_by_group, followed, summarise_axes
+from overturning.statistics.earthquakes import alignment_with_references, axes_by_group, summarise_axes
 from overturning.statistics.logistic import overturning_fit
 from overturning.study.cube import open_records, sizes_of_another
 
@@ -34,7 +34,7 @@ def draw_whole(cube_path: Path, intensity_path: Path, folder: Path, write: Write
         if not model_of(cube).one_component:
             write(earthquake_roses_figure(cube), folder / "earthquakes")
             slender = cube["b_over_h"].to_numpy().astype(np.float64)
-            write(follow_figure(followed(cube, intensity), slender), folder / "follow")
+            write(follow_figure(alignment_with_references(cube, intensity), slender), folder / "follow")
         else:
             another = sizes_of_another(cube)
             fit = None if another else overturning_fit(cube, intensity)

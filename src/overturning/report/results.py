@@ -186,14 +186,14 @@ class Results:
         return alignment_by_rule.alignment_by_rule(self.cube)
 
     @cached_property
-    def followed(self) -> tuple[dict[str, earthquakes.Followed], list[str]]:
+    def followed(self) -> tuple[dict[str, earthquakes.ReferenceAlignment], list[str]]:
         """What falls follow, for all B/H and then for parts of them, and the names of these parts, none of one B/H."""
         ratio = self.cube["b_over_h"].to_numpy()
         count, classes = ratio.size, min(CLASSES, ratio.size) if ratio.size > 1 else 0
         parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
         ends = (dict.fromkeys(f"{end:g}" for end in ratio[part][[0, -1]]) for part in parts)
         names = [f"B/H {' to '.join(one)}" for one in ends]
-        return earthquakes.followed(self.cube, self.intensity, [slice(0, count), *parts]), names
+        return earthquakes.alignment_with_references(self.cube, self.intensity, [slice(0, count), *parts]), names
 
     @cached_property
     def plane_counts(self) -> xr.Dataset:

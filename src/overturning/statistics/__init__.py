@@ -1,5 +1,5 @@
-"""Statistics of cubes: functions of the falls that a model gives, so that none asks what stood on the ground.
+"""Statistics of cubes, for every model.
 
-A new one begins from `falls.fall_vectors` or `model_of(cube).falls(cube)`; what stands over earthquakes, with its
-interval, from `bootstrap.mean_over_earthquakes`; cubes larger than memory are read by `by_record`.
+A new statistic starts from `falls.fall_vectors` or `model_of(cube).falls(cube)`. Means over earthquakes with intervals
+come from `bootstrap.mean_over_earthquakes`. `by_record` reads cubes larger than memory.
 """

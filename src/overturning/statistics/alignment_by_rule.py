@@ -46,7 +46,7 @@ def alignment_by_rule(
     Parameters
     ----------
     cube : Dataset
-        With the coordinates ``fault_normal(record)``, degrees, and ``event(record)``.
+        Cube with the coordinates ``fault_normal(record)``, degrees, and ``event(record)``.
     rules : sequence of BlockRule
         Rules to compare.
     draws : int

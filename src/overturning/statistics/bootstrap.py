@@ -1,7 +1,7 @@
-"""Over earthquakes: means of their records, and intervals by bootstrap.
+"""Means over earthquakes, and their bootstrap intervals.
 
-Records of one earthquake share its source, so they are averaged first and count as one; what is drawn with replacement
-is earthquakes.
+Records of one earthquake share its source, so they are averaged first and count as one. The bootstrap draws earthquakes
+with replacement.
 """
 
 import math
@@ -17,18 +17,18 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 
 FEWEST_EARTHQUAKES: Final = 8
-"""Earthquakes below which no bootstrap interval is given.
+"""Smallest number of earthquakes for a bootstrap interval.
 
 No bootstrap interval reaches beyond the smallest and the largest value. These two hold the mean of n normal values in
 75 % of samples of n = 3, 88 % of 4 and 94 % of 5, and skewed values need more.
 """
 
 LEAST_BEYOND: Final = 10
-"""Resamples that lie beyond each end of an interval: an end that fewer decide is chance."""
+"""Smallest number of bootstrap samples beyond each end of an interval."""
 
 
 class Interval(NamedTuple):
-    """Ends of an interval; NaN where there is none."""
+    """Lower and upper end of an interval; NaN without interval."""
 
     low: float = math.nan
     high: float = math.nan
@@ -36,7 +36,7 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True)
 class Mean:
-    """A mean over earthquakes: how many of them, the value, and ends of its interval; NaN where there is none."""
+    """Mean over n earthquakes with the ends of its interval; NaN for values that do not exist."""
 
     n: int
     value: float
@@ -45,12 +45,12 @@ class Mean:
 
 
 def event_means(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
-    """Means over the records of each earthquake, in the order of `event_names`.
+    """Compute the mean over the records of each earthquake, in the order of `event_names`.
 
     Parameters
     ----------
     values : ndarray, shape (records, …)
-        NaN where a record has none; such a record does not count, and the mean of none is NaN.
+        Values of the records. Records with NaN are left out; an earthquake without any value has NaN.
     events : sequence of str, length records
         Earthquake of each record.
     """
@@ -64,35 +64,36 @@ def event_means(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) ->
 
 
 def event_names(events: Sequence[str] | NDArray[np.str_]) -> list[str]:
-    """The earthquakes of some records, each once, in the order in which they first appear."""
+    """Return the distinct earthquakes of records, in order of first appearance."""
     return list(dict.fromkeys(str(event) for event in events))
 
 
 @lru_cache(maxsize=4)
-def _drawn(n: int, draws: int, seed: int) -> NDArray[np.int64]:
-    """Which of n earthquakes are in each sample, shape (draws, n); kept, since most statistics share their samples."""
+def _sample_indices(n: int, draws: int, seed: int) -> NDArray[np.int64]:
+    """Draw the indices of n earthquakes in each bootstrap sample, shape (draws, n); cached and shared."""
     return np.random.Generator(np.random.PCG64(seed)).integers(0, n, size=(draws, n))
 
 
 def resampled(
     statistic: Callable[[NDArray[Any]], FloatArray], per_event: NDArray[Any], draws: int, seed: int = 1
 ) -> FloatArray:
-    """Values of a statistic in bootstrap samples of earthquakes, where it has one; shape (n,).
+    """Compute a statistic in bootstrap samples of earthquakes; samples without a value are left out.
 
     Parameters
     ----------
     statistic : callable
-        From samples, shape (draws, earthquakes, …), to its values, shape (draws,), NaN where a sample tells nothing.
+        Function of samples, shape (draws, earthquakes, …), that returns values, shape (draws,); NaN for samples without
+        a value.
     per_event : ndarray, shape (earthquakes, …)
-        What each earthquake says. Of fewer than `FEWEST_EARTHQUAKES` there are no values, nor where less than half of
-        the samples tell anything.
+        Values of the earthquakes. The result is empty for fewer than `FEWEST_EARTHQUAKES`, and if fewer than half of
+        the samples have a value.
     draws, seed : int
-        Samples, each of as many earthquakes drawn with replacement, and their seed.
+        Number of samples, each of as many earthquakes drawn with replacement, and their seed.
     """
     n = len(per_event)
     if n < FEWEST_EARTHQUAKES:
         return np.zeros(0)
-    values = statistic(per_event[_drawn(n, draws, seed)])
+    values = statistic(per_event[_sample_indices(n, draws, seed)])
     known = values[np.isfinite(values)]
     return known if 2 * known.size >= draws else np.zeros(0)
 
@@ -149,12 +150,12 @@ def bootstrap(
 
 
 def mean_of_sample(drawn: NDArray[Any]) -> FloatArray:
-    """The statistic for `bootstrap` of a mean over earthquakes."""
+    """Compute the mean over earthquakes of each bootstrap sample."""
     return np.asarray(drawn.mean(axis=1))
 
 
 def mean_over_earthquakes(values: FloatArray, events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000) -> Mean:
-    """Mean over earthquakes of the means of their records, as of `event_means`, with its `bootstrap` interval."""
+    """Compute the mean over earthquakes of the means of their records, with its `bootstrap` interval."""
     means = _known_event_means(values, events)
     if means.size == 0:
         return Mean(0, *(math.nan,) * 3)
@@ -163,7 +164,7 @@ def mean_over_earthquakes(values: FloatArray, events: Sequence[str] | NDArray[np
 
 
 def share_over_earthquakes(values: FloatArray, events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000) -> Mean:
-    """`mean_over_earthquakes` of shares, 0 to 1, with the `unanimous_share_interval` where its own has no width."""
+    """Compute `mean_over_earthquakes` of shares (0 to 1), with `unanimous_share_interval` if all are 0 or all are 1."""
     found = mean_over_earthquakes(values, events, draws=draws)
     exact = unanimous_share_interval(_known_event_means(values, events))
     return found if exact is None or math.isnan(found.low) else Mean(found.n, found.value, *exact)
@@ -191,6 +192,6 @@ def unanimous_share_interval(shares: FloatArray, level: float = 0.95) -> Interva
 
 
 def _known_event_means(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
-    """Means of the earthquakes with any known value."""
+    """Return the means of the earthquakes that have a value."""
     known = np.isfinite(values)
     return event_means(values[known], np.asarray(events)[known])

@@ -1,4 +1,4 @@
-"""The overturning boundary: where along B/H the probability of falling crosses one half, azimuth by azimuth.
+"""Overturning boundary: B/H at which the probability of falling crosses one half, for each azimuth.
 
 Overturning is not monotonic in B/H: a block may stand between two that fall. The *boundary* is the last crossing, above
 which nothing falls.
@@ -17,7 +17,7 @@ HALF = 0.5
 
 
 def last_crossing(probability: ArrayLike, b_over_h: ArrayLike) -> tuple[float, bool]:
-    """The last B/H at which the probability crosses one half, and whether blocks fall at the last one that is known.
+    """Return the largest B/H at which the probability crosses 1/2, and True if blocks fall at the largest known B/H.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def last_crossing(probability: ArrayLike, b_over_h: ArrayLike) -> tuple[float, b
 
 
 def boundary(cube: xr.Dataset) -> xr.Dataset:
-    """The overturning boundary of each azimuth, and its interval between the ensemble's scrambles.
+    """Compute the overturning boundary of each azimuth, and its range over the two scrambles of the ensemble.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def boundary(cube: xr.Dataset) -> xr.Dataset:
 
 
 def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
-    """The plane in which the block overturns most easily, and how much more easily than in the hardest.
+    """Find the plane in which a block overturns most easily, and the ratio of its boundary to the lowest one.
 
     Parameters
     ----------

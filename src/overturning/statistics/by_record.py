@@ -1,4 +1,4 @@
-"""The records of a cube: read a part at a time, since it may be larger than memory, and in groups that are compared."""
+"""Records of a cube, read in parts because a cube may be larger than memory, and groups of records."""
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from overturning.errors import ArgumentError
 
 AT_ONCE: Final = 40_000
-"""Cells that are read together: of fewer, xarray takes longer over its own work than over the numbers."""
+"""Number of cells read at once; with fewer, xarray's overhead dominates."""
 
 
 def one_record(cube: xr.Dataset, record: int | list[int], names: Sequence[str] = ()) -> xr.Dataset:
-    """One record of a cube in memory, read at once: many small dask graphs cost more.
+    """Load one record of a cube into memory at once: many small dask graphs cost more.
 
     Parameters
     ----------
@@ -31,13 +31,13 @@ def one_record(cube: xr.Dataset, record: int | list[int], names: Sequence[str] =
 
 
 def each_record(cube: xr.Dataset, names: Sequence[str]) -> Iterator[xr.Dataset]:
-    """The records of a cube in turn, each a cube of one record; variables as of `one_record`."""
+    """Yield the records of a cube, each as a cube of one record (see `one_record` for the variables)."""
     for record in range(cube.sizes["record"]):
         yield one_record(cube, [record], names)
 
 
 def few_records(cube: xr.Dataset, names: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
-    """Places of some records in turn, of about `AT_ONCE` cells, and the cube of these; variables as of `one_record`."""
+    """Yield the positions of a few records of about `AT_ONCE` cells together, and their cube (see `one_record`)."""
     count = cube.sizes["record"]
     few = max(1, AT_ONCE * count // max(cube["overturned"].size, 1))
     for first in range(0, count, few):
@@ -46,10 +46,10 @@ def few_records(cube: xr.Dataset, names: Sequence[str]) -> Iterator[tuple[list[i
 
 
 def by_record(function: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
-    """What a function makes of each record, along their dimension; without that dimension, of the whole cube.
+    """Apply a function to a few records at a time and concatenate the results along the records.
 
-    It is given a few records at a time, with variables as of `one_record`; all that it makes has the dimension of the
-    records, too.
+    The results must have the dimension of the records. A cube without that dimension is passed as a whole. See
+    `one_record` for the variables.
     """
     if "record" not in cube.dims:
         return function(cube)
@@ -58,7 +58,7 @@ def by_record(function: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, na
 
 
 def record_groups(cube: xr.Dataset, by: str = "pulse", edges: Sequence[float] = ()) -> dict[str, NDArray[np.bool_]]:
-    """Members by name of the group; a record of which it is not known is in none.
+    """Return the members of each group of records, by name; a record of unknown group is in none.
 
     Parameters
     ----------

@@ -18,32 +18,32 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
 NO_DIRECTION = 1e-9
-"""Resultant length below which a mean is rounding noise: the vectors cancel and point nowhere."""
+"""Resultant length below which a mean is rounding noise."""
 
 LEAST_RESULTANT: Final = 0.05
-"""Resultant length below which no mean direction or axis is given: falls go every way alike, and it would be chance."""
+"""Resultant length below which no mean direction or axis is given: it would be chance."""
 
 SECTORS: Final = 24
-"""Of a rose, the first centred on its zero."""
+"""Number of sectors of a rose, the first centred on 0°."""
 
 SIMULATIONS: Final = 20_000
-"""Draws from which a p-value is simulated."""
+"""Number of draws for a simulated p-value."""
 
 ROTATIONS: Final = 4_999
-"""Random rotations of the `common_axis_test`."""
+"""Number of random rotations in `common_axis_test`."""
 
 
 def sector(angle_deg: ArrayLike, count: int) -> NDArray[np.intp]:
-    """Which of so many sectors an angle lies in, the first centred on 0°; an angle between two is in the latter."""
+    """Return the index of the sector of an angle; the first sector is centred on 0°, upper ends are excluded."""
     wide = 360.0 / count
     # Rounding may bring a small negative angle to 360° itself.
     return np.asarray(((np.asarray(angle_deg) + wide / 2) % 360.0 // wide).astype(np.intp) % count)
 
 
 def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None, wide_deg: float = 0.0) -> FloatArray:
-    """Share of falls in each of `SECTORS`, of azimuths with their weights, 1 where not given; 0 where nothing fell.
+    """Compute the share of falls in each of `SECTORS` sectors, from azimuths and weights (1 if not given).
 
-    An azimuth that stands for so many degrees about it is shared out evenly over these.
+    An azimuth that represents a range of degrees is spread evenly over that range. Shares are 0 if nothing fell.
     """
     if wide_deg > 0.0:
         angle, sector_wide = np.asarray(angle_deg, np.float64), 360.0 / SECTORS
@@ -59,7 +59,7 @@ def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None, wide_d
 
 
 def resultant(angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: bool = False) -> tuple[float, float]:
-    """Mean direction or axis, and mean resultant length (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4).
+    """Compute the mean direction or axis, and the mean resultant length (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4).
 
     Angles in degrees and their weights, not negative, 1 where not given, have shape (n,); axes are averaged with their
     angles doubled.
@@ -86,7 +86,7 @@ def resultant(angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: b
 
 
 def wrap_axis(angle_deg: ArrayLike) -> FloatArray:
-    """Difference of two axes brought into (−90°, 90°]."""
+    """Reduce the difference of two axes to (−90°, 90°]."""
     return -((-np.asarray(angle_deg, dtype=np.float64) + 90.0) % 180.0 - 90.0)
 
 
@@ -107,7 +107,7 @@ class TestResult:
 
 @lru_cache(maxsize=4)
 def _rotations(n: int) -> NDArray[np.complex128]:
-    """Unit vectors in random directions, shape (`ROTATIONS`, n), as complex numbers."""
+    """Draw unit vectors in random directions, shape (`ROTATIONS`, n), as complex numbers."""
     return np.exp(1j * np.random.Generator(np.random.PCG64(1)).uniform(0.0, 2 * math.pi, size=(ROTATIONS, n)))
 
 
@@ -196,7 +196,7 @@ def _chi_square(counts: FloatArray, probability: FloatArray) -> FloatArray:
 
 
 def chi_square_test(counts: FloatArray, probability: FloatArray) -> TestResult:
-    """Pearson's X² of counts against probabilities, as of `grouped_watson_test`.
+    """Compute Pearson's X² of counts against probabilities (arguments of `grouped_watson_test`).
 
     Simulated because octants of a survey often hold fewer than the five expected stones that the chi-square
     distribution needs (Mardia & Jupp 2000, section 6.3.3).

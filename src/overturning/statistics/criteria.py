@@ -1,4 +1,4 @@
-"""The field's overturning criteria: limits of peak motion by a block's size and shape, and how well they predict falls.
+"""Overturning criteria of the field (limits of peak motion by size and shape of a block), and their skill.
 
 Every limit is given as a peak ground acceleration, m/s², that a block of height H, m, survives, some of them for a
 motion of given PGV/PGA, s. How each formula was checked stands with it; where its source could not be read, that is
@@ -141,14 +141,14 @@ CRITERIA: Final = (
     Criterion("pulse, one impact", "PGA above g B/H (1 + ω/6p), ω = 2 PGA/PGV", pulse_acceleration),
     Criterion("pulse, no impact", "PGA above that of the one-sine pulse without impact", direct_pulse_acceleration),
 )
-"""In the order in which tables and figures show them."""
+"""Criteria, in the order of tables and figures."""
 
-UNREAD: Final = ("Kaneko–Hayashi", "pulse, one impact")
-"""Criteria whose papers could not be read: the formula is as others give it, checked as its function says."""
+SECONDARY_SOURCES: Final = ("Kaneko–Hayashi", "pulse, one impact")
+"""Criteria whose formula comes from a secondary source, because the paper could not be read."""
 
 
 class Score(NamedTuple):
-    """Falls predicted, falls not predicted, falls predicted that did not come, and stands predicted, as weighted.
+    """Weighted counts of hits, misses, false alarms and correct rejections of a prediction of falls.
 
     Each a number, or an array; a share is NaN where there is nothing that it is of.
     """
@@ -160,7 +160,7 @@ class Score(NamedTuple):
 
     @classmethod
     def of(cls, counts: FloatArray) -> "Score":
-        """Of counts of shape (…, 4)."""
+        """Return the score of counts, shape (…, 4)."""
         return cls(*np.moveaxis(counts, -1, 0))
 
     @property
@@ -189,16 +189,16 @@ def _share(part: Any, of: Any) -> Any:
         return np.divide(part, of)
 
 
-BLIND: Final = "B/H alone"
-"""Name of the rule that knows nothing of the motion."""
+SLENDERNESS_ONLY: Final = "B/H alone"
+"""Name of the rule that uses the slenderness only."""
 
 PULSE_VALID: Final = 5.0
-"""ω/p beyond which `pulse_acceleration` is known to be far too low."""
+"""Frequency ratio ω/p above which `pulse_acceleration` is far too low."""
 
 
 @dataclass(frozen=True)
 class RuleScore:
-    """How well a rule predicts falls.
+    """Skill of a rule that predicts falls.
 
     Attributes
     ----------
@@ -251,7 +251,7 @@ class CriteriaScores:
 
 
 def criteria_scores(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | None:
-    """Score the field's criteria on a cube, as of `overturning_rows`; None where no outcome is known.
+    """Score the criteria on a cube (see `overturning_rows`); None if no outcome is known.
 
     The cells' own outcomes count, not the ensemble's probabilities.
     """
@@ -282,7 +282,7 @@ def criteria_scores(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores |
     rules = [scored(one.name, one.rule, predicted) for one, predicted in zip(CRITERIA, said, strict=True)]
     shapes = np.unique(kinds[:, 1])
     bounds = ((shapes[1:] + shapes[:-1]) / 2).round(9).tolist()
-    blind = [scored(BLIND, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
+    blind = [scored(SLENDERNESS_ONLY, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
     rules += sorted(blind, key=lambda one: np.nan_to_num(-one.overall.skill, nan=1.0))[:1]
     by_event = {one.name: count(predicted, weight) for one, predicted in zip(CRITERIA, said, strict=True)}
     counts = np.stack([one.sum(axis=0) for one in by_event.values()], axis=1)

@@ -1,4 +1,4 @@
-"""Over earthquakes: how fall axes lie about fault normals, and what falls follow.
+"""Fall axes of earthquakes relative to fault normals and other reference directions.
 
 Records of one earthquake share its source, so they are averaged first and count as one. Which of the two directions of
 a fault normal is called positive is arbitrary; only axes are compared with it.
@@ -33,7 +33,7 @@ from overturning.units import EARTH_RADIUS_KM
 
 
 def sums_by_record(cube: xr.Dataset, *keep: str) -> xr.Dataset:
-    """`fall_vectors` of the informative blocks of each record but along some dimensions; read one record at a time."""
+    """Compute `fall_vectors` of the informative blocks of each record; dimensions in `keep` are not summed."""
     model = model_of(cube)
     over = [name for name in model.case_dims if name not in keep]
     made = by_record(partial(fall_vectors, over=over, informative=True), cube, model.reads)
@@ -41,7 +41,7 @@ def sums_by_record(cube: xr.Dataset, *keep: str) -> xr.Dataset:
 
 
 def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
-    """Fall axis relative to the fault normal, per earthquake; the cube is read one record at a time.
+    """Compute the fall axis of each earthquake relative to the fault normal; the cube is read one record at a time.
 
     Falls are those of the `informative_blocks`, each counted alike under a record; an earthquake has the mean of the
     means of its records.
@@ -83,7 +83,7 @@ def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
 
 
 def axes_by_group(cube: xr.Dataset, by: str = "pulse", edges: Sequence[float] = ()) -> dict[str, xr.Dataset]:
-    """`axes_by_earthquake` of each group of records that has any, by its name; parameters as of `record_groups`."""
+    """Compute `axes_by_earthquake` of each non-empty group of records (see `record_groups`), by name."""
     return {
         name: axes_by_earthquake(cube.isel(record=np.flatnonzero(members)))
         for name, members in record_groups(cube, by, edges).items()
@@ -93,7 +93,7 @@ def axes_by_group(cube: xr.Dataset, by: str = "pulse", edges: Sequence[float] = 
 
 @dataclass(frozen=True)
 class AxisSummary:
-    """How fall axes of several earthquakes lie about their fault normals.
+    """Fall axes of several earthquakes relative to their fault normals.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class AxisSummary:
 
 
 def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000) -> AxisSummary:
-    """Mean axis over earthquakes of `axes_by_earthquake`, and alignment; level and draws as of `bootstrap`."""
+    """Summarise `axes_by_earthquake`: mean axis and alignment (see `bootstrap` for level and draws)."""
     vectors = np.column_stack([axes["cosine"].values, axes["sine"].values])
     vectors = vectors[np.isfinite(vectors[:, 0])]
     cosine, sine = vectors.mean(axis=0) if len(vectors) else (math.nan, math.nan)
@@ -156,7 +156,7 @@ def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000
 
 
 def compare_alignment(first: xr.Dataset, second: xr.Dataset) -> Mean:
-    """Alignment with the fault normal of a set of records minus that of another, such as of pulse records and control.
+    """Compute the difference between the alignments of two sets of records, such as pulse records and control.
 
     Sets are from `axes_by_earthquake`. An earthquake may have records in both; it is drawn once for both, so that its
     own orientation does not count as a difference. Its ``n`` is that of the set with fewer earthquakes that have falls;
@@ -176,11 +176,11 @@ def compare_alignment(first: xr.Dataset, second: xr.Dataset) -> Mean:
 
 
 LEAST_DISTANCE_KM: Final = 1.0
-"""Distance from the epicentre below which no direction leads away from it: epicentres are not told more closely."""
+"""Distance below which the direction from the epicentre is undefined, km: epicentres are not known more closely."""
 
 
 def radial_azimuth(cube: xr.Dataset) -> xr.DataArray:
-    """Azimuth away from the epicentre at the station of each record: its back azimuth + 180°.
+    """Compute the azimuth away from the epicentre at the station of each record (back azimuth + 180°).
 
     Along the great circle on a sphere, which differs from the ellipsoid's by at most 0.2°. The transverse axis lies
     across it.
@@ -213,8 +213,8 @@ _REFERENCES = {"peak velocity": "pgv_azimuth", "peak acceleration": "pga_azimuth
 
 
 @dataclass(frozen=True)
-class Followed:
-    """How far the falls of a group of records follow references, over earthquakes, for parts of the B/H.
+class ReferenceAlignment:
+    """Alignment of the falls of a group of records with reference directions, for parts of the B/H range.
 
     Attributes
     ----------
@@ -233,10 +233,10 @@ class Followed:
     closer: list[Mean]
 
 
-def followed(
+def alignment_with_references(
     cube: xr.Dataset, intensity: xr.Dataset, slenderness: Sequence[slice] | None = None
-) -> dict[str, Followed]:
-    """How far falls follow peaks, pulse, fault normal and radial direction, over earthquakes, by group of records.
+) -> dict[str, ReferenceAlignment]:
+    """Compute the alignment of falls with peaks, pulse, fault normal and radial direction, by group of records.
 
     The transverse axis lies across the radial one: its mean cos 2Δ is that of the radial one with the other sign. The
     radial direction is left out where no record has one.
@@ -271,5 +271,5 @@ def followed(
         first, *others = sorted(known, key=lambda name: -means[name, True][0].value) or [""]
         pairs = zip(along[first, True], along[others[0], True], strict=True) if others else ()
         closer = [mean(members, one - other) for one, other in pairs]
-        found[group] = Followed(means, tuple([first, *others][:2]) if first else (), closer)
+        found[group] = ReferenceAlignment(means, tuple([first, *others][:2]) if first else (), closer)
     return found

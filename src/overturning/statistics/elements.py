@@ -1,4 +1,4 @@
-"""How often each element of a scene falls, and any; which falls first; how one stone's falls compare with another's."""
+"""Falls of the elements of a scene, the first to fall, and the comparison of two stones."""
 
 import math
 from dataclasses import dataclass
@@ -48,11 +48,11 @@ _OUTCOME = ("overturned", "overturning_time")
 _FALL = (*_OUTCOME, "fall_azimuth")
 
 ANYTHING = "any element"
-"""Name of the row of a scene as a whole: it falls where any of its elements does, at the time of the first."""
+"""Name of the row for the whole scene, which falls if any element falls, at the time of the first."""
 
 
 def falls_by_element(cube: xr.Dataset) -> list[ElementFalls]:
-    """Falls of each element of a cube, in order, and of several last of `ANYTHING`; else of the one "block".
+    """Count the falls of each element of a cube, in order; of several elements the last row is `ANYTHING`.
 
     The cube is read one record at a time; of the times of falls all are kept, since medians need them: four bytes for
     each.
@@ -112,14 +112,14 @@ def compare_stones(cube: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
 
 
 def _azimuths(cube: xr.Dataset) -> FloatArray:
-    """Azimuth of each fall; in planes with that of the motion as 0, which the two that are compared share."""
+    """Return the azimuth of each fall; in 2-D relative to that of the motion, which both cubes share."""
     if "fall_azimuth" in cube:
         return np.asarray(cube["fall_azimuth"].to_numpy().ravel(), np.float64)
     return np.where(cube["overturned"].to_numpy().ravel() > 0, 0.0, 180.0)
 
 
 def contrast(counts: xr.Dataset, events: NDArray[np.str_]) -> Contrast:
-    """What `compare_stones` has counted, over earthquakes, of which `events` has that of each record."""
+    """Average the counts of `compare_stones` over earthquakes; `events` has the earthquake of each record."""
 
     def share(name: str, of: str) -> Mean:
         total = counts[of].to_numpy().astype(np.float64)

@@ -1,7 +1,7 @@
-"""Which way blocks fall: flags by azimuth, shares of cases that overturn, mean fall directions and axes.
+"""Directions of falls: flags by azimuth, shares of cases that overturn, mean fall directions and axes.
 
-Of fractions and means each plane counts once and azimuths added to a grid share the weight of their neighbourhood, as
-`Model.falls` weighs them. ``over`` names dimensions that are taken together with the direction, every case alike.
+In shares and means each plane counts once, and azimuths added to a grid share the weight of their neighbourhood (see
+`Model.falls`). ``over`` names dimensions that are averaged together with the direction, each case alike.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from overturning.statistics.circular import NO_DIRECTION
 
 
 def whole_circle(cube: xr.Dataset) -> xr.Dataset:
-    """A cube of planes, or what was made of it, with the opposites of all its azimuths, ascending.
+    """Return a planar cube, or a variable of one, with the opposites of all azimuths, in ascending order.
 
     Motions along φ and φ + 180° are one plane and one outcome. Where the cube holds one of them, the other is that
     one seen from behind; where it holds both, both stay as they are. Of a scene that is not its own mirror image, where
@@ -45,7 +45,7 @@ def whole_circle(cube: xr.Dataset) -> xr.Dataset:
 
 
 def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
-    """Number of falls towards each azimuth: 1 or 0, NaN where the outcome is missing; as lazy as the cube.
+    """Count the falls towards each azimuth: 1 or 0, NaN for a missing outcome; as lazy as the cube.
 
     A block that falls towards −1 at φ falls towards φ + 180°. So each fall stands exactly once in the result, at
     the azimuth it goes to, whether the cube holds one or both azimuths of its plane. Of a scene that is not its own
@@ -56,12 +56,12 @@ def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
     cube : Dataset
         With ``overturned`` and ``azimuth``.
     ensemble : bool
-        Take probabilities rather than flags, as of `fall_probability`.
+        Use probabilities instead of flags (see `fall_probability`).
 
     Returns
     -------
     DataArray
-        Azimuths as of `whole_circle`; of a scene without mirror image the opposites beside them.
+        Azimuths of `whole_circle`; for a scene without mirror symmetry the opposites are added.
     """
     used = [name for name in (FALLS if ensemble else FALLS[:1]) if name in cube]
     p = fall_probability(whole_circle(cube[used]), ensemble=ensemble)
@@ -74,7 +74,7 @@ def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
 
 
 def overturns(cube: xr.Dataset) -> xr.DataArray:
-    """Whether the block falls to either side: 1, 0, or NaN where the outcome is missing."""
+    """Return 1 if the block falls to either side, 0 if it stands, NaN for a missing outcome."""
     overturned = cube["overturned"]
     return xr.where(answered(overturned), (overturned != 0).astype("float32"), np.nan).assign_attrs(
         long_name="block overturns to either side", units="1"
@@ -82,14 +82,14 @@ def overturns(cube: xr.Dataset) -> xr.DataArray:
 
 
 def shares_by_record(cube: xr.Dataset, *keep: str) -> xr.DataArray:
-    """Share of the known cases of each record that overturn, of each value of some dimensions by itself; in memory."""
+    """Compute the share of known cases of each record that overturn, for each value of the kept dimensions."""
     falls = overturns(cube)
     shares = falls.mean([name for name in falls.dims if name not in ("record", *keep)]).compute()
     return shares.transpose(..., "record").astype("float64")
 
 
-def changes_to_the_next(cube: xr.Dataset, dim: str) -> tuple[int, int]:
-    """In how many cases the outcome (stands, or falls to which side) is another one step on, of how many known pairs.
+def flag_changes_between_neighbours(cube: xr.Dataset, dim: str) -> tuple[int, int]:
+    """Count neighbouring cells along a dimension whose outcome differs, and the known pairs of neighbours.
 
     A grid of azimuths that goes round the compass goes on from its last to its first.
     """
@@ -149,7 +149,7 @@ def rule_of(cube: xr.Dataset) -> BlockRule:
 
 
 def overturning_shares(cube: xr.Dataset) -> xr.DataArray:
-    """Share of the directions in which each block overturns under a record, each plane once; in memory.
+    """Compute the share of directions in which each block overturns under a record, each plane counted once.
 
     Directions whose outcome is missing do not count.
     """
@@ -159,7 +159,7 @@ def overturning_shares(cube: xr.Dataset) -> xr.DataArray:
 
 
 def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
-    """Blocks whose falls tell a direction, True or False over dimensions of ``overturned`` without the direction.
+    """Return True for blocks whose falls are informative about direction; no dimension of direction.
 
     Where each direction has a component of the motion of its own these only just fall under a record: they overturn in
     some of its planes, and in at most half of them. More slender ones fall in nearly every plane, to whichever side,
@@ -171,7 +171,7 @@ def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
 
 
 def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = ()) -> xr.DataArray:
-    """Share of planes, or of a body's orientations, that overturn, of those whose outcome is known, if any is."""
+    """Compute the share of planes or orientations of known outcome in which a block overturns."""
     model = model_of(cube)
     falls, dims = model.falls(cube), (model.direction, *over)
     weight = falls["weight"].where(falls["falls"].notnull(), 0.0).sum(dims)
@@ -180,7 +180,7 @@ def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = ()) -> xr.DataArray:
 
 
 def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool = False) -> xr.Dataset:
-    """Sums from which means are made: the variables of `Model.falls`, each the sum of its values times their weights.
+    """Sum the variables of `Model.falls`, weighted, so that means can be formed.
 
     They may be added up further before an angle is taken. With ``informative`` they are of the
     `informative_blocks` alone; ``all_falls`` are those of all blocks.
@@ -193,10 +193,10 @@ def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), informative: boo
 
 
 def fall_means(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool = False) -> xr.Dataset:
-    """Mean direction towards which blocks fall, and mean axis along which they do, whichever way.
+    """Compute the mean direction towards which blocks fall, and the mean axis of the falls.
 
     Axes are averaged with their angles doubled (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4 and section 9.1);
-    ``informative`` as of `fall_vectors`.
+    See `fall_vectors` for ``informative``.
 
     Returns
     -------
@@ -220,7 +220,7 @@ def fall_means(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool 
 
 
 def fall_alignment(sums: xr.Dataset, reference_deg: xr.DataArray, *, axial: bool = True) -> xr.Dataset:
-    """Mean cos and sin of the angle from a reference azimuth to the falls, doubled for an axis, which has no head.
+    """Compute the mean cosine and sine of the angle from a reference azimuth to the falls, doubled for an axis.
 
     Parameters
     ----------

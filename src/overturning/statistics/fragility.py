@@ -14,16 +14,16 @@ from overturning.errors import ArgumentError
 from overturning.statistics.bootstrap import Interval, bootstrap
 
 MOST_ITERATIONS: Final = 100
-"""Steps of a fit before it counts as without end."""
+"""Largest number of iterations of a fit."""
 
 LARGEST_STEP: Final = 2.0
-"""Change of a fit's constant or slope, in standard deviations of the data, in one step."""
+"""Largest change of constant or slope in one iteration, in standard deviations of the data."""
 
 NODES: Final = np.linspace(-6.0, 6.0, 1201)
-"""Where the likelihood of a record is taken over how much stronger it is than its intensity says, in spreads."""
+"""Nodes of the integral over the record effect, in units of the spread."""
 
 MOST_AT_ONCE: Final = 50_000
-"""Values that are fitted in one go, samples times shares: what of them is in use stays near the processor."""
+"""Number of values (samples × shares) fitted at once, so that they stay in the processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Fragility:
     least, most : float
         Range of the intensities that it was fitted to: it says nothing outside.
     of_records : float
-        Share of the variance spread² that lies between records, as of `record_share`; NaN where not known.
+        Share of the variance spread² between records (see `record_share`); NaN where not known.
     within_data : float, Interval, float
         Median, its interval and the spread as far as the data reach: infinite above `most`, 0 below `least`; no spread
         where the median lies beyond.
@@ -61,13 +61,13 @@ class Fragility:
 
     @property
     def spreads(self) -> tuple[float, float]:
-        """Spread from record to record and all other, of stones and how they look; NaN where the spread is."""
+        """Between-record and within-record spread; NaN without a spread."""
         spread = self.within_data[2]
         return spread * math.sqrt(self.of_records), spread * math.sqrt(1 - self.of_records)
 
     @property
     def identifier(self) -> str:
-        """The name as OpenQuake takes it: letters, digits, _ and - alone."""
+        """Name with letters, digits, _ and - only, as OpenQuake requires."""
         return re.sub(r"[^A-Za-z0-9_-]+", "_", self.name.replace("/", "").replace(".", "p"))
 
     @property
@@ -85,7 +85,7 @@ class Fragility:
 
 
 def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | None = None) -> tuple[float, float]:
-    """Median and logarithmic spread that make the shares likeliest (Baker 2015, Earthquake Spectra 31, eq. 11).
+    """Fit median and logarithmic spread by maximum likelihood (Baker 2015, Earthquake Spectra 31, eq. 11).
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | No
 def _fits(
     logs: FloatArray, y: FloatArray, weight: FloatArray, near: tuple[float, float] | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Medians and spreads, shape (m,), of `lognormal_fit` with each row of weights, shape (m, n), by Newton's method.
+    """Fit `lognormal_fit` for each row of weights, shape (m, n), by Newton's method.
 
     It begins at the median and spread of a fit that is `near`, where one is known. A step that lowers the likelihood,
     which is concave, is halved: without that the iteration may go to and fro for ever.
@@ -166,7 +166,7 @@ def _fits(
 def record_share(
     fit: tuple[float, float], intensity: FloatArray, share: FloatArray, record: NDArray[np.generic], stones: int
 ) -> float:
-    """Share of the variance spread² of a curve that is between records: 0 where all records of an intensity are alike.
+    """Estimate the share of the variance spread² of a curve between records: 0 if equal intensities act alike.
 
     A stone falls where ln(x/median) reaches its own capacity, the sum of two normal deviates: one that all stones under
     a record have in common, and one of its own (probit with a random intercept: Ochi & Prentice 1984, Biometrika 71,
@@ -215,7 +215,7 @@ def fragility(
     record: NDArray[np.generic] | None = None,
     stones: int = 0,
 ) -> Fragility:
-    """Fragility curve of a class of stones with the interval of its median; arrays have shape (n,).
+    """Compute the fragility curve of a class of stones and the interval of its median; arrays have shape (n,).
 
     Of how many ``stones`` each share is, and under which ``record``, tells the spread of records from all other.
     """

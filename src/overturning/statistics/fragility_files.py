@@ -14,7 +14,7 @@ from overturning.files import atomic_write
 from overturning.statistics.fragility import Fragility
 
 LEVELS: Final = 25
-"""Intensities at which a curve is written."""
+"""Number of intensities at which a curve is written."""
 
 
 def write_fragility_csv(curves: Sequence[Fragility], path: Path) -> None:
@@ -38,7 +38,7 @@ def measure_file(measure: str) -> str:
 
 
 def for_openquake(measure: str) -> bool:
-    """Whether OpenQuake knows a measure: PGA, PGV and SA(period)."""
+    """True if OpenQuake supports a measure: PGA, PGV or SA(period)."""
     return re.fullmatch(r"PG[AV]|SA\([0-9.]+\)", measure) is not None
 
 

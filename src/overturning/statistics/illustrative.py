@@ -1,4 +1,4 @@
-"""Illustrative cases: those that a reader should watch, chosen by rule and not by eye."""
+"""Illustrative cases, chosen by rules."""
 
 from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
@@ -11,79 +11,79 @@ from overturning.statistics.by_record import few_records
 from overturning.statistics.circular import wrap_axis
 
 WHICH_SIDE: Final = "Falls, but to which side?"
-"""Title of the case that shows falls to both sides."""
+"""Title of the case with falls to both sides."""
 
 MOVES: Final = 0.1
-"""A block that stands moves to be seen where its largest rotation, in parts of α, is above this."""
+"""Largest rotation, in α, above which a standing block moves visibly."""
 
 TURNED_DEG: Final = 0.1
-"""Turn about the vertical, told to a tenth of a degree, from which a stone that stands is said to have turned."""
+"""Smallest twist of a standing stone that is reported, degrees."""
 
 NEAR_DEG: Final = 22.5
-"""Farthest that a plane may lie from the fault normal, or from the fault, to stand for it."""
+"""Largest angle between a plane and the fault normal, or the fault, that it represents, degrees."""
 
 CORNER_DEG: Final = 10.0
-"""Farthest that a fall may lie from the middle between the normals of two faces to go over their corner."""
+"""Largest angle between a fall and the bisector of two face normals for a fall over their corner, degrees."""
 
 
 class IllustrativeCase(NamedTuple):
-    """One case, or a few side by side: what it shows, by which rule, of which record (place in the cube) and block."""
+    """One case, or a few side by side: title, rule, record (position in the cube) and block."""
 
     title: str
     rule: str
     record: int
     block: dict[str, float]
-    """by the dimensions of a model's block;"""
+    """Value of each dimension of the block."""
     direction_deg: tuple[float, ...]
-    """azimuth or orientation of each panel."""
+    """Azimuth or orientation of each panel, degrees."""
 
 
-class Candidate(NamedTuple):
-    """The best case of a record: how well it shows what it should, where it is, and what stands side by side."""
+class BestCase(NamedTuple):
+    """Best case of a record: scores, position, and the directions of its panels."""
 
     score: tuple[float, ...]
     block: Sequence[int]
-    """places along the dimensions of the block;"""
+    """Positions along the dimensions of the block."""
     directions: tuple[int, ...]
-    """places along the direction of each panel."""
+    """Position along the direction of each panel."""
 
 
 class Rule(NamedTuple):
-    """How a case is found, of the cells of one record that stand for all, in the order of the model's dimensions."""
+    """Rule that finds a case among the representative cells of one record."""
 
     title: str
     text: str
-    find: Callable[[xr.Dataset], Candidate | None]
+    find: Callable[[xr.Dataset], BestCase | None]
     needs: tuple[str, ...]
-    """variables without which a cube has no such case."""
+    """Variables that a cube must have."""
 
 
-def _largest(one: xr.Dataset, flag: int, score: xr.DataArray, which: xr.DataArray) -> Candidate | None:
-    """The case of that outcome with the largest score of those that may be chosen, of equals the first, if any."""
+def _largest(one: xr.Dataset, flag: int, score: xr.DataArray, which: xr.DataArray) -> BestCase | None:
+    """Return the first case with the largest score among the admissible cases of an outcome, or None."""
     may = ((one["overturned"] == flag) & which).to_numpy()
     if not may.any():
         return None
     values = score.broadcast_like(one["overturned"]).transpose(*one["overturned"].dims).to_numpy()
     place = int(np.where(may, values, -np.inf).argmax())
     at, *block = (int(index) for index in np.unravel_index(place, may.shape))
-    return Candidate((float(values.flat[place]),), block, (at,))
+    return BestCase((float(values.flat[place]),), block, (at,))
 
 
-def _largest_standing(one: xr.Dataset, name: str, least: float) -> Candidate | None:
+def _largest_standing(one: xr.Dataset, name: str, least: float) -> BestCase | None:
     size = abs(one[name])
     return _largest(one, 0, size, size >= least)
 
 
-def _broadest_falling(one: xr.Dataset, which: xr.DataArray) -> Candidate | None:
+def _broadest_falling(one: xr.Dataset, which: xr.DataArray) -> BestCase | None:
     return _largest(one, 1, one["b_over_h"], which)
 
 
-def _over_a_corner(one: xr.Dataset) -> Candidate | None:
+def _over_a_corner(one: xr.Dataset) -> BestCase | None:
     off = (one["fall_azimuth"].astype("float64") - one["orientation"]) % 90.0
     return _broadest_falling(one, abs(off - 45.0) < CORNER_DEG)
 
 
-def _normal_against_parallel(one: xr.Dataset) -> Candidate | None:
+def _normal_against_parallel(one: xr.Dataset) -> BestCase | None:
     azimuth = one["azimuth"].to_numpy().astype(np.float64)
     distance = np.abs(wrap_axis(azimuth - float(one["fault_normal"])))
     if not (distance.min() <= NEAR_DEG and distance.max() >= 90 - NEAR_DEG):  # nor where the normal is not known
@@ -97,10 +97,10 @@ def _normal_against_parallel(one: xr.Dataset) -> Candidate | None:
     # One that moves in both planes, then broadest, then roughest, then lowest.
     place = max(map(tuple, splits), key=lambda p: (moves[p], p[1], p[2], -p[0]))
     broad = round(float(one["b_over_h"].values[place[1]]), 9)
-    return Candidate((float(moves[place]), broad), place, (along, across))
+    return BestCase((float(moves[place]), broad), place, (along, across))
 
 
-def _which_side(one: xr.Dataset) -> Candidate | None:
+def _falls_to_both_sides(one: xr.Dataset) -> BestCase | None:
     model = model_of(one)
     x, y, sure = (one[name].to_numpy() for name in ("direction_cosine", "direction_sine", "sure"))
     turns = x[:-1] * x[1:] + y[:-1] * y[1:] < 0  # by more than 90°; where a block stands both parts are 0
@@ -110,7 +110,7 @@ def _which_side(one: xr.Dataset) -> Candidate | None:
     score, place = max(
         ((bool(sure[at] and sure[at[0] + 1, *at[1:]]), int(at[broad])), at) for at in map(tuple, np.argwhere(turns))
     )
-    return Candidate(score, place[1:], (place[0], place[0] + 1))
+    return BestCase(score, place[1:], (place[0], place[0] + 1))
 
 
 RULES: Final = (
@@ -126,7 +126,7 @@ RULES: Final = (
         WHICH_SIDE,
         "the broadest block that falls at two neighbouring azimuths of the motion, or orientations of the body, but to "
         "azimuths more than 90° apart; first of those that do so in every run of the ensemble",
-        _which_side,
+        _falls_to_both_sides,
         ("overturned",),
     ),
     Rule(
@@ -154,15 +154,15 @@ RULES: Final = (
         ("residual_twist",),
     ),
 )
-"""In the order in which they are shown."""
+"""Rules, in the order of the report."""
 
 
 def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
-    """Illustrative cases of a study, at most one of each of `RULES`, of equals the first; few records are in memory."""
+    """Find the illustrative cases of a study, at most one for each of `RULES`; few records are in memory."""
     model, cells = model_of(cube), model_of(cube).representative(cube)
     rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
     names = ["overturned", *model.reads, *{name for rule in rules for name in rule.needs}]
-    best: dict[str, tuple[Candidate, int]] = {}
+    best: dict[str, tuple[BestCase, int]] = {}
     for places, some in few_records(cube, names):
         half = some.isel({model.direction: cells})
         nominal = model.falls(half, ensemble=False)[["direction_cosine", "direction_sine"]]

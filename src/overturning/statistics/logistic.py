@@ -23,11 +23,11 @@ LEVEL = 0.95
 """Probability of the intervals."""
 
 LEAST_PGA = 1e-6
-"""PGA, m/s², up to which nothing moves but the rounding of motions, to 1e-9 m/s²."""
+"""PGA below which a motion is rounding noise, m/s²; motions are rounded to 1e-9 m/s²."""
 
 MOST_ITERATIONS = 50
 SEPARATED = 30.0
-"""Linear predictor beyond which a fitted probability is 0 or 1 to 13 digits: the data are separated."""
+"""Linear predictor above which a fitted probability is 0 or 1 to 13 digits: the data are separated."""
 
 
 @dataclass(frozen=True)
@@ -213,7 +213,7 @@ def overturning_rows(
         ``pga`` (m/s²) and ``pgv`` (m/s) over ``record`` and ``azimuth``; an `ArgumentError` where one of the cube's
         azimuths is missing.
     ensemble : bool
-        As of `Model.falls`.
+        Use the ensemble (see `Model.falls`).
 
     Returns
     -------
@@ -254,13 +254,13 @@ def overturning_rows(
 
 
 def overturning_fit(cube: xr.Dataset, intensity: xr.Dataset) -> LogisticFit:
-    """Fit the probability of falling on `PREDICTORS`, of the rows of `overturning_rows`."""
+    """Fit the probability of falling on `PREDICTORS`, from the rows of `overturning_rows`."""
     predictors, outcome, event, weight = overturning_rows(cube, intensity)
     return logistic_fit(predictors, outcome, event, weight=weight, names=PREDICTORS)
 
 
 def describe(fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
-    """Rows of a table: name, estimate, ends of its interval, least and largest of the data; NaN where there is none."""
+    """Return table rows: name, estimate, ends of its interval, minimum and maximum of the data; NaN if missing."""
     least, most = ((math.nan, *values.tolist()) for values in (fit.minimum, fit.maximum))
     estimates = (values.tolist() for values in (fit.coefficient, fit.low, fit.high))
     return list(zip(fit.names, *estimates, least, most, strict=True))

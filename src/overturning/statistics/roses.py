@@ -24,13 +24,13 @@ class Rose:
     Attributes
     ----------
     falls : int
-        Their number.
+        Number of falls.
     shares : ndarray
         Means over earthquakes of the shares of their falls.
     low, high : ndarray
         Ends of the intervals, NaN where there are none.
     earthquakes : int
-        Those with falls.
+        Number of earthquakes with falls.
     """
 
     falls: int
@@ -41,16 +41,16 @@ class Rose:
 
     @property
     def title(self) -> str:
-        """What it is of."""
+        """Title of the rose."""
         return f"{self.earthquakes} earthquake" + "s" * (self.earthquakes != 1)
 
 
 _DIRECTIONS: Final = ("probability_falls", "fall_north", "fall_east", "members")
-"""Variables of a cube from which the weight of a fall in space is made."""
+"""Variables of a cube that determine the weight of a fall in 3-D."""
 
 
 def _nominal_falls(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
-    """Azimuths of the falls of informative blocks of one record, and the weight of those that go to each."""
+    """Return the azimuths of the falls of informative blocks of one record, and the weight of each."""
     if not model_of(cube).one_component:
         angles = cube["fall_azimuth"].to_numpy()
         fell, weight = np.isfinite(angles), np.ones(angles.shape)
@@ -65,18 +65,18 @@ def _nominal_falls(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
 
 
 def _stands_for(azimuth: FloatArray) -> float:
-    """Degrees that each azimuth of planes stands for in a rose; 0 where each sector has as many, and of one plane."""
+    """Return the range of degrees that each azimuth represents in a rose; 0 if each sector has as many planes."""
     step = gaps_of(azimuth, FULL_TURN)[1]
     in_a_sector = FULL_TURN / SECTORS / step
     return 0.0 if azimuth.size <= 2 or abs(in_a_sector - round(in_a_sector)) < 1e-9 else step
 
 
 def rose_of(cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95, draws: int = 2000) -> Rose:
-    """Rose of the nominal falls of the `informative_blocks` of a cube, read one record at a time.
+    """Compute the rose of the nominal falls of the `informative_blocks` of a cube, read one record at a time.
 
     A fall of a body in space counts with its `direction_weight`, so that one which goes another way under nearly the
     same motion adds little. Each record's shares, of which each plane counts once, are averaged over the records of an
-    earthquake, and these over earthquakes, as of `bootstrap`; ``from_normal`` takes azimuths from the fault normal, of
+    earthquake, and these over earthquakes (see `bootstrap`); ``from_normal`` takes azimuths from the fault normal, of
     the records for which it is known. Planes whose step does not divide a sector are shared out over the step.
     """
     zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])

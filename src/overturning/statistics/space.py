@@ -1,4 +1,4 @@
-"""What only a cube in space holds: how good the plane is beside it, and how far stones turn about the vertical."""
+"""Statistics of 3-D cubes: agreement with the 2-D model, and twist of standing stones."""
 
 from typing import Final, NamedTuple
 
@@ -13,13 +13,13 @@ _SHARES: Final = {
     "flag": ("right", "cases"), "flag_beside": ("right_beside", "beside"), "only_space": ("only_space", "cases"),
     "only_plane": ("only_plane", "cases"), "face": ("over_edge", "both"), "axis": ("axes_apart", "both"),
 }  # fmt: skip
-"""What `plane_agreement` says, of which of the `plane_counts` over which."""
+"""Numerator and denominator, in `plane_counts`, of each share of `plane_agreement`."""
 
 
 def plane_counts(cube: xr.Dataset) -> xr.Dataset:
-    """What `plane_agreement` is made of, for each record and B/H: counts of cases, and the sum of angles between axes.
+    """Count cases in which the 3-D outcome and the planes of the faces agree, for each record and B/H.
 
-    The nominal outcome of a cube in space beside what the planes of the faces say, read one record at a time.
+    The cube is read one record at a time. The result also has the sum of angles between the axes of both falls.
     """
     names = ("overturned", "fall_azimuth", "plane_overturned", "plane_fall_azimuth")
     return by_record(_plane_counts, cube, names)
@@ -47,16 +47,16 @@ def _plane_counts(cube: xr.Dataset) -> xr.Dataset:
 
 
 def plane_agreement(counts: xr.Dataset, *keep: str) -> xr.Dataset:
-    """How well the planes of its faces predict a stone in space: over all of the `plane_counts`, or dimensions kept.
+    """Compute how well the planes of its faces predict a 3-D stone, over all `plane_counts` but the kept dimensions.
 
     Returns
     -------
     Dataset
         ``cases`` with an outcome in both. Shares of them, missing where nothing is compared: ``flag``, in which the
-        planes say rightly whether it falls; ``flag_beside``, the same of the cases whose neighbour in B/H does
-        otherwise; ``only_space`` and ``only_plane``, in which it falls in space alone, or in a plane alone. Of those
-        that fall in both ``face``, the share that falls within 45° of the predicted azimuth: over the predicted edge;
-        and ``axis``, the mean angle between the axes of both falls, degrees; 45° on average by chance.
+        planes predict correctly whether it falls; ``flag_beside``, the same for marginal cases, whose neighbour in B/H
+        has another outcome; ``only_space`` and ``only_plane``, in which it falls in 3-D only, or in a plane only. Of
+        those that fall in both ``face``, the share that falls within 45° of the predicted azimuth, over the predicted
+        edge; and ``axis``, the mean angle between the axes of both falls, degrees; 45° on average by chance.
     """
     total = counts.sum([name for name in counts.dims if name not in keep])
     shares = {name: total[part] / total[of].where(total[of] > 0) for name, (part, of) in _SHARES.items()}
@@ -64,7 +64,7 @@ def plane_agreement(counts: xr.Dataset, *keep: str) -> xr.Dataset:
 
 
 class Twist(NamedTuple):
-    """How far stones that stand have turned about the vertical: how many moved, and quantiles of the turn, degrees."""
+    """Twist of standing stones: number of stones that moved, and quantiles of the twist, degrees."""
 
     stones: int
     median: float
@@ -73,9 +73,9 @@ class Twist(NamedTuple):
 
 
 def turns(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
-    """Turns of the stones that stand at the end and were not at rest throughout, unsigned degrees, by B/H and friction.
+    """Return the absolute twist of stones that moved and stand at the end, degrees, by B/H and friction.
 
-    The cube is read one record at a time; of the turns all are kept, since quantiles need them: four bytes for each.
+    The cube is read one record at a time; all values are stored (four bytes each), since quantiles need them.
     """
     shapes = [(ratio, friction) for ratio in cube["b_over_h"].to_numpy() for friction in cube["friction"].to_numpy()]
     # As large as they could be; what is never written to takes no memory.
@@ -92,14 +92,14 @@ def turns(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
 
 
 def twist(turned: NDArray[np.float32], share: float = 0.9) -> Twist:
-    """Summary of `turns`, whose order it changes; ``most`` is the quantile of that share."""
+    """Summarise `turns` (reordered in place); ``most`` is the quantile of `share`."""
     if turned.size == 0:
         return Twist(0, *(float("nan"),) * 3)
     return Twist(turned.size, *(_quantile(turned, one) for one in (0.5, share, 1.0)))
 
 
 def _quantile(values: NDArray[np.float32], share: float) -> float:
-    """Quantile in double precision, by interpolation between neighbours, with no copy of the values."""
+    """Compute a quantile in double precision by interpolation, without a copy of the values."""
     place = share * (values.size - 1)
     first = int(place)
     ends = [first, min(first + 1, values.size - 1)]

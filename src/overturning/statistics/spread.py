@@ -1,4 +1,4 @@
-"""Over the runs of an ensemble: in how many cells they are divided, whatever the rule by which each cell ended."""
+"""Disagreement of ensemble runs, independent of the stopping rule of each cell."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -12,30 +12,30 @@ from overturning.study.ensemble import BATCH, narrow
 from overturning.study.sections import Ensemble
 
 MOST_RUNS: Final = 128
-"""Of a cell, up to which the orders are counted in which it is not settled before."""
+"""Largest number of runs per cell for which stopping orders are enumerated."""
 
 _WIDE: Final = MOST_RUNS + BATCH + 1
 
 Counts = NDArray[np.intp]
 
 Statistic = Callable[[Counts, Counts, Any], FloatArray]
-"""From counts of runs that fall towards and away, of so many, to what they say."""
+"""Function of the numbers of runs that fall towards, away, and in all."""
 
 
 def divided(towards: Counts, away: Counts, runs: Any) -> FloatArray:
-    """1 where some runs fall and others stand."""
+    """Return 1 where some runs fall and others stand."""
     return np.asarray((towards + away > 0) & (towards + away < runs), np.float64)
 
 
 def to_both_sides(towards: Counts, away: Counts, runs: Any) -> FloatArray:
-    """1 where most runs fall, but not all to the same side."""
+    """Return 1 where most runs fall, but not all to the same side."""
     return np.asarray((np.minimum(towards, away) > 0) & (2 * (towards + away) > runs), np.float64)
 
 
-def of_first_batch(
+def first_batch_estimate(
     statistic: Statistic, towards: ArrayLike, away: ArrayLike, members: ArrayLike, settings: Ensemble
 ) -> FloatArray:
-    """What the first batch of each cell said, given the shares of all of its runs: unbiased, whatever ended them.
+    """Estimate a statistic of the first batch of each cell from the shares of all its runs, without bias from stopping.
 
     A cell that is `settled` gets no further runs, in which it could show that it is divided after all; a share of cells
     counted over all runs hangs on that. The first batch has the same size everywhere. Its statistic is averaged over
@@ -86,12 +86,12 @@ def of_first_batch(
 
 
 def _sides(runs: int) -> tuple[Counts, Counts]:
-    """Runs that fall towards and away at each place of an array of orders: numbers of two digits."""
+    """Return the runs that fall towards and away at each position of an array of orders (two-digit codes)."""
     towards, away = np.divmod(np.arange(runs * _WIDE + 1), _WIDE)
     return towards, away
 
 
 def _orders(runs: int) -> FloatArray:
-    """In how many orders of one batch so many fall to either side, of all of them."""
+    """Count the orders of one batch with given numbers of falls to either side, as a share of all orders."""
     towards, away = _sides(runs)
     return np.asarray(comb(runs, towards) * comb(runs - towards, away) / 3.0**runs)

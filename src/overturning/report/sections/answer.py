@@ -29,7 +29,7 @@ from overturning.report.sections.surveys import survey_sentences
 from overturning.report.text import capitalised, counted, decimals, number, percent, verdict
 from overturning.statistics.bootstrap import mean_over_earthquakes, share_over_earthquakes
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.falls import changes_to_the_next, overturns, shares_by_record
+from overturning.statistics.falls import flag_changes_between_neighbours, overturns, shares_by_record
 from overturning.study.cube import earthquakes_said
 from overturning.study.evaluation import CONTRASTS, Asks
 from overturning.study.scenes import NOMINAL, scene_of
@@ -71,7 +71,7 @@ def _changes(results: Results) -> list[str]:
     parts = list[str]()
     for dim, name, unit in ((results.model.direction, results.model.direction, "°"), ("b_over_h", "B/H", "")):
         steps = np.unique(np.diff(results.cube[dim].to_numpy().astype(np.float64)).round(9))
-        changed, pairs = changes_to_the_next(results.cube, dim)
+        changed, pairs = flag_changes_between_neighbours(results.cube, dim)
         if pairs:
             on = f" ({steps[0]:g}{unit} on)" if steps.size == 1 else ""
             of = " of the cases" if not parts else ""

@@ -6,7 +6,14 @@ from typing import Final
 from overturning.report.blocks import Disclosure, Figure, Note, Said, Table, section, table
 from overturning.report.results import Results
 from overturning.report.text import capitalised, counted, interval, number, percent, shown, two_digits
-from overturning.statistics.criteria import BLIND, CRITERIA, PULSE_VALID, UNREAD, CriteriaScores, criteria_scores
+from overturning.statistics.criteria import (
+    CRITERIA,
+    PULSE_VALID,
+    SECONDARY_SOURCES,
+    SLENDERNESS_ONLY,
+    CriteriaScores,
+    criteria_scores,
+)
 from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
 from overturning.study.cube import coefficient_said, sizes_of_another
 from overturning.study.evaluation import Published
@@ -121,7 +128,7 @@ def _sentence(found: CriteriaScores) -> str:
     if not found.leads:
         return "Of each block all fall or all stand, so no criterion can show skill."
     said = _ranking(found)
-    if blind.name == BLIND:
+    if blind.name == SLENDERNESS_ONLY:
         below = [one.name for one in found.rules[:-1] if one.overall.skill < blind.overall.skill]
         less = f"; {len(below)} of the {len(CRITERIA)} criteria have less ({'; '.join(below)})" if below else ""
         said += (
@@ -152,7 +159,7 @@ def _ranking(found: CriteriaScores) -> str:
             f"{among} no rule is shown to predict best: “{best.name}” has a mean skill of {shown(best.within)} and is "
             f"not distinguished from {others}{few}."
         )
-    if unread := [f"“{name}”" for name in (best.name, *rivals) if name in UNREAD]:
+    if unread := [f"“{name}”" for name in (best.name, *rivals) if name in SECONDARY_SOURCES]:
         said += f" The formula of {' and of '.join(unread)} is as others give it; the paper itself could not be read."
     return said
 

@@ -12,7 +12,7 @@ from overturning.report.blocks import Caution, Note, Paragraph, Said, section, t
 from overturning.report.results import Results
 from overturning.report.text import counted, percent
 from overturning.statistics.by_record import by_record
-from overturning.statistics.spread import Statistic, divided, of_first_batch, to_both_sides
+from overturning.statistics.spread import Statistic, divided, first_batch_estimate, to_both_sides
 from overturning.study.answers import ASIDE
 from overturning.study.convergence import (
     AMPLITUDE_REACH,
@@ -291,7 +291,7 @@ def _counts(model: Model, settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 
     def of_cells(statistic: Statistic) -> xr.DataArray:
-        said = of_first_batch(statistic, found["towards"], found["away"], members.fillna(0), settings)
+        said = first_batch_estimate(statistic, found["towards"], found["away"], members.fillna(0), settings)
         return run.copy(data=np.nan_to_num(said))
 
     over = [name for name in run.dims if name != "record"]

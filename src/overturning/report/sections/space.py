@@ -11,7 +11,7 @@ from overturning.report.results import Results
 from overturning.report.text import capitalised, counted, degrees, number, of_group, percent, shown, verdict
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.earthquakes import Followed
+from overturning.statistics.earthquakes import ReferenceAlignment
 from overturning.statistics.space import plane_agreement, turns, twist
 
 
@@ -53,7 +53,7 @@ def follow_shown(results: Results) -> Figure:
     return Figure(results.figures / "follow.svg", alt, caption, width=0.9)
 
 
-def follow_sentences(found: dict[str, Followed], parts: list[str]) -> list[str]:
+def follow_sentences(found: dict[str, ReferenceAlignment], parts: list[str]) -> list[str]:
     """What falls follow most, by group of records, how sure that is, and to which end, by slenderness."""
     sentences = []
     for group, references in found.items():
@@ -90,7 +90,7 @@ def follow_sentences(found: dict[str, Followed], parts: list[str]) -> list[str]:
     return sentences
 
 
-def follow_answer(found: dict[str, Followed], parts: list[str]) -> list[str]:
+def follow_answer(found: dict[str, ReferenceAlignment], parts: list[str]) -> list[str]:
     """Which reference falls follow most, and to which end of it, for each group of records.
 
     Every part of the B/H is listed, whatever its interval says: the parts whose intervals exclude 0 are a selection.

@@ -48,6 +48,34 @@ def test_a_dead_horizontal_is_refused_unless_it_is_declared(tmp_path, dead, proc
     assert read_columns(columns(path, NORTH, 0.02 * EAST), processed=processed).notes == []
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_horizontals_with_the_same_samples_are_named(tmp_path, sign):
+    """The file of one axis given, or written, twice: every block falls along one line."""
+    path = columns(tmp_path / "x.csv", NORTH, 0.01 + sign * NORTH)
+    (note,) = read_columns(path, processed=False).notes
+    assert "x.csv: axes 'north' and 'east' have the same samples" in note
+    assert read_columns(columns(path, NORTH, 0.98 * NORTH + 0.02 * EAST)).notes == []
+
+
+def test_two_dead_horizontals_beside_a_vertical_are_refused(tmp_path):
+    """Else every block stands, whatever the ground did."""
+    declared = "time:s north:m/s2 east:m/s2 up:m/s2"
+    path = columns(tmp_path / "x.csv", 1e-9 * NORTH, 1e-9 * EAST, UP)
+    with refused(RecordError, "x.csv: axis 'east' and axis 'north' are dead", "vertical axis 'up'", "--trust-data"):
+        read_columns(path, declared)
+    assert read_columns(columns(path, 0.02 * NORTH, 0.02 * EAST, UP), declared).notes == []
+
+
+def test_an_axis_that_dies_while_the_ground_moves_is_named(tmp_path):
+    """East stands from 6 s on, where its last sample was; north has its peak at 8 s."""
+    path = columns(tmp_path / "x.csv", NORTH, np.where(TIME < 6.0, EAST, EAST[600]))
+    (note,) = read_columns(path, processed=False).notes
+    assert "x.csv: axis 'east' stands still from 6 to 19.99 s while the ground moves" in note
+    quiet = TIME < 14.0
+    assert read_columns(columns(path, NORTH * quiet, EAST * quiet)).notes == [], "zeros after both"
+    assert read_columns(columns(path, NORTH, np.round(EAST / 0.4) * 0.4)).notes == [], "a coarse digitiser"
+
+
 def test_a_dead_vertical_is_named(tmp_path):
     declared = "time:s north:m/s2 east:m/s2 up:m/s2"
     (note,) = read_columns(columns(tmp_path / "x.csv", NORTH, EAST, 1e-9 * UP), declared).notes

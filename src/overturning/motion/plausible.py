@@ -28,7 +28,16 @@ SMALLEST_PGV_PGA: Final = 0.005
 """Smallest ratio of peak velocity to peak acceleration that is not doubted, s: that of a sine of 32 Hz."""
 
 DEAD_RATIO: Final = 0.01
-"""Ratio of the peaks of two horizontal axes of one sensor below which the smaller one is taken as dead."""
+"""Ratio of the peaks of two axes of one sensor below which the smaller one is taken as dead."""
+
+SAME_SAMPLES: Final = 1e-3
+"""Largest difference of two horizontal axes, as a share of their peak, that are taken as one axis read twice."""
+
+SHORTEST_PAUSE: Final = 100
+"""Equal samples in a row from which on an axis may have died for a while: 0.5 to 1 s of most accelerographs."""
+
+STRONG: Final = 0.2
+"""Share of an axis' peak that it reaches while another one stands still, from which on that one is taken as dead."""
 
 SHORTEST_RAIL: Final = 3
 """Equal samples in a row at the extreme of an axis from which on it may be clipped."""
@@ -96,6 +105,71 @@ def sampling_doubts(components: Sequence[FloatArray], sampling_interval: float) 
     return tuple(doubts)
 
 
+def dead_horizontal(components: Sequence[FloatArray], names: Sequence[str]) -> str:
+    """Return the reason why a horizontal axis of a motion is taken as dead; empty if none is.
+
+    Peaks are counted from the mean: a dead channel may have an offset.
+
+    Parameters
+    ----------
+    components : sequence of array, shape (n,)
+        Accelerations along two horizontal axes and, where there is one, a vertical axis, m/s².
+    names : sequence of str
+        Names of the axes.
+    """
+    moving = [samples - samples.mean() for samples in components]
+    peaks = [float(np.abs(samples).max()) for samples in moving]
+    weak, strong = sorted((0, 1), key=lambda axis: peaks[axis])
+    least = "less than 1/100 of that of"
+    if peaks[weak] < DEAD_RATIO * peaks[strong]:
+        return (
+            f"{names[weak]} is dead: its peak is {peaks[weak] / CM:.3g} Gal, {least} "
+            f"{names[strong].removeprefix('axis ')}, {peaks[strong] / CM:.4g} Gal"
+        )
+    if len(peaks) > 2 and peaks[strong] < DEAD_RATIO * peaks[2]:
+        return (
+            f"{names[weak]} and {names[strong]} are dead: at most {peaks[strong] / CM:.3g} Gal, {least} "
+            f"vertical {names[2]}, {peaks[2] / CM:.4g} Gal"
+        )
+    return ""
+
+
+def have_same_samples(first: FloatArray, second: FloatArray) -> bool:
+    """Return True if two axes are the same but for an offset and the sign: one file was read, or written, twice."""
+    if first.size != second.size:
+        return False
+    first, second = first - first.mean(), second - second.mean()
+    unlike = min(float(np.abs(first - sign * second).max()) for sign in (1.0, -1.0))
+    return bool(first.any()) and unlike <= SAME_SAMPLES * float(np.abs(first).max())
+
+
+def longest_pause(samples: FloatArray, others: Sequence[FloatArray]) -> tuple[int, int] | None:
+    """Return the first and last sample of the longest time in which an axis stands still while another one moves.
+
+    None if there is no run of `SHORTEST_PAUSE` equal samples, if no other axis then reaches `STRONG` of its peak, or if
+    the axis is too coarse to show such a share of its own peak.
+    """
+    ends = np.concatenate([[-1], np.flatnonzero(np.diff(samples)), [samples.size - 1]])
+    longest = int(np.diff(ends).argmax())
+    first, last = int(ends[longest]) + 1, int(ends[longest + 1])
+    peak = float(np.abs(samples - np.median(samples)).max())
+    if last + 1 - first < SHORTEST_PAUSE or not peak:
+        return None
+    for other in (one for one in others if one.size == samples.size):
+        moving = np.abs(other - np.median(other))
+        share = float(moving[first : last + 1].max()) / max(float(moving.max()), 1e-300)
+        if share > STRONG and share * peak > 10.0 * _resolution(samples, peak):
+            return first, last
+    return None
+
+
+def _resolution(samples: FloatArray, peak: float) -> float:
+    """Step between neighbouring values of a record, m/s²: nearly the least of those that occur."""
+    gaps = np.diff(np.unique(samples))
+    gaps = gaps[gaps > 1e-9 * peak]
+    return float(np.quantile(gaps, 0.1)) if gaps.size else peak
+
+
 def samples_at_rail(samples: FloatArray) -> tuple[int, float]:
     """Return the number of samples at the rails of a clipped axis, and the largest such level; (0, 0) of any other.
 
@@ -108,9 +182,7 @@ def samples_at_rail(samples: FloatArray) -> tuple[int, float]:
     farthest = float(np.abs(away).max())
     if not farthest:
         return 0, 0.0
-    gaps = np.diff(np.unique(samples))
-    gaps = gaps[gaps > 1e-9 * farthest]
-    resolution = float(np.quantile(gaps, 0.1)) if gaps.size else farthest
+    resolution = _resolution(samples, farthest)
     count, rail = 0, 0.0
     for sign in (1.0, -1.0):
         extreme = float((sign * away).max())

@@ -4,7 +4,14 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from overturning.motion.plausible import DEAD_RATIO, samples_at_rail, sampling_doubts
+from overturning.motion.plausible import (
+    DEAD_RATIO,
+    dead_horizontal,
+    have_same_samples,
+    longest_pause,
+    samples_at_rail,
+    sampling_doubts,
+)
 from overturning.records.component import Component
 
 
@@ -14,12 +21,25 @@ def sample_notes(components: Sequence[Component], contradicts: Callable[[str, st
     A sampling interval that two things speak against is handed to ``contradicts`` with the remedy.
     """
     notes = [*_sampling_notes(components, contradicts), *_vertical_notes(components)]
+    first, second = components[0], components[min(1, len(components) - 1)]
+    if first is not second and not second.vertical and have_same_samples(first.samples, second.samples):
+        notes.append(
+            f"{first.file}: axes {first.axis!r} and {second.axis!r} have the same samples, so that the ground moves "
+            "along one line: is one a copy of the other?"
+        )
     for component in components:
         count, rail = samples_at_rail(component.samples)
         if count:
             notes.append(
                 f"{component.file}: axis {component.axis!r} is clipped: {count} samples stand at its rail, "
                 f"{100 * rail:.4g} Gal; the ground moved more than that"
+            )
+        others = [other.samples for other in components if other is not component]
+        if pause := longest_pause(component.samples, others):
+            begin, end = (index * component.sampling_interval for index in pause)
+            notes.append(
+                f"{component.file}: axis {component.axis!r} stands still from {begin:.4g} to {end:.4g} s while the "
+                "ground moves along another: it is dead there"
             )
     return notes
 
@@ -30,17 +50,14 @@ def _moving_peak(component: Component) -> float:
 
 
 def check_dead_axis(components: Sequence[Component], contradicts: Callable[[str, str], None]) -> None:
-    """Refuse a record of which one horizontal axis is dead: every block would fall along the other one."""
+    """Refuse a record of which a horizontal axis is dead, or both: blocks would fall along one axis, or none would."""
     if len(components) < 2 or any(c.vertical for c in components[:2]):
         return
-    weak, strong = sorted(components[:2], key=_moving_peak)
-    small, large = _moving_peak(weak), _moving_peak(strong)
-    if small < DEAD_RATIO * large:
-        contradicts(
-            f"{weak.file}: axis {weak.axis!r} is dead: its peak is {100 * small:.3g} Gal, less than 1/100 of that of "
-            f"{strong.axis!r}, {100 * large:.4g} Gal",
-            "get the file again, or say --trust-data",
-        )
+    names = [f"axis {component.axis!r}" for component in components]
+    reason = dead_horizontal([component.samples for component in components], names)
+    if reason:
+        weak = min(components[:2], key=_moving_peak)
+        contradicts(f"{weak.file}: {reason}", "get the file again, or say --trust-data")
 
 
 def _vertical_notes(components: Sequence[Component]) -> list[str]:

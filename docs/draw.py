@@ -13,7 +13,7 @@ from pen import Pen, Point
 
 from overturning.figures.style import FALLS, FAULT, MISSING
 from overturning.model.element import Element
-from overturning.model.geometry import Placed, common_stretch, nearest_faces, place
+from overturning.model.geometry import PlacedElement, common_stretch, nearest_faces, place_elements
 from overturning.model.scene import Scene
 
 IMAGES = Path(__file__).parent / "images"
@@ -252,14 +252,14 @@ PANELS: dict[str, tuple[dict, dict]] = {
 }
 
 
-def _pair(*elements: dict) -> tuple[Placed, Placed]:
+def _pair(*elements: dict) -> tuple[PlacedElement, PlacedElement]:
     # The drawing's elements overlap or hang, which a scene must not; only their places are wanted.
     scene = Scene.model_construct(
         name="drawing", gravity=9.8, reference=None, contacts=(),
         materials=Scene.model_fields["materials"].default,
         elements=tuple(Element(name=f"e{number}", **element) for number, element in enumerate(elements)),
     )  # fmt: skip
-    first, second = place(scene)
+    first, second = place_elements(scene)
     return second, first
 
 

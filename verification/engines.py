@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from overturning.model.geometry import Placed
+from overturning.model.geometry import PlacedElement
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
@@ -49,7 +49,7 @@ def block(height: float, b_over_h: float) -> Stone:
     return Stone(0.0, h, ((-b, -h), (b, -h), (b, h), (-b, h)), 1.0, (b * b + h * h) / 3.0)
 
 
-def stones(placed: Iterable[Placed]) -> list[Stone]:
+def stones(placed: Iterable[PlacedElement]) -> list[Stone]:
     """The free elements of a scene."""
     return [Stone(one.x, one.z, one.shape.vertices.tolist(), one.mass, one.inertia) for one in placed]
 
@@ -244,7 +244,7 @@ def side_of_block(
 
 
 def sides_of_scene(
-    engine: Engine, placed: Iterable[Placed], acceleration: np.ndarray, interval: float, friction: float,
+    engine: Engine, placed: Iterable[PlacedElement], acceleration: np.ndarray, interval: float, friction: float,
     step: float = STEP, early: bool = False,
 ) -> list[int]:  # fmt: skip
     """Sides to which the free elements of a scene fall in an engine."""

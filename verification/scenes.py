@@ -19,7 +19,7 @@ from overturning.dem.run import run
 from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION
-from overturning.model.geometry import native_size, place
+from overturning.model.geometry import native_size, place_elements
 from overturning.model.results import Results
 from overturning.model.scene import Scene, check_scene, gravestone, load_scene
 from overturning.motion.motion import Motion
@@ -132,7 +132,7 @@ def shaft_sides(engine: Any, scene: Scene, group: Group, step: float = 1 / 240, 
     sides = []
     for index in range(group.cases.size):
         case = group.case(index)
-        placed = place(scene, case["height"], case["b_over_h"])[1:]
+        placed = place_elements(scene, case["height"], case["b_over_h"])[1:]
         wave, interval = group.wave(index), group.motion.sampling_interval
         sides.append(sides_of_scene(engine, placed, wave, interval, case["friction"], step, early)[SHAFT])
     return np.array(sides)

@@ -40,7 +40,7 @@ def test_a_box_of_vertices_is_the_rectangle() -> None:
     box, prism = Polyhedron(BOX).body(0.6, 0, 0), Rectangle().body(0.6, 1 / 3, 2.0)
     np.testing.assert_allclose(box.inertia, prism.inertia, atol=1e-12)
     assert {tuple(p) for p in np.round(box.points, 9)} == {tuple(p) for p in np.round(prism.points, 9)}
-    assert box.fallen == pytest.approx(np.pi / 2)
+    assert box.fall_tilt == pytest.approx(np.pi / 2)
     np.testing.assert_allclose(box.faces, prism.faces, atol=1e-9)
     t = np.arange(200) * 0.01
     motion = Motion(6.0 * np.sin(7 * t), 4.0 * np.cos(5 * t), sampling_interval=0.01)
@@ -84,7 +84,7 @@ def test_a_wedge_has_fallen_where_it_can_rest_on_another_face() -> None:
     body = Polyhedron(WEDGE).own
     # By statics: the body turned so that a face lies down, its centre above that face.
     tilts = [np.degrees(np.arccos(-normal[2])) for normal in body.faces]
-    assert np.degrees(body.fallen) == pytest.approx(min(tilts), abs=1e-3)
+    assert np.degrees(body.fall_tilt) == pytest.approx(min(tilts), abs=1e-3)
     assert 90.0 < min(tilts) < 180.0
     assert len(body.points) == 4  # the upper edge touches only when it has fallen
 
@@ -102,7 +102,7 @@ def test_only_vertices_that_can_touch_are_kept() -> None:
     stone = Polyhedron(whole).own
     centred = whole - whole[0]
     for _ in range(300):
-        turn, tilt = rng.uniform(0, 2 * np.pi), rng.uniform(0, stone.fallen)
+        turn, tilt = rng.uniform(0, 2 * np.pi), rng.uniform(0, stone.fall_tilt)
         down = np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)])
         assert (stone.points @ down).max() - stone.points[0] @ down >= (centred @ down).max() - (
             whole_of(stone, whole) - whole[0]

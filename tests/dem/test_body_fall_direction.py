@@ -39,8 +39,8 @@ def test_a_block_with_a_low_facet_has_fallen_by_the_side_over_which_it_leans(
     found = simulate_arrays(motion, Body(Polyhedron(FACETED)), **(same | {"orientation_deg": [0.0], "friction": [2.0]}))
     assert found["overturned"].item() == (azimuth is not None)
     # The longer computation: nothing counts as a fall before 80°.
-    real = polyhedron._rests
-    monkeypatch.setattr(polyhedron, "_rests", lambda hull, size: (np.radians(80.0), real(hull, size)[1]))
+    real = polyhedron._resting_faces
+    monkeypatch.setattr(polyhedron, "_resting_faces", lambda hull, size: (np.radians(80.0), real(hull, size)[1]))
     path = trajectory(motion, Body(Polyhedron(FACETED, "longer")), **same)
     top = np.degrees(np.arctan2(path["tilt_east"][-1], path["tilt_north"][-1])) % 360.0
     tilt = np.degrees(np.arcsin(np.hypot(path["tilt_east"], path["tilt_north"])[-1]))
@@ -60,7 +60,7 @@ def is_fallen(w: float, x: float, y: float, least: float, sectors: np.ndarray) -
 
 def counts(stone: Solid, turn: float, tilt: float) -> bool:
     """True if a body that leans in a direction has fallen by the kernel."""
-    half, least = 0.5 * tilt, np.cos(0.999 * stone.fallen)
+    half, least = 0.5 * tilt, np.cos(0.999 * stone.fall_tilt)
     return is_fallen(np.cos(half), -np.sin(turn) * np.sin(half), np.cos(turn) * np.sin(half), least, stone.sectors)
 
 
@@ -96,7 +96,7 @@ def test_the_tilt_of_a_fall_is_where_a_body_rests_in_the_direction_in_which_it_l
     whole = whole[ConvexHull(whole).vertices]
     stone, hull = Polyhedron(whole).own, polyhedron._hull(whole)
     size = float(np.ptp(whole, axis=0).max())
-    fall = fall_of(hull, size, *polyhedron._rests(hull, size))
+    fall = fall_of(hull, size, *polyhedron._resting_faces(hull, size))
     assert len(stone.sectors) > 3
     for number in rng.integers(0, DIRECTIONS, 25):
         turn = 2.0 * np.pi * (number + 0.5) / DIRECTIONS
@@ -104,7 +104,7 @@ def test_the_tilt_of_a_fall_is_where_a_body_rests_in_the_direction_in_which_it_l
         heights = np.array([lowest(hull.points, turn, tilt) for tilt in tilts])
         valleys = 1 + np.flatnonzero((heights[1:-1] < heights[:-2]) & (heights[1:-1] < heights[2:]))
         stays = (tilts[k] for k in valleys if not rolls_back(hull.points, turn, tilts[k]))
-        limit = max(next(stays, np.pi), stone.fallen)
+        limit = max(next(stays, np.pi), stone.fall_tilt)
         assert fall.limits[number] == pytest.approx(limit, abs=np.radians(0.1)), np.degrees(turn)
         for tilt in rng.uniform(0.0, min(limit, 3.0), 5):
             assert lowest(stone.points, turn, tilt) == pytest.approx(lowest(hull.points, turn, tilt), abs=1e-9)

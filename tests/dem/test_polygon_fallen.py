@@ -11,7 +11,7 @@ from overturning.dem.run import run
 from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import outcome
 from overturning.model.cases import Cases
-from overturning.model.geometry import native_size, place
+from overturning.model.geometry import native_size, place_elements
 from overturning.model.results import Results
 from overturning.model.scene import Scene
 from overturning.model.status import Status
@@ -40,11 +40,13 @@ def least_other_rests(vertices: np.ndarray) -> list[float]:
 
 @pytest.mark.parametrize("name", ALL_SHIPPED)
 def test_elements_of_shipped_scenes_have_fallen_where_they_can_rest(name: str) -> None:
-    for item in place(shipped(name)):
+    for item in place_elements(shipped(name)):
         if not item.fixed:
-            assert item.fallen == pytest.approx(least_other_rests(item.shape.vertices), abs=STEP), item.element.name
+            assert item.fallen_rotations == pytest.approx(least_other_rests(item.shape.vertices), abs=STEP), (
+                item.element.name
+            )
             if item.element.width is not None:
-                assert item.fallen == pytest.approx((0.5 * np.pi,) * 2, abs=1e-11)
+                assert item.fallen_rotations == pytest.approx((0.5 * np.pi,) * 2, abs=1e-11)
 
 
 def standing_polygon(generator: np.random.Generator) -> list[list[float]]:
@@ -54,7 +56,7 @@ def standing_polygon(generator: np.random.Generator) -> list[list[float]]:
         points = np.stack([np.cos(angles), generator.uniform(0.5, 1.5) * np.sin(angles)], axis=1)
         points = (points - points[0]) @ turn_down(points[1] - points[0])
         made = scene({"name": "body", "vertices": points.tolist(), "stands_on": "ground"}) if convex(points) else None
-        if made is not None and np.abs(valleys(place(made)[1].shape.vertices)).min() < 2 * STEP:
+        if made is not None and np.abs(valleys(place_elements(made)[1].shape.vertices)).min() < 2 * STEP:
             return points.tolist()
 
 
@@ -73,8 +75,8 @@ def test_random_polygons_have_fallen_where_they_can_rest() -> None:
     generator = np.random.default_rng(5)
     for _ in range(60):
         vertices = standing_polygon(generator)
-        body = place(scene({"name": "body", "vertices": vertices, "stands_on": "ground"}))[1]
-        assert body.fallen == pytest.approx(least_other_rests(body.shape.vertices), abs=2 * STEP), vertices
+        body = place_elements(scene({"name": "body", "vertices": vertices, "stands_on": "ground"}))[1]
+        assert body.fallen_rotations == pytest.approx(least_other_rests(body.shape.vertices), abs=2 * STEP), vertices
 
 
 def flags_and_angles(made: Scene, motion: Motion, **keys: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -125,7 +127,7 @@ def test_a_boulder_that_comes_to_rest_on_another_side_has_fallen(peak: float) ->
 def test_a_stone_that_begins_leaning_lies_after_less_than_a_right_angle() -> None:
     """0.1 wide and 0.6 high, tilted by 10°, beyond its 9.5°: its side comes down after another 80°."""
     made = scene(GROUND, block("stone", 0.1, 0.6, rotation_deg=10.0))
-    assert np.degrees(place(made)[1].fallen) == pytest.approx([100.0, 80.0])
+    assert np.degrees(place_elements(made)[1].fallen_rotations) == pytest.approx([100.0, 80.0])
     flags, _ = flags_and_angles(made, still(1.0))
     assert flags.tolist() == [1]
 
@@ -133,7 +135,7 @@ def test_a_stone_that_begins_leaning_lies_after_less_than_a_right_angle() -> Non
 def test_an_angle_that_a_scene_gives_counts() -> None:
     for asked in (30.0, 90.0, 120.0):
         made = scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=asked))
-        assert np.degrees(place(made)[1].fallen) == pytest.approx([asked, asked])
+        assert np.degrees(place_elements(made)[1].fallen_rotations) == pytest.approx([asked, asked])
     assert shipped("gravestone").single_block
     assert scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=90)).single_block
     assert not scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=30)).single_block

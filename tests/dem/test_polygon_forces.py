@@ -6,7 +6,7 @@ import xarray as xr
 
 from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import film_of
-from overturning.model.geometry import place
+from overturning.model.geometry import place_elements
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
 
@@ -50,7 +50,7 @@ def test_forces_change_the_momentum_of_each_element(path: xr.Dataset) -> None:
     known = np.flatnonzero(np.isfinite(path["contact_force"].to_numpy()).all(axis=(1, 2)))
     assert known.size == len(time) - known[0] > 100
     steps = np.diff(time)[known[:-1]]
-    for item in place(shipped(path.attrs["scene"])):
+    for item in place_elements(shipped(path.attrs["scene"])):
         if item.fixed:
             continue
         force, moment = (values[known[:-1]] for values in on_element(path, item.element.name))
@@ -84,7 +84,7 @@ def test_forces_press_at_vertices_and_keep_to_the_slider(path: xr.Dataset) -> No
 
 def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(path: xr.Dataset) -> None:
     """Where the outline's two lowest vertices are, which need not lie below the centre; the ground does not turn."""
-    item = next(one for one in place(shipped(path.attrs["scene"])) if not one.fixed)
+    item = next(one for one in place_elements(shipped(path.attrs["scene"])) if not one.fixed)
     way, low = path.sel(element=item.element.name), item.shape.vertices
     low = low[low[:, 1] < low[:, 1].min() + 1e-9].mean(axis=0)
     turn = way["rotation"].to_numpy()

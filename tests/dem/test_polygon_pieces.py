@@ -10,8 +10,8 @@ from overturning.dem.polygon.prepare import prepare
 from overturning.dem.run import run
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
-from overturning.model.geometry import native_size, place
-from overturning.model.pieces import bend, convex_pieces, crosses_itself, outline
+from overturning.model.geometry import native_size, place_elements
+from overturning.model.pieces import convex_pieces, crosses_itself, doubled_area, outline
 from overturning.model.results import Results
 from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
@@ -55,11 +55,14 @@ def test_pieces_are_convex_fill_the_outline_and_keep_its_sides() -> None:
         assert sum(area_of(points[loop]) for loop in pieces) == pytest.approx(area_of(points), rel=1e-12)
         for loop in pieces:
             for k in range(len(loop)):
-                assert bend(*points[[loop[k - 1], loop[k], loop[(k + 1) % len(loop)]]]) > 0
+                assert doubled_area(*points[[loop[k - 1], loop[k], loop[(k + 1) % len(loop)]]]) > 0
         sides = [(loop[k - 1], loop[k]) for loop in pieces for k in range(len(loop))]
         for k in range(len(points)):
             assert sides.count((k, (k + 1) % len(points))) == 1
-        assert len(pieces) <= sum(bend(points[k - 2], points[k - 1], points[k]) < 0 for k in range(len(points))) * 2 + 1
+        assert (
+            len(pieces)
+            <= sum(doubled_area(points[k - 2], points[k - 1], points[k]) < 0 for k in range(len(points))) * 2 + 1
+        )
 
 
 def test_an_outline_that_crosses_itself_is_seen() -> None:
@@ -72,16 +75,16 @@ def test_joined_pieces_have_the_outline_of_the_whole_in_any_order() -> None:
         assert outline("l", [np.array(piece, float) for piece in order]).tolist() == L_SHAPE
     halves = [[[-0.1, 0], [0.02, 0], [-0.02, 0.5], [-0.1, 0.5]], [[0.02, 0], [0.1, 0], [0.1, 0.5], [-0.02, 0.5]]]
     for order in permutations(halves):
-        whole = place(scene(stone(pieces=list(order))))[1]
+        whole = place_elements(scene(stone(pieces=list(order))))[1]
         assert whole.shape.pieces == ()
         np.testing.assert_allclose(
-            whole.shape.vertices, place(scene(block("stone", 0.2, 0.5)))[1].shape.vertices, atol=1e-15
+            whole.shape.vertices, place_elements(scene(block("stone", 0.2, 0.5)))[1].shape.vertices, atol=1e-15
         )
 
 
 def test_mass_centre_and_inertia_are_those_of_the_pieces_together() -> None:
     """Of two rectangles: masses, weighted centres, parallel axes."""
-    item = place(scene(stone(vertices=L_SHAPE, depth=0.4)))[1]
+    item = place_elements(scene(stone(vertices=L_SHAPE, depth=0.4)))[1]
     parts = [(0.8, 0.3, 0.4, 0.15), (0.3, 0.8, 0.15, 0.7)]
     mass = [2650 * 0.4 * b * h for b, h, _, _ in parts]
     x, z = (np.average([part[k] for part in parts], weights=mass) for k in (2, 3))
@@ -99,7 +102,7 @@ def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
     assert prepared.threshold == pytest.approx(0.275 / 0.425, rel=1e-12)
     assert prepared.critical[1] == pytest.approx(np.arctan(0.275 / 0.425), rel=1e-9)
     # To +x it lies on its tips at (0.8, 0.3) and (0.3, 1.1).
-    assert np.degrees(prepared.placed[1].fallen) == pytest.approx([90, 90 + np.degrees(np.arctan2(0.5, 0.8))])
+    assert np.degrees(prepared.placed[1].fallen_rotations) == pytest.approx([90, 90 + np.degrees(np.arctan2(0.5, 0.8))])
     time = np.arange(0, 4, 0.01)
     for share, sign, stands in ((0.275, 1, True), (0.275, 1, False), (0.525, -1, True), (0.525, -1, False)):
         level = (0.97 if stands else 1.03) * sign * share / 0.425 * 9.80665
@@ -137,7 +140,7 @@ def test_pieces_that_meet_at_the_corners_touch_there_once() -> None:
     whole, divided = (
         scene(stone(vertices=vertices), block("beside", 0.1, 0.5, x=0.6)) for vertices in (corners, notched)
     )
-    assert [len(place(made)[1].shape.parts) for made in (whole, divided)] == [1, 2]
+    assert [len(place_elements(made)[1].shape.parts) for made in (whole, divided)] == [1, 2]
     one, other = (answers(made, motion, azimuths) for made in (whole, divided))
     assert 0 < (one.overturned[:, 0] != 0).sum() < azimuths.size
     np.testing.assert_array_equal(other.overturned, one.overturned)

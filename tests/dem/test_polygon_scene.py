@@ -13,7 +13,7 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.geometry import nearest_faces, place, plane_period
+from overturning.model.geometry import nearest_faces, place_elements, plane_period
 from overturning.model.scene import Scene, check_scene, load_scene
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
@@ -61,7 +61,7 @@ def test_each_contact_of_a_stack_carries_what_stands_on_it() -> None:
 
 def test_slenderness_and_height_change_what_they_should() -> None:
     made = shipped("three-tier")
-    base, thin = place(made), place(made, height=2 * 0.636, b_over_h=0.2)
+    base, thin = place_elements(made), place_elements(made, height=2 * 0.636, b_over_h=0.2)
     assert thin[3].shape.width == pytest.approx(0.2 * 2 * 0.636)
     assert thin[2].shape.width == pytest.approx(2 * base[2].shape.width)
     assert thin[3].points[:, 1].min() == pytest.approx(2 * base[3].points[:, 1].min())
@@ -71,7 +71,7 @@ def test_nearest_faces_of_a_turned_block_are_the_most_opposed_ones() -> None:
     """Below 45° the lower side lies nearest to the ground, above it the next side; ties go to the lower index."""
     for angle, face in ((0.0, 0), (30.0, 0), (44.9, 0), (45.1, 1), (80.0, 1)):
         made = scene(GROUND, {**LOW, "rotation_deg": angle, "at": [0, 1e-9]}, block("on", 0.1, 0.1, x=5))
-        placed = place(made)
+        placed = place_elements(made)
         found = nearest_faces(placed[1], placed[0])
         assert found[:2] == (face, 2), angle
         assert found[2] == pytest.approx(1e-9, abs=1e-12)
@@ -80,7 +80,7 @@ def test_nearest_faces_of_a_turned_block_are_the_most_opposed_ones() -> None:
 def test_what_only_a_side_of_one_of_two_elements_parts_does_not_overlap() -> None:
     """A ridge 1 cm beside the side of a block: beyond either side of the ridge lies a corner of the block."""
     ridge = {"name": "ridge", "vertices": [[0, 0], [0.4, 0], [0.6, 0.3], [0.4, 0.6], [0, 0.6]], "stands_on": "ground"}
-    tip = place(scene(GROUND, ridge | {"at": [0, 0]}))[1].points[:, 0].max()
+    tip = place_elements(scene(GROUND, ridge | {"at": [0, 0]}))[1].points[:, 0].max()
 
     def beside(gap: float) -> Scene:
         return scene(GROUND, ridge | {"at": [0, 0]}, block("block", 0.4, 0.6, x=float(tip + gap + 0.2)))
@@ -165,7 +165,7 @@ def test_mirror_images_of_the_elements_have_mirrored_springs() -> None:
     ],
 )
 def test_a_block_on_wide_ground_is_never_searched(elements: list[dict[str, object]], alone: bool) -> None:
-    assert rests_on_one_face(place(scene(*elements))) == alone
+    assert rests_on_one_face(place_elements(scene(*elements))) == alone
 
 
 @pytest.mark.parametrize("height", [0.02, 0.6, 3.0])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from overturning.model.edges import edge_chances, first_edge
+from overturning.model.edges import edge_probabilities, first_edge
 
 NAN = np.nan
 
@@ -40,7 +40,7 @@ def test_chances_of_nought_and_one_say_the_same_as_the_first_edge() -> None:
     generator = np.random.default_rng(2)
     falls, time = generator.integers(0, 2, (2, 500)).astype(float), generator.permutation(1000).reshape(2, 500) * 0.01
     fell, azimuth = first_edge(falls, time, np.array([[0.0], [90.0]]) * np.ones((2, 500)))
-    over = edge_chances(falls, time)
+    over = edge_probabilities(falls, time)
     assert (over.sum(axis=0) == fell).all()
     assert (over[:, fell == 1].argmax(axis=0) * 90 == azimuth[fell == 1]).all()
 
@@ -48,5 +48,5 @@ def test_chances_of_nought_and_one_say_the_same_as_the_first_edge() -> None:
 def test_chances_by_hand() -> None:
     """Half falls in the first plane, a fifth in the second: in a tenth both, over the edge that is first, or 5 to 2."""
     for first, second, shared in ((1.0, 2.0, 1.0), (2.0, 1.0, 0.0), (NAN, 1.0, 5 / 7)):
-        over = edge_chances(np.array([[0.5], [0.2]]), np.array([[first], [second]]))
+        over = edge_probabilities(np.array([[0.5], [0.2]]), np.array([[first], [second]]))
         np.testing.assert_allclose(over[:, 0], [0.4 + 0.1 * shared, 0.1 + 0.1 * (1 - shared)])

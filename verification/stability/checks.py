@@ -18,7 +18,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import ENERGY_BOUND
 from overturning.dem.limits import DEEPEST
 from overturning.dem.polygon.prepare import Prepared
-from overturning.model.geometry import Placed
+from overturning.model.geometry import PlacedElement
 from overturning.model.results import Results
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
@@ -144,7 +144,7 @@ def deepest_at_rest(prepared: Prepared) -> float:
     return float(np.max(prepared.laws.carried / (2.0 * prepared.laws.normal), initial=0.0))
 
 
-def rocking_bound(placed: Sequence[Placed]) -> float:
+def rocking_bound(placed: Sequence[PlacedElement]) -> float:
     """Least |a|/(g + a_up) at which the rigid scene can start to rock: arm over height of each with all above it.
 
     Worked out from the shapes alone, for scenes in which each element stands in the middle of one other.
@@ -214,7 +214,7 @@ def _asked(prepared: Prepared) -> FloatArray:
     ])  # fmt: skip
 
 
-def _rests_at(item: Placed) -> tuple[float, float]:
+def _rests_at(item: PlacedElement) -> tuple[float, float]:
     """Least rotation either way, rad, at which an element can rest but as it stands: its centre is lowest there."""
     tilts = [angle for angle, _ in _faces(item)]
     stable = np.array(
@@ -225,7 +225,7 @@ def _rests_at(item: Placed) -> tuple[float, float]:
     return float((-others[others < 0]).min(initial=np.pi)), float(others[others > 0].min(initial=np.pi))
 
 
-def _faces(item: Placed) -> list[tuple[float, float]]:
+def _faces(item: PlacedElement) -> list[tuple[float, float]]:
     """Rotation that brings each face down, rad, and the distance of its ends, m: two vertices that are lowest then."""
     found = []
     for first, second in combinations(item.shape.vertices, 2):
@@ -236,7 +236,7 @@ def _faces(item: Placed) -> list[tuple[float, float]]:
     return found
 
 
-def _height(item: Placed, rotation: float) -> float:
+def _height(item: PlacedElement, rotation: float) -> float:
     """Height of the centre over the level on which an element stands when it is rotated, m."""
     x, z = item.shape.vertices.T
     return float((x * np.sin(rotation) - z * np.cos(rotation)).max())

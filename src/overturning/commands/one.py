@@ -110,9 +110,9 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone,
     ]  # fmt: skip
     lines = []
     for path in paths:
-        text, shown = outcome(_in_file_time(path, shift)), path["element"].to_numpy() == stones.shown_name
+        text, shown = outcome(_in_file_time(path, shift)), path["element"].to_numpy() == stones.default_element
         if path["overturned"].to_numpy()[shown] == 0:
-            name = f" ({stones.shown_name})" if len(stones.free) > 1 else ""
+            name = f" ({stones.default_element})" if len(stones.free) > 1 else ""
             text += f"; slipped {100 * path['residual_slip'].to_numpy()[shown].item():z.1f} cm by the end{name}"
         lines.append(f"motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")
     what = "" if plane.scene is None else f"{stones.title or stones.name}, "

@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.model.geometry import Placed
+from overturning.model.geometry import PlacedElement
 from overturning.model.results import Results
 from overturning.model.scene import Scene
 from overturning.model.variables import VARIABLES
@@ -31,7 +31,7 @@ class PlanePath:
     """The way of all elements of a scene in one case."""
 
     scene: Scene
-    placed: list[Placed]
+    placed: list[PlacedElement]
     critical: FloatArray  # shape (elements,): α of each free element, rad
     time: FloatArray  # shape (rows,), s after the record's start
     ground: FloatArray  # shape (rows,): acceleration of the base towards the azimuth, m/s²
@@ -69,7 +69,7 @@ class PlanePath:
             "critical_angle": described("element", self.critical, "rad", "critical angle"),
             "fallen_angle": described(
                 "element side",
-                [(np.nan, np.nan) if item.fixed else item.fallen for item in self.placed],
+                [(np.nan, np.nan) if item.fixed else item.fallen_rotations for item in self.placed],
                 "rad",
                 "rotation to a side at which it has fallen",
             ),
@@ -82,7 +82,7 @@ class PlanePath:
             "side": ("side", [-1, 1], {"long_name": "side over which it tips, 1 towards the azimuth"}),
         }
         weight = self.scene.gravity * sum(item.mass for item in self.placed if not item.fixed)
-        return variables, coordinates, {"reference": self.scene.shown_name, "weight": weight}
+        return variables, coordinates, {"reference": self.scene.default_element, "weight": weight}
 
     def _of_case(self, results: Results) -> dict[str, Any]:
         """The outcome of the case, missing for what is fixed."""

@@ -113,7 +113,7 @@ def explorer_data(
 def _shown(one: "xr.Dataset", study: Study | None) -> dict[str, int]:
     """The places of height, friction and element that are shown first: those that the report shows."""
     names = one["element"].to_numpy().tolist()
-    element = scene_of(study_of(one), one.attrs["variant"]).shown_name if len(names) > 1 else names[0]
+    element = scene_of(study_of(one), one.attrs["variant"]).default_element if len(names) > 1 else names[0]
     block = {name: one[name].to_numpy().tolist().index(value) for name, (value,) in shown_block(one, study).items()}
     return {"height": 0, "friction": one.sizes["friction"] - 1, **block, "element": names.index(element)}
 

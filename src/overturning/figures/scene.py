@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.figures.rose import draw_rose, rim
 from overturning.figures.style import INK, SERIES, grid
-from overturning.model.geometry import place
+from overturning.model.geometry import place_elements
 from overturning.model.scene import Scene
 from overturning.statistics.roses import rose_of
 
@@ -23,7 +23,7 @@ _TITLE: Final = 32
 
 def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: float | None = None) -> None:
     """Draw a scene to scale: free elements with their names, driven ones in grey, held ones hatched."""
-    placed = place(scene, height, b_over_h)
+    placed = place_elements(scene, height, b_over_h)
     free = [item for item in placed if not item.fixed]
     low = min(float(item.points[:, 1].min()) for item in free)
     high = max(float(item.points[:, 1].max()) for item in free)

@@ -21,7 +21,7 @@ BODY_STATIC_PENETRATION: Final = 2e-6
 DAMPING_RATIO: Final = 3.0
 """ξ where no damping is given: what lands stays, as Housner has it (docs/method.md)."""
 
-WIDEST: Final = 1.0
+MAX_CONTACT_WIDTH: Final = 1.0
 """B beyond which a body in space sinks in no deeper, m: what gives before it slides is a length."""
 
 PRECISION_FLOOR: Final = 1e5
@@ -123,7 +123,7 @@ class VertexContact:
     ----------
     static_penetration : float
         δ/B: carried by its `Solid.carriers` alone, n points, the body at rest sinks in by δ = m g / (n K_n). B is
-        twice the least distance of an edge of its base from below its centre, at most `WIDEST`.
+        twice the least distance of an edge of its base from below its centre, at most `MAX_CONTACT_WIDTH`.
     stiffness_ratio : float
         K_s/K_n, of either tangential spring.
     damping_ratio : float
@@ -146,7 +146,7 @@ class VertexContact:
     def specific(self, body: Solid) -> tuple[float, float, float]:
         """K_n/m and K_s/m of a vertex, 1/s², and its dashpot h/m, 1/s."""
         points = body.carriers
-        normal = STANDARD_GRAVITY / (points * self.static_penetration * min(2.0 * body.reach, WIDEST))
+        normal = STANDARD_GRAVITY / (points * self.static_penetration * min(2.0 * body.reach, MAX_CONTACT_WIDTH))
         return normal, self.stiffness_ratio * normal, 2.0 * self.damping_ratio * math.sqrt(normal / points)
 
 

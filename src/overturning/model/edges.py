@@ -44,7 +44,7 @@ def first_edge(falls: ArrayLike, time: ArrayLike, towards: ArrayLike) -> tuple[F
     return np.where(known, fell, np.nan), np.where(decided, azimuth, np.nan)
 
 
-def edge_chances(chance: FloatArray, time: FloatArray) -> FloatArray:
+def edge_probabilities(chance: FloatArray, time: FloatArray) -> FloatArray:
     """Probability of falling over each of two edges; where both are 0 or 1 it says what `first_edge` says.
 
     Parameters

@@ -17,20 +17,20 @@ Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
 Positive = Annotated[float, Field(gt=0)]
 
 
-class Keys(BaseModel):
+class StrictModel(BaseModel):
     """What a file of keys and values holds."""
 
     # A misspelt key must be an error, and what a job computes must not depend on who changed the model on the way.
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class Material(Keys):
+class Material(StrictModel):
     """What an element is made of."""
 
     density: Positive = Field(default=GRANITE_DENSITY, description="density, kg/m³")
 
 
-class ContactLaw(Keys):
+class ContactLaw(StrictModel):
     """Springs, dashpots and slider between two materials, at each vertex."""
 
     between: tuple[Name, Name] = Field(description="the two materials, in any order")
@@ -71,7 +71,7 @@ class ContactLaw(Keys):
         return Contact(**{name: value for name, value in given.items() if value is not None})
 
 
-class Element(Keys):
+class Element(StrictModel):
     """A rigid polygon."""
 
     name: Name = Field(description="name, unique in the scene")
@@ -151,7 +151,7 @@ class Element(Keys):
             points = rectangle(self.width, self.height)
         return points
 
-    def turned(self, points: FloatArray) -> FloatArray:
+    def rotate(self, points: FloatArray) -> FloatArray:
         """Points of its outline, shape (n, 2), m, turned by its rotation."""
         if self.rotation_deg:
             # Rounded, since libm differs between processors in the last digit.
@@ -162,7 +162,7 @@ class Element(Keys):
     @property
     def points(self) -> FloatArray:
         """Vertices of its polygon before it is shifted, shape (n, 2), m."""
-        return self.turned(self.outline)
+        return self.rotate(self.outline)
 
     @property
     def shape(self) -> Polygon:
@@ -170,7 +170,7 @@ class Element(Keys):
         return polygon(self.name, self.points)
 
     @property
-    def own_size(self) -> tuple[float, float]:
+    def unrotated_size(self) -> tuple[float, float]:
         """Width and height before it is turned, m."""
         upright = polygon(self.name, self.outline)
         return upright.width, upright.height

@@ -13,20 +13,20 @@ from overturning.model.element import Element, Material
 from overturning.model.polygon import Polygon, polygon
 from overturning.model.symmetry import FULL_TURN, PLANE_PERIOD
 
-TOUCHING: Final = 1e-7
+CONTACT_GAP: Final = 1e-7
 """Gap, as a share of the smaller element's size, up to which two elements touch at rest."""
 
-FAR: Final = 4.0
+MAX_PAIR_DISTANCE: Final = 4.0
 """Pairs farther apart than this many times the size of all free elements together never meet."""
 
 FALLEN_DROP: Final = 0.1
 """An element has fallen that in the end is lower by this share of its height, unless its scene says otherwise."""
 
-WIDE: Final = 20.0
+WIDE_GROUND: Final = 20.0
 """Width of the ground, in widths or heights of the block, that is more than any slide."""
 
 
-class Stage(Protocol):
+class SceneLayout(Protocol):
     """What of a scene says where its elements stand."""
 
     @property
@@ -43,7 +43,7 @@ class Stage(Protocol):
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedElement:
     """An element in its place."""
 
     element: Element
@@ -60,7 +60,7 @@ class Placed:
         return self.shape.vertices + np.array([self.x, self.z])
 
     @property
-    def parts(self) -> "list[Placed]":
+    def parts(self) -> "list[PlacedElement]":
         """The element with the shape of each of its convex pieces; itself where it is convex."""
         return [replace(self, shape=piece) for piece in self.shape.pieces] or [self]
 
@@ -70,10 +70,10 @@ class Placed:
         return min(self.shape.width, self.shape.height)
 
     @property
-    def fallen(self) -> tuple[float, float]:
-        """Rotations to −x and +x at which it has fallen, rad: its scene's, or as `Polygon.fallen`."""
+    def fallen_rotations(self) -> tuple[float, float]:
+        """Rotations to −x and +x at which it has fallen, rad: its scene's, or as `Polygon.resting_rotations`."""
         asked = self.element.fallen_rotation_deg
-        return self.shape.fallen if asked is None else (round(float(np.radians(asked)), 12),) * 2
+        return self.shape.resting_rotations if asked is None else (round(float(np.radians(asked)), 12),) * 2
 
     @property
     def fixed(self) -> bool:
@@ -91,7 +91,7 @@ class ElementPair(NamedTuple):
 
 
 @dataclass(frozen=True)
-class End:
+class StretchEnd:
     """One end of the common stretch of two nearest faces."""
 
     gap: float  # m, negative where the elements overlap; infinite where there is no common stretch
@@ -100,25 +100,27 @@ class End:
     tangent: tuple[float, float]  # direction in which slip of the first counts
 
 
-class Touch(NamedTuple):
+class TouchingEnd(NamedTuple):
     """An end that touches: number of its pair, which of the two ends it is, and the end."""
 
     pair: int
     side: int
-    end: End
+    end: StretchEnd
 
 
-def place(scene: Stage, height: float | None = None, b_over_h: float | None = None) -> list[Placed]:
+def place_elements(
+    scene: SceneLayout, height: float | None = None, b_over_h: float | None = None
+) -> list[PlacedElement]:
     """Put the elements into their places; an `ArgumentError` as of `overturning.model.polygon.polygon`.
 
-    With `height` (m) of the reference element all lengths of the scene scale, but that the `ground_of` it becomes no
+    With `height` (m) of the reference element all lengths of the scene scale, but that the `ground_name` it becomes no
     narrower, however small the stones; `b_over_h` makes the reference element alone wider or narrower. Both are its own
     before it is turned, so that a rectangle stays one.
     """
     own = next(element for element in scene.elements if element.name == scene.reference_name)
-    own_width, own_height = own.own_size
-    scale, ground = 1.0 if height is None else height / own_height, ground_of(scene)
-    placed: list[Placed] = []
+    own_width, own_height = own.unrotated_size
+    scale, ground = 1.0 if height is None else height / own_height, ground_name(scene)
+    placed: list[PlacedElement] = []
     for element in scene.elements:
         points = element.outline
         if element.name == ground:
@@ -127,7 +129,7 @@ def place(scene: Stage, height: float | None = None, b_over_h: float | None = No
             middle = 0.5 * (points[:, 0].max() + points[:, 0].min())
             # One rounding only, as in a block of width B/H · H.
             points[:, 0] = (points[:, 0] - middle) * (b_over_h * own_height / own_width) + middle
-        shape = polygon(element.name, element.turned(points) * scale)
+        shape = polygon(element.name, element.rotate(points) * scale)
         shift_x, shift_z = element.at[0] * scale, element.at[1] * scale
         x, z = shape.centre[0] + shift_x, shape.centre[1] + shift_z
         if element.stands_on is not None:
@@ -138,11 +140,11 @@ def place(scene: Stage, height: float | None = None, b_over_h: float | None = No
         x = 0.0 if abs(x) < 1e-9 * shape.width else x
         per_area = scene.materials[element.material].density * element.depth
         drop = FALLEN_DROP * shape.height if element.fallen_drop is None else element.fallen_drop * scale
-        placed.append(Placed(element, shape, x, z, per_area * shape.area, per_area * shape.polar, drop))
+        placed.append(PlacedElement(element, shape, x, z, per_area * shape.area, per_area * shape.polar, drop))
     return placed
 
 
-def ground_of(scene: Stage) -> str | None:
+def ground_name(scene: SceneLayout) -> str | None:
     """Name of the ground, a fixed upright rectangle wider than any slide on which all else stands; None without it."""
     free = [item.shape for item in scene.elements if item.kind == "free"]
     largest = max(max(shape.width, shape.height) for shape in free)
@@ -152,27 +154,27 @@ def ground_of(scene: Stage) -> str | None:
         top, others = (one.at[0], one.at[1] + one.height), [item for item in scene.elements if item is not one]
         spans = [item.points + np.array(item.at) - top for item in others if item.stands_on is None]
         above = all(span[:, 1].min() >= 0.0 and np.abs(span[:, 0]).max() < 0.5 * one.width for span in spans)
-        if above and one.width > WIDE * largest:
+        if above and one.width > WIDE_GROUND * largest:
             return one.name
     return None
 
 
-def plane_period(scene: Stage) -> float:
+def plane_period(scene: SceneLayout) -> float:
     """Turn of the motion after which a scene is the same case, degrees.
 
     180 where it is its own mirror image, element by element, so that φ + 180° mirrors φ exactly; 360 of any other.
     """
-    mirror = all(item.x == 0.0 and item.shape.symmetric for item in place(scene))
+    mirror = all(item.x == 0.0 and item.shape.symmetric for item in place_elements(scene))
     return PLANE_PERIOD if mirror else FULL_TURN
 
 
-def native_size(scene: Stage) -> tuple[float, float]:
+def native_size(scene: SceneLayout) -> tuple[float, float]:
     """Height (m) and B/H of a scene's reference element as the file gives it, before it is turned."""
-    width, height = next(item.own_size for item in scene.elements if item.name == scene.reference_name)
+    width, height = next(item.unrotated_size for item in scene.elements if item.name == scene.reference_name)
     return height, width / height
 
 
-def separations(one: Placed, other: Placed) -> FloatArray:
+def separations(one: PlacedElement, other: PlacedElement) -> FloatArray:
     """Signed distance of the other's nearest vertex from each face of one, m, positive outside; both convex."""
     faces = one.shape.faces
     points = other.points - np.array([one.x, one.z])
@@ -180,7 +182,7 @@ def separations(one: Placed, other: Placed) -> FloatArray:
     return np.asarray(reach.min(axis=1) - faces[:, 6])
 
 
-def nearest_faces(a: Placed, b: Placed) -> tuple[int, int, float]:
+def nearest_faces(a: PlacedElement, b: PlacedElement) -> tuple[int, int, float]:
     """The nearest faces of two convex elements, by the rule of docs/scenes.md, and their separation, m.
 
     Face i runs from vertex i to vertex i + 1. The separation is negative in an overlap.
@@ -195,22 +197,22 @@ def nearest_faces(a: Placed, b: Placed) -> tuple[int, int, float]:
     return int(best[2]), int(best[3]), float(-best[0])
 
 
-def common_stretch(a: Placed, b: Placed) -> tuple[End, End]:
+def common_stretch(a: PlacedElement, b: PlacedElement) -> tuple[StretchEnd, StretchEnd]:
     """Both ends of the common stretch of two convex elements' nearest faces, each at the inner one of two vertices."""
     face_a, face_b, _ = nearest_faces(a, b)
     fa, fb = a.shape.faces[face_a], b.shape.faces[face_b]
     delta = np.array([a.x - b.x, a.z - b.z])
 
     def seen(
-        item: Placed, vertex: FloatArray, shift: FloatArray, face: FloatArray, sign: float, carries: float
-    ) -> tuple[float, End]:
+        item: PlacedElement, vertex: FloatArray, shift: FloatArray, face: FloatArray, sign: float, carries: float
+    ) -> tuple[float, StretchEnd]:
         """Where along the other's face a vertex lies, and the end that it would be."""
         x, z = vertex + shift
         gap = face[4] * x + face[5] * z - face[6]
         along = face[4] * z - face[5] * x - face[7]
         nx, nz = sign * float(face[4]), sign * float(face[5])
         point = float(vertex[0] + item.x), float(vertex[1] + item.z)
-        return along, End(
+        return along, StretchEnd(
             float(gap) if abs(along) <= face[8] and carries * face[11] else np.inf, point, (nx, nz), (nz, -nx)
         )
 
@@ -222,7 +224,7 @@ def common_stretch(a: Placed, b: Placed) -> tuple[End, End]:
     return ends[0], ends[1]
 
 
-def _gaps(placed: list[Placed]) -> Iterator[tuple[int, int, float]]:
+def _gaps(placed: list[PlacedElement]) -> Iterator[tuple[int, int, float]]:
     """Every two elements of which one is free, and the gap between them, m."""
     for (j, b), (i, a) in combinations(enumerate(placed), 2):
         if not (a.fixed and b.fixed):
@@ -230,43 +232,43 @@ def _gaps(placed: list[Placed]) -> Iterator[tuple[int, int, float]]:
             yield i, j, float(min(gaps))
 
 
-def pairs_of(placed: list[Placed]) -> list[ElementPair]:
+def element_pairs(placed: list[PlacedElement]) -> list[ElementPair]:
     """Pairs that could ever meet, one of them free and not too far apart: each two of their convex pieces."""
     extent = sum(item.shape.width + item.shape.height for item in placed if not item.fixed)
     return [
         ElementPair(i, j, m, n)
         for i, j, gap in _gaps(placed)
-        if gap <= FAR * extent
+        if gap <= MAX_PAIR_DISTANCE * extent
         for m, n in product(range(len(placed[i].shape.parts)), range(len(placed[j].shape.parts)))
     ]
 
 
-def partners(placed: list[Placed], pairs: list[ElementPair]) -> list[tuple[Placed, Placed]]:
+def paired_pieces(placed: list[PlacedElement], pairs: list[ElementPair]) -> list[tuple[PlacedElement, PlacedElement]]:
     """Both convex elements of each pair."""
     parts = [item.parts for item in placed]
     return [(parts[pair.a][pair.part_a], parts[pair.b][pair.part_b]) for pair in pairs]
 
 
-def resting(placed: list[Placed], pairs: list[ElementPair], lean: float = 0.0) -> list[Touch]:
+def touching_ends(placed: list[PlacedElement], pairs: list[ElementPair], lean: float = 0.0) -> list[TouchingEnd]:
     """Ends that touch; with a `lean`, rad, also the other end of two faces inclined by less that touch at one end."""
     touching = []
-    for index, (a, b) in enumerate(partners(placed, pairs)):
-        ends, closed = common_stretch(a, b), TOUCHING * min(a.size, b.size)
+    for index, (a, b) in enumerate(paired_pieces(placed, pairs)):
+        ends, closed = common_stretch(a, b), CONTACT_GAP * min(a.size, b.size)
         (x, z), (u, w) = ends[0].point, ends[1].point
         far = np.sin(lean) * np.sqrt((x - u) ** 2 + (z - w) ** 2)
         for side, end in enumerate(ends):
             if end.gap <= closed or (ends[1 - side].gap <= closed and end.gap < far):
-                touching.append(Touch(index, side, end))
+                touching.append(TouchingEnd(index, side, end))
     return touching
 
 
-def check_geometry(scene: Stage) -> None:
+def check_geometry(scene: SceneLayout) -> None:
     """Refuse elements that overlap or hang in the air: an `ArgumentError` that names element and remedy."""
-    if fault := misplaced(place(scene)):
+    if fault := placement_error(place_elements(scene)):
         raise ArgumentError(fault)
 
 
-def misplaced(placed: list[Placed]) -> str:
+def placement_error(placed: list[PlacedElement]) -> str:
     """Which element overlaps another or hangs in the air, and what to do; empty where none does."""
     for i, j, gap in sorted(_gaps(placed)):
         a, b = placed[i], placed[j]
@@ -275,9 +277,9 @@ def misplaced(placed: list[Placed]) -> str:
                 f"element {a.element.name}: overlaps {b.element.name} by {-gap:.3g} m; move it, or place it with "
                 f"stands_on: {b.element.name}"
             )
-    pairs = pairs_of(placed)
+    pairs = element_pairs(placed)
     carried = {i for i, item in enumerate(placed) if item.fixed}
-    ends = resting(placed, pairs)
+    ends = touching_ends(placed, pairs)
     while more := {
         up
         for index, _, end in ends

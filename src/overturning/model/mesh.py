@@ -13,13 +13,13 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.shapes import Polyhedron
 
-MOST_BYTES: Final = 50_000_000
-"""Bytes of a mesh; as text, of which the numbers take some ten times as much memory."""
+MAX_BYTES: Final = 50_000_000
+"""Bytes of a mesh; as text, of which the numbers read some ten times as much memory."""
 
-NOTCH: Final = 1e-3
+NOTCH_TOLERANCE: Final = 1e-3
 """Share of its size by which a side of a convex body may run inside its hull: the numbers of a file are rounded."""
 
-Take = Callable[[str, int], list[float]]
+ReadNumbers = Callable[[str, int], list[float]]
 """Gives the next numbers of a kind of a PLY file."""
 
 Mesh = tuple[FloatArray, list[list[int]]]
@@ -56,8 +56,8 @@ def read_mesh(path: Path | str) -> Polyhedron:
     if path.suffix.lower() not in readers:
         raise ArgumentError(f"{path}: not a mesh that can be read; give {', '.join(readers)}")
     try:
-        if path.stat().st_size > MOST_BYTES:
-            raise ArgumentError(f"{path}: larger than {MOST_BYTES} bytes; give its convex hull, or fewer vertices")
+        if path.stat().st_size > MAX_BYTES:
+            raise ArgumentError(f"{path}: larger than {MAX_BYTES} bytes; give its convex hull, or fewer vertices")
         vertices, faces = readers[path.suffix.lower()](path.read_bytes())
         ends = [pair for face in faces for pair in zip(face, face[1:] + face[:1], strict=True)]
         sides = vertices[np.array(ends, np.int64).reshape(-1, 2)]
@@ -82,7 +82,7 @@ def _check_convex(vertices: FloatArray, sides: FloatArray) -> None:
     """
     planes = scipy.spatial.ConvexHull(vertices).equations
     inside = -(sides.mean(axis=1) @ planes[:, :3].T + planes[:, 3]).max(axis=1)
-    if np.max(inside, initial=0.0) > NOTCH * np.ptp(vertices, axis=0).max():
+    if np.max(inside, initial=0.0) > NOTCH_TOLERANCE * np.ptp(vertices, axis=0).max():
         one, other = sides[inside.argmax()].round(6).tolist()
         raise ArgumentError(
             f"body: not convex; the side from {one} to {other} runs {inside.max():.3g} m inside the hull of the "
@@ -99,10 +99,10 @@ def _obj(content: bytes) -> Mesh:
         if line[:1] == ["f"]:
             numbers = [int(word.split("/")[0]) for word in line[1:]]
             faces.append([number - 1 if number > 0 else count + number for number in numbers])
-    return _rows(content, "v", 1), faces
+    return _keyword_rows(content, "v", 1), faces
 
 
-def _rows(content: bytes, word: str, skip: int) -> FloatArray:
+def _keyword_rows(content: bytes, word: str, skip: int) -> FloatArray:
     """Three numbers from each line that begins with a word."""
     lines = (line.split() for line in content.decode("utf-8", errors="replace").splitlines())
     return np.array([[float(value) for value in line[skip : skip + 3]] for line in lines if line and line[0] == word])
@@ -113,7 +113,7 @@ def _stl(content: bytes) -> Mesh:
     if len(content) == _STL_HEADER + count * _STL_TRIANGLE.itemsize:
         corners = np.frombuffer(content, _STL_TRIANGLE, count, _STL_HEADER)["corners"].astype(np.float64).reshape(-1, 3)
     else:
-        corners = _rows(content, "vertex", 1)
+        corners = _keyword_rows(content, "vertex", 1)
     return corners, np.arange(len(corners)).reshape(-1, 3).tolist() if len(corners) % 3 == 0 else []
 
 
@@ -133,35 +133,35 @@ def _ply(content: bytes) -> Mesh:
         raise ValueError("vertices must come first")
     names = [name for _, name in columns]
     if form == "ascii":
-        take: Take = partial(_written, iter(body.decode("ascii").split()))
-        table = np.array(take("", count * len(names))).reshape(count, len(names))
+        read: ReadNumbers = partial(_next_text_numbers, iter(body.decode("ascii").split()))
+        table = np.array(read("", count * len(names))).reshape(count, len(names))
         vertices = table[:, [names.index(axis) for axis in "xyz"]]
     else:
         order = "<" if form == "binary_little_endian" else ">"
         layout = np.dtype([(name, order + _PLY_TYPES[kind]) for kind, name in columns])
         records = np.frombuffer(body, layout, count)
         vertices = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
-        take = partial(_packed, io.BytesIO(body[records.nbytes :]), order)
-    return vertices, _ply_faces(take, many, kinds) if second == "face" else []
+        read = partial(_next_binary_numbers, io.BytesIO(body[records.nbytes :]), order)
+    return vertices, _ply_faces(read, many, kinds) if second == "face" else []
 
 
-def _written(words: Iterator[str], _kind: str, size: int) -> list[float]:
+def _next_text_numbers(words: Iterator[str], _kind: str, size: int) -> list[float]:
     """The next numbers of a text."""
     return [float(next(words)) for _ in range(size)]
 
 
-def _packed(stream: io.BytesIO, order: str, kind: str, size: int) -> list[float]:
+def _next_binary_numbers(stream: io.BytesIO, order: str, kind: str, size: int) -> list[float]:
     """The next numbers of a kind."""
     layout = np.dtype(order + _PLY_TYPES[kind])
     return np.frombuffer(stream.read(size * layout.itemsize), layout, size).tolist() if size else []
 
 
-def _ply_faces(take: Take, many: int, kinds: list[list[str]]) -> list[list[int]]:
+def _ply_faces(read: ReadNumbers, many: int, kinds: list[list[str]]) -> list[list[int]]:
     """So many faces, each of numbers and lists of numbers of which the header names the kinds."""
     faces = []
     for _ in range(many):
         for *of_list, kind, name in kinds:
-            values = take(kind, int(take(of_list[1], 1)[0]) if of_list else 1)
+            values = read(kind, int(read(of_list[1], 1)[0]) if of_list else 1)
             if name in {"vertex_indices", "vertex_index"}:
                 faces.append([int(value) for value in values])
     return faces

@@ -13,14 +13,14 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
-JOINED: Final = 1e-6
+JOIN_TOLERANCE: Final = 1e-6
 """Vertices so near to each other, or to a side, as a share of the size, are at one place, or on it."""
 
-STRAIGHT: Final = 1e-12
+COLLINEAR_AREA: Final = 1e-12
 """A corner of less area than this share of the size squared is none."""
 
 
-def bend(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
+def doubled_area(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
     """Twice the area of a triangle, m², positive where it runs counter-clockwise."""
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
@@ -30,7 +30,7 @@ def crosses_itself(points: FloatArray) -> bool:
     n = len(points)
     for i, j in combinations(range(n), 2):
         a, b, c, d = (points[k % n] for k in (i, i + 1, j, j + 1))
-        if bend(a, b, c) * bend(a, b, d) < 0 and bend(c, d, a) * bend(c, d, b) < 0:
+        if doubled_area(a, b, c) * doubled_area(a, b, d) < 0 and doubled_area(c, d, a) * doubled_area(c, d, b) < 0:
             return True
     return False
 
@@ -59,19 +59,19 @@ def outline(name: str, pieces: Sequence[FloatArray]) -> FloatArray:
     size = float(np.ptp(np.concatenate(ordered), axis=0).max())
     for (i, one), (j, other) in combinations(enumerate(ordered), 2):
         depth = -max(_gap(one, other), _gap(other, one))
-        if depth > JOINED * size:
+        if depth > JOIN_TOLERANCE * size:
             raise ArgumentError(
                 f"element {name}: the pieces with {_corner(ordered[i])} and {_corner(ordered[j])} overlap by "
                 f"{depth:.3g} m; let them share a side, or give the outline as vertices"
             )
     points: list[FloatArray] = []
-    loops = [[_place_of(point, points, JOINED * size) for point in piece] for piece in ordered]
+    loops = [[_point_index(point, points, JOIN_TOLERANCE * size) for point in piece] for piece in ordered]
     places = np.array(points)
     sides = [
         side
         for loop in loops
         for first, second in zip(loop, loop[1:] + loop[:1], strict=True)
-        for side in _divided(first, second, places, JOINED * size)
+        for side in _split_side(first, second, places, JOIN_TOLERANCE * size)
     ]
     left = set(sides) - {(second, first) for first, second in sides}
     following = dict(left)
@@ -86,8 +86,8 @@ def outline(name: str, pieces: Sequence[FloatArray]) -> FloatArray:
         )
     line = places[way]
     before, after = np.roll(line, 1, axis=0), np.roll(line, -1, axis=0)
-    area = [abs(bend(*corner)) for corner in zip(before, line, after, strict=True)]
-    return np.asarray(line[area > JOINED * size * np.sqrt(((after - before) ** 2).sum(axis=1))])
+    area = [abs(doubled_area(*corner)) for corner in zip(before, line, after, strict=True)]
+    return np.asarray(line[area > JOIN_TOLERANCE * size * np.sqrt(((after - before) ** 2).sum(axis=1))])
 
 
 def _corner(piece: FloatArray) -> str:
@@ -101,7 +101,7 @@ def _gap(one: FloatArray, other: FloatArray) -> float:
     return float(((other @ normal.T).min(axis=0) - (one * normal).sum(axis=1)).max())
 
 
-def _place_of(point: FloatArray, points: list[FloatArray], near: float) -> int:
+def _point_index(point: FloatArray, points: list[FloatArray], near: float) -> int:
     """Number of the place where a point is, a new one where it is near to none."""
     for number, other in enumerate(points):
         if np.abs(point - other).max() <= near:
@@ -110,7 +110,7 @@ def _place_of(point: FloatArray, points: list[FloatArray], near: float) -> int:
     return len(points) - 1
 
 
-def _divided(first: int, second: int, places: FloatArray, near: float) -> list[tuple[int, int]]:
+def _split_side(first: int, second: int, places: FloatArray, near: float) -> list[tuple[int, int]]:
     """A side, divided at each place on it."""
     edge = places[second] - places[first]
     length = float(np.sqrt((edge**2).sum()))
@@ -134,15 +134,15 @@ def convex_pieces(points: FloatArray) -> list[list[int]]:
     ArgumentError
         If the outline crosses or touches itself.
     """
-    least = STRAIGHT * float(np.ptp(points, axis=0).max()) ** 2
+    least = COLLINEAR_AREA * float(np.ptp(points, axis=0).max()) ** 2
     pieces = _triangles(points, least)
     merged = True
     while merged:
         merged = False
         for one, other in combinations(pieces, 2):
-            joined = _joined(one, other)
+            joined = _merge_at_diagonal(one, other)
             if joined and all(
-                bend(points[joined[k - 1]], points[at], points[joined[(k + 1) % len(joined)]]) > least
+                doubled_area(points[joined[k - 1]], points[at], points[joined[(k + 1) % len(joined)]]) > least
                 for k, at in enumerate(joined)
             ):
                 pieces = [piece for piece in pieces if piece is not one and piece is not other] + [joined]
@@ -169,13 +169,13 @@ def _triangles(points: FloatArray, least: float) -> list[list[int]]:
 def _is_ear(points: FloatArray, left: list[int], ear: list[int], least: float) -> bool:
     """Whether a triangle of neighbours has an area and holds no other vertex, not even on its sides."""
     a, b, c = points[ear]
-    if bend(a, b, c) <= least:
+    if doubled_area(a, b, c) <= least:
         return False
     others = (points[k] for k in left if k not in ear)
-    return not any(min(bend(a, b, p), bend(b, c, p), bend(c, a, p)) >= -least for p in others)
+    return not any(min(doubled_area(a, b, p), doubled_area(b, c, p), doubled_area(c, a, p)) >= -least for p in others)
 
 
-def _joined(one: list[int], other: list[int]) -> list[int] | None:
+def _merge_at_diagonal(one: list[int], other: list[int]) -> list[int] | None:
     """Two pieces joined at the diagonal that they share; None where they share none."""
     for k, first in enumerate(one):
         second = one[(k + 1) % len(one)]

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.pieces import STRAIGHT, convex_pieces, crosses_itself
+from overturning.model.pieces import COLLINEAR_AREA, convex_pieces, crosses_itself
 from overturning.model.rest import can_rest
 
-SYMMETRY: Final = 1e-9
+SYMMETRY_TOLERANCE: Final = 1e-9
 """Vertices that mirror each other to this share of the polygon's size are made to mirror each other exactly."""
 
 
@@ -54,7 +54,7 @@ class Polygon:
         return float(np.ptp(self.vertices[:, 1]))
 
     @cached_property
-    def fallen(self) -> tuple[float, float]:
+    def resting_rotations(self) -> tuple[float, float]:
         """Least rotation to −x and to +x at which it can rest on another face than its lower one, rad; π where on none.
 
         Both are 90° for a rectangle. The lower face is the one that points most nearly down. Rounded, since libm
@@ -117,7 +117,7 @@ def polygon(name: str, vertices: ArrayLike) -> Polygon:
     corners = edge[:, 0] * following[:, 1] - edge[:, 1] * following[:, 0]
     if (np.hypot(edge[:, 0], edge[:, 1]) <= 1e-9 * size).any():
         raise ArgumentError(f"element {name}: the polygon is degenerate, two vertices coincide; leave one out")
-    straight = np.abs(corners) <= STRAIGHT * size**2
+    straight = np.abs(corners) <= COLLINEAR_AREA * size**2
     if straight.any():
         corner = (int(np.argmax(straight)) + 1) % len(points)
         raise ArgumentError(
@@ -185,7 +185,7 @@ def _exactly_symmetric(local: FloatArray, size: float) -> FloatArray:
     """Remove the rounding that keeps a symmetric polygon from being its own mirror image bit by bit."""
     x, z = local.T
     distance = np.abs(x + x[:, None]) + np.abs(z - z[:, None])
-    if (distance.min(axis=1) > SYMMETRY * size).any():
+    if (distance.min(axis=1) > SYMMETRY_TOLERANCE * size).any():
         return local
     # Both vertices of a pair come from the same two numbers, whichever is looked at first.
     partner = distance.argmin(axis=1)

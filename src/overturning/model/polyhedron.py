@@ -16,7 +16,7 @@ DIGITS: Final = 12
 """Lengths are rounded to so many decimals of the body's size: libraries differ between processors in the last one."""
 
 
-def body_of(vertices: FloatArray) -> Solid:
+def solid_from_vertices(vertices: FloatArray) -> Solid:
     """The body that stands on the lowest face of a polyhedron; parameters and errors as of `Polyhedron`."""
     hull = _hull(vertices)
     size = float(np.ptp(hull.points, axis=0).max())
@@ -31,7 +31,7 @@ def body_of(vertices: FloatArray) -> Solid:
         base = below[scipy.spatial.ConvexHull(hull.points[below, :2]).vertices]  # anticlockwise
     except scipy.spatial.QhullError:
         raise ArgumentError("body: it stands on an edge; turn it so that a face lies on z = const") from None
-    tilt, faces = _rests(hull, size)
+    tilt, faces = _resting_faces(hull, size)
     fall = fall_of(hull, size, tilt, faces)
     kept = np.concatenate([base, np.setdiff1d(np.append(_can_touch(hull, tilt), fall.touched), below)])
     points = np.round(hull.points[kept] / size, DIGITS) * size
@@ -90,7 +90,7 @@ def _mass_properties(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     return origin + mean, np.trace(second) * np.eye(3) - second
 
 
-def _rests(hull: Hull, size: float) -> tuple[float, FloatArray]:
+def _resting_faces(hull: Hull, size: float) -> tuple[float, FloatArray]:
     """Least tilt at which it can rest on another face, rad, and the normals of all such faces, clockwise from x."""
     _, first = np.unique(np.round(hull.normals, 5), axis=0, return_index=True)
     normals, offsets = hull.normals[first], hull.offsets[first]
@@ -141,7 +141,7 @@ def _nearest_to_down(n1: FloatArray, n2: FloatArray) -> FloatArray:
     return np.where(arc & between, norm, ends)
 
 
-def outline_of(vertices: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+def hull_outline(vertices: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
     """Corners about the centre of mass, m, and the edges between faces that are not of one plane."""
     hull = _hull(vertices)
     edges = set()

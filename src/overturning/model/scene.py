@@ -12,16 +12,16 @@ from pydantic import Field, ValidationError, model_validator
 from overturning.errors import ArgumentError, ConfigError
 from overturning.files import read_mapping, shipped
 from overturning.model.contact import Contact
-from overturning.model.element import ContactLaw, Element, Keys, Material, Name, Positive
-from overturning.model.geometry import WIDE, check_geometry
+from overturning.model.element import ContactLaw, Element, Material, Name, Positive, StrictModel
+from overturning.model.geometry import WIDE_GROUND, check_geometry
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 from overturning.validation import describe_faults
 
-MOST_ELEMENTS: Final = 64
+MAX_ELEMENTS: Final = 64
 """More would make the columns of the kernel longer than the processor's caches."""
 
 
-class Scene(Keys):
+class Scene(StrictModel):
     """A scene: elements, materials, contact laws, gravity."""
 
     name: Name = Field(description="name")
@@ -36,7 +36,7 @@ class Scene(Keys):
     contacts: tuple[ContactLaw, ...] = Field(
         default=(), description="contact laws; pairs of materials without one have the default law"
     )
-    elements: tuple[Element, ...] = Field(min_length=2, max_length=MOST_ELEMENTS, description="the elements")
+    elements: tuple[Element, ...] = Field(min_length=2, max_length=MAX_ELEMENTS, description="the elements")
 
     @model_validator(mode="after")
     def _names_fit(self) -> Self:
@@ -86,7 +86,7 @@ class Scene(Keys):
         return self.reference or self.free[0]
 
     @property
-    def shown_name(self) -> str:
+    def default_element(self) -> str:
         """The free element that is shown where only one is: the reference element, or the last."""
         return self.reference_name if self.reference_name in self.free else self.free[-1]
 
@@ -111,7 +111,7 @@ class Scene(Keys):
             and block.fallen_rotation_deg in (None, 90)
             and block.fallen_drop is None
             and block.at[0] == ground.at[0]
-            and (ground.width or 0) > WIDE * max(block.width or 0, block.height or 0)
+            and (ground.width or 0) > WIDE_GROUND * max(block.width or 0, block.height or 0)
         )
 
     def element(self, name: str) -> Element:

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.cases import check_heights
-from overturning.model.polyhedron import body_of, outline_of
-from overturning.model.solid import RIM, Solid
+from overturning.model.polyhedron import hull_outline, solid_from_vertices
+from overturning.model.solid import RIM_POINTS, Solid
 
-MOST_SIDES: Final = 96
+MAX_SIDES: Final = 96
 """Of a regular prism; a body with more is a cylinder."""
 
 
@@ -98,7 +98,7 @@ class Circle(Shape):
     def body(self, height: float, b_over_h: float, aspect: float) -> Solid:  # noqa: ARG002, it has none
         """The cylinder."""
         R, h = 0.5 * b_over_h * height, 0.5 * height
-        points = np.concatenate([R * RIM, np.full((4, 1), -h)], axis=1)
+        points = np.concatenate([R * RIM_POINTS, np.full((4, 1), -h)], axis=1)
         across = (3.0 * R * R + height * height) / 12.0
         return Solid(points, 4, np.diag([across, across, 0.5 * R * R]), 0.5 * np.pi, np.zeros((0, 3)), 0.0, R)
 
@@ -143,7 +143,7 @@ class Polyhedron(Shape):
     @cached_property
     def own(self) -> Solid:
         """The body at its own size."""
-        made = body_of(np.asarray(self.vertices))
+        made = solid_from_vertices(np.asarray(self.vertices))
         check_heights(self.height)
         return made
 
@@ -153,7 +153,7 @@ class Polyhedron(Shape):
 
     def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:  # noqa: ARG002
         """As of `Shape.outline`: the edges of its hull."""
-        corners, edges = outline_of(np.asarray(self.vertices))
+        corners, edges = hull_outline(np.asarray(self.vertices))
         return corners * (height / self.height), edges
 
 
@@ -173,8 +173,8 @@ def shape_of(body: "str | int | Shape") -> Shape:
             )
         return named[body]
     if isinstance(body, int):
-        if not 3 <= body <= MOST_SIDES:
-            raise ArgumentError(f"body: {body} sides; from 3 to {MOST_SIDES}, or 'circle'")
+        if not 3 <= body <= MAX_SIDES:
+            raise ArgumentError(f"body: {body} sides; from 3 to {MAX_SIDES}, or 'circle'")
         return Regular(body)
     if not isinstance(body, Shape):
         raise ArgumentError(f"model: a {type(body).__name__}; give a scene of load_scene or gravestone, or a body")

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
-MOST_VERTICES: Final = 128
+MAX_CONTACT_VERTICES: Final = 128
 """Of those that can touch; each of them is looked at in every step."""
 
-CORNERS: Final = 4
+MAX_CARRYING_CORNERS: Final = 4
 """A base of so many vertices, or fewer, has none between its ends: each one carries its share of the body."""
 
-RIM: Final = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+RIM_POINTS: Final = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 """Where a rim carries a body that stands flat, in radii."""
 
 
@@ -33,7 +33,7 @@ class Solid:
         Number of vertices of the base.
     inertia : ndarray, shape (3, 3)
         Moments and negative products of inertia per mass, m².
-    fallen : float
+    fall_tilt : float
         Least tilt at which it can rest on another face, rad.
     faces : ndarray, shape (faces, 3)
         Outward normals of the faces on which it can then lie, clockwise from above.
@@ -52,7 +52,7 @@ class Solid:
     points: FloatArray
     base: int
     inertia: FloatArray
-    fallen: float
+    fall_tilt: float
     faces: FloatArray
     period: float = 360.0
     radius: float = 0.0
@@ -60,10 +60,10 @@ class Solid:
     sectors: FloatArray = field(default_factory=lambda: np.zeros((0, 5)))
 
     def __post_init__(self) -> None:
-        if len(self.points) > MOST_VERTICES:
+        if len(self.points) > MAX_CONTACT_VERTICES:
             raise ArgumentError(
-                f"body: {len(self.points)} vertices can touch; at most {MOST_VERTICES}: simplify the mesh, or take "
-                "'circle' for a round body"
+                f"body: {len(self.points)} vertices can touch; at most {MAX_CONTACT_VERTICES}: simplify the mesh, or "
+                "take 'circle' for a round body"
             )
         if not self.reach > 0.0:
             raise ArgumentError(
@@ -83,7 +83,7 @@ class Solid:
         One point of a rim, or of more than four vertices, carries the body as it rocks, so it is as stiff and as damped
         as a corner of the plane's block, however many there are.
         """
-        return 2 if self.radius or self.base > CORNERS else self.base
+        return 2 if self.radius or self.base > MAX_CARRYING_CORNERS else self.base
 
     @property
     def ends(self) -> float:

@@ -16,7 +16,7 @@ from overturning.model.rest import FLAT
 DIRECTIONS: Final = 1440
 """Number of directions of lean that are examined: one in the middle of each quarter of a degree."""
 
-COUNTS: Final = 0.999
+FALL_SHARE: Final = 0.999
 """Share of the tilt from which it counts as a fall where a body may lie on its new face: contacts give way."""
 
 DIGITS: Final = 12
@@ -40,7 +40,7 @@ class Hull(NamedTuple):
     """Inertia per mass, shape (3, 3), m²."""
 
 
-class Fall(NamedTuple):
+class FallLimits(NamedTuple):
     """When a body has fallen."""
 
     least: float
@@ -58,7 +58,7 @@ class Fall(NamedTuple):
         return self.limits[np.minimum((turn / (2.0 * np.pi) * DIRECTIONS).astype(np.int64), DIRECTIONS - 1)]
 
 
-class Crossings(NamedTuple):
+class TiltCrossings(NamedTuple):
     """Where the lowest vertex changes while a body leans farther and farther in one direction."""
 
     direction: NDArray[np.int64]
@@ -73,7 +73,7 @@ class Crossings(NamedTuple):
     """Triangle to which the body rolls along the edge."""
 
 
-def fall_of(hull: Hull, size: float, least: float, faces: FloatArray) -> Fall:
+def fall_of(hull: Hull, size: float, least: float, faces: FloatArray) -> FallLimits:
     """Find the tilt of a fall in each direction of lean.
 
     Parameters
@@ -89,7 +89,7 @@ def fall_of(hull: Hull, size: float, least: float, faces: FloatArray) -> Fall:
     """
     ends, sides = _edges(hull)
     found = _crossings(hull, ends, sides)
-    off_base = -hull.normals[_settles(hull, size)[found.rolls_to], 2] < 1.0 - FLAT
+    off_base = -hull.normals[_final_triangles(hull, size)[found.rolls_to], 2] < 1.0 - FLAT
     rests = off_base & (found.rises.min(axis=1) < -FLAT * size) & (found.rises.max(axis=1) > FLAT * size)
     limits, rows = np.full(DIRECTIONS, np.pi), np.zeros((DIRECTIONS, 4))
     rows[:, 3] = 1.0  # no edge to rest on: never
@@ -98,27 +98,27 @@ def fall_of(hull: Hull, size: float, least: float, faces: FloatArray) -> Fall:
     along = hull.points[ends[found.edge[order], 1]] - hull.points[ends[found.edge[order], 0]]
     along *= np.where(found.rises[order, 1] > found.rises[order, 0], 1.0, -1.0)[:, None]
     along /= np.sqrt(np.sum(along * along, axis=1))[:, None]
-    rows[found.direction[order]] = np.column_stack([along, np.full(order.size, (COUNTS - 1.0) * least)])
+    rows[found.direction[order]] = np.column_stack([along, np.full(order.size, (FALL_SHARE - 1.0) * least)])
     limits = np.maximum(limits, least)
     if (limits <= least + 1e-9).all():
-        return Fall(least, np.full(DIRECTIONS, least), np.zeros((0, 5)), np.zeros(0, np.int64))
+        return FallLimits(least, np.full(DIRECTIONS, least), np.zeros((0, 5)), np.zeros(0, np.int64))
     touched = ends[found.edge[found.tilt < limits[found.direction] * (1.0 - 1e-6)]]
-    _keep_faces(limits, rows, faces)
+    _add_resting_faces(limits, rows, faces)
     starts = _turn(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
     first = np.any(rows != np.roll(rows, 1, axis=0), axis=1)
     first[0] = True
     sectors = np.asarray(np.round(np.column_stack([starts, rows])[first], DIGITS), np.float64)
-    return Fall(least, limits, sectors, np.unique(touched))
+    return FallLimits(least, limits, sectors, np.unique(touched))
 
 
-def _keep_faces(limits: FloatArray, rows: FloatArray, faces: FloatArray) -> None:
+def _add_resting_faces(limits: FloatArray, rows: FloatArray, faces: FloatArray) -> None:
     """Let a body that rests on one of the faces have fallen, also where that is narrower than a direction."""
     for normal in faces:
         turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
         number = min(int(turn / (2.0 * np.pi) * DIRECTIONS), DIRECTIONS - 1)
         if rows[number, :3] @ normal < rows[number, 3]:
             ahead = np.array([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)])
-            rows[number], limits[number] = np.append(ahead, (COUNTS - 1.0) * tilt), tilt
+            rows[number], limits[number] = np.append(ahead, (FALL_SHARE - 1.0) * tilt), tilt
 
 
 def _turn(angle: FloatArray) -> FloatArray:
@@ -141,7 +141,7 @@ def _edges(hull: Hull) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.concatenate(ends), np.concatenate(sides)
 
 
-def _crossings(hull: Hull, ends: NDArray[np.int64], sides: NDArray[np.int64]) -> Crossings:
+def _crossings(hull: Hull, ends: NDArray[np.int64], sides: NDArray[np.int64]) -> TiltCrossings:
     """Where the directions down of one direction of lean cross the arcs between the normals of neighbouring triangles.
 
     Along such an arc both ends of the edge between the triangles are lowest.
@@ -168,10 +168,10 @@ def _crossings(hull: Hull, ends: NDArray[np.int64], sides: NDArray[np.int64]) ->
     # Of the two triangles the one towards which the centre sinks.
     height = np.sum(corners[:, 0] * down, axis=1)
     sinks = hull.offsets[one] < height * np.sum(down * hull.normals[one], axis=1)
-    return Crossings(direction, edge, tilt, rises, np.where(sinks, one, other))
+    return TiltCrossings(direction, edge, tilt, rises, np.where(sinks, one, other))
 
 
-def _settles(hull: Hull, size: float) -> NDArray[np.int64]:
+def _final_triangles(hull: Hull, size: float) -> NDArray[np.int64]:
     """Triangle on which the body comes to rest from each of its triangles, if it rolls without any speed.
 
     It rolls over the edge beyond which the foot of the perpendicular from its centre lies farthest.

@@ -263,7 +263,7 @@ def gaps_said(cube: xr.Dataset) -> str:
 
 
 def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
-    return cube.sel(element=scene_of(study, variant).shown_name) if "element" in cube.dims else cube
+    return cube.sel(element=scene_of(study, variant).default_element) if "element" in cube.dims else cube
 
 
 @contextmanager

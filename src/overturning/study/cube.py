@@ -130,7 +130,7 @@ def choose(
     if element is None:
         return cube
     if element == "reference":
-        element = scene_of(study_of(cube), cube.attrs["variant"]).shown_name
+        element = scene_of(study_of(cube), cube.attrs["variant"]).default_element
     _check_element(element, cube["element"].to_numpy().tolist(), path)
     return cube.sel(element=element)
 
@@ -249,7 +249,7 @@ def sizes_of_another(cube: "xr.Dataset") -> str:
 def shown_element(cube: "xr.Dataset") -> str:
     """The element whose falls a cube of one element holds: the one that was chosen, or the scene's only one."""
     chosen = "element" in cube.coords
-    return str(cube["element"].item()) if chosen else scene_of(study_of(cube), cube.attrs["variant"]).shown_name
+    return str(cube["element"].item()) if chosen else scene_of(study_of(cube), cube.attrs["variant"]).default_element
 
 
 def motions_beside(path: Path, study: Study, variant: str) -> Path:

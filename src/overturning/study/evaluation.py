@@ -6,13 +6,13 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from overturning.model.cases import check_heights
-from overturning.model.element import Keys, Name
+from overturning.model.element import Name, StrictModel
 from overturning.study.values import Degree, Metre, Second
 
 FORMATS: Final = ("svg", "png", "pdf")
 
 
-class Figures(Keys):
+class Figures(StrictModel):
     """How the figures of a study are written: polar maps, intensity by azimuth, rose, axes, plane."""
 
     size: float = Field(default=1.0, ge=0.5, le=4, description="factor on the size of the figures; letters keep theirs")
@@ -44,7 +44,7 @@ class Figures(Keys):
         return tuple(kind for kind in FORMATS if kind == "svg" or kind in formats)
 
 
-class Crate(Keys):
+class Crate(StrictModel):
     """What the research crate of the results says that only those know who publish them."""
 
     licence: str = Field(
@@ -57,7 +57,7 @@ class Crate(Keys):
     authors: tuple[Annotated[str, Field(min_length=1)], ...] = Field(default=(), description="names of the authors")
 
 
-class Published(Keys):
+class Published(StrictModel):
     """What a publication states of one component, to compare the study with."""
 
     record: str = Field(description="id of the record")
@@ -77,7 +77,7 @@ CONTRASTS: Final = ("vertical", "scene", "site")
 """Those of a variant beside the study, named like what the variant changes."""
 
 
-class Primary(Keys):
+class Primary(StrictModel):
     """The one statistic that answers a study's question; all others are called secondary."""
 
     statistic: Literal["alignment", "share", "fall_rate", "published"] = Field(
@@ -91,7 +91,7 @@ class Primary(Keys):
     )
 
 
-class Survey(Keys):
+class Survey(StrictModel):
     """Stones that somebody has found fallen, to compare with what the study predicts for their site."""
 
     stones: str = Field(
@@ -108,7 +108,7 @@ class Survey(Keys):
     )
 
 
-class Spread(Keys):
+class Spread(StrictModel):
     """Values spread evenly between two ends."""
 
     low: float = Field(gt=0, description="lowest value")
@@ -121,7 +121,7 @@ class Spread(Keys):
         return self
 
 
-class Population(Keys):
+class Population(StrictModel):
     """A cemetery: the distribution of its stones, and how strongly each record is to shake it."""
 
     width: Spread = Field(default=Spread(low=0.3, high=0.4), description="widths of the square shafts, m: low, high")

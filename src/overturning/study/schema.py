@@ -15,7 +15,7 @@ from pydantic import (
 )
 
 from overturning.model.cases import HIGHEST, LOWEST, checked_height
-from overturning.model.element import Keys, Name
+from overturning.model.element import Name, StrictModel
 from overturning.model.geometry import native_size
 from overturning.model.scene import Scene, gravestone
 from overturning.records.site import Site
@@ -43,7 +43,7 @@ Friction = Annotated[float, Field(ge=0, le=100)]
 Factor = Annotated[float, Field(gt=0, le=100)]
 
 
-class Study(Keys):
+class Study(StrictModel):
     """A study: which records, which blocks, how computed."""
 
     name: Name = Field(description="name of the study and of its folder under results/: small letters, digits, hyphens")

@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from overturning.errors import ArgumentError, OverturningError
 from overturning.model.contact import DAMPING_RATIO
-from overturning.model.element import Keys
+from overturning.model.element import StrictModel
 from overturning.model.scene import Scene, load_scene
 from overturning.records.site import Site
 from overturning.study.values import Damping, Degree, Metre, Radian, Second, Stiffness, Values
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 
 
-class Records(Keys):
+class Records(StrictModel):
     """Which records to study and where they are described."""
 
     table: str = Field(
@@ -48,7 +48,7 @@ class Records(Keys):
         return ids
 
 
-class ContactSettings(Keys):
+class ContactSettings(StrictModel):
     """Springs, dashpots and slider at each corner."""
 
     stiffness: Literal["auto"] | Stiffness = Field(
@@ -80,7 +80,7 @@ class ContactSettings(Keys):
         return ContactSettings(**kept | self.model_dump(include=self.model_fields_set))
 
 
-class Simulation(Keys):
+class Simulation(StrictModel):
     """How the cases are computed."""
 
     scheme: str | None = Field(
@@ -110,7 +110,7 @@ def scene_of_choice(choice: Any) -> Any:
 SceneChoice = Annotated[Scene, BeforeValidator(scene_of_choice, json_schema_input_type=str | Scene)]
 
 
-class Variant(Keys):
+class Variant(StrictModel):
     """A second setting, computed beside the nominal one into a cube of its own: of contact, scene, ground or motion."""
 
     scene: SceneChoice | None = Field(
@@ -128,7 +128,7 @@ class Variant(Keys):
     )
 
 
-class Ensemble(Keys):
+class Ensemble(StrictModel):
     """Each case run again in a neighbourhood: uniform half-widths, scrambled Sobol points."""
 
     members: int = Field(
@@ -162,7 +162,7 @@ class Ensemble(Keys):
         return members
 
 
-class Verification(Keys):
+class Verification(StrictModel):
     """A random part of the study run again more exactly, to see how far its answers hang on the computation."""
 
     share: float = Field(
@@ -184,7 +184,7 @@ Aspect = Annotated[float, Field(gt=0, le=10)]
 Sides = Annotated[int, Field(ge=3, le=96)]
 
 
-class BodySettings(Keys):
+class BodySettings(StrictModel):
     """A free body in space."""
 
     plan: Literal["rectangle", "circle"] | Sides = Field(
@@ -243,7 +243,7 @@ class BodySettings(Keys):
         return shape_of(self.plan if self.vertices is None else Polyhedron(self.vertices))
 
 
-class Orientations(Keys):
+class Orientations(StrictModel):
     """Directions that a body faces: from start by step, up to the turn after which it looks the same."""
 
     start: Degree = Field(

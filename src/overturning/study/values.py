@@ -10,7 +10,7 @@ from typing import Annotated, Any, Self, TypeVar
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from overturning.model.element import Keys
+from overturning.model.element import StrictModel
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 
@@ -63,7 +63,7 @@ _MAX_AZIMUTHS = 36_000
 _WHOLE_STEPS = tuple(step for step in range(1, 181) if 360 % step == 0)
 
 
-class Range(Keys):
+class Range(StrictModel):
     """Values from start to stop by step. The stop is included where a step meets it."""
 
     start: float = Field(description="first value")
@@ -84,7 +84,7 @@ class Range(Keys):
         return tuple(round(self.start + index * self.step, 10) for index in range(count))
 
 
-class AzimuthRange(Keys):
+class AzimuthRange(StrictModel):
     """Azimuths from start by step up to stop, which is excluded: 0° and 360° are the same direction."""
 
     start: Degree = Field(default=0.0, ge=0, lt=360, description="first azimuth, degrees clockwise from north")

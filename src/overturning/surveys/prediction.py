@@ -7,7 +7,7 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.edges import edge_chances
+from overturning.model.edges import edge_probabilities
 from overturning.model.planes import fall_probability, plane_weight
 from overturning.model.symmetry import FULL_TURN, nearest
 from overturning.statistics.circular import sector
@@ -132,8 +132,9 @@ class SitePrediction:
 
         A rectangular stone falls over one of its edges: the two planes through its faces' normals are computed each
         with its own B/H, for each height and friction of the cube on its own. They are taken as independent within the
-        ensemble's neighbourhood; where the stone would fall in both, `edge_chances` says over which edge. Rolling on a
-        corner, which only a model in space shows (Contento, Zulli & Di Egidio 2013, doi 10.5772/54863), is left out.
+        ensemble's neighbourhood; where the stone would fall in both, `edge_probabilities` divides the probability
+        between the two edges. Rolling on a corner is left out: only the 3-D model has it (Contento, Zulli & Di Egidio
+        2013, doi 10.5772/54863).
         """
         blind = np.concatenate([[0.5], np.full(4, 0.125)])
         model = self._model(np.array([stone.face_azimuth_deg]), stone.slenderness)[:, 0]
@@ -147,7 +148,7 @@ class SitePrediction:
         p = np.array([probability for probability, _ in planes])
         known = np.isfinite(p).all(axis=(0, 1))
         p = np.where(known, p, 0.0)
-        over = edge_chances(np.minimum(p.sum(axis=1), 1.0), np.array([times for _, times in planes]))
+        over = edge_probabilities(np.minimum(p.sum(axis=1), 1.0), np.array([times for _, times in planes]))
         model = [1 - over.sum(axis=0)]
         for ends, falls in zip(p, over, strict=True):
             both = ends.sum(axis=0)

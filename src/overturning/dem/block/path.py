@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.path import PlanePath
 from overturning.model.cases import Cases
-from overturning.model.geometry import place
+from overturning.model.geometry import place_elements
 from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -17,7 +17,7 @@ def block_path(scene: Scene, motion: Motion, cases: Cases, rows: NDArray[np.void
     azimuth, height, ratio, amplitude = (
         float(getattr(cases, name)[0]) for name in ("azimuth_deg", "height", "b_over_h", "amplitude")
     )
-    placed = place(scene, height, ratio)
+    placed = place_elements(scene, height, ratio)
     ground, block = placed
     time = rows["time"]
     poses = np.zeros((len(rows), 2, 6))

@@ -11,7 +11,7 @@ from numba import njit
 from overturning.dem.body.state import ROWS, VERTEX, Body, Lying, Memory, Point, Vertex
 from overturning.dem.body.vectors import Matrix, apply
 from overturning.dem.kernel.lanes import INLINE, INNER
-from overturning.model.solid import CORNERS
+from overturning.model.solid import MAX_CARRYING_CORNERS
 
 LEVEL: Final = 1.0 - 1e-6
 """Vertices that are as deep below the centre as this share of the foot are of the base."""
@@ -76,7 +76,7 @@ def lie_all(state: Any, vertices: Any, half: int, base: int, columns: int, round
             behind = load_memory(vertices[half : half + OF_A_VERTEX], j)
             store_lying(state, j, Lying(0.0, 0.0, rests(body, ahead), rests(body, behind)))
         return
-    few = base <= CORNERS
+    few = base <= MAX_CARRYING_CORNERS
     for j in range(columns):
         store_lying(state, j, Lying(0.0, 0.0, 1.0, 1.0) if few else Lying(1e300, -1e300, 0.0, 0.0))
     if few:

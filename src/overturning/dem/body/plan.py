@@ -24,7 +24,7 @@ from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import check_precision
 from overturning.model.solid import Solid
-from overturning.model.tipping import COUNTS
+from overturning.model.tipping import FALL_SHARE
 from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -247,7 +247,7 @@ def _bodies(made: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
             table[index][f"i{name}"], table[index][f"a{name}"] = body.inverse_inertia[at], body.inertia[at]
         foot, reach = body.foot, body.reach
         # Where the tilt depends on the direction it may lie on its new face, and contacts give way.
-        fallen = body.fallen * (COUNTS if len(body.sectors) else 1.0)
+        fallen = body.fall_tilt * (FALL_SHARE if len(body.sectors) else 1.0)
         values = {
             "foot": foot, "radius": body.radius, "reach": reach, "critical": reach**2 / (reach**2 + foot**2),
             "fallen": np.round(np.cos(fallen), 12), "deepest": DEEPEST * min(reach, foot),

@@ -11,7 +11,7 @@ from overturning.dem.limits import DEEPEST
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
 from overturning.dem.polygon.prepare import Prepared, smallest
-from overturning.model.geometry import WIDE, Placed, common_stretch, partners
+from overturning.model.geometry import WIDE_GROUND, PlacedElement, common_stretch, paired_pieces
 
 CASE: Final = np.dtype([(name, "f8") for name in (
     "amplitude", "bears", "friction", "damping", "first", "calm", "after", *Clock._fields,
@@ -109,7 +109,7 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
     nearest = k.Nearest(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
     seen, face, bounds = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0), k.Bounds(0.0, 0.0, 0.0, 0.0)
     pairs = []
-    for index, (pair, (a, b)) in enumerate(zip(prepared.pairs, partners(placed, prepared.pairs), strict=True)):
+    for index, (pair, (a, b)) in enumerate(zip(prepared.pairs, paired_pieces(placed, prepared.pairs), strict=True)):
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
         law = k.Law(laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance)
@@ -127,7 +127,7 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
     )
 
 
-def rests_on_one_face(placed: list[Placed]) -> bool:
+def rests_on_one_face(placed: list[PlacedElement]) -> bool:
     """Whether the first nearest faces stay so until the case ends: one upright rectangle on a wide driven one.
 
     Its lower corners alone can touch the ground until it lies on its side, and then it has fallen.
@@ -141,20 +141,21 @@ def rests_on_one_face(placed: list[Placed]) -> bool:
         and stone.element.kind == "free"
         and max(fallen_angles(stone)) < 0.5 * np.pi
         and abs(float(stone.points[:, 1].min() - ground.points[:, 1].max())) <= 1e-9 * stone.size
-        and ground.shape.width > WIDE * max(stone.shape.width, stone.shape.height) + 2.0 * abs(stone.x - ground.x)
+        and ground.shape.width
+        > WIDE_GROUND * max(stone.shape.width, stone.shape.height) + 2.0 * abs(stone.x - ground.x)
     )
 
 
-def _is_first(a: Placed, b: Placed, side: int) -> bool:
+def _is_first(a: PlacedElement, b: PlacedElement, side: int) -> bool:
     """Whether the vertex of an end is the first element's."""
     point = common_stretch(a, b)[side].point
     return bool(min(np.hypot(x - point[0], z - point[1]) for x, z in a.points) < 1e-9 * a.size)
 
 
-def fallen_angles(item: Placed) -> tuple[float, float]:
+def fallen_angles(item: PlacedElement) -> tuple[float, float]:
     """Rotations to −x and +x that count as a fall, rad: `FLAT` of those that bring a face down, or its scene's."""
     brings_down = item.element.fallen_rotation_deg in (None, 90.0)
-    back, on = item.fallen
+    back, on = item.fallen_rotations
     return (round(FLAT * back, 12), round(FLAT * on, 12)) if brings_down else (back, on)
 
 

@@ -19,7 +19,15 @@ from overturning.dem.polygon.statics import (
     rest,
     slowest_mode,
 )
-from overturning.model.geometry import ElementPair, End, Placed, ground_of, misplaced, pairs_of, place
+from overturning.model.geometry import (
+    ElementPair,
+    PlacedElement,
+    StretchEnd,
+    element_pairs,
+    ground_name,
+    place_elements,
+    placement_error,
+)
 from overturning.model.scene import Scene
 
 
@@ -28,7 +36,7 @@ class Prepared:
     """One variant of a scene, ready to run."""
 
     scene: Scene
-    placed: list[Placed]
+    placed: list[PlacedElement]
     pairs: list[ElementPair]  # elements that can meet
     laws: Laws
     displacement: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, from the places
@@ -113,7 +121,7 @@ class Prepared:
     @cached_property
     def edge(self) -> FloatArray:
         """Slip of each element that takes it past the end of the ground, m; infinite on anything else."""
-        ground = ground_of(self.scene)
+        ground = ground_name(self.scene)
         far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.placed]
         return np.array(
             [far[on] - abs(x - self.placed[on].x) for on, (x, _) in zip(self.support, self.base, strict=True)]
@@ -145,8 +153,8 @@ class Prepared:
 
 def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = None) -> Prepared:
     """Prepare a scene whose reference element has a height (m) and slenderness; its own where they are not given."""
-    placed = place(scene, height, b_over_h)
-    pairs = pairs_of(placed)
+    placed = place_elements(scene, height, b_over_h)
+    pairs = element_pairs(placed)
     joints = joints_of(placed, pairs)
     laws = contact_laws(scene, placed, pairs, joints)
     equilibrium = rest(scene, placed, joints, laws.normal, laws.tangential)
@@ -166,7 +174,7 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
         *highest_modes(placed, pairs, joints, laws), slowest_mode(placed, joints, laws),
         threshold, parts, safe, tips, critical, barrier, support, base,
-        [set(stands.get(k, {})) for k in range(len(placed))], b_over_h is None or not misplaced(placed),
+        [set(stands.get(k, {})) for k in range(len(placed))], b_over_h is None or not placement_error(placed),
     )  # fmt: skip
 
 
@@ -185,12 +193,12 @@ CRITICAL: Final = {
 """CF attributes of the critical angles of a scene."""
 
 
-def smallest(placed: list[Placed]) -> float:
+def smallest(placed: list[PlacedElement]) -> float:
     """Smaller side of the smallest free element, m."""
     return min(item.size for item in placed if not item.fixed)
 
 
-Stands = dict[int, dict[int, list[End]]]
+Stands = dict[int, dict[int, list[StretchEnd]]]
 
 ALIKE: Final = 0.05
 """Sine of the angle between two directions up to which they are one."""
@@ -199,7 +207,7 @@ LEAST_TIP: Final = 1e-6
 """A tipping angle below this is none, rad."""
 
 
-def _stands(placed: list[Placed], pairs: list[ElementPair], loaded: list[Loaded]) -> Stands:
+def _stands(placed: list[PlacedElement], pairs: list[ElementPair], loaded: list[Loaded]) -> Stands:
     """Of each free element: what carries it, with the loaded ends."""
     result: Stands = {}
     for index, _, end, _, _ in loaded:
@@ -210,7 +218,7 @@ def _stands(placed: list[Placed], pairs: list[ElementPair], loaded: list[Loaded]
     return result
 
 
-def _upright(placed: list[Placed], pairs: list[ElementPair], loaded: list[Loaded]) -> NDArray[np.bool_]:
+def _upright(placed: list[PlacedElement], pairs: list[ElementPair], loaded: list[Loaded]) -> NDArray[np.bool_]:
     """Which elements stand by themselves on what carries them: all that bears on them at rest bears in one direction.
 
     An arch stone, one in a groove and one that leans on a wall are held by faces that are turned to each other; there
@@ -229,7 +237,7 @@ def _upright(placed: list[Placed], pairs: list[ElementPair], loaded: list[Loaded
 
 
 def _single(
-    scene: Scene, placed: list[Placed], stands: Stands, upright: NDArray[np.bool_]
+    scene: Scene, placed: list[PlacedElement], stands: Stands, upright: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
     """Of each element by itself: tipping angles to both sides, α, barrier, support and middle of its base."""
     count = len(placed)
@@ -256,12 +264,12 @@ def _single(
             tips[k] = reach
             critical[k], least = min(reach), min(lift)
         else:
-            critical[k], least = min(item.fallen) if rests else max(min(reach), LEAST_TIP), 0.0
+            critical[k], least = min(item.fallen_rotations) if rests else max(min(reach), LEAST_TIP), 0.0
         barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.size)
     return tips, critical, barrier, support, base
 
 
-def _lifting(placed: list[Placed], stands: Stands) -> tuple[float, NDArray[np.int64], FloatArray]:
+def _lifting(placed: list[PlacedElement], stands: Stands) -> tuple[float, NDArray[np.int64], FloatArray]:
     """Horizontal acceleration over g below which no part of the scene that can move as one starts to rock.
 
     A part is an element with what stands on it, directly or not. It lifts off when the resultant of weight and inertia
@@ -296,7 +304,7 @@ def _lifting(placed: list[Placed], stands: Stands) -> tuple[float, NDArray[np.in
     return max(threshold, 0.0), np.array(list(parts)), np.array(list(parts.values()))
 
 
-def _lifts(placed: list[Placed], part: list[int], edge: tuple[float, float], side: float) -> float:
+def _lifts(placed: list[PlacedElement], part: list[int], edge: tuple[float, float], side: float) -> float:
     """Horizontal acceleration over g at which a part starts to turn about an edge to a side."""
     mass = sum(placed[n].mass for n in part)
     x = sum(placed[n].mass * placed[n].x for n in part) / mass
@@ -305,7 +313,13 @@ def _lifts(placed: list[Placed], part: list[int], edge: tuple[float, float], sid
 
 
 def _part(
-    placed: list[Placed], stands: Stands, root: int, last: int, edge: tuple[float, float], side: float, level: float
+    placed: list[PlacedElement],
+    stands: Stands,
+    root: int,
+    last: int,
+    edge: tuple[float, float],
+    side: float,
+    level: float,
 ) -> list[int]:
     """An element with what stands on it, up to the one listed last, that an acceleration (over g), `level`, helps turn.
 

@@ -9,7 +9,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve
 from overturning.model.contact import DAMPING_RATIO
-from overturning.model.geometry import ElementPair, End, Placed, Touch, resting
+from overturning.model.geometry import ElementPair, PlacedElement, StretchEnd, TouchingEnd, touching_ends
 from overturning.model.scene import Scene
 
 FLUSH: Final = np.radians(0.1)
@@ -25,7 +25,7 @@ class Loaded(NamedTuple):
 
     pair: int
     side: int
-    end: End
+    end: StretchEnd
     approach: float
     slip: float
 
@@ -33,7 +33,7 @@ class Loaded(NamedTuple):
 class Joint(NamedTuple):
     """An end that touches, and how its normal approach and its slip depend on all displacements, shape (3 · free,)."""
 
-    touch: Touch
+    touch: TouchingEnd
     approach: FloatArray
     slip: FloatArray
 
@@ -49,23 +49,23 @@ class Laws:
     carried: FloatArray  # weight at rest, N
 
 
-def _numbers(placed: list[Placed]) -> dict[int, slice]:
+def _numbers(placed: list[PlacedElement]) -> dict[int, slice]:
     """Where the displacements (x, z, clockwise rotation) of each free element stand among those of all."""
     free = [i for i, item in enumerate(placed) if not item.fixed]
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
-def joints_of(placed: list[Placed], pairs: list[ElementPair], lean: float = 0.0) -> list[Joint]:
+def joints_of(placed: list[PlacedElement], pairs: list[ElementPair], lean: float = 0.0) -> list[Joint]:
     """The ends that touch; `lean` as in `overturning.model.geometry.resting`."""
-    return _joints(placed, pairs, resting(placed, pairs, lean))
+    return _joints(placed, pairs, touching_ends(placed, pairs, lean))
 
 
-def _joints(placed: list[Placed], pairs: list[ElementPair], ends: list[Touch]) -> list[Joint]:
+def _joints(placed: list[PlacedElement], pairs: list[ElementPair], ends: list[TouchingEnd]) -> list[Joint]:
     return [Joint(touch, *_stretches(placed, pairs[touch.pair], touch.end)) for touch in ends]
 
 
 def bearing_ends(
-    scene: Scene, placed: list[Placed], pairs: list[ElementPair], joints: list[Joint], loaded: list[Loaded]
+    scene: Scene, placed: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint], loaded: list[Loaded]
 ) -> list[Loaded]:
     """Return the ends by which elements stand: the `loaded` ones, with a lean of less than `FLUSH` taken as none.
 
@@ -92,7 +92,7 @@ def bearing_ends(
     return []
 
 
-def _stretches(placed: list[Placed], pair: ElementPair, end: End) -> tuple[FloatArray, FloatArray]:
+def _stretches(placed: list[PlacedElement], pair: ElementPair, end: StretchEnd) -> tuple[FloatArray, FloatArray]:
     number = _numbers(placed)
     approach, slip = np.zeros(3 * len(number)), np.zeros(3 * len(number))
     for k, sign in ((pair.a, 1.0), (pair.b, -1.0)):
@@ -111,7 +111,7 @@ def _stiffness(size: int, joints: list[Joint], normal: FloatArray, tangential: F
 
 
 def rest(
-    scene: Scene, placed: list[Placed], joints: list[Joint], normal: FloatArray, tangential: FloatArray
+    scene: Scene, placed: list[PlacedElement], joints: list[Joint], normal: FloatArray, tangential: FloatArray
 ) -> tuple[FloatArray, list[Loaded]] | None:
     """Static equilibrium on the springs of the contacts (N/m of each pair), without tension.
 
@@ -140,7 +140,7 @@ def rest(
     return None
 
 
-def contact_laws(scene: Scene, placed: list[Placed], pairs: list[ElementPair], joints: list[Joint]) -> Laws:
+def contact_laws(scene: Scene, placed: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint]) -> Laws:
     """Springs, dashpots and friction of each pair; stiffness auto from the weight that the pair carries at rest.
 
     A pair that carries weight W over a common stretch of width B sinks in by δ = W/(2 K_n), a stated share of B. A
@@ -186,7 +186,7 @@ def contact_laws(scene: Scene, placed: list[Placed], pairs: list[ElementPair], j
 
 
 def highest_modes(
-    placed: list[Placed], pairs: list[ElementPair], joints: list[Joint], laws: Laws
+    placed: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint], laws: Laws
 ) -> tuple[float, float]:
     """Largest eigenvalues of springs (ω², 1/s²) and of dashpots (1/s), as `overturning.dem.time_step` takes them.
 
@@ -207,14 +207,14 @@ def highest_modes(
     return values[0], values[1]
 
 
-def slowest_mode(placed: list[Placed], joints: list[Joint], laws: Laws) -> float:
+def slowest_mode(placed: list[PlacedElement], joints: list[Joint], laws: Laws) -> float:
     """Smallest eigenvalue of the scene at rest on its springs, 1/s²; 0 where something can move without force."""
     root = _over_masses(placed)
     matrix = _stiffness(root.size, joints, laws.normal, laws.tangential)
     return lowest_eigenvalue(root[:, None] * matrix * root)
 
 
-def _over_masses(placed: list[Placed]) -> FloatArray:
+def _over_masses(placed: list[PlacedElement]) -> FloatArray:
     """1 over the roots of masses and moments of inertia, by displacements."""
     free = [item for item in placed if not item.fixed]
     return np.sqrt(np.concatenate([(1.0 / item.mass, 1.0 / item.mass, 1.0 / item.inertia) for item in free]))

@@ -144,7 +144,7 @@ def scene_sentences(results: Results) -> tuple[str, ...]:
     if not anything.falls:
         return ("Nothing of the scene falls in any case whose outcome is known.",)
     shares = ", ".join(f"the {one.name} in {percent(one.share)}" for one in each)
-    shown = scene_of(results.study).shown_name
+    shown = scene_of(results.study).default_element
     return (
         f"In {percent(anything.share)} of the cases{results.of_known} something falls: {shares}. “Blocks” are the "
         f"{shown} in what follows.",

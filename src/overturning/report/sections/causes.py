@@ -22,7 +22,7 @@ from overturning.units import CM, GAL
 DOUBLED = {1: "PGA, and PGV with it,", 2: "PGV alone", 4: "the size of a block alone"}
 """What doubles where a predictor of `statistics.logistic.overturning_fit` grows by ln 2, by its place."""
 
-WIDEST = 100.0
+MAX_CONTACT_WIDTH = 100.0
 """An interval of odds whose ends differ by more than this factor tells nothing."""
 
 # How far a peak may lie from a published one whose processing is not known: each integration lets its choices in.
@@ -75,7 +75,7 @@ def doubling_sentence(fit: LogisticFit) -> str:
         factor, low, high = (2.0 ** float(values[place]) for values in (fit.coefficient, fit.low, fit.high))
         if math.isnan(factor):
             continue
-        if high <= WIDEST * low:
+        if high <= MAX_CONTACT_WIDTH * low:
             parts.append(f"by {two_digits(factor)} ({two_digits(low)} to {two_digits(high)}) where {what} doubles")
         else:
             untold.append(what)

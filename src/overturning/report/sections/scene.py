@@ -33,7 +33,7 @@ def scene(results: Results) -> Said:
     for name, cube in results.cubes.items():
         one, several = scenes[name], "element" in cube.dims
         again = f", {name}" if name != NOMINAL and one == scenes[NOMINAL] else ""  # a variant of ground or motion
-        title = f"{one.shown_name} of the {one.name} scene{again}"
+        title = f"{one.default_element} of the {one.name} scene{again}"
         stones[title] = results.reference_cube(name)
         for row in results.elements if name == NOMINAL and several else falls_by_element(cube):
             element = row.name if several else one.free[0]
@@ -53,7 +53,7 @@ def scene(results: Results) -> Said:
         "A stone has fallen that no longer stands where it stood: turned past the angle from which it could come back, "
         "lower by more than a tenth of its height or what the scene file sets, or without what carried it. Cases "
         "without an outcome are not counted. Elsewhere in this report “the block” is the "
-        f"{scenes[NOMINAL].shown_name} of the study's own scene{another}."
+        f"{scenes[NOMINAL].default_element} of the study's own scene{another}."
         f"{''.join(f' Variant {name}: {said}.' for name in study.variants if (said := sizes_said(study, name)))}"
     )
     towards = f"{results.words.rose} {results.words.which}"

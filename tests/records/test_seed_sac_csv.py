@@ -390,6 +390,18 @@ def test_columns_that_do_not_hold_what_is_declared(tmp_path, text, columns, inte
         ("t,E,N", ["'E' is taken as north in gal", "'N' is taken as 90 in gal"]),
         ("t,north (g),east", ["'north (g)' is taken as north in gal"]),
         ("t,N,Up", ["'Up' is taken as 90 in gal"]),
+        ("time,HNE,HNN", ["'HNE' is taken as north in gal", "'HNN' is taken as 90 in gal"]),
+        ("time,HNN,HNE", []),
+        ("t,acc_e,acc_n", ["'acc_e' is taken as north in gal", "'acc_n' is taken as 90 in gal"]),
+        ("t,aN (m s-2),aE", ["'aN (m s-2)' is taken as north in gal"]),
+        (
+            "t,Acc.E-W(gal),Acc. [N-S]",
+            ["'Acc.E-W(gal)' is taken as north in gal", "'Acc. [N-S]' is taken as 90 in gal"],
+        ),
+        ("% t,E,N", ["'E' is taken as north in gal", "'N' is taken as 90 in gal"]),
+        ("// t,E,N", ["'E' is taken as north in gal", "'N' is taken as 90 in gal"]),
+        ("t,H1,H2", []),
+        ("t,acc m/s/s,acc in gal", []),
     ],
 )
 def test_headings_that_say_otherwise_than_what_is_declared_are_told(tmp_path, headings, told):
@@ -398,6 +410,33 @@ def test_headings_that_say_otherwise_than_what_is_declared_are_told(tmp_path, he
     path.write_text(f"{headings}\n" + "".join(f"{n / 100},{n},{-2 * n}\n" for n in range(250)))
     record = read_path(path, Declarations(columns="time:s north:gal 90:gal", processed=True))
     assert record.notes == [f"x.csv: the column under {why}, as declared" for why in told]
+
+
+@pytest.mark.parametrize(
+    ("line", "unit"),
+    [
+        ("Units: g", "g"),
+        ("# Acceleration in m/s^2", "m/s2"),
+        ("% corrected acceleration (mm/s/s)", "mm/s2"),
+        ("acceleration (cm/s/s) of Station X", ""),
+        ("peak velocity 12 cm/s, peak acceleration 0.3 g", ""),
+        ("Vs30 of 300 m/s by unit 5", ""),
+    ],
+)
+def test_a_line_of_text_that_names_another_unit_is_told(tmp_path, line, unit):
+    path = tmp_path / "x.txt"
+    path.write_text(f"{line}\n" + "".join(f"{n / 100} {n} {n * n % 7} 0 0 0\n" for n in range(250)))
+    record = read_path(path, Declarations(columns="time:s north:gal east:gal skip skip skip", processed=True))
+    told = [f"x.txt: the line {line.lstrip('#% ')!r} names {unit}; columns are taken in gal, as declared"]
+    assert record.notes == (told if unit else [])
+
+
+@pytest.mark.parametrize("line", ["Velocity (cm/s)", "# corrected velocity", "Units: cm/s", "% Displacement in cm"])
+def test_a_line_of_text_that_says_another_quantity_is_refused(tmp_path, line):
+    path = tmp_path / "x.txt"
+    path.write_text(f"{line}\n" + "".join(f"{n / 100} {n} {n * n % 7} 0 0 0\n" for n in range(250)))
+    with refused(RecordError, "x.txt", f"the line {line.lstrip('#% ')!r} says", "--trust-data"):
+        read_path(path, Declarations(columns="time:s north:gal east:gal skip skip skip", processed=True))
 
 
 SCEC = "#    time(sec)      E-W({0})      N-S({0})      U-D({0})"
@@ -430,7 +469,9 @@ def test_headings_behind_a_hash_and_on_several_lines_are_read(tmp_path, headings
     np.testing.assert_allclose(record.north, first, rtol=1e-12)
 
 
-@pytest.mark.parametrize("unit", ["(cm/s)", "(m/s)", " velocity", "_vel", "(cm/sec)", " [mm/s]", "(cm)", " displ."])
+@pytest.mark.parametrize(
+    "unit", ["(cm/s)", "(m/s)", " velocity", "_vel", "(cm/sec)", " [mm/s]", "(cm)", " displ.", " counts"]
+)
 @pytest.mark.parametrize("mark", ["# ", ""])
 def test_columns_whose_heading_says_another_quantity_are_refused(tmp_path, unit, mark):
     """SCEC's .vel.bbp was read as accelerations of 22 Gal."""

@@ -10,7 +10,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import Reasons, RecordError
 from overturning.records.component import UNKNOWN, Component, parse_axis
-from overturning.records.formats.headings import SECONDS, cells_of_headings, first_row, otherwise
+from overturning.records.formats.headings import SECONDS, cells_of_headings, first_row, otherwise, statements
 from overturning.records.formats.lines import Lines
 from overturning.records.source import Declarations, SourceFile
 from overturning.units import UNITS
@@ -138,6 +138,8 @@ def _rows(
     separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
     headings = cells_of_headings(lines.lines[:first], separator, len(columns))
     notes, why = otherwise(name, headings, columns)
+    stated, quantity = statements(name, lines.lines[:first], separator, columns)
+    notes, why = notes + stated, why or quantity
     if why and not declared.trust_data:
         raise RecordError(f"{name}: {why}; declare its acceleration, or say --trust-data if the heading is wrong")
     notes += (f"{name}: trusted although {why}",) if why else ()

@@ -1,5 +1,6 @@
 """Archives that want to do harm: each is refused, in bounded time and memory, and nothing is written anywhere."""
 
+import gzip
 import io
 import tarfile
 import zipfile
@@ -13,7 +14,7 @@ from overturning.records.check import check_paths
 from overturning.records.read import read_path
 from overturning.records.source import SourceFile, open_archive
 from tests.bounds import bounded
-from tests.records.record_writers import knet_text
+from tests.records.record_writers import csmip_text, knet_text
 from tests.records.written import FORMS
 
 COUNTS = np.arange(-100, 100) * 1000
@@ -90,6 +91,25 @@ def test_velocities_beside_accelerations_in_an_archive_are_left_out(tmp_path, fo
     record = read_path(path)
     np.testing.assert_allclose([record.north, record.east], FORMS[form].north_east(*steps[:2]), atol=1e-8)
     assert [n for n in record.notes if "left" in n] == [f"{name} left out: it holds no acceleration" for name in others]
+
+
+@pytest.mark.parametrize("pack", [zip_of, tar_of])
+def test_members_that_systems_and_agencies_add_do_not_refuse_an_archive(tmp_path, pack):
+    """A Mac's resource files, its folder settings, plots of NIED, and documents, which are zip files themselves."""
+    wave = 100.0 * np.sin(np.arange(1000) / 10)
+    text = csmip_text({"360 Deg": (360, wave), "90 Deg": (90, 0.5 * wave)}, 100, volume=2).encode()
+    resource = b"\0\5\x16\7\0\2\0\0Mac OS X        " + bytes(60)
+    beside = {"__MACOSX/._x.V2": resource, "._x.V2": resource, ".DS_Store": b"\0\0\0\1Bud1", "Thumbs.db": b"\xd0\xcf"}
+    beside |= {
+        "x.ps.gz": gzip.compress(b"%!PS-Adobe"),
+        "x.ps": b"%!PS-Adobe",
+        "map.kmz": zip_of({"doc.kml": b"<kml/>"}),
+    }
+    path = tmp_path / "x.zip"
+    path.write_bytes(pack(beside | {"CE1/x.V2": text}))
+    record = read_path(path)
+    np.testing.assert_allclose(record.north, wave / 100, atol=1e-6)
+    assert [note for note in record.notes if "left out" in note] == []
 
 
 def link(kind: bytes, name: str = "T.NS", target: str = "/etc/passwd") -> tarfile.TarInfo:

@@ -24,8 +24,11 @@ MAXIMUM_MEMBERS: Final = 20_000
 
 NO_RECORDS: Final = frozenset(
     ("geojson", "htm", "jpeg", "jpg", "json", "kml", "md", "pdf", "png", "py", "svg", "toml", "yaml", "yml")
-)
+) | {"db", "eps", "gif", "ini", "kmz", "ods", "odt", "pptx", "ps", "rtf", "tif", "tiff"}
 """Extensions of files that are no records: in folders, archives, and among several files, they are passed over."""
+
+DOCUMENTS: Final = frozenset(("docx", "kmz", "ods", "odt", "pptx", "xlsx"))
+"""Extensions of documents that are zip files, and no archives of records."""
 
 MARKS: Final = b"\xef\xbb\xbf \r\n\t"
 """What may stand before the first letter of a text: a byte-order mark and white space."""
@@ -123,7 +126,7 @@ def open_archive(source: SourceFile, *, _depth: int = 0, _budget: list[int] | No
         raise RecordError(f"{source.name}: archives nested more than twice; unpack it first")
     try:
         for member in _members(source, budget):
-            if is_archive(member.data):
+            if is_archive(member.data) and member.suffix not in DOCUMENTS:
                 yield from open_archive(member, _depth=_depth + 1, _budget=budget)
             else:
                 yield member
@@ -142,7 +145,7 @@ def _members(source: SourceFile, budget: list[int]) -> Iterator[SourceFile]:
         if pure.is_absolute() or ".." in pure.parts or (pure.parts and ":" in pure.parts[0]):
             why = f"member {name!r} points out of the archive; unpack by hand what you trust"
             raise RecordError(f"{source.name}: {why}")
-        if folder:
+        if folder or _is_beside(pure):
             continue
         if not plain:
             raise RecordError(f"{source.name}: member {name!r} is a link or a device; put the file itself there")
@@ -155,6 +158,12 @@ def _members(source: SourceFile, budget: list[int]) -> Iterator[SourceFile]:
             why = f"unpacks to more than {MAXIMUM_BYTES} bytes; unpack by hand the files you need"
             raise RecordError(f"{source.name}: {why}")
         yield SourceFile(pure.name, member)
+
+
+def _is_beside(path: PurePosixPath) -> bool:
+    """Return True for members that systems add (``.DS_Store``, ``__MACOSX/._x.V2``), and for plots (``x.ps.gz``)."""
+    packed = path.suffix.lower() == ".gz" and PurePosixPath(path.stem).suffix.lower().lstrip(".") in NO_RECORDS
+    return path.name.startswith(".") or "__MACOSX" in path.parts or packed
 
 
 _Member = tuple[str, bool, bool, Callable[[int], bytes]]

@@ -31,7 +31,7 @@ Moves = TypeVar("Moves", bound=Any)  # a motion or record
 KINDS: Final[dict[str, Callable[..., Any]]] = {}
 """Figures of a cube by name, for `overturning figure`."""
 
-OF_THE_GROUND: Final = ("intensity", "hodograph", "history")
+MOTION_KINDS: Final = ("intensity", "hodograph", "history")
 """Those of the motions alone, in which no block is shown."""
 
 
@@ -86,9 +86,9 @@ def _map(kind: str, cube: "xr.Dataset", record: str | None, title: str | None) -
 
 def _stone(one: "xr.Dataset") -> str:
     """Whose falls are shown, in a line of its own; nothing for what is of no study."""
-    from overturning.figures.record import stone_of
+    from overturning.figures.record import stone_label
 
-    return stone_of(one) if "study" in one.attrs else ""
+    return stone_label(one) if "study" in one.attrs else ""
 
 
 @_of_a_cube
@@ -152,14 +152,14 @@ def axes(cube: "xr.Dataset") -> "Figure":
 def follow(cube: "xr.Dataset") -> "Figure":
     """What falls follow, by B/H: fault normal, radial direction, peaks and pulse of the motion."""
     from overturning.figures.alignment import follow_figure
-    from overturning.figures.content import check_followed
+    from overturning.figures.content import check_alignments
     from overturning.statistics.earthquakes import alignment_with_references
 
     _only(cube, "orientation", "follow")
 
     def draw(whole: "xr.Dataset") -> "Figure":
         found = alignment_with_references(whole, _measures(whole))
-        check_followed(whole, found)
+        check_alignments(whole, found)
         return follow_figure(found, whole["b_over_h"].to_numpy())
 
     return _of_all(cube, draw)

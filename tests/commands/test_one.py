@@ -97,7 +97,7 @@ IN_SPACE = (*AT_RINALDI, "--body")
         ((*IN_PLANE, "--scene", "boulder", "--damping", "3"), "set them in the scene file"),
         (AT_RINALDI, "--azimuth: not given; name the plane of motion, or take --body"),
         ((*IN_SPACE, "--azimuth", "3"), "--body: takes --orientation"),
-        ((*IN_SPACE, "--animate", "a.gif"), "a.gif: a film in space is a page that can be turned; end it in .html"),
+        ((*IN_SPACE, "--animate", "a.gif"), "a.gif: a film of a 3-D body is an HTML page; use the extension .html"),
         ((*IN_SPACE, "--plan", "oval"), "body: 'oval'"),
         ((*IN_SPACE, "--plan", "²"), "body: '²'"),
         ((*IN_SPACE, "--plan", "circle", "--mesh", "a.obj"), "--plan, --mesh: a body has one of them"),

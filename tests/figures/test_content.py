@@ -80,7 +80,7 @@ def test_nothing_that_falls_follows_anything(monkeypatch: pytest.MonkeyPatch) ->
     with refused(ArgumentError, "follow: nothing to draw: none of the", "cases with an outcome overturns"):
         plot.follow(stands)
     no_fault = cube.assign_coords(fault_normal=("record", [np.nan, np.nan]))
-    with refused(ArgumentError, "follow: nothing to draw: of the records with falls neither peaks"):
+    with refused(ArgumentError, "follow: nothing to draw: no record with falls has a known peak"):
         plot.follow(no_fault)
 
 

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from overturning.errors import ArgumentError, MissingDataError
-from overturning.figures.film import Film, Panel, view, way
+from overturning.figures.film import Film, Panel, vertex_paths, view
 from overturning.figures.film_movie import write_film_movie
 from overturning.figures.page import film_page, write_film_page
 from tests.figures.films import BASE, block, two_panels
@@ -32,7 +32,7 @@ def test_poses_survive_packing() -> None:
 
 
 def test_positive_rotation_turns_towards_the_right() -> None:
-    standing, turned = way(block(np.array([0.0, 0.3])))
+    standing, turned = vertex_paths(block(np.array([0.0, 0.3])))
     assert standing[:, 1].min() == pytest.approx(0)
     assert turned[1] == pytest.approx([0.12, 0.0])  # it turns about its right lower corner
     assert turned[2, 0] > standing[2, 0]

@@ -10,9 +10,9 @@ import xarray as xr
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
-from overturning.figures.film import way
+from overturning.figures.film import vertex_paths
 from overturning.figures.film_movie import write_film_movie
-from overturning.figures.film_of_trajectory import faces_of, film_of, movement, outcome
+from overturning.figures.film_of_trajectory import faces_of, film_of, movement_interval, outcome
 from overturning.figures.page import film_page
 from overturning.figures.response import axis_figure
 from overturning.figures.style import style
@@ -49,11 +49,11 @@ def test_a_fall(motion: Motion) -> None:
     assert film.start == pytest.approx(1.0, abs=0.3)  # the quiet second before is not shown
     body = film.panels[0].bodies[1]
     assert body.rotation[-1] == pytest.approx(side * np.pi / 2)
-    assert sorted(way(body)[-1, :, 1]) == pytest.approx([0, 0, 0.18, 0.18]), "it lies on its side"
+    assert sorted(vertex_paths(body)[-1, :, 1]) == pytest.approx([0, 0, 0.18, 0.18]), "it lies on its side"
     turned = np.abs(stone(path)["rotation"].to_numpy()[-1])
     assert turned < np.pi / 2, "the path itself ends before"
     assert np.abs(np.diff(body.position[:, 0])).max() < 0.06, "and does not jump"
-    assert way(body)[..., 1].min() > -0.01, "nothing sinks into the base"
+    assert vertex_paths(body)[..., 1].min() > -0.01, "nothing sinks into the base"
 
 
 def test_falls_of_opposite_planes_mirror_each_other(motion: Motion) -> None:
@@ -64,7 +64,7 @@ def test_falls_of_opposite_planes_mirror_each_other(motion: Motion) -> None:
 
 def test_standing_blocks_need_no_movement(motion: Motion) -> None:
     path = trajectory(motion, azimuth_deg=90, **BLOCK)
-    assert movement(path) is None
+    assert movement_interval(path) is None
     assert outcome(path).startswith("stands")
     film = film_of([path], motion, "nothing")
     assert film.frames > 10
@@ -222,7 +222,7 @@ def test_the_corners_of_its_poses_stand_on_the_base_and_lie_where_it_fell(bodies
 
 def test_a_film_in_space_is_a_page(bodies: list, pulse: Motion, tmp_path: Path) -> None:
     film = film_of(bodies, pulse, "title")
-    with pytest.raises(ArgumentError, match=r"end it in \.html"):
+    with pytest.raises(ArgumentError, match=r"use the extension \.html"):
         write_film_movie(film, tmp_path / "film.gif")
     assert not list(tmp_path.iterdir())
 

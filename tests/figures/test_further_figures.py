@@ -24,9 +24,9 @@ from overturning.figures.maps import plane_map_figure
 from overturning.figures.response import response_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.scene import scenes_figure
-from overturning.figures.site_map import distances, local_km, site_map_figure
+from overturning.figures.site_map import distance_sentences, local_km, site_map_figure
 from overturning.figures.style import PAGE_WIDTH, style
-from overturning.figures.write import crowded, save
+from overturning.figures.write import has_overlapping_text, save
 from overturning.model.scene import load_scene
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
@@ -169,7 +169,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 @pytest.mark.long
 @pytest.mark.parametrize("name", FIGURES)
 def test_the_same_bytes_each_time(name: str, tmp_path: Path) -> None:
-    """Drawn twice as SVG; one of them in every format, whose writers know nothing of the figure."""
+    """CaseFigure twice as SVG; one of them in every format, whose writers know nothing of the figure."""
     files = [f"{name}.svg", *([f"{name}.png", f"{name}.pdf"] if name == "boundary" else [])]
     for folder in ("one", "two"):
         with style():
@@ -306,7 +306,7 @@ def test_beside_the_epicentre_a_station_lies_in_no_direction() -> None:
     places = {"station_latitude": ("station", [35.001, 35.1]), "station_longitude": ("station", [133.0, 133.0])}
     epicentre = {"epicentre_latitude": 35.0, "epicentre_longitude": 133.0}
     site = xr.Dataset(places | epicentre, {"station": ["near", "far"]})
-    assert distances(site) == [
+    assert distance_sentences(site) == [
         "near: less than 1 km from the epicentre.",
         "far: 11 km from the epicentre, in the direction 0°.",
     ]
@@ -380,4 +380,4 @@ def test_a_long_title_of_a_scene_is_not_cut_off(tmp_path: Path) -> None:
     with style():
         figure = scenes_figure([titled])
         save(figure, tmp_path / "scene.svg")
-    assert not crowded(figure)
+    assert not has_overlapping_text(figure)

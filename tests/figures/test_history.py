@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.figures.history import BINS, RESPONSE_PERIODS, envelope, history_figure, shift_of
+from overturning.figures.history import BINS, RESPONSE_PERIODS, envelope, history_figure, time_shift
 from overturning.figures.style import style
 from overturning.figures.write import save
 from overturning.records.processing import process
@@ -45,7 +45,7 @@ def test_it_says_what_was_done_and_is_the_same_each_time(tmp_path, up):
         "0.2 Hz",
         "Husid",
         "signal-to-noise",
-        "taken away",
+        "removed",
         "RotD00",
         "RotD50",
         "RotD100",
@@ -103,6 +103,6 @@ def test_the_envelope_keeps_every_peak_and_the_order_of_time():
 
 def test_processed_samples_lie_where_they_were():
     done = process(raw(), [Highpass(corner_hz=0.2), Cut(start_s=20, end_s=60)])
-    assert shift_of(done) == pytest.approx(-15 + 20)
+    assert time_shift(done) == pytest.approx(-15 + 20)
     whole = process(raw(), [Highpass(corner_hz=0.2)])
     np.testing.assert_array_equal(done.north, whole.north[2000:6001])

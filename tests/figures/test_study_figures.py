@@ -13,18 +13,18 @@ from overturning.errors import ArgumentError
 from overturning.figures.boundary import boundary_figure
 from overturning.figures.explore import explorer_data
 from overturning.figures.ground import intensity_figure
-from overturning.figures.illustrative import described, trajectories
+from overturning.figures.illustrative import block_label, trajectories
 from overturning.figures.maps import (
     COLOURS,
     azimuth_edges,
     cell_edges,
-    free_sector,
     plane_map_figure,
+    radius_label_azimuth,
     rows_and_columns,
     space_map_figure,
 )
 from overturning.figures.rose import rose_figure
-from overturning.figures.style import FALLS, PAGE_WIDTH, beyond_the_grid, compass_name, style
+from overturning.figures.style import FALLS, PAGE_WIDTH, compass_name, gap_edges, style
 from overturning.figures.write import save
 from overturning.model.planes import azimuth_weight
 from overturning.motion.motion import Motion
@@ -231,17 +231,17 @@ def test_a_map_ends_at_the_first_ring_without_falls_and_its_letters_stand_where_
             {"towards": (("b_over_h", "azimuth"), falls), "away": (("b_over_h", "azimuth"), 0 * falls)},
             {"azimuth": azimuth},
         )
-        assert free_sector(cells, np.nan) == free
-        assert free_sector(cells, free + 5) != free
+        assert radius_label_azimuth(cells, np.nan) == free
+        assert radius_label_azimuth(cells, free + 5) != free
 
 
 def test_of_few_azimuths_only_those_far_apart_leave_something_unknown() -> None:
     """Named by hand are the ends of the gaps: half of 60° and 70°, and the same seen from behind, are a step wide."""
     unknown = {(60, 70, 240, 250): [50, 80, 230, 260], (60, 150, 240, 330): [], (0, 30, 90, 180, 210, 270): []}
     for azimuth, ends in unknown.items():
-        np.testing.assert_allclose(np.sort(beyond_the_grid(np.array(azimuth))), ends)
+        np.testing.assert_allclose(np.sort(gap_edges(np.array(azimuth))), ends)
     full = np.sort([*range(0, 360, 5), 152.0])
-    assert beyond_the_grid(full).size == beyond_the_grid(full.repeat(2)).size == 0
+    assert gap_edges(full).size == gap_edges(full.repeat(2)).size == 0
 
 
 def drawn_cells(figure: plt.Figure) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -342,6 +342,6 @@ def test_no_figure_names_a_friction_that_a_scene_does_not_take(tmp_path: Path) -
             assert plot.plane(cube).get_suptitle().endswith(said[-1])
             titles = plot.polar(cube).get_suptitle(), explorer_data(cube)["title"]
             assert ["variant other" in title for title in titles] == [variant == "other"] * 2
-    assert described(settings, block).endswith("m, µ of the scene")
+    assert block_label(settings, block).endswith("m, µ of the scene")
     (path,) = trajectories(settings, Motion.of(record), block, [0.0])
     assert path.attrs["friction"] == 1.0, "which is not looked at"

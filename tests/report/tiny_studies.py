@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from overturning.figures.illustrative import draw_illustrative_cases
-from overturning.figures.record import draw_records
-from overturning.figures.study import draw_whole
+from overturning.figures.record import draw_record_figures
+from overturning.figures.study import draw_study_figures
 from overturning.figures.write import write_figure
 from overturning.records.record import Record
 from overturning.records.store import read_motion
@@ -52,6 +52,6 @@ def make_results(folder: Path, records: list[Record], *, drawn: bool = True, **s
     draw_illustrative_cases(cube, motions, figures / "illustrative")
     if drawn:
         write = partial(write_figure, settings.figures)
-        draw_records(cube, intensity, motions, figures, write)
-        draw_whole(cube, intensity, figures, write)
+        draw_record_figures(cube, intensity, motions, figures, write)
+        draw_study_figures(cube, intensity, figures, write)
     return folder

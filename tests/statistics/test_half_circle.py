@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from overturning.figures.explore import explorer_data
-from overturning.figures.maps import closed
+from overturning.figures.maps import close_circle
 from overturning.figures.rose import rose_figure
 from overturning.model.falls import model_of
 from overturning.report.sections.exactness import ensemble
@@ -75,7 +75,7 @@ THE_SAME = {
     "population that faces 250": lambda cube: population_rates(cube, Population(stones=64, face=250, face_spread=0)),
     "falls": falls_towards,
     "blocks that only just fall": informative_blocks,
-    "maps": closed,
+    "maps": close_circle,
     "explorer": explorer_data,
     "report of the ensemble": of_the_ensemble,
 }
@@ -149,7 +149,7 @@ def test_half_a_circle_says_nothing_of_a_scene_that_faces_the_other_half() -> No
     unknown = {face: population_rates(half, Population(face=face, face_spread=0, stones=64))["unknown"]
                for face in (60, 250)}  # fmt: skip
     assert {face: float(found.max()) for face, found in unknown.items()} == {60: 0, 250: 1}
-    flags = closed(half)["overturned"]
+    flags = close_circle(half)["overturned"]
     assert flags.sel(azimuth=AZIMUTH[FIRST]).notnull().all()
     assert flags.sel(azimuth=slice(180, None)).isnull().all()
 

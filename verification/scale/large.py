@@ -110,9 +110,12 @@ def measure_lazily(
     for what, call in (
         (
             "figures of a record",
-            "record import draw_records; draw_records(cube, intensity, motions, figures, write, [0])",
+            "record import draw_record_figures; draw_record_figures(cube, intensity, motions, figures, write, [0])",
         ),
-        ("figures of all records together", "study import draw_whole; draw_whole(cube, intensity, figures, write)"),
+        (
+            "figures of all records together",
+            "study import draw_study_figures; draw_study_figures(cube, intensity, figures, write)",
+        ),
     ):
         program = f"""
 from functools import partial

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from overturning.plot import KINDS, OF_THE_GROUND
+from overturning.plot import KINDS, MOTION_KINDS
 
 Cube = Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")]
 
@@ -32,7 +32,7 @@ def figure(
 
     from overturning.errors import ArgumentError, did_you_mean
     from overturning.figures.style import style
-    from overturning.figures.write import crowded, save
+    from overturning.figures.write import has_overlapping_text, save
     from overturning.files import check_output
     from overturning.study.cube import shown_block
     from overturning.study.small import open_cube
@@ -51,7 +51,7 @@ def figure(
     of_one = "record" in inspect.signature(draw).parameters
     if record is not None and not of_one:
         raise ArgumentError(f"--record: {kind} is of all records; leave it out")
-    if kind in OF_THE_GROUND and (height or friction):
+    if kind in MOTION_KINDS and (height or friction):
         raise ArgumentError(f"--height, --friction: {kind} is of the ground's motion; leave them out")
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
         for name, chosen in (("height", height), ("friction", friction)):
@@ -74,7 +74,7 @@ def figure(
         except UserWarning:
             raise ArgumentError(f"{output.name}: no room left beside the letters; {helps}") from None
     print(output)
-    if crowded(drawn):
+    if has_overlapping_text(drawn):
         print(f"letters are cut off or lie on one another; {helps}")
 
 

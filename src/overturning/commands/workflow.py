@@ -214,7 +214,7 @@ def record_figures(
     from functools import partial
     from tempfile import TemporaryDirectory
 
-    from overturning.figures.record import draw_records
+    from overturning.figures.record import draw_record_figures
     from overturning.figures.write import write_figure
     from overturning.study.gather import gather as gather_parts
     from overturning.study.parts import parts_of
@@ -224,18 +224,18 @@ def record_figures(
     with TemporaryDirectory() as folder:
         cube = Path(folder) / "cube.nc"
         gather_parts(settings, records, parts_of(parts, settings.records.use, chunks), cube)
-        draw_records(cube, intensity, motions, output, write)
+        draw_record_figures(cube, intensity, motions, output, write)
 
 
 def figures(study: Study, cube: Cube, intensity: Intensity, output: Figures) -> None:
     """Draw the figures of all records of a study together, and maps."""
     from functools import partial
 
-    from overturning.figures.study import draw_whole
+    from overturning.figures.study import draw_study_figures
     from overturning.figures.write import write_figure
     from overturning.study.load import study_from
 
-    draw_whole(cube, intensity, output, partial(write_figure, study_from(study).figures))
+    draw_study_figures(cube, intensity, output, partial(write_figure, study_from(study).figures))
 
 
 def illustrative(cube: Cube, motions: Motions, output: Figures) -> None:

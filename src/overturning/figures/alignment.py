@@ -1,4 +1,4 @@
-"""How falls lie to what they may follow: axes to the fault normals, by earthquake, and all of it by slenderness."""
+"""Figures of fall axes relative to the fault normal, by earthquake, and of alignment with references, by B/H."""
 
 import numpy as np
 import xarray as xr
@@ -10,14 +10,15 @@ from overturning.statistics.earthquakes import AxisSummary, ReferenceAlignment
 
 MARKERS = ("o", "D", "s")
 
-FEW = 2
-"""Earthquakes of which a mean is drawn hollow: it has no say."""
+HOLLOW_MAX_EARTHQUAKES = 2
+"""A mean over at most this many earthquakes is drawn with a hollow marker, because it is not reliable."""
 
 
 def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]) -> Figure:
-    """Figure of all earthquakes: a point each, named from top to bottom; below, the mean axis with its interval.
+    """Draw the fall axis of each earthquake as a point, names from top to bottom, and below them the mean axes.
 
-    `groups` are of `statistics.earthquakes.axes_by_group`: the resultant length of fall axes is the size of a point.
+    `groups` come from `statistics.earthquakes.axes_by_group`. The size of a point shows the resultant length of the
+    fall axes. Each mean axis has its confidence interval.
     """
     names = list(dict.fromkeys(str(event) for data in groups.values() for event in data["event"].values))
     figure, panels = grid(1, 1, 6.6, 1.6 + 0.27 * (len(names) + len(groups)))
@@ -35,7 +36,7 @@ def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]
         )  # fmt: skip
         mean, width = summary.axis_deg, summary.half_width_deg
         if np.isfinite(mean):
-            # What passes the fault on one side comes in on the other.
+            # The axis has a period of 180°: an interval that leaves the panel on one side enters it on the other.
             for turn in (-180, 0, 180) if np.isfinite(width) else ():
                 ends = [max(-90, mean - width + turn), min(90, mean + width + turn)]
                 if ends[0] < ends[1]:
@@ -57,9 +58,10 @@ def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]
 
 
 def follow_figure(found: dict[str, ReferenceAlignment], b_over_h: FloatArray) -> Figure:
-    """What falls follow, by slenderness: a column per group of records; above as axes, below with their heads.
+    """Draw the alignment of falls with their references by B/H, a column per group of records.
 
-    By group, then by name of the reference and whether it is taken as an axis, `found` has its mean for each B/H.
+    The upper row compares axes (period 180°), the lower row directions (period 360°). `found` maps each group to its
+    means, which are keyed by the name of the reference and by whether it is an axis; each has a value for each B/H.
     """
     figure, panels = grid(2, len(found), max(3.4 * len(found), 4.4), 5.4)
     names = list(dict.fromkeys(name for group in found.values() for name, _ in group.means))
@@ -75,7 +77,7 @@ def follow_figure(found: dict[str, ReferenceAlignment], b_over_h: FloatArray) ->
                 value, low, high = np.array([(mean.value, mean.low, mean.high) for mean in means[name, axial]]).T
                 x, colour = b_over_h + (place - 0.5 * (len(names) - 1)) * apart, SERIES[place % len(SERIES)]
                 axes.vlines(x, low, high, color=colour, linewidth=1.0)
-                few = np.array([mean.n <= FEW for mean in means[name, axial]])
+                few = np.array([mean.n <= HOLLOW_MAX_EARTHQUAKES for mean in means[name, axial]])
                 marker = "osD^v"[place % 5]
                 axes.plot(x[~few], value[~few], marker, color=colour, markersize=3.5, label=name)
                 axes.plot(x[few], value[few], marker, color=colour, markersize=3.5, markerfacecolor="white")

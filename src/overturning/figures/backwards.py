@@ -1,4 +1,4 @@
-"""What a survey says of the motion: its axis, its strength, and which motions could have been it."""
+"""Figure of the motion inferred from a survey: its axis, its strength and the most likely motions of a library."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -13,7 +13,7 @@ from overturning.figures.style import FALLS, INK, SERIES, compass, empty, labels
 PALE = "#e9c3a8"
 
 _BARS = 10
-"""Motions shown, the likeliest."""
+"""Number of motions shown: those with the highest probability."""
 
 
 def posterior_figure(
@@ -23,17 +23,26 @@ def posterior_figure(
     of_sources: Mapping[str, float],
     strength: Mapping[str, tuple[FloatArray, FloatArray, FloatArray, tuple[float, float]]],
 ) -> Figure:
-    """Figure of a posterior.
+    """Draw a posterior distribution of the motion.
 
-    Of the axes, evenly spaced from north over half a turn, the probabilities, shape (n,), and middle and width of the
-    stated arc, degrees; of the motions the probability by name. By name of a measure of `strength` with its unit:
-    values, ascending, probability not exceeded, the same of the prior, and the stated interval, whose ends may be 0 or
-    infinite.
+    Parameters
+    ----------
+    title : str
+        Title of the figure.
+    of_axes : array, shape (n,)
+        Probabilities of n axes, evenly spaced from north over 180°.
+    arc : tuple of float
+        Middle and width of the stated arc, degrees.
+    of_sources : mapping
+        Probability of each motion, by name.
+    strength : mapping
+        For each measure, named with its unit: ascending values, their posterior probability of not being exceeded, the
+        same probability of the prior, and the stated interval, whose ends may be 0 or infinite.
     """
     figure = empty(9.5, 6.2)
     polar: Any = figure.add_subplot(2, 2, 1, projection="polar")
     compass(polar)
-    # Areas in proportion to probabilities, pale outside of the arc that is stated.
+    # Areas are proportional to probabilities; sectors outside the stated arc are pale.
     both = np.sqrt(np.tile(of_axes, 2))
     angle, middle, half = 2 * np.pi * np.arange(both.size) / both.size, np.radians(arc[0]), np.radians(arc[1] / 2)
     inside = np.abs((angle - middle + np.pi / 2) % np.pi - np.pi / 2) <= half + 1e-9

@@ -1,4 +1,4 @@
-"""The overturning boundary by azimuth of the motion, one curve per friction, with its band between scrambles."""
+"""Figure of the overturning boundary by azimuth of the motion: a curve and an uncertainty band per friction."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from overturning.figures.maps import PANEL, closed, rows_and_columns
+from overturning.figures.maps import PANEL, close_circle, rows_and_columns
 from overturning.figures.style import DASHES, SERIES, caption, compass, grid, mark_fault_normal, slenderness_ticks
 from overturning.study.cube import friction_said
 
@@ -15,7 +15,8 @@ from overturning.study.cube import friction_said
 def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
     """Draw the curves of one height.
 
-    Where the block still falls at the largest B/H of known outcome, the curve is drawn there with triangles.
+    Triangles mark azimuths at which the block still falls at the largest B/H with a known outcome: the boundary lies
+    beyond them.
     """
     compass(axes)
     azimuth = np.radians(bounds["azimuth"].to_numpy().astype(np.float64))
@@ -23,20 +24,20 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
 
     for index, friction in enumerate(bounds["friction"].to_numpy()):
         one = bounds.isel(friction=index)
-        beyond = one["falls_beyond"].to_numpy() == 1  # missing of azimuths that are not known
+        beyond = one["falls_beyond"].to_numpy() == 1  # False where the outcome is missing
         largest, colour = one["largest_known"].to_numpy(), SERIES[index % len(SERIES)]
         radius, low, high = (
             np.where(beyond, largest, one[name].to_numpy()) for name in ("boundary", "boundary_low", "boundary_high")
         )
         if np.isfinite(low).any():
-            # A gap in what is filled would leave the layout without a size.
+            # Matplotlib cannot compute the layout of a filled band that contains NaN: replace it by 0.
             ends = (np.nan_to_num(end, nan=0.0)[around] for end in (low, high))
             axes.fill_between(closed, *ends, where=np.isfinite(low)[around], color=colour, alpha=0.25, linewidth=0)
         axes.plot(
             closed, radius[around], color=colour, linestyle=DASHES[index % len(DASHES)], linewidth=1.5,
             label=friction_said(bounds, friction),
         )  # fmt: skip
-        # A curve needs two neighbours; an azimuth alone is a point.
+        # A line needs two neighbouring azimuths; an isolated azimuth is drawn as a point.
         known = np.isfinite(radius)
         alone = known & ~((np.roll(known, 1) | np.roll(known, -1)) & (known.size > 1))
         if alone.any():
@@ -47,12 +48,12 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
 
 
 def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, title: str) -> Figure:
-    """Figure of one record of `statistics.boundary.boundary`: a panel per height.
+    """Draw the overturning boundary of one record (from `statistics.boundary.boundary`), a panel per height.
 
-    The bounds have the attributes of their cube, where it is of a study. `top` is the largest B/H of the cube; the
+    `bounds` has the attributes of its cube if the cube belongs to a study. `top` is the largest B/H of the cube. The
     azimuth of the fault normal, degrees, can be NaN.
     """
-    loaded = closed(bounds.compute())
+    loaded = close_circle(bounds.compute())
     heights = loaded["height"].to_numpy()
     rows, columns = rows_and_columns(heights.size, 1)
     side = min(PANEL[columns], 3.6)

@@ -1,4 +1,4 @@
-"""Refusals of figures that would show nothing: each says what is missing and what to do."""
+"""Checks that a figure has something to show; each error names the missing data and a remedy."""
 
 import numpy as np
 import xarray as xr
@@ -37,29 +37,28 @@ def check_axes(cube: xr.Dataset, groups: dict[str, xr.Dataset], summaries: dict[
             "axes: nothing to draw: the fault strike of no record is known; enter fault_strike_deg in the record table "
             "and run the study again"
         )
-    why = "under no record with a known fault strike do falls have an axis"
-    raise ArgumentError(f"axes: nothing to draw: {why}; take more records, or figure rose")
+    why = "no record with a known fault strike has a fall axis"
+    raise ArgumentError(f"axes: nothing to draw: {why}; use more records, or draw the figure rose")
 
 
-def check_followed(cube: xr.Dataset, found: dict[str, ReferenceAlignment]) -> None:
-    """Raise an ArgumentError if falls are compared with no reference."""
+def check_alignments(cube: xr.Dataset, found: dict[str, ReferenceAlignment]) -> None:
+    """Raise an ArgumentError if no record with falls has a reference to compare them with."""
     means = [mean.value for group in found.values() for of_part in group.means.values() for mean in of_part]
     if not np.isfinite(means).any():
         check_falls(cube, "follow")
         raise ArgumentError(
-            "follow: nothing to draw: of the records with falls neither peaks, pulse nor fault are known; choose other "
-            "records"
+            "follow: nothing to draw: no record with falls has a known peak, pulse or fault strike; choose others"
         )
 
 
 def check_plane(cube: xr.Dataset, measures: xr.Dataset) -> None:
-    """Raise an ArgumentError if no plane has both an outcome and a motion along it."""
+    """Raise an ArgumentError if no azimuth has both an outcome and a motion."""
     check_outcomes(cube, "plane")
     check_motion(float(measures["pga"].max()), "plane")
 
 
 def check_motion(peak: float, kind: str) -> None:
-    """Raise an ArgumentError if the ground does not move: its peak acceleration, m/s², is not above `LEAST_PGA`."""
+    """Raise an ArgumentError if the ground is at rest: its peak acceleration, m/s², does not exceed `LEAST_PGA`."""
     if not peak > LEAST_PGA:
         raise ArgumentError(
             f"{kind}: nothing to draw: the ground does not move (peak {peak / GAL:.2g} Gal); choose another motion"

@@ -10,7 +10,7 @@ from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.figures.maps import COLOURS, azimuth_edges, cell_edges, closed, out_to_the_first_ring_without_falls
+from overturning.figures.maps import COLOURS, azimuth_edges, cell_edges, close_circle, trim_empty_rings
 from overturning.figures.page import embedded_json, page, template
 from overturning.figures.style import DARKEST, FALLS, FAULT, MISSING, OTHER_SIDE, STANDS
 from overturning.files import write_text
@@ -26,60 +26,73 @@ from overturning.study.schema import Study
 if TYPE_CHECKING:
     import xarray as xr
 
-PARTS_OF_ONE: Final = 240
-"""Probabilities are whole numbers of such parts, rotations and times as below; the largest number means missing.
+PROBABILITY_STEPS: Final = 240
+"""Number of steps of a probability from 0 to 1 in the page's data, in which the largest integer means missing.
 
-Shares of 8, 16 and 24 runs are such numbers; of others only 0 is no part, and only 1 all of them.
+Shares of 8, 16 and 24 runs are represented exactly. Other shares are rounded, but only 0 becomes 0 and only 1
+becomes 1.
 """
 
-_TIME: Final = 1e-2  # s, at least
-_AZIMUTH: Final = 1e-2  # degrees
+_TIME_STEP: Final = 1e-2
+"""Smallest step of times, s."""
+
+_AZIMUTH_STEP: Final = 1e-2
+"""Step of azimuths, degrees."""
+
 _ROTATION: Final = {"azimuth": "peak_rotation", "orientation": "peak_tilt"}
-_OF_ALPHA: Final = 1e-3
-_DEGREES: Final = 1e-2
+"""Name of the rotation variable, by the direction of the model."""
+
+_ALPHA_STEP: Final = 1e-3
+"""Step of rotations in units of the critical angle α."""
+
+_DEGREE_STEP: Final = 1e-2
+"""Step of rotations in degrees."""
+
 _HUES: Final = 72
+"""Number of colours for the azimuths of falls."""
 
 
 def explorer_data(
     cube: "xr.Dataset",
-    apart: Callable[[int, dict[str, Any]], None] | None = None,
+    store_cells: Callable[[int, dict[str, Any]], None] | None = None,
     study: Study | None = None,
 ) -> dict[str, Any]:
-    """What the page needs of a cube with all elements or one, as plain data for JSON.
+    """Return the data of the explorer page for a cube, ready for JSON.
 
     Parameters
     ----------
     cube : Dataset
-        In planes or in space; loaded a record at a time.
-    apart : callable, optional
-        Is given the number and the cells of each record, which then are not in the data.
+        2-D or 3-D cube, with all elements or one; loaded one record at a time.
+    store_cells : callable, optional
+        Function that receives the number and the cells of each record and stores them; the returned data then does not
+        contain them.
     study : Study, optional
-        Whose `figures` name the block that is shown first; not given: as `shown_block` has it.
+        Study whose `figures` settings choose the block shown first; by default `shown_block` chooses it.
 
     Returns
     -------
     dict
-        Each record's cells are base64 of small whole numbers, over direction (round the compass in planes), height,
-        B/H, aspect, friction and element.
+        Data of the page. The cells of a record are base64-encoded integers over direction (the full circle for a 2-D
+        cube), height, B/H, aspect, friction and element.
     """
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
     model, records, longest = model_of(cube), [], 0.0
-    degrees = _in_degrees(cube, one.sizes["element"])
-    turn_step = _DEGREES if any(degrees) else _OF_ALPHA
+    degrees = _rotations_in_degrees(cube, one.sizes["element"])
+    turn_step = _DEGREE_STEP if any(degrees) else _ALPHA_STEP
     names = [one[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event")]
     for index, (key, station, event) in enumerate(zip(*names, strict=True)):
         part = one.isel(record=[index]).load()
-        part = closed(part) if model.one_component else part
+        part = close_circle(part) if model.one_component else part
         cells, rings = _cells(part, turn_step)
         longest = float(np.fmax(longest, part["overturning_time"].max()))
         name = ", ".join(text for text in (station, event) if text) or key
         normal = float(part["fault_normal"][0])
         about = {"id": key, "name": name, "normal": None if np.isnan(normal) else round(normal, 6), "rings": rings}
-        if apart is None:
+        if store_cells is None:
             about["cells"] = cells
         else:
-            apart(index, cells)
+            store_cells(index, cells)
         records.append(about)
     sized = {name: part[name].to_numpy().astype(np.float64) for name in (model.direction, "b_over_h")}
     if model.one_component:
@@ -88,18 +101,18 @@ def explorer_data(
         turn = sized["orientation"]
         edges = cell_edges(turn) if turn.size > 1 else turn + np.array([-2.5, 2.5])
     return {
-        "title": ", ".join(filter(None, [str(cube.attrs.get("title", "")), *variant_said(cube), *_whose(one)])),
+        "title": _title(one),
         "space": not model.one_component,
         "mirrors": not model.one_component or period_of(cube) == PLANE_PERIOD,
         "records": records,
         "direction": _plain(sized[model.direction]),
         **{name: _plain(one[name].to_numpy()) for name in ("height", "b_over_h", "aspect", "friction")},
         "element": [str(name) for name in one["element"].to_numpy()],
-        "shown": _shown(one, study),
+        "shown": _initial_selection(one, study),
         "degrees": degrees,
         "directionEdges": _plain(edges),
         "radiusEdges": _plain(cell_edges(sized["b_over_h"])),
-        "steps": {"rotation": turn_step, "azimuth": _AZIMUTH, "chance": 1 / PARTS_OF_ONE},
+        "steps": {"rotation": turn_step, "azimuth": _AZIMUTH_STEP, "chance": 1 / PROBABILITY_STEPS},
         "longest": longest,
         "ensemble": "probability_towards" in one or "probability_falls" in one,
         "film": film_options(cube),
@@ -110,23 +123,28 @@ def explorer_data(
     }  # fmt: skip
 
 
-def _shown(one: "xr.Dataset", study: Study | None) -> dict[str, int]:
-    """The places of height, friction and element that are shown first: those that the report shows."""
+def _title(one: "xr.Dataset") -> str:
+    """Return the title of the page: study, variant, and the element to which heights and B/H refer."""
+    return ", ".join(filter(None, [str(one.attrs.get("title", "")), *variant_said(one), *_reference_note(one)]))
+
+
+def _initial_selection(one: "xr.Dataset", study: Study | None) -> dict[str, int]:
+    """Return the indices of the height, friction and element shown first: those that the report shows."""
     names = one["element"].to_numpy().tolist()
     element = scene_of(study_of(one), one.attrs["variant"]).default_element if len(names) > 1 else names[0]
     block = {name: one[name].to_numpy().tolist().index(value) for name, (value,) in shown_block(one, study).items()}
     return {"height": 0, "friction": one.sizes["friction"] - 1, **block, "element": names.index(element)}
 
 
-def _whose(one: "xr.Dataset") -> list[str]:
-    """Of which element the heights and B/H are, of a cube of several."""
+def _reference_note(one: "xr.Dataset") -> list[str]:
+    """Return a note that names the element to which heights and B/H refer; empty for a cube of one element."""
     if one.sizes["element"] == 1:
         return []
     return [f"H and B/H of the {scene_of(study_of(one), one.attrs['variant']).reference_name}"]
 
 
-def _in_degrees(cube: "xr.Dataset", elements: int) -> list[bool]:
-    """Of each element, whether its rotations are in degrees: a body's, and of what has no critical angle of its own."""
+def _rotations_in_degrees(cube: "xr.Dataset", elements: int) -> list[bool]:
+    """Return a flag per element: True if rotations are in degrees (3-D bodies, elements without critical angle)."""
     if "critical_angle" not in cube:
         return elements * [not model_of(cube).one_component]
     unknown = cube["critical_angle"].isnull()
@@ -134,7 +152,7 @@ def _in_degrees(cube: "xr.Dataset", elements: int) -> list[bool]:
 
 
 def _cells(one: "xr.Dataset", turn_step: float) -> tuple[dict[str, Any], int]:
-    """The cells of one record, packed, rotations in such steps, and the number of rings (of B/H) of its map."""
+    """Return the encoded cells of one record, with rotations in units of `turn_step`, and its number of B/H rings."""
     model = model_of(one)
     order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
 
@@ -145,20 +163,23 @@ def _cells(one: "xr.Dataset", turn_step: float) -> tuple[dict[str, Any], int]:
     ensemble = one.get("probability_falls", one.get("probability_towards"))
     if "probability_falls" in one:
         chance["towards"] = one["probability_falls"].fillna(chance["towards"])
-    # Of a neighbourhood that was not run nothing is known, and the map has the cell's own flag in its place.
+    # The probability is missing where the ensemble was not run: the map then shows the flag of the cell itself.
     known = chance if ensemble is None else chance.where(ensemble.notnull())
     time = values(one["overturning_time"])
-    time_step = max(_TIME, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1))  # of an hour, too
+    time_step = max(_TIME_STEP, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1))  # 16 bits must hold it
     cells = {
         "flag": _base64(np.nan_to_num(values(one["overturned"]), nan=2.0).astype("i1")),
         "rotation": _packed(values(one[_ROTATION[model.direction]]), turn_step, "<u2"),
         "time": _packed(time, time_step, "<u2"),
         "timeStep": time_step,
-        **{name: _packed(_told(values(known[name])), 1 / PARTS_OF_ONE, "u1") for name in ("towards", "away")},
+        **{
+            name: _packed(_clip_away_from_certainty(values(known[name])), 1 / PROBABILITY_STEPS, "u1")
+            for name in ("towards", "away")
+        },
     }
     if not model.one_component:
-        cells["azimuth"] = _packed(values(one["fall_azimuth"]), _AZIMUTH, "<u2")
-    shown = out_to_the_first_ring_without_falls(one, chance["towards"] + chance["away"], abs(one["overturned"]))
+        cells["azimuth"] = _packed(values(one["fall_azimuth"]), _AZIMUTH_STEP, "<u2")
+    shown = trim_empty_rings(one, chance["towards"] + chance["away"], abs(one["overturned"]))
     return cells, shown.sizes["b_over_h"]
 
 
@@ -171,37 +192,42 @@ def _base64(values: NDArray[Any]) -> str:
 
 
 def _packed(values: FloatArray, step: float, kind: str) -> str:
-    """Values in whole steps; what is missing, or too large, as the largest number there is."""
+    """Return values as base64-encoded integers in units of `step`.
+
+    The largest integer stands for missing; larger values are clipped to the second largest.
+    """
     largest = np.iinfo(kind).max
     whole = np.where(np.isnan(values), largest, np.minimum(np.rint(np.nan_to_num(values) / step), largest - 1))
     return _base64(whole.astype(kind))
 
 
-def _told(chance: FloatArray) -> FloatArray:
-    """Probabilities that are told from 0 and 1 in parts of `PARTS_OF_ONE`."""
-    return np.where((chance > 0) & (chance < 1), np.clip(chance, 1 / PARTS_OF_ONE, 1 - 1 / PARTS_OF_ONE), chance)
+def _clip_away_from_certainty(chance: FloatArray) -> FloatArray:
+    """Clip probabilities between 0 and 1 by one of `PROBABILITY_STEPS`, so that rounding does not make them certain."""
+    return np.where(
+        (chance > 0) & (chance < 1), np.clip(chance, 1 / PROBABILITY_STEPS, 1 - 1 / PROBABILITY_STEPS), chance
+    )
 
 
 def explorer_page(data: dict[str, Any]) -> str:
-    """The page (HTML) from `explorer_data`, the same each time; it needs nothing but the records' files, if any."""
+    """Return the explorer page (HTML) for `explorer_data`; it is reproducible and loads only files of the records."""
     script = "".join(map(template, ("page.js", "explore_maps.js", "explore.js")))
     return page("explore.html.j2", template("explore.css"), script, data, title=data["title"])
 
 
 def write_explorer(cube: "xr.Dataset", path: Path, study: Study | None = None) -> None:
-    """Write the page of a cube to a .html file.
+    """Write the explorer page of a cube to a .html file.
 
-    Of more than `MOST_CELLS` cells those of each record go to a file of their own, ``NAME-records/0.js`` and so on
-    beside ``NAME.html``, which the page loads when the record is chosen. See `explorer_data`
-    for the study.
+    If the cube has more than `MOST_CELLS` cells, those of each record go into a separate file, ``NAME-records/0.js``
+    and so on next to ``NAME.html``, which the page loads when the record is selected. See `explorer_data` for the
+    study.
     """
     if cube["overturned"].size <= MOST_CELLS:
         write_text(path, explorer_page(explorer_data(cube, study=study)))
         return
     folder = path.with_name(f"{path.stem}-records")
 
-    def apart(index: int, cells: dict[str, Any]) -> None:
+    def store_cells(index: int, cells: dict[str, Any]) -> None:
         write_text(folder / f"{index}.js", f"explorerRecord({index},{embedded_json(cells)});\n")
 
-    data = explorer_data(cube, apart, study)
+    data = explorer_data(cube, store_cells, study)
     write_text(path, explorer_page({**data, "folder": folder.name}))

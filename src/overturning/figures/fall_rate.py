@@ -1,4 +1,4 @@
-"""Fall rates of a population over amplitude, and over the intensity of the motion."""
+"""Figures of the fraction overturned in a population against the amplitude and the intensity of the motion."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,7 +16,7 @@ from overturning.statistics.fragility import Fragility
 from overturning.statistics.fragility_files import for_openquake
 
 INTENSITY_SCALE: Final = (5.0, 5.5, 6.0, 6.5)
-"""Bounds of the JMA scale's degrees 5+, 6−, 6+ and 7 (JMA: instrumental intensity)."""
+"""Lower bounds, in instrumental intensity, of the degrees 5+, 6−, 6+ and 7 of the JMA scale."""
 
 
 def fall_rate_figure(
@@ -26,10 +26,20 @@ def fall_rate_figure(
     curves: Sequence[Fragility],
     jma: FloatArray,
 ) -> Figure:
-    """Figure of fall rate over amplitude where there are several, PGA, PGV and SA with the curve, and JMA intensity.
+    """Draw the fraction overturned against amplitude (if there are several), PGA, PGV, SA and JMA intensity.
 
-    Over records and factors on them (`amplitude`), shape (record, a), NaN where not known: fall rates, JMA intensity,
-    and `levels` by name of the measure, in the unit of its curve. The curves are of the whole population.
+    Parameters
+    ----------
+    amplitude : array, shape (a,)
+        Factors on the records.
+    rates : array, shape (record, a)
+        Fractions overturned, NaN if unknown.
+    levels : mapping of str to array, shape (record, a)
+        Values of each measure, in the unit of its curve, NaN if unknown.
+    curves : sequence of Fragility
+        Fragility curves of the whole population.
+    jma : array, shape (record, a)
+        JMA instrumental intensity, NaN if unknown.
     """
     with_jma = bool(np.isfinite(jma).any())
     shown = [one for one in curves if for_openquake(one.measure)]
@@ -57,7 +67,7 @@ def fall_rate_figure(
 
 
 def contrast_figure(shares: Mapping[str, Sequence[Mean]], b_over_h: FloatArray) -> Figure:
-    """Figure of shares of cases that overturn by slenderness, a line for each setting, with its interval."""
+    """Draw the share of cases that overturn against B/H, a line with confidence intervals for each setting."""
     figure, panels = grid(1, 1, 4.6, 3.0)
     axes, apart = panels[0, 0], 0.06 * float(np.diff(b_over_h).min(initial=0.05))
     for place, (name, means) in enumerate(shares.items()):

@@ -1,7 +1,7 @@
-"""A film of a simulation: bodies with poses over time, the motion below them, contact forces on demand.
+"""Film of a simulation: bodies with poses over time, the input motion below them, and optional contact forces.
 
-Any number of polygons that are free, driven or held, or a convex body in space. The frame of reference moves with the
-base.
+A film shows any number of polygons that are free, driven or held, or one convex body in 3-D. The frame of reference
+moves with the base.
 """
 
 import base64
@@ -19,7 +19,7 @@ FRAME_INTERVAL = 0.02
 """Time between frames, s. A block of 0.5 m rocks in seconds; between frames the player interpolates."""
 
 LEAD_IN = 1.0
-"""Quiet time shown before the first movement, s."""
+"""Time shown before the first movement, s."""
 
 LINGER = 0.6
 """Time shown after the last block has fallen or come to rest, s."""
@@ -27,17 +27,17 @@ LINGER = 0.6
 
 @dataclass(frozen=True)
 class FilmBody:
-    """A polygon in a vertical plane, or a convex body in space, and its way."""
+    """A polygon in a vertical plane, or a convex body in 3-D, with its poses over time."""
 
     name: str
     vertices: FloatArray  # about its reference point, m: s (right) and z, or east, north and up, shape (n, 2 | 3)
-    position: FloatArray  # of the reference point, m, shape (frames, 2 | 3), or (1, 2) where it does not move
+    position: FloatArray  # of the reference point, m, shape (frames, 2 | 3), or (1, 2) if it does not move
     rotation: FloatArray  # towards +s (clockwise), rad, shape (frames,) or (1,); or quaternion, (frames, 4)
     free: bool = True  # not driven or held
-    faces: tuple[tuple[int, ...], ...] = ()  # in space: vertices of each, anticlockwise from outside
+    faces: tuple[tuple[int, ...], ...] = ()  # 3-D: vertices of each face, anticlockwise seen from outside
 
     def data(self) -> dict[str, Any]:
-        """What the player needs of it."""
+        """Return the body as plain data for the player."""
         return {
             "name": self.name,
             "free": self.free,
@@ -53,27 +53,27 @@ class Panel:
     """One simulation of a film."""
 
     title: str  # heading, for instance the azimuth
-    outcome: str  # sentence shown once it has come about
-    outcome_time: float  # when, s; NaN where it is known only at the end
-    bodies: tuple[FilmBody, ...]  # in the order in which they are drawn
+    outcome: str  # sentence shown from `outcome_time` on
+    outcome_time: float  # s; NaN: shown at the end of the film
+    bodies: tuple[FilmBody, ...]  # in drawing order
     acceleration: FloatArray  # of the base, m/s²: towards +s, shape (n,), or towards north and east, shape (2, n)
     sampling_interval: float  # of the acceleration, s; its first sample is at time 0
     sides: tuple[str, str] = ("", "")  # names of the directions −s and +s
     force_point: FloatArray | None = None  # contact points, m, shape (frames, k, 2)
-    force: FloatArray | None = None  # on the free bodies there, in units of the weight; zero where there is no contact
+    force: FloatArray | None = None  # on the free bodies at these points, in units of the weight; 0 without contact
 
     @property
     def in_space(self) -> bool:
-        """Whether it shows a body in space."""
+        """True if the panel shows a 3-D body."""
         return bool(self.bodies[0].faces)
 
     @property
     def keys(self) -> str:
-        """What keys of the player do beside those that all films have."""
+        """Description of the player's keys that only this kind of film has."""
         return "a and d turn the view, as dragging it does" if self.in_space else "f shows contact forces"
 
     def data(self, film: "Film") -> dict[str, Any]:
-        """What the player needs of it."""
+        """Return the panel as plain data for the player of a film."""
         motions = [_thinned(one, self.sampling_interval, film) for one in np.atleast_2d(self.acceleration)]
         data: dict[str, Any] = {
             "title": self.title,
@@ -92,18 +92,18 @@ class Panel:
 
 @dataclass(frozen=True)
 class Film:
-    """Panels that play in step."""
+    """Panels that play synchronously."""
 
     title: str  # heading
     start: float  # time of the first frame, s after the record's start
     frame_interval: float  # s
-    panels: tuple[Panel, ...]  # one with fewer frames than another keeps its last one
+    panels: tuple[Panel, ...]  # a panel with fewer frames than another stays at its last frame
     note: str = ""  # line below the film
     frames: int = field(init=False)
 
     def __post_init__(self) -> None:
         if not self.panels:
-            raise ArgumentError("panels: none; a film needs at least one simulation")
+            raise ArgumentError("panels: none given; a film needs at least one simulation")
         if not self.frame_interval > 0:
             raise ArgumentError(f"frame_interval: {self.frame_interval}; it must be a positive number of seconds")
         bodies = [(panel.title, body) for panel in self.panels for body in panel.bodies]
@@ -118,7 +118,7 @@ class Film:
         return self.start + (self.frames - 1) * self.frame_interval
 
     def data(self) -> dict[str, Any]:
-        """What the player needs, as plain data for JSON: poses, motion, forces are base64 of scaled 16-bit integers."""
+        """Return the film as plain data for JSON; poses, motions and forces are base64 of scaled 16-bit integers."""
         return {
             "title": self.title,
             "start": round(self.start, 6),
@@ -131,30 +131,33 @@ class Film:
 
 
 def frame_times(first: float, last: float) -> FloatArray:
-    """Times of the frames, s, from shortly before the first movement to shortly after the last one."""
+    """Return the times of the frames, s: from `LEAD_IN` before the first movement to `LINGER` after the last one."""
     start = max(0.0, float(np.floor((first - LEAD_IN) / FRAME_INTERVAL)) * FRAME_INTERVAL)
     return np.asarray(start + FRAME_INTERVAL * np.arange(int(np.ceil((last + LINGER - start) / FRAME_INTERVAL)) + 1))
 
 
-def way(body: FilmBody) -> FloatArray:
-    """Vertices of a polygon in all frames, (frames, n, 2): s₀ + s cos θ + z sin θ, z₀ − s sin θ + z cos θ."""
+def vertex_paths(body: FilmBody) -> FloatArray:
+    """Return the vertices of a polygon in all frames, m, shape (frames, n, 2).
+
+    A vertex (s, z) is at s₀ + s cos θ + z sin θ, z₀ − s sin θ + z cos θ.
+    """
     (s, z), cos, sin = body.vertices.T, np.cos(body.rotation)[:, None], np.sin(body.rotation)[:, None]
     return np.asarray(body.position[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1))
 
 
 def view(film: Film) -> tuple[float, float, float, float]:
-    """Extent (left, right, bottom, top) in m that holds every free polygon in every frame, the same for all panels."""
+    """Return the extent (left, right, bottom, top), m, that contains the free polygons of all panels and frames."""
     polygons = [body for panel in film.panels if not panel.in_space for body in panel.bodies if body.free]
     if not polygons:
         return -1.0, 1.0, -0.5, 1.5
-    points = np.concatenate([way(body).reshape(-1, 2) for body in polygons])
+    points = np.concatenate([vertex_paths(body).reshape(-1, 2) for body in polygons])
     (left, bottom), (right, top) = (bound(points, axis=0).tolist() for bound in (np.min, np.max))
     margin = 0.12 * max(right - left, top - bottom)
     return left - margin, right + margin, bottom - 1.5 * margin, top + margin
 
 
 def _packed(values: ArrayLike) -> dict[str, Any]:
-    """Numbers as 16-bit integers with a common scale: 1/32000 of the largest, a fraction of a pixel."""
+    """Return numbers as base64 of 16-bit integers with a common scale: 1/32000 of the largest, below a pixel."""
     array = np.asarray(values, dtype=np.float64).ravel()
     largest = float(np.abs(array).max(initial=0.0))
     scale = float(f"{largest / 32000 or 1.0:.6g}")
@@ -163,7 +166,7 @@ def _packed(values: ArrayLike) -> dict[str, Any]:
 
 
 def _thinned(acceleration: FloatArray, interval: float, film: Film) -> tuple[FloatArray, float]:
-    """The part of a motion that the film shows, at about 100 samples per second: the extremes of each 0.02 s."""
+    """Return the part of a motion that the film shows, thinned to the extremes of each 0.02 s, and its interval, s."""
     first, last = int(film.start / interval), int(np.ceil(film.end / interval)) + 1
     piece = np.concatenate([acceleration[first:last], np.zeros(max(0, last - max(first, acceleration.size)))])
     group = max(1, int(np.floor(0.0201 / interval)))

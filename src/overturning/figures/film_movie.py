@@ -1,4 +1,4 @@
-"""A film as GIF or MP4."""
+"""Films as GIF or MP4 files."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.errors import ArgumentError, MissingDataError
-from overturning.figures.film import Film, view, way
+from overturning.figures.film import Film, vertex_paths, view
 from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, style
 from overturning.files import atomic_write, check_output
 from overturning.units import GAL
@@ -17,23 +17,26 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 GIF_INTERVAL = 0.06
-"""Time between the pictures of a GIF, s: its clock counts hundredths, and browsers slow down what is below 0.02."""
+"""Time between the frames of a GIF, s: a multiple of its unit of 0.01 s; browsers slow down intervals below 0.02 s."""
 
 KINDS = (".gif", ".mp4")
 
 
 def check_movie(path: Path, *, in_space: bool) -> None:
-    """Refuse a film in space that is no page, and an MP4 where there is no ffmpeg, best before anything is computed."""
+    """Raise an error if a 3-D film is not to be a page, or if an MP4 is to be written without ffmpeg.
+
+    It is called before the simulation, so that no time is lost.
+    """
     if in_space and path.suffix.lower() != ".html":
-        raise ArgumentError(f"{path.name}: a film in space is a page that can be turned; end it in .html")
+        raise ArgumentError(f"{path.name}: a film of a 3-D body is an HTML page; use the extension .html")
     if path.suffix.lower() == ".mp4" and which("ffmpeg") is None:
         raise MissingDataError(f"{path.name}: MP4 needs the program ffmpeg; install it, or write .gif or .html instead")
 
 
 def write_film_movie(film: Film, path: Path) -> None:
-    """Write a film as GIF (with Pillow) or MP4 (with ffmpeg, where it is installed), the same bytes each time.
+    """Write a film as GIF (with Pillow) or MP4 (with ffmpeg, if it is installed); the file is reproducible.
 
-    Errors are those of `check_movie`, and an `ArgumentError` where the ending is another one.
+    Raises the errors of `check_movie`, and an `ArgumentError` for any other extension.
     """
     from matplotlib import animation
 
@@ -42,14 +45,14 @@ def write_film_movie(film: Film, path: Path) -> None:
     check_output(path, "film", *KINDS)
     step = max(1, round((GIF_INTERVAL if kind == ".gif" else 0.04) / film.frame_interval))
     rate: Any = 1 / (step * film.frame_interval)
-    # No date and no encoder version in the file: both change from run to run.
+    # Leave date and encoder version out of the file, because they differ between runs.
     exact = ["-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
     with style(), atomic_write(path) as part:
         figure, show = _stage(film)
         writer: Any = animation.PillowWriter(fps=rate)
         if kind == ".mp4":
             writer = animation.FFMpegWriter(fps=rate, codec="libx264", extra_args=exact)
-        named = part.with_name(f"{part.name}{kind}")  # the writers tell the kind by the name
+        named = part.with_name(f"{part.name}{kind}")  # the writers choose the format by the extension
         try:
             with writer.saving(figure, str(named), dpi=90):
                 for frame in [*range(0, film.frames - 1, step), film.frames - 1]:
@@ -61,7 +64,7 @@ def write_film_movie(film: Film, path: Path) -> None:
 
 
 def _stage(film: Film) -> "tuple[Figure, Callable[[int], None]]":
-    """A figure of the film, and what moves its artists to a frame."""
+    """Return a figure of the film, and a function that moves its artists to a frame."""
     from matplotlib.patches import Polygon
 
     columns = len(film.panels)
@@ -81,7 +84,12 @@ def _stage(film: Film) -> "tuple[Figure, Callable[[int], None]]":
                 if body.free
                 else {"facecolor": "#8a8a86", "edgecolor": "none"}
             )
-            shapes.append((way(body), scene.add_patch(Polygon(way(body)[0], closed=True, linewidth=0.8, **look))))
+            shapes.append(
+                (
+                    vertex_paths(body),
+                    scene.add_patch(Polygon(vertex_paths(body)[0], closed=True, linewidth=0.8, **look)),
+                )
+            )
         time = np.arange(panel.acceleration.size) * panel.sampling_interval
         trace.plot(time, panel.acceleration / GAL, color=SERIES[0], linewidth=0.6)
         trace.set(xlim=(film.start, max(film.end, film.start + 1e-3)), ylim=(-1.05 * largest, 1.05 * largest))

@@ -1,4 +1,4 @@
-"""From trajectories, of the elements of a scene or of a body in space, to a film."""
+"""Films made from trajectories of the elements of a 2-D scene or of a 3-D body."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -15,49 +15,58 @@ from overturning.motion.motion import Motion
 if TYPE_CHECKING:
     import xarray as xr
 
-GROUND_SHOWN = 3.0
-"""Half of the width to which a ground far wider than the picture is cut, as a multiple of the scene's height."""
+GROUND_WIDTH_FACTOR = 3.0
+"""Half-width to which a very wide ground is cut, as a multiple of the scene's height."""
 
-MOVED = 1e-3
-"""What moves is so far from where it began and from where it ends: m, rad, and parts of a direction or quaternion."""
+MOVEMENT_TOLERANCE = 1e-3
+"""Smallest distance of a pose from its start and from its end that counts as movement.
 
-LAST_TURN = 0.5
-"""A path that ends with a stone about to lie down goes on while the rest of the turn takes no longer than this, s."""
+The unit is m for positions and rad for rotations; direction cosines and quaternions have no unit.
+"""
+
+MAX_EXTENSION = 0.5
+"""Longest time, s, by which a path that ends just before a stone lies down is extended."""
 
 
 def free_elements(path: "xr.Dataset") -> "xr.Dataset":
-    """The part of a trajectory that is of its free elements."""
+    """Return the part of a trajectory that belongs to its free elements."""
     return path.isel(element=path["kind"].to_numpy() == "free")
 
 
 def heading_of(path: "xr.Dataset") -> str:
-    """The azimuth of the motion, or what a body in space faces."""
-    return _showing(path).heading.format(compass_name(float(path.attrs[_showing(path).direction])))
+    """Return the heading of a panel: the azimuth of the motion, or the direction that a 3-D body faces."""
+    return _display_of(path).heading.format(compass_name(float(path.attrs[_display_of(path).direction])))
 
 
 def is_valid(path: "xr.Dataset") -> bool:
-    """Whether a trajectory has an outcome."""
+    """True if a trajectory has an outcome."""
     return int(path["status"]) in (Status.SIMULATED, Status.AT_REST)
 
 
 def outcome(path: "xr.Dataset") -> str:
-    """What happens in a trajectory, in a sentence without its end."""
+    """Return the outcome of a trajectory as a sentence without a full stop."""
     if not is_valid(path):
         return "no outcome: the simulation is not valid"
-    return _showing(path).outcome(path)
+    return _display_of(path).outcome(path)
 
 
-def movement(path: "xr.Dataset") -> tuple[float, float] | None:
-    """First and last time, s, at which anything free is away from where it began and where it ends; None if never."""
-    poses, time = _showing(path).poses(path), path["time"].to_numpy()
-    away = np.minimum(np.abs(poses - poses[:1]), np.abs(poses - poses[-1:])).max(axis=1) > MOVED
+def movement_interval(path: "xr.Dataset") -> tuple[float, float] | None:
+    """Return the first and last time, s, at which a free body is away from both its first and its last pose.
+
+    None if nothing moves.
+    """
+    poses, time = _display_of(path).poses(path), path["time"].to_numpy()
+    away = np.minimum(np.abs(poses - poses[:1]), np.abs(poses - poses[-1:])).max(axis=1) > MOVEMENT_TOLERANCE
     moving = np.flatnonzero(away)
     return (float(time[moving[0]]), float(time[moving[-1]])) if moving.size else None
 
 
 def window(paths: Sequence["xr.Dataset"]) -> tuple[float, float]:
-    """Time worth showing, s: from the first movement of any trajectory to the last, or 3 s about the motion's peak."""
-    spans = [span for path in paths if (span := movement(path)) is not None]
+    """Return start and end of the time to show, s: from the first movement in any trajectory to the last.
+
+    If nothing moves: 3 s before to 3 s after the peak of the motion.
+    """
+    spans = [span for path in paths if (span := movement_interval(path)) is not None]
     if spans:
         return min(first for first, _ in spans), max(last for _, last in spans)
     ground, time = paths[0]["ground_acceleration"].to_numpy(), paths[0]["time"].to_numpy()
@@ -67,25 +76,28 @@ def window(paths: Sequence["xr.Dataset"]) -> tuple[float, float]:
 
 
 def film_of(paths: Sequence["xr.Dataset"], motion: Motion, title: str, *, note: str = "") -> Film:
-    """A film of trajectories in step, from shortly before the first movement to shortly after the last.
+    """Return a film that plays trajectories synchronously, from shortly before the first movement to after the last.
 
-    All are under the motion, times the amplitude of each. What can be done with the film is added to the `note`, the
-    line below it. An ArgumentError where there is no trajectory.
+    Each trajectory was simulated under the motion times its own amplitude. `note` is the line below the film; hints on
+    how to use the film are appended to it. Raises an ArgumentError if `paths` is empty.
     """
     if not paths:
-        raise ArgumentError("paths: none; a film needs at least one trajectory")
+        raise ArgumentError("paths: none given; a film needs at least one trajectory")
     time = frame_times(*window(paths))
-    panels = tuple(_showing(path).panel(path, motion, time, (heading_of(path), outcome(path))) for path in paths)
-    return Film(title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {_showing(paths[0]).note}".strip())
+    panels = tuple(_display_of(path).panel(path, motion, time, (heading_of(path), outcome(path))) for path in paths)
+    return Film(title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {_display_of(paths[0]).note}".strip())
 
 
 def _frames(time: FloatArray, clock: FloatArray, values: FloatArray) -> FloatArray:
-    """Columns over a clock at the times of a film's frames."""
+    """Interpolate columns sampled at the times `clock` to the times of a film's frames."""
     return np.stack([np.interp(time, clock, column) for column in values.T], axis=1)
 
 
 def _plane_outcome(path: "xr.Dataset") -> str:
-    """How many elements fall and which, in the order in which they do; a single one goes without its name."""
+    """Return the number of elements that fall, and for each its name, direction and time, in order of time.
+
+    The name is left out if the scene has only one free element.
+    """
     free, azimuth = free_elements(path), path.attrs["azimuth_deg"]
     several = free.sizes["element"] > 1
     names, sides, times = (free[name].to_numpy().tolist() for name in ("element", "overturned", "overturning_time"))
@@ -101,27 +113,27 @@ def _plane_outcome(path: "xr.Dataset") -> str:
 
 
 def _largest_rotation(free: "xr.Dataset") -> str:
-    """In parts of α; in degrees of those that have none, as an arch stone or one that leans."""
+    """Return the largest rotation as text, in units of α, or in degrees for elements without α (leaning stones)."""
     peak, has = free["peak_rotation"].to_numpy(), np.isfinite(free["critical_angle"].to_numpy())
     texts = [f"{peak[has].max():.2f} α"] if has.any() else []
     if not has.all():
-        texts.append(f"{peak[~has].max():.2g}°{' of what has no α' if has.any() else ''}")
+        texts.append(f"{peak[~has].max():.2g}°{' for elements without α' if has.any() else ''}")
     return ", ".join(texts)
 
 
 def _plane_poses(path: "xr.Dataset") -> FloatArray:
-    """Places and rotations of the free elements, shape (time, 3 elements)."""
+    """Return positions and rotations of the free elements, shape (time, 3 × elements)."""
     free = free_elements(path)
     return np.concatenate(
         [free[name].transpose("time", "element").to_numpy() for name in ("x", "z", "rotation")], axis=1
     )
 
 
-def _until_it_lies(path: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArray]:
-    """Times, and x, z and rotation of an element then.
+def _extend_to_lying(path: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArray]:
+    """Return the times and poses (x, z, rotation) of an element, extended until it lies on the ground.
 
-    The path of a single block ends with the last sample before it has fallen, which for a coarse record is some degrees
-    earlier; at the end it goes on about its corner until it lies.
+    The path of a single block ends at the last sample before it has fallen, which for a coarse record is some degrees
+    too early; one pose is appended in which the block has turned about its corner until it lies.
     """
     one, time = path.isel(element=index), path["time"].to_numpy()
     poses = np.stack([one[name].to_numpy() for name in ("x", "z", "rotation")], axis=1)
@@ -131,7 +143,7 @@ def _until_it_lies(path: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArr
         return time, poses
     fallen = float(one["fallen_angle"].sel(side=side))
     left = fallen - abs(angle)
-    if not 0.0 < left < LAST_TURN * speed:
+    if not 0.0 < left < MAX_EXTENSION * speed:
         return time, poses
     level = float((path["z"][0] + path["vertices"][..., 1].max("vertex")).isel(element=1 - index))
     p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
@@ -148,17 +160,17 @@ def _bodies(path: "xr.Dataset", time: FloatArray) -> tuple[FilmBody, ...]:
     free = np.flatnonzero(path["kind"].to_numpy() == "free")
     levels = vertices[free, :, 1] + path["z"].to_numpy()[0, free, None]
     tall = float(np.nanmax(levels) - np.nanmin(levels))
-    reach = GROUND_SHOWN * tall + float(np.abs(x[:, free]).max())
+    reach = GROUND_WIDTH_FACTOR * tall + float(np.abs(x[:, free]).max())
     bodies = []
     for index, name in enumerate(path["element"].to_numpy()):
         shape = vertices[index][np.isfinite(vertices[index, :, 0])]
         if index in free:
-            clock, poses = _until_it_lies(path, index)
+            clock, poses = _extend_to_lying(path, index)
             frames = _frames(time, clock, poses)
             bodies.append(FilmBody(str(name), shape, frames[:, :2], frames[:, 2]))
         else:
             place = np.array([[x[0, index], float(path["z"][0, index])]])
-            if np.ptp(shape[:, 0]) > 2 * reach:  # the ground, cut to the picture
+            if np.ptp(shape[:, 0]) > 2 * reach:  # cut the ground to the picture
                 shape = np.column_stack([np.clip(shape[:, 0], -reach, reach), shape[:, 1]])
                 shape[:, 1] = np.maximum(shape[:, 1], shape[:, 1].max() - 0.4 * tall)
             bodies.append(FilmBody(str(name), shape, place, np.zeros(1), free=False))
@@ -166,20 +178,23 @@ def _bodies(path: "xr.Dataset", time: FloatArray) -> tuple[FilmBody, ...]:
 
 
 def _forces(path: "xr.Dataset", time: FloatArray) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
-    """Places and forces of the contacts that ever carry one, over frames, in weights; none after the case has ended."""
+    """Return positions (m) and forces (in units of the weight) over frames of all contacts that carry a force.
+
+    Forces are zero after the end of the case. (None, None) if no contact carries a force.
+    """
     clock = path["time"].to_numpy()
     force, place = path["contact_force"].to_numpy() / path.attrs["weight"], path["contact_place"].to_numpy()
     ever = np.isfinite(place).any(axis=(0, 2))
     if not ever.any():
         return None, None
-    force, place = _filled(force[:, ever]), _filled(place[:, ever])
-    # The forces of the last sample up to each frame: between frames the player interpolates.
+    force, place = _fill_missing(force[:, ever]), _fill_missing(place[:, ever])
+    # Use the last sample up to each frame; the player interpolates between frames.
     at = np.clip(np.searchsorted(clock, time + 1e-9, side="right") - 1, 0, clock.size - 1)
     return place[at], np.where(time[:, None, None] <= clock[-1], force[at], 0.0)
 
 
-def _filled(values: FloatArray) -> FloatArray:
-    """Values over time in which what is missing is as before, or, at first, as soon as it is known."""
+def _fill_missing(values: FloatArray) -> FloatArray:
+    """Replace missing values by the last known value before them, or at the start by the first known value."""
     known = np.isfinite(values)
     rows = np.arange(len(values)).reshape(-1, 1, 1)
     before = np.maximum.accumulate(np.where(known, rows, -1), axis=0)
@@ -195,23 +210,23 @@ def _plane_panel(path: "xr.Dataset", motion: Motion, time: FloatArray, texts: tu
 
 
 def _space_outcome(path: "xr.Dataset") -> str:
-    """What a body in space does."""
+    """Return the outcome of a 3-D body as a sentence without a full stop."""
     if float(path["overturned"]) == 1:
         towards = compass_name(round(float(path["fall_azimuth"])))
         return f"falls towards {towards} at {float(path['overturning_time']):.2f} s"
     tilt, twist = float(path["peak_tilt"]), float(path["residual_twist"])
     slip = 100.0 * float(np.hypot(path["residual_slip_north"], path["residual_slip_east"]))
     side = "clockwise" if twist >= 0 else "anticlockwise"
-    # A cylinder rolls on for minutes, and where it will rest is not known.
+    # A cylinder may roll for minutes: its place of rest is not known at the end of the path.
     tilt_at_end = np.hypot(float(path["tilt_north"][-1]), float(path["tilt_east"][-1]))
-    turning = max(tilt_at_end, float(np.abs(path["angular_velocity"][-1]).max())) > MOVED
+    turning = max(tilt_at_end, float(np.abs(path["angular_velocity"][-1]).max())) > MOVEMENT_TOLERANCE
     still = ", where it still rocks or rolls" if turning else ""
     moved = f"turned {abs(twist):.1f}° {side}, slipped {slip:.1f} cm by the end{still}"
     return f"stands (largest tilt {tilt:.1f}°); {moved}"
 
 
 def _space_poses(path: "xr.Dataset") -> FloatArray:
-    """Tilt, quaternion and place, shape (time, 9)."""
+    """Return tilt, quaternion and position, shape (time, 9)."""
     return np.column_stack([path["tilt_north"], path["tilt_east"], path["quaternion"], path["place"]])
 
 
@@ -224,7 +239,10 @@ def _space_panel(path: "xr.Dataset", motion: Motion, time: FloatArray, texts: tu
 
 
 def faces_of(corners: FloatArray) -> tuple[tuple[int, ...], ...]:
-    """Faces of the convex body of some corners: the positions of each one's corners, anticlockwise from outside."""
+    """Return the faces of the convex hull of some corners.
+
+    Each face is a tuple of indices into `corners`, anticlockwise seen from outside.
+    """
     from scipy.spatial import ConvexHull
 
     hull = ConvexHull(corners)
@@ -239,26 +257,26 @@ def faces_of(corners: FloatArray) -> tuple[tuple[int, ...], ...]:
     return tuple(faces)
 
 
-class _Showing(NamedTuple):
-    """How trajectories in a plane, or in space, are shown."""
+class _TrajectoryDisplay(NamedTuple):
+    """Functions and texts that show 2-D or 3-D trajectories."""
 
-    direction: str  # attribute of the direction, degrees
-    heading: str  # of a panel, around the name of that direction
-    outcome: Callable[["xr.Dataset"], str]  # what happens, of a valid simulation
-    poses: Callable[["xr.Dataset"], FloatArray]  # what tells whether it moves, shape (time, n)
-    panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str]], Panel]  # at the times of the frames
-    note: str  # what can be done with the film, or seen in it
+    direction: str  # name of the attribute with the direction, degrees
+    heading: str  # format of a panel's heading, with the name of the direction
+    outcome: Callable[["xr.Dataset"], str]  # sentence for the outcome of a valid simulation
+    poses: Callable[["xr.Dataset"], FloatArray]  # poses that show whether anything moves, shape (time, n)
+    panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str]], Panel]  # panel at the times of the frames
+    note: str  # hint below the film
 
 
-_PLANE: Final = _Showing(
+_PLANE: Final = _TrajectoryDisplay(
     "azimuth_deg", "{}", _plane_outcome, _plane_poses, _plane_panel,
     "Contact forces: means over a sampling interval, over the weight of all stones that are free.",
 )  # fmt: skip
-_SPACE: Final = _Showing(
+_SPACE: Final = _TrajectoryDisplay(
     "orientation_deg", "facing {}", _space_outcome, _space_poses, _space_panel, "Drag to turn the view."
 )
 
 
-def _showing(path: "xr.Dataset") -> _Showing:
-    """How a trajectory is shown."""
+def _display_of(path: "xr.Dataset") -> _TrajectoryDisplay:
+    """Return the functions and texts that show a trajectory."""
     return _SPACE if "quaternion" in path else _PLANE

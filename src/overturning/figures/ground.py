@@ -1,4 +1,4 @@
-"""The motion of the ground: seen from above, its spectra along several azimuths, its peaks along every one."""
+"""Figures of the ground motion: hodographs, spectra along several azimuths, peaks along every azimuth."""
 
 from typing import Any
 
@@ -16,11 +16,14 @@ from overturning.motion.spectra import pseudo_acceleration
 from overturning.units import CM, GAL
 
 Spectrum = tuple[FloatArray, list[FloatArray]]
-"""Frequencies or periods, and the values there along each azimuth."""
+"""Frequencies or periods, and the spectral values at these along each azimuth."""
 
 
 def draw_hodographs(panels: Any, motion: Motion, fault_normal_deg: float = float("nan")) -> None:
-    """Draw the last of acceleration, velocity and displacement seen from above, as many as there are panels."""
+    """Draw hodographs (motion seen from above), one per panel.
+
+    Three panels show acceleration, velocity and displacement; fewer panels show the last ones of these.
+    """
     velocity = integrate(motion.horizontal, motion.sampling_interval)
     kinds = (
         ("acceleration", motion.horizontal / GAL, "Gal"),
@@ -35,7 +38,7 @@ def draw_hodographs(panels: Any, motion: Motion, fault_normal_deg: float = float
 def _draw_hodograph(
     axes: Any, north: FloatArray, east: FloatArray, texts: tuple[str, str], fault_normal_deg: float
 ) -> None:
-    """Draw one path, of a name and a unit: east to the right, north up, one scale for both."""
+    """Draw one path with east to the right, north up and equal scales; `texts` are its name and unit."""
     radius, (title, unit) = np.hypot(north, east), texts
     size = float(radius.max(initial=0.0))
     largest = 1.12 * size or 1.0
@@ -59,7 +62,10 @@ def _draw_hodograph(
 
 
 def hodograph_figure(motion: Motion, fault_normal_deg: float, title: str) -> Figure:
-    """Hodographs of acceleration, velocity and displacement; the azimuth of the fault normal, degrees, can be NaN."""
+    """Draw hodographs of acceleration, velocity and displacement.
+
+    The azimuth of the fault normal, degrees, can be NaN.
+    """
     figure, panels = style.grid(1, 3, style.PAGE_WIDTH, 3.2)
     draw_hodographs(panels[0], motion, fault_normal_deg)
     style.caption(figure, title, panels[0, 0], 2)
@@ -67,7 +73,7 @@ def hodograph_figure(motion: Motion, fault_normal_deg: float, title: str) -> Fig
 
 
 def fourier_spectrum(motion: Motion, azimuth_deg: list[float]) -> Spectrum:
-    """Fourier amplitude (m/s) by frequency (Hz), smoothed as of Konno and Ohmachi."""
+    """Return Fourier amplitudes (m/s) by frequency (Hz), smoothed with the Konno-Ohmachi window."""
     nyquist = 0.5 / motion.sampling_interval
     at = np.geomspace(max(0.1, 2.0 / motion.duration), min(25.0, 0.8 * nyquist), 120)
     pairs = (amplitude_spectrum(motion.along(angle), motion.sampling_interval) for angle in azimuth_deg)
@@ -75,13 +81,13 @@ def fourier_spectrum(motion: Motion, azimuth_deg: list[float]) -> Spectrum:
 
 
 def response_spectrum(motion: Motion, azimuth_deg: list[float]) -> Spectrum:
-    """Pseudo-acceleration (m/s²) by period (s), damping 5 %."""
+    """Return pseudo-accelerations (m/s²) by period (s), damping ratio 0.05."""
     periods = np.geomspace(0.05, 10.0, 60)
     return periods, list(pseudo_acceleration(motion, periods, azimuth_deg).T)
 
 
 def spectra_figure(motion: Motion, azimuth_deg: list[float], title: str) -> Figure:
-    """Fourier and response spectra of several azimuths on one axis each (the paper's figure 5)."""
+    """Draw Fourier spectra of several azimuths in one panel and response spectra in another (the paper's figure 5)."""
     figure, ((left, right),) = style.grid(1, 2, style.PAGE_WIDTH, 3.4)
     for axes, (x, spectra), unit, across, up in (
         (left, fourier_spectrum(motion, azimuth_deg), CM, "frequency, Hz", "Fourier amplitude, Gal·s"),
@@ -101,14 +107,14 @@ def spectra_figure(motion: Motion, azimuth_deg: list[float], title: str) -> Figu
 
 
 def intensity_figure(intensity: xr.Dataset, fault_normal_deg: float, title: str) -> Figure:
-    """Polar curves of one record's ``pga`` (m/s²) and ``pgv`` (m/s) over azimuth (degrees), in Gal and cm/s.
+    """Draw polar curves of one record's ``pga`` (m/s²) and ``pgv`` (m/s) by azimuth (degrees), in Gal and cm/s.
 
     The azimuth of the fault normal, degrees, can be NaN.
     """
     azimuth = intensity["azimuth"].to_numpy().astype(np.float64)
-    # A peak is an absolute value: opposite azimuths share it, and the curve closes but where nothing is known.
+    # A peak is an absolute value, the same for opposite azimuths: the curve closes, except across unknown azimuths.
     both = np.concatenate([azimuth, azimuth + 180.0]) % 360.0
-    around = np.concatenate([both, style.beyond_the_grid(both)])
+    around = np.concatenate([both, style.gap_edges(both)])
     unknown = np.full(around.size - both.size, np.nan)
     order = np.argsort(around, kind="stable")
     theta = np.radians(around[order])

@@ -1,4 +1,4 @@
-"""Time histories of a record before and after its processing, with spectra, and what the processing took away."""
+"""Figure of a record before and after its processing: time histories, spectra and the removed acceleration."""
 
 import textwrap
 from collections.abc import Mapping
@@ -28,17 +28,22 @@ RESPONSE_PERIODS: Final = SPECTRUM_PERIODS[SPECTRUM_PERIODS >= 0.05]
 """Periods of the response spectra, s: twenty per decade; their damping ratio is 0.05."""
 
 BINS: Final = 600
-"""Bins along the time axis, of each of which the least and the largest sample are drawn: finer than a pixel."""
+"""Number of bins along the time axis; only the smallest and the largest sample of each are drawn (below a pixel)."""
 
 
 def history_figure(before: Record, after: Record, spectra: FloatArray | None = None) -> "Figure":
-    """Figure of a record as the file is, and as it is used, with a column per component.
+    """Draw a record as read from its file and as used in the study, a column per component.
 
     Rows: acceleration, velocity and displacement before (grey) and after processing; Fourier amplitudes with the
-    corners and the noise before the onset; Husid plot, signal-to-noise ratio, the acceleration that was taken away, and
-    response spectra over all azimuths as it is used.
-    Both records are the same where nothing was done. The spectra, m/s², are RotD00, RotD50 and RotD100 of the
-    pseudo-acceleration at `RESPONSE_PERIODS`, shape (3, periods); they are computed where they are not given.
+    corner frequencies and the noise before the onset; Husid plot, signal-to-noise ratio and removed acceleration;
+    response spectra over all azimuths after processing.
+
+    Parameters
+    ----------
+    before, after : Record
+        The record before and after processing; the same object if nothing was done.
+    spectra : array, shape (3, periods), optional
+        RotD00, RotD50 and RotD100 of the pseudo-acceleration at `RESPONSE_PERIODS`, m/s²; computed if not given.
     """
     names = [name for name in COMPONENTS if getattr(after, name) is not None]
     wide = len(names) > 2
@@ -81,7 +86,7 @@ def _finish(figure: "Figure", panels: Any, before: Record, after: Record, noise:
     marks = [Line2D([], [], color=MISSING, label="before processing"), Line2D([], [], color=INK, label="as used")]
     if before is not after:
         figure.legend(handles=marks, loc="lower center", ncols=2, fontsize=8)
-    # Fixed places: fitting them to their letters would take most of the time.
+    # Fixed margins: a constrained layout would take most of the drawing time.
     wide = panels.shape[1] > 2
     height = figure.get_figheight()
     top = 1.0 - (0.14 * len(wrapped) + 0.35) / height
@@ -89,7 +94,7 @@ def _finish(figure: "Figure", panels: Any, before: Record, after: Record, noise:
 
 
 def envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The least and the largest of each of `BINS` bins of a series, in their order; all of a short one."""
+    """Return times and values of the smallest and largest sample of each of `BINS` bins; all samples if few."""
     width = -(-time.size // BINS)
     if width <= 2:
         return time, values
@@ -97,8 +102,11 @@ def envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArr
     return time[np.minimum(places, time.size - 1)], drawn
 
 
-def shift_of(record: Record) -> float:
-    """Time of a processed record's first sample after the unprocessed one's, s: pads come before it, cuts after."""
+def time_shift(record: Record) -> float:
+    """Return the start of a processed record relative to the unprocessed one, s.
+
+    Padding moves the start to earlier times, cutting to later ones.
+    """
     return float(sum(step.get("shift_s", 0.0) for step in record.processing))
 
 
@@ -106,19 +114,19 @@ def _time(record: Record, shift: float = 0.0) -> FloatArray:
     return np.asarray(np.arange(record.north.size) * record.sampling_interval + shift, dtype=np.float64)
 
 
-def _three(record: Record, name: str) -> list[FloatArray]:
-    """Acceleration, velocity, displacement of a component."""
+def _integrals(record: Record, name: str) -> list[FloatArray]:
+    """Return acceleration, velocity and displacement of a component."""
     samples: FloatArray = getattr(record, name)
     velocity = integrate(samples, record.sampling_interval)
     return [samples, velocity, integrate(velocity, record.sampling_interval)]
 
 
 def _draw_series(panels: Any, before: Record, after: Record, name: str) -> None:
-    rows = zip(panels, SERIES_ROWS, _three(before, name), _three(after, name), strict=True)
+    rows = zip(panels, SERIES_ROWS, _integrals(before, name), _integrals(after, name), strict=True)
     for panel, (label, unit), old, new in rows:
         peak = np.abs(new).max() / unit
         if before is not after:
-            # An offset becomes metres of displacement, beside which the motion would be a line: its own scale then.
+            # An offset integrates to metres of displacement; on a common scale the motion would look like a line.
             own = np.abs(old).max() / unit > 2.0 * peak
             behind = panel.twinx() if own else panel
             behind.plot(*envelope(_time(before), old / unit), color=MISSING, linewidth=0.6)
@@ -127,7 +135,7 @@ def _draw_series(panels: Any, before: Record, after: Record, name: str) -> None:
                 behind.locator_params(axis="y", nbins=5)
                 panel.set_zorder(behind.get_zorder() + 1)
                 panel.patch.set_visible(False)
-        panel.plot(*envelope(_time(after, shift_of(after)), new / unit), color=INK, linewidth=0.6)
+        panel.plot(*envelope(_time(after, time_shift(after)), new / unit), color=INK, linewidth=0.6)
         labels(panel, "time, s" if panel is panels[-1] else "", label)
         panel.annotate(
             f"peak {short(peak)}", (0.98, 0.96), xycoords="axes fraction", ha="right", va="top", fontsize=7, color=INK
@@ -157,12 +165,12 @@ def _logarithmic(panel: "Axes") -> None:
     from matplotlib.ticker import NullLocator
 
     panel.set(xscale="log", yscale="log")
-    for axis in (panel.xaxis, panel.yaxis):  # ticks take most of the time that a page takes
+    for axis in (panel.xaxis, panel.yaxis):  # minor ticks would take most of the drawing time
         axis.set_minor_locator(NullLocator())
 
 
 def _draw_husid(panel: "Axes", after: Record, names: list[str]) -> None:
-    time = _time(after, shift_of(after))
+    time = _time(after, time_shift(after))
     for name, colour in zip(names, SERIES, strict=False):
         energy = np.cumsum(getattr(after, name) ** 2)
         if energy[-1] > 0:
@@ -176,7 +184,7 @@ def _draw_husid(panel: "Axes", after: Record, names: list[str]) -> None:
 def _draw_ratio(panel: "Axes", noise: NoiseRatio | None, names: list[str]) -> None:
     labels(panel, "frequency, Hz", "signal-to-noise ratio")
     if noise is None:
-        _say(panel, "no noise of 2 s\nbefore the onset")
+        _write_note(panel, "no noise of 2 s\nbefore the onset")
         return
     for row, (name, colour) in enumerate(zip(names, SERIES, strict=False)):
         panel.plot(noise.frequency, noise.ratio[row], color=colour, linewidth=1.0, label=name)
@@ -186,27 +194,27 @@ def _draw_ratio(panel: "Axes", noise: NoiseRatio | None, names: list[str]) -> No
 
 
 def rotd_of(record: Record) -> FloatArray:
-    """RotD00, RotD50 and RotD100 of the pseudo-acceleration, m/s², at `RESPONSE_PERIODS`, shape (3, periods)."""
+    """Return RotD00, RotD50 and RotD100 of the pseudo-acceleration at `RESPONSE_PERIODS`, m/s², shape (3, periods)."""
     return rotd(Motion.of(record), RESPONSE_PERIODS, percentiles=PERCENTILES)["psa"]
 
 
 def _draw_response(panel: "Axes", spectra: FloatArray) -> None:
-    """Pseudo-acceleration spectra of the horizontal motion."""
+    """Draw pseudo-acceleration spectra of the horizontal motion."""
     for percentile, spectrum, colour in zip(PERCENTILES, spectra, SERIES, strict=False):
         panel.plot(RESPONSE_PERIODS, spectrum / GAL, color=colour, linewidth=0.9, label=f"RotD{percentile:02.0f}")
     _logarithmic(panel)
-    panel.set_ylim(bottom=1e-4 * float(spectra[-1].max()) / GAL or None)  # along one azimuth RotD00 is nothing
+    panel.set_ylim(bottom=1e-4 * float(spectra[-1].max()) / GAL or None)  # RotD00 of a motion along one azimuth is 0
     labels(panel, "period, s", "pseudo-acceleration, Gal")
     panel.legend(fontsize=7, loc="best")
 
 
 def _draw_removed(panel: "Axes", before: Record, after: Record, names: list[str]) -> None:
-    """Acceleration before less that after, where both are."""
-    labels(panel, "time, s", "taken away, Gal")
+    """Draw the acceleration before processing minus that after it, where the records overlap."""
+    labels(panel, "time, s", "removed, Gal")
     if before is after:
-        _say(panel, "nothing")
+        _write_note(panel, "nothing")
         return
-    time, later = _time(before), _time(after, shift_of(after))
+    time, later = _time(before), _time(after, time_shift(after))
     inside = (time >= later[0] - 1e-9) & (time <= later[-1] + 1e-9)
     for name, colour in zip(names, SERIES, strict=False):
         away = getattr(before, name)[inside] - np.interp(time[inside], later, getattr(after, name))
@@ -214,6 +222,6 @@ def _draw_removed(panel: "Axes", before: Record, after: Record, names: list[str]
     panel.legend(fontsize=7, loc="best")
 
 
-def _say(panel: "Axes", words: str) -> None:
+def _write_note(panel: "Axes", words: str) -> None:
     panel.text(0.5, 0.5, words, transform=panel.transAxes, ha="center", va="center", fontsize=8, color=MISSING)
     panel.set(xticks=[], yticks=[])

@@ -11,7 +11,7 @@ from overturning.figures.film_of_trajectory import film_of, heading_of, outcome
 from overturning.figures.ground import hodograph_figure, spectra_figure
 from overturning.figures.response import axis_figure, response_figure
 from overturning.figures.style import style
-from overturning.figures.write import emptied, save
+from overturning.figures.write import refill_folder, save
 from overturning.files import write_text
 from overturning.model.falls import model_of
 from overturning.model.planes import Planes
@@ -29,19 +29,19 @@ if TYPE_CHECKING:
 
 
 def draw_illustrative_cases(cube_path: Path, motions: Path, folder: Path) -> None:
-    """Simulate the illustrative cases of a cube again, under the motions of a folder, and draw them.
+    """Simulate the illustrative cases of a cube again, with the motions in the folder `motions`, and draw them.
 
-    The other folder receives ``cases.json`` (titles, rules, outcomes, films, and the figures of each), and these
-    figures: for case K from 1 ``K-response.svg``, ``K-boundary.svg``, ``K-spectra.svg`` and ``K-hodograph.svg``, of a
-    body in space ``K-axis.svg``, ``K-axis-2.svg``.
+    Writes into `folder`: ``cases.json`` (title, rule, outcomes, film and figures of each case) and the figures of case
+    K, counted from 1: ``K-response.svg``, ``K-boundary.svg``, ``K-spectra.svg`` and ``K-hodograph.svg``; for a 3-D body
+    ``K-axis.svg`` and ``K-axis-2.svg``.
     """
-    with emptied(folder), open_records(cube_path) as cube, style():
+    with refill_folder(folder), open_records(cube_path) as cube, style():
         rows = [_draw(cube, case, motions, folder, number) for number, case in enumerate(illustrative_cases(cube), 1)]
         write_text(folder / "cases.json", json.dumps(rows, ensure_ascii=False, separators=(",", ":")))
 
 
-Drawn = tuple[str, "Figure", str, dict[str, float]]
-"""A figure behind a film: the end of its file's name, the figure, what it shows, options of its place in the report."""
+CaseFigure = tuple[str, "Figure", str, dict[str, float]]
+"""A figure that accompanies a film: suffix of the file name, figure, alternative text, options for the report."""
 
 
 def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Path, number: int) -> dict[str, Any]:
@@ -50,10 +50,10 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
     motion = motion_of(study, read_motion(motions / f"{record}.nc"))
     paths = trajectories(study, motion, case.block, case.direction_deg)
     place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
-    title = f"{place}: {described(study, case.block)}"
+    title = f"{place}: {block_label(study, case.block)}"
     film = film_of(paths, motion, title, note="The frame moves with the base.")
     if model_of(one).one_component:
-        drawn = _in_planes(one, paths, motion, (title, place))
+        drawn = _planar_figures(one, paths, motion, (title, place))
     else:
         about = "tilt of the axis towards north and east, and hodographs of the ground"
         several = enumerate(paths, 1)
@@ -76,15 +76,20 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
     }
 
 
-def described(study: Study, block: dict[str, float]) -> str:
-    """A block of a study in a title."""
+def block_label(study: Study, block: dict[str, float]) -> str:
+    """Return slenderness, height and friction of a block as text for a title."""
     oblong = f", D/B = {block['aspect']:g}" if model_for(study).oblong else ""
     coefficient = coefficient_said(study, block["friction"])
     return f"B/H = {block['b_over_h']:.3g}{oblong}, H = {block['height']:.3g} m, {coefficient}"
 
 
-def _in_planes(one: "xr.Dataset", paths: list["xr.Dataset"], motion: Motion, texts: tuple[str, str]) -> list[Drawn]:
-    """Figures behind a film in planes: response, boundary, spectra and hodograph; the texts are title and place."""
+def _planar_figures(
+    one: "xr.Dataset", paths: list["xr.Dataset"], motion: Motion, texts: tuple[str, str]
+) -> list[CaseFigure]:
+    """Return the figures that accompany a 2-D film: response, boundary, spectra and hodograph.
+
+    `texts` are the title and the place.
+    """
     (title, place), normal = texts, float(one["fault_normal"])
     azimuths = list(dict.fromkeys(float(path.attrs["azimuth_deg"]) for path in paths))
     if len(azimuths) == 1:
@@ -107,7 +112,7 @@ def _in_planes(one: "xr.Dataset", paths: list["xr.Dataset"], motion: Motion, tex
 def trajectories(
     study: Study, motion: Motion, block: dict[str, float], directions_deg: Sequence[float]
 ) -> list["xr.Dataset"]:
-    """Trajectories of a block of a study, one for each direction, degrees."""
+    """Return the trajectories of a block of a study, one for each direction, degrees."""
     model = model_for(study)
     own = {"b_over_h": not model.sized, "friction": isinstance(model, Planes) and not model.scene.sweeps_friction}
     given = {name: value for name, value in block.items() if not own.get(name)}

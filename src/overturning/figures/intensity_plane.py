@@ -1,4 +1,4 @@
-"""Falls in the plane of PGA and PGV/PGA, beside the field's criteria and the fitted probability."""
+"""Figure of outcomes by PGA and PGV/PGA, with published overturning criteria and the fitted probability."""
 
 from typing import Any, Final
 
@@ -22,13 +22,13 @@ LOOKS: Final = (
     (SERIES[5], (0, (5, 1.2, 1, 1.2))),
     (SERIES[4], "solid"),
 )
-"""Colour and dashes of each of `limits.CRITERIA`."""
+"""Colour and line style of each of `criteria.CRITERIA`."""
 
 
 def plane_points(
     cube: xr.Dataset, intensity: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """PGA (m/s²), PGV/PGA (s) and a block's probability of falling in each plane of each record, shape (n,)."""
+    """Return PGA (m/s²), PGV/PGA (s) and fall probability of a block for each record and azimuth, shape (n,)."""
     block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
     planes = model_of(cube).falls(block).compute()
     along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
@@ -48,7 +48,7 @@ def _draw_intensity_plane(
     *,
     limits: bool = True,
 ) -> None:
-    """Draw one block's plane: points as of `plane_points`, limits, and the line of probability ½ of the fit."""
+    """Draw the panel of one block: points (see `plane_points`), criteria, and the line of fitted probability ½."""
     pga, ratio, falls = points
     axes.set(xscale="log", yscale="log")
     west = float(west_acceleration(b_over_h))
@@ -84,19 +84,20 @@ def _draw_intensity_plane(
 def intensity_plane_figure(
     cube: xr.Dataset, intensity: xr.Dataset, fit: LogisticFit | None, friction: float, another: str = ""
 ) -> Figure:
-    """Figure with up to three slendernesses (columns) and all heights (rows) at one friction, with the fit.
+    """Draw outcomes by PGA and PGV/PGA for up to three B/H (columns) and two heights (rows) at one friction.
 
-    Of the intensity measures, ``pga`` (m/s²) and ``pgv`` (m/s) over record and azimuth count. Where the sizes are
-    those of ``another`` stone, as of `sizes_of_another`, which is said, there are no limits.
+    `intensity` has ``pga`` (m/s²) and ``pgv`` (m/s) by record and azimuth. `another` is a note (see
+    `sizes_of_another`) that the sizes belong to another stone: it is added to the title, and the criteria, which need
+    the stone's own sizes, are left out.
     """
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")
     share = fall_shares(one_friction, over=("record", "height", "friction")).compute().to_numpy()
-    # The slendernesses whose outcome is most divided tell most.
+    # Show the slendernesses with the most evenly divided outcomes: they are the most informative.
     chosen = np.sort(slender[np.argsort(-np.nan_to_num(share * (1 - share)), kind="stable")[:3]])
     heights = cube["height"].to_numpy()
     shown = heights[np.unique([0, heights.size - 1])]
-    # The fit takes all frictions together, of which the points are of one.
+    # The fit includes all frictions, the points show one.
     named = "fit: probability ½" if cube.sizes["friction"] == 1 else "fit of all µ together: probability ½"
     figure, panels = grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.6 * shown.size + 0.8)
     for row, height in enumerate(shown):

@@ -1,4 +1,4 @@
-"""Where blocks fall under a record: polar maps of planes by slenderness, and maps of bodies in space by orientation."""
+"""Maps of falls under one record: polar maps by azimuth and B/H (2-D), and maps by orientation and B/H (3-D)."""
 
 from collections.abc import Sequence
 from typing import Any, Final
@@ -21,13 +21,13 @@ from overturning.statistics.roses import rose_of
 from overturning.study.cube import friction_said
 
 PANEL: Final = {1: 4.3, 2: 2.9, 3: 1.95}
-"""Width of a panel, inches, by the number in a row: together they fill a page. More panels go into further rows."""
+"""Width of a panel, inches, by the number of panels in a row, so that a full row fills the page."""
 
 STEP_DEG: Final = 2.0
-"""Cells are drawn in parts no wider than this, so that their inner and outer edges are arcs and not chords."""
+"""Largest width of a drawn cell, degrees: wider cells are split, so that their edges look like arcs, not chords."""
 
 MORE_LIKELY: Final = 0.5
-"""A cell whose block falls to one side with a larger probability than this is of that kind."""
+"""Probability of falling to one side above which a cell has the colour of that side."""
 
 _KINDS: Final = {
     "stands": style.STANDS,
@@ -41,37 +41,37 @@ _COLOUR_OF_KIND: Final = ListedColormap(list(_KINDS.values()))
 _CHANCE: Final = LinearSegmentedColormap.from_list(
     "probability", [style.STANDS, "#f6c9a0", "#e58a4b", style.FALLS, style.DARKEST]
 )
-"""Probability from 0 (paper) to 1 (the colour of falls, then darker): lightness falls all the way."""
+"""Colours of probabilities from 0 to 1, with monotonically decreasing lightness."""
 
 _TURN = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)[:, None]
 COLOURS: Final = ListedColormap(
     0.56 + 0.26 * np.cos(_TURN) + np.sin(_TURN) * np.array([0.18, 0.04, -0.28])  # light and dark; yellow and blue
 )
-"""Of azimuths: light to the north and dark to the south, ochre to the east and blue to the west.
+"""Cyclic colours of azimuths: light for north, dark for south, ochre for east, blue for west.
 
-Those who see no red or green see both; arrows say the same.
+They can be distinguished with red-green colour blindness; arrows show the same azimuths.
 """
 
 MOST_ARROWS: Final = 36
-"""Arrows along each side of a map."""
+"""Largest number of arrows along each axis of a map."""
 
 
 def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
-    """Azimuth of the fall × slenderness of one record of a cube, a compass per friction and height.
+    """Draw polar maps of the falls of one record by azimuth and B/H, a panel per friction and height.
 
-    Any dataset with ``overturned`` over azimuth, height, b_over_h and friction will do; where it has the ensemble's
-    probabilities, these are shown.
+    `cube` is any dataset with ``overturned`` over azimuth, height, b_over_h and friction. If it has the probabilities
+    of an ensemble, these are shown.
     """
     spread = "probability_towards" in cube and bool(cube["probability_towards"].notnull().any())
-    whole = closed(cube)
+    whole = close_circle(cube)
     chance = fall_probability(whole)[["towards", "away"]].compute()
     blocks = list(np.ndindex(chance["height"].size, chance["friction"].size))
     rows, columns = rows_and_columns(chance["height"].size, chance["friction"].size)
-    # The letters below a panel stay clear of the title of the next.
+    # Keep the tick labels of a panel clear of the title of the panel below.
     apart = ConstrainedLayoutEngine(h_pad=0.11 if rows > 1 else 0.02)
     width, height = PANEL[columns] * columns + 0.85 * spread, (PANEL[columns] + 0.2) * rows + 0.8
     figure, panels = style.grid(rows, columns, width, height, used=len(blocks), polar=True, layout=apart)
-    shown = out_to_the_first_ring_without_falls(chance, chance["towards"] + chance["away"], abs(whole["overturned"]))
+    shown = trim_empty_rings(chance, chance["towards"] + chance["away"], abs(whole["overturned"]))
     shown = shown.transpose("height", "friction", "b_over_h", "azimuth")
     normal = float(cube["fault_normal"]) if "fault_normal" in cube.variables else float("nan")
     radial = float(radial_azimuth(cube))
@@ -88,7 +88,7 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
             kinds = np.ma.masked_where(shaded, kinds)
         layers.append((kinds, {"cmap": _COLOUR_OF_KIND, "vmin": -0.5, "vmax": 3.5}))
         mesh, *_ = draw_cells(axes, cells, layers)
-        axes.set_rlabel_position(free_sector(cells, normal, radial))
+        axes.set_rlabel_position(radius_label_azimuth(cells, normal, radial))
         style.mark_fault_normal(axes, normal)
         style.mark_radial(axes, radial)
     marks = [style.patch(colour, kind) for kind, colour in _KINDS.items()]
@@ -105,11 +105,11 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
     return figure
 
 
-def out_to_the_first_ring_without_falls(cube: xr.Dataset, *falls: xr.DataArray) -> xr.Dataset:
-    """A dataset out to the first B/H at and beyond which no fall is possible; all of it where none is anywhere.
+def trim_empty_rings(cube: xr.Dataset, *falls: xr.DataArray) -> xr.Dataset:
+    """Return a dataset without the outer B/H rings in which no fall is possible, except the first of these.
 
-    A fall is possible where a flag or probability of `falls` is above 0, since a block may fall of whose neighbourhood
-    nothing does, or not known, but in directions of which nothing at all is known: these were not computed.
+    A fall is possible if a value of `falls` (flags or probabilities; a block may fall although its neighbours stand) is
+    above 0, or missing in a direction that was simulated. The dataset is unchanged if no fall is possible anywhere.
     """
 
     def possible(one: xr.DataArray) -> xr.DataArray:
@@ -120,10 +120,10 @@ def out_to_the_first_ring_without_falls(cube: xr.Dataset, *falls: xr.DataArray) 
     return cube.isel(b_over_h=slice(None, int(last[-1]) + 2)) if last.size else cube
 
 
-def free_sector(cells: xr.Dataset, *marked_deg: float) -> float:
-    """Azimuth, half-way between two of the eight that are named, at which the fewest cells fall: room for letters.
+def radius_label_azimuth(cells: xr.Dataset, *marked_deg: float) -> float:
+    """Return the azimuth, degrees, for the labels of the radius: half-way between two named directions.
 
-    Not within 20° of an axis that is marked there.
+    It is the one with the fewest falls around it that is not within 20° of a marked axis (`marked_deg`).
     """
     towards, away = (cells[name].transpose("b_over_h", "azimuth").to_numpy() for name in ("towards", "away"))
     falls = np.nan_to_num(towards + away, nan=1.0).sum(axis=0)
@@ -137,25 +137,26 @@ def free_sector(cells: xr.Dataset, *marked_deg: float) -> float:
 
 
 def rows_and_columns(heights: int, frictions: int) -> tuple[int, int]:
-    """Rows and columns of panels for heights and frictions: a row per height where they fit, at most three columns."""
+    """Return the numbers of rows and columns of panels: a row per height if it fits, at most three columns."""
     count = heights * frictions
     columns = frictions if heights > 1 and 1 < frictions <= max(PANEL) else min(count, max(PANEL))
     columns = 2 if count == 4 else columns
     return -(-count // columns), columns
 
 
-def closed(cube: xr.Dataset) -> xr.Dataset:
-    """A cube whose cells reach round the compass: half of the azimuths give the others; a single one stays alone.
+def close_circle(cube: xr.Dataset) -> xr.Dataset:
+    """Return a cube extended to the full circle of azimuths; a single azimuth stays as it is.
 
-    Between azimuths that a study leaves out, as of the part of a circle, nothing is known.
+    The outcomes of opposite azimuths follow from each other. Gaps between azimuths that were not simulated are filled
+    with missing values.
     """
     whole = whole_circle(cube) if cube["azimuth"].size > 1 else cube
-    unknown = style.beyond_the_grid(whole["azimuth"].to_numpy())
+    unknown = style.gap_edges(whole["azimuth"].to_numpy())
     return whole.reindex(azimuth=np.union1d(whole["azimuth"], unknown)) if unknown.size else whole
 
 
 def cell_edges(centres: FloatArray) -> FloatArray:
-    """Edges of cells half-way between centres, the outer ones symmetric; a single cell spans a tenth of its value."""
+    """Return the edges of cells: half-way between centres, symmetric at the ends; ± 5 % for a single cell."""
     if centres.size == 1:
         return np.array([0.95, 1.05]) * centres[0]
     between = (centres[1:] + centres[:-1]) / 2
@@ -163,12 +164,12 @@ def cell_edges(centres: FloatArray) -> FloatArray:
 
 
 def slenderness_edges(b_over_h: FloatArray) -> FloatArray:
-    """Edges of cells of B/H: none lies below 0, where a compass would leave out the whole ring."""
+    """Return the edges of B/H cells, at least 0: a polar axis would not draw a ring with a negative edge."""
     return np.maximum(cell_edges(b_over_h), 0.0)
 
 
 def azimuth_edges(azimuth_deg: FloatArray) -> FloatArray:
-    """Edges of azimuth cells closed around the compass, radians: one more than azimuths, ascending over one turn."""
+    """Return the m + 1 edges of m azimuth cells, radians, ascending over the full circle."""
     if azimuth_deg.size == 1:
         return np.radians(azimuth_deg[0] + np.array([-2.5, 2.5]))
     next_one = np.append(azimuth_deg[1:], azimuth_deg[0] + 360.0)
@@ -177,7 +178,10 @@ def azimuth_edges(azimuth_deg: FloatArray) -> FloatArray:
 
 
 def draw_cells(axes: Any, cells: xr.Dataset, layers: Sequence[tuple[Any, dict[str, Any]]]) -> list[Any]:
-    """Colour the cells of a compass by layers of values (b_over_h, azimuth), each with its colours; their meshes."""
+    """Colour the cells of a polar map and return the meshes.
+
+    Each layer is an array of values (b_over_h, azimuth) and the colour options of `pcolormesh`.
+    """
     axes.xaxis.grid(False)
     style.compass(axes)
     edges = azimuth_edges(cells["azimuth"].to_numpy().astype(np.float64))
@@ -194,8 +198,8 @@ def draw_cells(axes: Any, cells: xr.Dataset, layers: Sequence[tuple[Any, dict[st
 
 
 def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
-    """Fall azimuth by orientation and B/H of one record, a panel per friction, height and aspect; and its rose."""
-    cube = out_to_the_first_ring_without_falls(cube, cube["overturned"])
+    """Draw fall azimuths of one record by orientation and B/H, a panel per friction, height and aspect, and a rose."""
+    cube = trim_empty_rings(cube, cube["overturned"])
     blocks = [(height, aspect) for height in cube["height"].to_numpy() for aspect in cube["aspect"].to_numpy()]
     frictions = cube["friction"].to_numpy()
     figure, panels = style.grid(len(blocks), len(frictions) + 1, 2.2 * (len(frictions) + 1), 1.95 * len(blocks) + 0.9)
@@ -221,7 +225,7 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
     around.set_title("falls of these maps", fontsize=8, pad=3)
     marks = [style.patch(style.STANDS, "stands")]
     if bool(cube["overturned"].isnull().any()):
-        marks.append(style.patch(style.MISSING, "not found"))
+        marks.append(style.patch(style.MISSING, "no outcome"))
     style.caption(figure, f"{title}\ncolour and arrow: azimuth of the fall, north up", around, 3, first=marks)
     return figure
 
@@ -238,7 +242,7 @@ def _draw_orientations(axes: Any, cells: xr.Dataset) -> None:
             *edges, np.ma.masked_where(~missing, missing), cmap=ListedColormap([style.MISSING]), rasterized=True
         )
     across, up = np.meshgrid(x, y)
-    # Of finer grids arrows of every second cell, or third: more could not be told apart.
+    # On a fine grid draw only every second (third, …) arrow: more could not be distinguished.
     fell = np.zeros(azimuth.shape, bool)
     thin = tuple(slice(None, None, -(-count // MOST_ARROWS)) for count in azimuth.shape)
     fell[thin] = np.isfinite(azimuth)[thin]
@@ -251,9 +255,9 @@ def _draw_orientations(axes: Any, cells: xr.Dataset) -> None:
     axes.xaxis.set_major_locator(MultipleLocator(30 if np.ptp(x) <= 100 else 60 if np.ptp(x) <= 200 else 90))
 
 
-_OF_DIRECTION: Final = {"azimuth": plane_map_figure, "orientation": space_map_figure}
+_MAP_BY_DIRECTION: Final = {"azimuth": plane_map_figure, "orientation": space_map_figure}
 
 
 def map_figure(cube: xr.Dataset, title: str) -> Figure:
-    """Where the blocks of one record of a cube fall: round the compass, or, of bodies in space, by orientation."""
-    return _OF_DIRECTION[model_of(cube).direction](cube, title)
+    """Draw the map of falls of one record: by azimuth of the motion (2-D) or by orientation of the body (3-D)."""
+    return _MAP_BY_DIRECTION[model_of(cube).direction](cube, title)

@@ -1,4 +1,4 @@
-"""Self-contained pages (HTML): templates of the package, the player of films, data that cannot end their script."""
+"""Self-contained HTML pages: templates, the film player, and JSON that is safe inside a script element."""
 
 import json
 from importlib import resources
@@ -10,17 +10,17 @@ from overturning.files import write_text
 
 
 def template(name: str, room: str = "figures") -> str:
-    """The text of a template of this package."""
+    """Return the text of a template of this package."""
     return resources.files("overturning").joinpath(room, "templates", name).read_text(encoding="utf-8")
 
 
 def player_script() -> str:
-    """The player, once per page, with what draws bodies in space."""
+    """Return the script of the film player, including the drawing of 3-D bodies; a page needs it once."""
     return "".join(map(template, ("page.js", "space.js", "player.js")))
 
 
 def embedded_json(data: Any) -> str:
-    """Data as JSON that cannot end the script element it stands in, whatever a record is called."""
+    """Return data as JSON with escaped HTML characters, so that no name can end the script element around it."""
     text = json.dumps(data, separators=(",", ":"), ensure_ascii=False)
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
@@ -28,9 +28,9 @@ def embedded_json(data: Any) -> str:
 
 
 def page(name: str, css: str, js: str, data: Any, **more: Any) -> str:
-    """A template's page with style, script and data of the package's own, and more that is escaped.
+    """Render a template with style, script and data of this package; other values (`more`) are escaped.
 
-    Nothing in it comes from outside, and it is the same each time.
+    The page loads nothing from the network and is reproducible.
     """
     import jinja2
     from markupsafe import Markup
@@ -41,10 +41,10 @@ def page(name: str, css: str, js: str, data: Any, **more: Any) -> str:
 
 
 def film_page(film: Film) -> str:
-    """The page of a film."""
+    """Return the HTML page of a film."""
     return page("film.html.j2", template("player.css"), player_script(), film.data(), film=film)
 
 
 def write_film_page(film: Film, path: Path) -> None:
-    """Write the page of a film into a file."""
+    """Write the HTML page of a film to a file."""
     write_text(path, film_page(film))

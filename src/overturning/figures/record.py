@@ -16,7 +16,7 @@ from overturning.study.cube import open_cube, shown_block, shown_element, study_
 from overturning.study.scenes import scene_of
 
 
-def draw_records(
+def draw_record_figures(
     cube_path: Path,
     intensity_path: Path,
     motions: Path,
@@ -24,19 +24,31 @@ def draw_records(
     write: Write,
     numbers: Iterable[int] | None = None,
 ) -> None:
-    """Draw the figures of the records of a cube, of all or by their numbers there; it need not have all of the study.
+    """Draw the figures of the records of a cube.
 
-    The folder receives ``polar/ID``, the `map_figure` of the block that the study shows first, ``blocks/ID`` of all
-    where there are several, and ``intensity/ID`` by what writes a figure in all its formats, and ``history/ID.svg``
-    (time histories, not part of the report's page but beside it). Intensities are of all records.
+    Parameters
+    ----------
+    cube_path : Path
+        The cube; it may hold only some records of the study.
+    intensity_path : Path
+        Intensity measures of all records of the study (NetCDF).
+    motions : Path
+        Folder of the motions.
+    folder : Path
+        Receives ``polar/ID`` (map of the block shown first), ``blocks/ID`` (maps of all blocks, if there are several),
+        ``intensity/ID`` and ``history/ID.svg`` (time histories, a file next to the report).
+    write : callable
+        Writes a figure in all formats of the study.
+    numbers : iterable of int, optional
+        Positions of the records to draw; all by default.
     """
     with open_cube(cube_path) as cube, xr.open_dataset(intensity_path) as intensity:
-        everyone, study, stone = intensity["record_id"].to_numpy().tolist(), study_of(cube), stone_of(cube)
+        everyone, study, stone = intensity["record_id"].to_numpy().tolist(), study_of(cube), stone_label(cube)
         for index in range(cube.sizes["record"]) if numbers is None else numbers:
             one = cube.isel(record=index).load()
             name, station = (str(one[key].item()) for key in ("record_id", "station"))
             around = intensity.isel(record=everyone.index(name))
-            event = str(around["event"].item())  # its name among all records, which a cube of one does not know
+            event = str(around["event"].item())  # event names depend on all records; this cube may hold one only
             title = f"{station}, {event}" if event else station
             motion = motions / f"{name}.nc"
             used = read_motion(motion)
@@ -51,10 +63,10 @@ def draw_records(
                 )
 
 
-def stone_of(cube: xr.Dataset) -> str:
-    """Whose falls a cube of one element shows: scene and element, nothing for the default gravestone.
+def stone_label(cube: xr.Dataset) -> str:
+    """Return the scene and element of a cube of one element, as a second line of a title.
 
-    Of an element other than the one whose sizes are swept it says whose H and B/H these are.
+    It names the element to which H and B/H refer if this is another one. Empty for the default gravestone.
     """
     scene = scene_of(study_of(cube), cube.attrs["variant"])
     if scene.name == gravestone().name:

@@ -1,4 +1,4 @@
-"""What a stone does under a motion: rotation, slip and uplift (the paper's figure 6); in space, its axis from above."""
+"""Figures of the response to a motion: rotation, slip and uplift (the paper's figure 6); 3-D: the axis from above."""
 
 from collections.abc import Sequence
 from textwrap import fill
@@ -16,15 +16,16 @@ from overturning.units import CM, GAL
 
 ROWS = ("base acceleration, Gal", "rotation, °", "slip of the base, cm", "uplift, cm")
 
-OF_SEVERAL = (*ROWS[:2], "slip over ground, cm", "uplift over ground, cm")
-"""The same of several elements: what stands on another moves with all below it."""
+ROWS_SEVERAL_ELEMENTS = (*ROWS[:2], "slip over ground, cm", "uplift over ground, cm")
+"""Labels for several elements: their motion is relative to the ground, since an element moves with those below it."""
 
-LIMIT_SHOWN = 3.0
-"""The angle of no return is drawn within so many times the largest rotation of all: a wider one hides them."""
+LIMIT_FACTOR = 3.0
+"""The critical angle is drawn if it is at most this multiple of the largest rotation; otherwise the scale would
+hide the rotations."""
 
 
 def response_series(one: xr.Dataset) -> list[Any]:
-    """Rotation, slip and uplift of one element in the units of `ROWS`; uplift is of its base's highest vertex."""
+    """Return rotation, slip and uplift of one element in the units of `ROWS`; uplift of the highest base vertex."""
     p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
     lower = q <= q.min() + 1e-9 * np.ptp(q)
     angle, z = (one[name].to_numpy()[:, None] for name in ("rotation", "z"))
@@ -37,17 +38,16 @@ def response_series(one: xr.Dataset) -> list[Any]:
 
 
 def response_figure(paths: Sequence[xr.Dataset], title: str) -> Figure:
-    """Figure with a column per trajectory, all with the same scales; its heading is the azimuth.
+    """Draw 2-D trajectories with equal scales, a column each; the heading of a column is the azimuth of the motion.
 
-    Every free element has a curve of its own, named where there are several, and a dashed line at its angle of no
-    return.
+    Each free element has a curve, with a legend if there are several, and a dashed line at its critical angle.
     """
     width = max(min(3.3 * len(paths), style.PAGE_WIDTH), 4.4, 2.0 * len(paths))
     figure, rows = style.grid(len(ROWS), len(paths), width, 6.6, sharex=True, sharey="row")
     start, end = window(paths)
     largest = max(float(np.abs(np.degrees(free_elements(path)["rotation"])).max()) for path in paths)
     several = free_elements(paths[0]).sizes["element"] > 1
-    names = OF_SEVERAL if several else ROWS
+    names = ROWS_SEVERAL_ELEMENTS if several else ROWS
     for column, path in enumerate(paths):
         time, upper = path["time"].to_numpy(), rows[0, column]
         upper.plot(time, path["ground_acceleration"].to_numpy() / GAL, color="#555555", linewidth=0.8)
@@ -56,7 +56,7 @@ def response_figure(paths: Sequence[xr.Dataset], title: str) -> Figure:
             for axes, values in zip(rows[1:, column], response_series(one), strict=True):
                 axes.plot(time, values, label=str(name), linestyle=style.DASHES[number % len(style.DASHES)], **look)
             alpha = float(np.degrees(one["critical_angle"]))
-            if alpha <= LIMIT_SHOWN * largest:
+            if alpha <= LIMIT_FACTOR * largest:
                 for sign in (1, -1):
                     rows[1, column].axhline(sign * alpha, linestyle=style.DASHED, **(look | {"linewidth": 0.7}))
                 beside = {"xycoords": ("axes fraction", "data"), "va": "bottom", "fontsize": 8}
@@ -67,9 +67,11 @@ def response_figure(paths: Sequence[xr.Dataset], title: str) -> Figure:
             style.labels(axes, "time, s" if row == len(ROWS) - 1 else "", names[row] if column == 0 else "")
         heading = style.compass_name(path.attrs["azimuth_deg"])
         upper.set_title(
-            fill(f"{heading}: {_does(path)}", int(18 * width / len(paths) / 1.25)), fontsize=9, parse_math=False
+            fill(f"{heading}: {_outcome_label(path)}", int(18 * width / len(paths) / 1.25)),
+            fontsize=9,
+            parse_math=False,
         )
-    # The curves end with the longest path, and so does the axis.
+    # End the time axis with the longest path.
     last = min(end + 1.5, max(float(path["time"][-1]) for path in paths))
     start = max(0.0, start - 1.5)
     rows[0, 0].set_xlim(start, max(last, start + 0.1))
@@ -78,8 +80,8 @@ def response_figure(paths: Sequence[xr.Dataset], title: str) -> Figure:
     return figure
 
 
-def _does(path: xr.Dataset) -> str:
-    """Which free elements fall, as far as that is known."""
+def _outcome_label(path: xr.Dataset) -> str:
+    """Return a short text that names the free elements that fall."""
     if not is_valid(path):
         return "no outcome"
     free = free_elements(path)
@@ -94,7 +96,7 @@ def _does(path: xr.Dataset) -> str:
 
 
 def axis_figure(path: xr.Dataset, motion: Motion, title: str) -> Figure:
-    """Figure of a body's axis seen from above, beside it hodographs of the ground's velocity and displacement."""
+    """Draw the axis of a 3-D body seen from above, and hodographs of ground velocity and displacement."""
     figure, panels = style.grid(1, 3, 9.2, 3.9)
     axes = panels[0, 0]
     east, north = path["tilt_east"].to_numpy(), path["tilt_north"].to_numpy()
@@ -103,7 +105,7 @@ def axis_figure(path: xr.Dataset, motion: Motion, title: str) -> Figure:
     length = np.hypot(east, north)
     scale = np.where(length > 0, angle / np.where(length > 0, length, 1.0), 0.0)
     x, y = east * scale, north * scale
-    across = float(path.attrs["aspect"])  # of a rectangle broader than deep D is the smaller side
+    across = float(path.attrs["aspect"])  # D is the smaller side if D < B
     critical = np.degrees(np.arctan(float(path.attrs["b_over_h"]) * min(1.0, across)))
     largest = 1.12 * max(float(angle.max(initial=0.0)), critical)
     for radius, dash, name in ((critical, "--", "least critical angle"), (90.0, ":", "lying")):

@@ -1,4 +1,4 @@
-"""Roses of fall azimuths, over a whole study and by earthquake."""
+"""Rose diagrams of fall azimuths, for a whole study and by earthquake."""
 
 from typing import Any, Final
 
@@ -13,9 +13,9 @@ ROSES_IN_A_ROW: Final = 4
 
 
 def draw_rose(axes: Any, rose: Rose, top: float | None = None) -> None:
-    """Draw one rose: sectors with an area in proportion to their share, so that a wide one does not look too large.
+    """Draw one rose; the area of a sector is proportional to its share, so that large shares do not look too large.
 
-    Radii are roots of shares, those of the intervals too; the compass ends at ``top``, by default at what is drawn.
+    Radii are square roots of shares, also for the intervals. The axis ends at radius ``top``, by default at `rim`.
     """
     compass(axes)
     width = 2.0 * np.pi / rose.shares.size
@@ -27,17 +27,17 @@ def draw_rose(axes: Any, rose: Rose, top: float | None = None) -> None:
     top = top or rim(rose)
     levels = [level for level in (0.01, 0.05, 0.1, 0.2, 0.4, 0.8) if 0.25 * top < np.sqrt(level) <= top]
     radius_ticks(axes, top, {float(np.sqrt(level)): f"{100 * level:.0f}\u00a0%" for level in levels}, zorder=6)
-    axes.set_rlabel_position(_free(rose))
+    axes.set_rlabel_position(_label_azimuth(rose))
 
 
 def rim(*roses: Rose) -> float:
-    """Radius at which a compass ends that holds all of some roses."""
+    """Return the radius of a polar axis that holds all the given roses."""
     most = [np.nanmax([rose.shares, rose.high]) if rose.falls else 0.0 for rose in roses]
     return max(float(np.sqrt(max(most, default=0.0))), 0.1) * 1.08
 
 
-def _free(rose: Rose) -> float:
-    """Azimuth between two that are named at which the sectors are lowest: room for numbers."""
+def _label_azimuth(rose: Rose) -> float:
+    """Return the azimuth, degrees, for the labels of the radius: half-way between two names, at the lowest sectors."""
     most = np.fmax(rose.shares, rose.high)
     between = np.arange(22.5, 360.0, 45.0)
     centres = np.arange(most.size) * 360.0 / most.size
@@ -46,9 +46,9 @@ def _free(rose: Rose) -> float:
 
 
 def rose_figure(cube: xr.Dataset) -> Figure:
-    """Roses of a study (`study_roses`) on one scale: by azimuth from north, and from the fault normal where known.
+    """Draw the roses of a study (`study_roses`) on one scale: azimuths from north, and from the fault normal if known.
 
-    Records with and without a velocity pulse have a column of their own where the study has both.
+    If the study has records with and without a velocity pulse, each group has its own column.
     """
     roses = study_roses(cube)
     rows = 1 if any(below is None for _, below in roses.values()) else 2
@@ -67,7 +67,7 @@ def rose_figure(cube: xr.Dataset) -> Figure:
 
 
 def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
-    """A rose for each earthquake that fells anything, on one scale, from north, its records together; fault normals."""
+    """Draw a rose from north for each earthquake with falls, over all its records, on one scale, with fault normals."""
     events = cube["event"].to_numpy().astype(str)
     roses = {
         name: (rose_of(cube.isel(record=np.flatnonzero(events == name))), events == name)
@@ -90,7 +90,7 @@ def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
 
 
 def fault_frame(axes: Any) -> None:
-    """Turn a rose into one whose zero is the fault normal."""
+    """Label a rose whose azimuths count from the fault normal."""
     compass(axes, ("normal", "45°", "90°", "135°", "normal", "225°", "270°", "315°"), pad=5)
     for label, text in zip(axes.get_xticklabels(), axes.get_xticks(), strict=True):
         label.set_fontsize(7.5)

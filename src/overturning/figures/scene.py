@@ -1,4 +1,4 @@
-"""Drawings of scenes, and roses of where their elements fall."""
+"""Drawings of scenes, and roses of the fall azimuths of their elements."""
 
 from collections.abc import Mapping, Sequence
 from textwrap import fill
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 
 _TITLE: Final = 32
-"""Letters of a title above a panel of `scenes_figure`."""
+"""Line length of the title above a panel, in characters."""
 
 
 def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: float | None = None) -> None:
-    """Draw a scene to scale: free elements with their names, driven ones in grey, held ones hatched."""
+    """Draw a scene to scale: free elements with their names, driven elements in grey, held elements hatched."""
     placed = place_elements(scene, height, b_over_h)
     free = [item for item in placed if not item.fixed]
     low = min(float(item.points[:, 1].min()) for item in free)
@@ -46,7 +46,7 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
 
 
 def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
-    """Scenes side by side, at least one, all to the same scale."""
+    """Draw one or more scenes side by side, all to the same scale."""
     figure, panels = grid(1, len(scenes), 2.7 * len(scenes), 3.4)
     for axes, scene in zip(panels[0], scenes, strict=True):
         draw_scene(axes, scene)
@@ -58,7 +58,7 @@ def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
 
 
 def element_roses_figure(cubes: Mapping[str, "xr.Dataset"]) -> "Figure":
-    """Roses of fall azimuths (`rose_of`) on one scale, one for each name, from cubes of a single element each."""
+    """Draw roses of fall azimuths (`rose_of`) on one scale, one for each named cube of a single element."""
     columns = min(len(cubes), 3)
     rows = -(-len(cubes) // columns)
     figure, panels = grid(rows, columns, 3.0 * columns, 3.3 * rows, len(cubes), polar=True)

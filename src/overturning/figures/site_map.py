@@ -1,4 +1,4 @@
-"""Station, epicentre and fault on a plain map with scale and north (the paper's figure 4)."""
+"""Map of stations, epicentre and fault strike with scale and north arrow (the paper's figure 4)."""
 
 from typing import Any
 
@@ -28,10 +28,10 @@ def local_km(latitude: Any, longitude: Any, latitude0: float, longitude0: float)
 
 
 def sites_by_earthquake(cube: xr.Dataset) -> dict[str, xr.Dataset]:
-    """What can be put on a map, by earthquake: those with an epicentre and a station, or with two stations.
+    """Return a site for `site_map_figure` for each earthquake with an epicentre and a station, or with two stations.
 
-    In the order of the cube, each as `site_map_figure` takes it. The strike is the mean axis of those that the records
-    state; the epicentre the first that is known.
+    Earthquakes are in the order of the cube. The strike is the mean axis of the strikes of the records; the epicentre
+    is the first known one.
     """
     names = ("station_latitude", "station_longitude", "epicentre_latitude", "epicentre_longitude", "fault_normal")
     table = {name: cube[name].to_numpy().astype(np.float64) for name in names}
@@ -51,10 +51,10 @@ def sites_by_earthquake(cube: xr.Dataset) -> dict[str, xr.Dataset]:
     return sites
 
 
-def distances(site: xr.Dataset) -> list[str]:
-    """How far and which way each station lies from the epicentre, a sentence each; none without an epicentre.
+def distance_sentences(site: xr.Dataset) -> list[str]:
+    """Return a sentence for each station with its distance and direction from the epicentre.
 
-    Within `LEAST_DISTANCE_KM` no way.
+    The direction is left out below `LEAST_DISTANCE_KM`. The list is empty without an epicentre.
     """
     if "epicentre_latitude" not in site:
         return []
@@ -62,15 +62,15 @@ def distances(site: xr.Dataset) -> list[str]:
         site["station_latitude"].to_numpy(), site["station_longitude"].to_numpy(),
         float(site["epicentre_latitude"]), float(site["epicentre_longitude"]),
     )  # fmt: skip
-    said = []
+    sentences = []
     for name, x, y in zip(site["station"].to_numpy(), east, north, strict=True):
         away, way = float(np.hypot(x, y)), round(float(np.degrees(np.arctan2(x, y)))) % 360
         far, near = (
             f"{away:.0f} km from the epicentre, in the direction {way}°",
             f"less than {LEAST_DISTANCE_KM:g} km from the epicentre",
         )
-        said.append(f"{name}: {far if away >= LEAST_DISTANCE_KM else near}.")
-    return said
+        sentences.append(f"{name}: {far if away >= LEAST_DISTANCE_KM else near}.")
+    return sentences
 
 
 def _scale_length(extent: float) -> float:
@@ -88,7 +88,7 @@ def _draw_site_map(axes: Any, site: xr.Dataset) -> None:
     latitude, longitude = site["station_latitude"].to_numpy(), site["station_longitude"].to_numpy()
     known = np.isfinite(latitude) & np.isfinite(longitude)
     if not known.any():
-        raise ArgumentError("site: no station has coordinates; a map needs latitude and longitude")
+        raise ArgumentError("site: no station has coordinates; give latitude and longitude of at least one")
     epicentre = scalar("epicentre_latitude"), scalar("epicentre_longitude")
     with_epicentre = bool(np.isfinite(epicentre).all())
     origin = epicentre if with_epicentre else (float(latitude[known].mean()), float(longitude[known].mean()))
@@ -122,11 +122,12 @@ def _draw_site_map(axes: Any, site: xr.Dataset) -> None:
 
 
 def site_map_figure(site: xr.Dataset, title: str) -> Figure:
-    """Figure of the map.
+    """Draw the map of a site.
 
-    A site has ``station_latitude``, ``station_longitude`` (degrees) over dimension ``station`` with its names;
-    optionally ``epicentre_latitude``, ``epicentre_longitude`` and ``fault_strike`` (degrees; drawn through the
-    epicentre), scalars, NaN where not known. An `ArgumentError` says that no station has coordinates.
+    A site has ``station_latitude`` and ``station_longitude`` (degrees) over the dimension ``station``, whose coordinate
+    holds the names; and optionally the scalars ``epicentre_latitude``, ``epicentre_longitude`` and ``fault_strike``
+    (degrees, NaN if unknown; the strike is drawn through the epicentre). Raises an ArgumentError if no station has
+    coordinates.
     """
     figure, panels = grid(1, 1, 4.6, 5.1)
     _draw_site_map(panels[0, 0], site)

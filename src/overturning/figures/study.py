@@ -1,4 +1,4 @@
-"""The figures of all records of a study together."""
+"""Figures that combine all records of a study."""
 
 from pathlib import Path
 
@@ -10,21 +10,20 @@ from overturning.figures.intensity_plane import intensity_plane_figure
 from overturning.figures.rose import earthquake_roses_figure, rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
 from overturning.figures.style import style
-from overturning.figures.write import Write, emptied, save
+from overturning.figures.write import Write, refill_folder, save
 from overturning.model.falls import model_of
 from overturning.statistics.earthquakes import alignment_with_references, axes_by_group, summarise_axes
 from overturning.statistics.logistic import overturning_fit
 from overturning.study.cube import open_records, sizes_of_another
 
 
-def draw_whole(cube_path: Path, intensity_path: Path, folder: Path, write: Write) -> None:
-    """Draw the figures of all records of a study together, from its cube and intensity measures (NetCDF).
+def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, write: Write) -> None:
+    """Draw the figures that combine all records of a study, from its cube and intensity measures (NetCDF).
 
-    The folder receives ``rose``, ``axes`` and ``plane``, or, where cases have no azimuth of their own, ``follow`` and
-    ``earthquakes`` in its place, by what writes a figure in all its formats; and ``maps/`` as of `emptied`, empty where
-    no record has coordinates.
+    Writes into `folder`: ``rose``, ``axes``, ``plane`` (2-D) or ``follow`` and ``earthquakes`` (3-D), and ``maps/``
+    (see `refill_folder`; empty if no record has coordinates). `write` writes a figure in all formats of the study.
     """
-    # A dask chunk is a record: no more than one is in memory.
+    # Each dask chunk is one record, so that only one record is in memory at a time.
     with open_records(cube_path) as cube, xr.open_dataset(intensity_path) as intensity, style():
         groups = axes_by_group(cube)
         summaries = {name: summarise_axes(axes) for name, axes in groups.items()}
@@ -43,6 +42,6 @@ def draw_whole(cube_path: Path, intensity_path: Path, folder: Path, write: Write
 
 
 def _draw_maps(cube: xr.Dataset, folder: Path) -> None:
-    with emptied(folder):
+    with refill_folder(folder):
         for number, (event, site) in enumerate(sites_by_earthquake(cube).items(), 1):
             save(site_map_figure(site, event), folder / f"{number}.svg")

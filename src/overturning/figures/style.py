@@ -1,4 +1,4 @@
-"""One look for all figures."""
+"""Common style of all figures: colours, sizes, helpers for axes, legends and compasses."""
 
 import gc
 from collections.abc import Iterator, Sequence
@@ -15,7 +15,7 @@ from overturning.model.planes import gaps_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Okabe & Ito's palette: told apart by the colour-blind; the chosen ones differ in lightness too, so in grey as well.
+# Okabe & Ito's palette, safe for colour blindness; the chosen colours also differ in lightness, for print in grey.
 INK: Final = "#222222"
 FALLS: Final = "#c44a00"
 DARKEST: Final = "#6e2300"
@@ -28,12 +28,12 @@ SERIES: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00
 DASHED: Final[Any] = (0, (4, 2))
 DASHES: Final[tuple[Any, ...]] = ("-", (0, (5, 1.5)), (0, (1, 1.2)), (0, (5, 1, 1, 1)), (0, (3, 3)), (0, (8, 2)))
 DPI: Final = 200
-"""Dots per inch of a PNG, and of what is rasterised inside an SVG or PDF."""
+"""Dots per inch of a PNG, and of rasterised parts of an SVG or PDF."""
 
 PAGE_WIDTH: Final = 6.69
-"""Width of what a page of the report holds, inches: a wider figure would be made smaller, and its letters with it."""
+"""Usable width of a page of the report, inches; a wider figure would be scaled down together with its text."""
 
-# No date and no name of the program that drew it: they would change bytes that nobody sees.
+# Leave out the date and the program's version: with them, files would not be reproducible.
 METADATA: Final[dict[str, dict[str, Any]]] = {
     "svg": {"Date": None, "Creator": None},
     "png": {"Software": None},
@@ -41,7 +41,7 @@ METADATA: Final[dict[str, dict[str, Any]]] = {
 }
 
 SETTINGS: Final[Any] = {
-    "font.family": ["DejaVu Sans", "sans-serif"],  # comes with Matplotlib; a page without it takes the next
+    "font.family": ["DejaVu Sans", "sans-serif"],  # the first comes with Matplotlib, the second is the fallback in SVG
     "font.size": 9,
     "axes.titlesize": 10,
     **dict.fromkeys(("axes.edgecolor", "axes.labelcolor", "text.color", "xtick.color", "ytick.color"), INK),
@@ -51,20 +51,20 @@ SETTINGS: Final[Any] = {
     "legend.frameon": False,
     "figure.dpi": 100,
     "svg.hashsalt": "overturning",  # ids inside the file, otherwise random
-    "svg.fonttype": "none",  # text stays text: a fifth of the size, and it can be searched
+    "svg.fonttype": "none",  # text stays text: searchable, and a fifth of the file size
 }
 
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Draw with the project's settings, whatever a user's own are; these, and the user's display, are left alone."""
+    """Use the project's Matplotlib settings inside the block and restore the user's settings after it."""
     import matplotlib as mpl
 
     collects = gc.isenabled()
-    gc.disable()  # a figure is many objects in use until it is written: looking for others took a fifth of its time
+    gc.disable()  # a figure holds many live objects: garbage collection takes a fifth of the drawing time
     try:
         with mpl.rc_context():
-            mpl.rcdefaults()  # a user's own settings must not change the bytes
+            mpl.rcdefaults()  # a user's own settings must not change the files
             mpl.rcParams.update(SETTINGS)
             yield
     finally:
@@ -73,7 +73,7 @@ def style() -> Iterator[None]:
 
 
 def extremes(values: FloatArray, group: int) -> tuple[NDArray[np.intp], FloatArray]:
-    """Places and values of the least and the largest of every so many values, in their order, shape (2 groups,)."""
+    """Return indices and values of the smallest and largest of each `group` values, in order, shape (2 × groups,)."""
     padded = np.pad(values, (0, -values.size % group), mode="edge").reshape(-1, group)
     within = np.sort(np.stack([padded.argmin(axis=1), padded.argmax(axis=1)], axis=1), axis=1)
     places = (within + group * np.arange(len(padded))[:, None]).ravel()
@@ -81,12 +81,12 @@ def extremes(values: FloatArray, group: int) -> tuple[NDArray[np.intp], FloatArr
 
 
 def short(value: float) -> str:
-    """A number as a title shows it: three digits, whole from 100 on, never with an exponent of ten up to a million."""
+    """Format a number for a title: three significant digits, without decimals from 100 on."""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:z.3g}"
 
 
 def compass_name(azimuth_deg: float) -> str:
-    """An azimuth as a bearing: N60°E, S28°E for 152°, N for 0°; with no more digits than it has."""
+    """Return an azimuth, degrees, as a bearing with up to two decimals: N60°E for 60, S28°E for 152, N for 0."""
     azimuth = round(azimuth_deg % 360.0, 2) % 360.0
     if azimuth % 90.0 == 0.0:
         return "NESW"[int(azimuth // 90.0)]
@@ -96,7 +96,7 @@ def compass_name(azimuth_deg: float) -> str:
 
 
 def empty(width: float, height: float, layout: Any = "constrained") -> "Figure":
-    """A figure of that size, inches, that no window shows and no list of open figures keeps; notebooks show it."""
+    """Return an empty figure of a size in inches, not registered with pyplot; notebooks display it."""
     from io import BytesIO
 
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -125,9 +125,10 @@ def grid(
     layout: Any = "constrained",
     **more: Any,
 ) -> Any:
-    """A figure of that size, inches, and its panels, an array of shape (rows, columns), of which all can be `used`.
+    """Return a figure of a size in inches, and its panels, an array of shape (rows, columns).
 
-    What is more is for `matplotlib.figure.Figure.subplots`.
+    Only the first `used` panels are visible, by default all. Further keywords go to
+    `matplotlib.figure.Figure.subplots`.
     """
     figure = empty(width, height, layout)
     kind = {"projection": "polar"} if polar else None
@@ -140,32 +141,32 @@ def grid(
 def caption(
     figure: "Figure", title: str, of: Any = None, columns: int = 1, first: Sequence[Any] = (), last: Sequence[Any] = ()
 ) -> None:
-    """Put a title above a figure and below it the legend of one of its panels, other marks before and after its own."""
+    """Put a title above a figure, and below it the legend of the panel `of`, with marks added before and after."""
     marks = [*first, *(of.get_legend_handles_labels()[0] if of is not None else ()), *last]
     if marks:
         figure.legend(handles=marks, loc="outside lower center", ncols=columns, fontsize=8)
     if title:
-        # About 13 letters of this size are an inch wide.
+        # About 13 characters of this size fit in an inch.
         lines = [part for line in title.splitlines() for part in wrap(line, int(13 * figure.get_figwidth())) or [""]]
         figure.suptitle("\n".join(lines), fontsize=10, parse_math=False)
 
 
 def patch(colour: str, label: str) -> Any:
-    """A coloured field for a legend."""
+    """Return a coloured patch for a legend."""
     from matplotlib.patches import Patch
 
     return Patch(facecolor=colour, edgecolor="#777777", linewidth=0.4, label=label)
 
 
 def labels(axes: Any, across: str, up: str, which: str = "major") -> None:
-    """Name both axes of a panel, in small letters."""
+    """Label the horizontal and vertical axis of a panel, in a small font."""
     axes.set_xlabel(across, fontsize=8)
     axes.set_ylabel(up, fontsize=8)
     axes.tick_params(labelsize=8, which=which)
 
 
 def logarithmic(axis: Any) -> None:
-    """Ticks at 1, 2 and 5 of each power of ten on a logarithmic axis, written without exponents."""
+    """Set ticks of a logarithmic axis at 1, 2 and 5 times powers of ten, formatted without exponents."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
@@ -174,22 +175,22 @@ def logarithmic(axis: Any) -> None:
 
 
 def line_through_origin(axes: Any, azimuth_deg: float, half: float, **look: Any) -> None:
-    """Draw a line along an azimuth on a plan, east to the right and north up, so far to either side of the origin."""
+    """Draw a line along an azimuth on a map, from −`half` to `half` in map units about the origin."""
     east, north = half * np.sin(np.radians(azimuth_deg)), half * np.cos(np.radians(azimuth_deg))
     axes.plot([-east, east], [-north, north], color=FAULT, **look)
 
 
 def compass(axes: Any, names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", "W", "NW"), pad: float = 0) -> None:
-    """Turn a polar axes into a compass: north up, clockwise, eight directions named."""
+    """Make a polar axis a compass: north up, clockwise, with eight named directions."""
     axes.set_theta_zero_location("N")
     axes.set_theta_direction(-1)
-    axes.tick_params(axis="x", pad=pad)  # before there are eight ticks to be told
+    axes.tick_params(axis="x", pad=pad)  # cheaper before the eight ticks exist
     axes.set_xticks(np.radians(np.arange(0, 360, 45)), names)
     axes.spines["polar"].set_linewidth(0.6)
 
 
-def beyond_the_grid(azimuth_deg: FloatArray) -> FloatArray:
-    """Azimuths at which nothing is known: a step beyond both ends of each part of a circle that was not computed."""
+def gap_edges(azimuth_deg: FloatArray) -> FloatArray:
+    """Return azimuths just inside each gap of a circle that was not simulated: one step from both of its ends."""
     azimuth: FloatArray = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 6))
     not_computed, step = gaps_of(azimuth, 360.0)
     begins, ends = azimuth[not_computed], np.roll(azimuth, -1)[not_computed]
@@ -197,30 +198,30 @@ def beyond_the_grid(azimuth_deg: FloatArray) -> FloatArray:
 
 
 def radius_ticks(axes: Any, top: float, ticks: dict[float, str] | None = None, **look: Any) -> None:
-    """End a compass at a radius and put small numbers along it, between two of its named directions."""
+    """Set the outer radius of a compass and small tick labels along it, between two named directions."""
     axes.set_ylim(0.0, top)
     if ticks is not None:
         axes.set_yticks(list(ticks), list(ticks.values()))
     axes.set_rlabel_position(112.5)
     axes.tick_params(axis="y", labelsize=8, **look)
-    for label in axes.get_yticklabels():  # legible on whatever lies below
+    for label in axes.get_yticklabels():  # legible on any background
         label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
 
 
 def slenderness_ticks(axes: Any, top: float, otherwise: float) -> None:
-    """Ticks of B/H on a compass that ends at ``top``; one tick ``otherwise`` where no round number lies below that."""
+    """Set B/H ticks of a compass that ends at ``top``; a single tick ``otherwise`` if no round number lies below it."""
     steps = (0.1, 0.2, 0.3) if top <= 0.4 else (0.2, 0.4, 0.6, 0.8, 1.0)
     ticks = [tick for tick in steps if tick < top] or [round(otherwise, 2)]
     radius_ticks(axes, top, {tick: f"{tick:g}" for tick in ticks})
 
 
 def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "fault normal") -> None:
-    """Mark both ends of the fault normal across the rim of a compass; nothing where its azimuth is NaN."""
+    """Mark both ends of the fault normal on the rim of a compass; do nothing if its azimuth is NaN."""
     if not np.isfinite(fault_normal_deg):
         return
     radius, angles = axes.get_ylim()[1], np.radians([fault_normal_deg, fault_normal_deg + 180.0])
     axes.tick_params(axis="x", pad=max(4.0, axes.xaxis.get_tick_params().get("pad", 0.0)))
-    for angle in angles:  # at the rim: nothing of what is drawn is covered, nor the names of the directions
+    for angle in angles:  # the rim covers neither the data nor the names of directions
         axes.plot(
             [angle, angle], [0.93 * radius, 1.03 * radius],
             color=FAULT, linewidth=2.6, label=label if angle == angles[0] else None, zorder=5, clip_on=False,
@@ -229,7 +230,7 @@ def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "f
 
 
 def mark_radial(axes: Any, radial_deg: float) -> None:
-    """Mark the azimuth away from the epicentre on the rim of a compass by an arrowhead; nothing where it is NaN."""
+    """Mark the azimuth away from the epicentre by an arrowhead on the rim of a compass; do nothing if it is NaN."""
     if not np.isfinite(radial_deg):
         return
     radius = axes.get_ylim()[1]

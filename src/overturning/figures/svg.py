@@ -1,7 +1,6 @@
-"""Matplotlib's SVG made smaller: coordinates to a hundredth of a point, no metadata, no unused names.
+"""Compaction of Matplotlib's SVG: coordinates rounded to 0.01 pt, no metadata, no unused ids.
 
-Matplotlib writes six decimals for each coordinate and a name for each group. Rounding saves a fifth to a quarter of a
-file.
+Matplotlib writes six decimals for each coordinate and an id for each group. Rounding saves 20 to 25 % of a file.
 """
 
 import re
@@ -15,14 +14,14 @@ _NAMED: Final = re.compile(r'(?:href="|url\()#([^")]*)')
 
 
 def compact(text: str) -> str:
-    """Return an SVG file of Matplotlib with fewer characters and the same picture to a hundredth of a point."""
+    """Return the text of a Matplotlib SVG file with fewer characters; the picture is the same to 0.01 pt."""
     used = set(_NAMED.findall(text))
     text = _NAME.sub(lambda one: one[0] if one[1] in used else "", _METADATA.sub("", text))
     return _COORDINATES.sub(_rounded, text)
 
 
 def _rounded(found: "re.Match[str]") -> str:
-    """Return an attribute with its coordinates rounded; factors and matrices of a transformation stay exact."""
+    """Return an attribute with rounded coordinates; scale factors and matrices of transformations stay exact."""
     words = " " + " ".join(found[0].split()).replace(' "', '"')
     if "scale" in words or "matrix" in words:
         return words

@@ -1,4 +1,4 @@
-"""Figures as files: the same bytes each time, in the size and formats of a study; folders of figures."""
+"""Reproducible figure files in the size and formats of a study, and folders of figures."""
 
 import re
 import tempfile
@@ -19,10 +19,21 @@ if TYPE_CHECKING:
 def save(
     figure: "Figure", *paths: Path, dpi: float = DPI, width: float | None = None, font: float | None = None
 ) -> None:
-    """Write a figure to .svg, .png and .pdf files, in the order of the paths: the same bytes each time.
+    """Write a figure to .svg, .png and .pdf files, in the order of the paths; the files are reproducible.
 
-    It can be made so wide, inches, in its proportions: as a whole, or with letters of a size, pt, to which the panels
-    make way.
+    Parameters
+    ----------
+    figure : Figure
+        The figure.
+    *paths : Path
+        Files with the extension .svg, .png or .pdf.
+    dpi : float
+        Dots per inch of raster images.
+    width : float, optional
+        Width of the file, inches; the proportions stay the same.
+    font : float, optional
+        Size of the main font in the file, pt; the panels then fill the remaining space. If not given, the text is
+        scaled with the figure.
     """
     own = SETTINGS["font.size"]
     scale = font / own if font else (width or figure.get_figwidth()) / figure.get_figwidth()
@@ -30,7 +41,7 @@ def save(
         figure.set_size_inches(wide, wide * figure.get_figheight() / figure.get_figwidth())
     _lay_out_once(figure)
     for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
-        if not axis.get_label_text():  # else all ticks would be measured for the place of a name that there is not
+        if not axis.get_label_text():  # else Matplotlib would measure all ticks to place an empty label
             axis.set_label_coords(0.5, 0.0)
     for path in paths:
         kind = path.suffix.removeprefix(".")
@@ -41,14 +52,14 @@ def save(
             figure.savefig(part, format=kind, metadata=METADATA[kind], dpi=dpi * scale)
             if kind == "svg":
                 text = compact(part.read_text(encoding="utf-8"))
-                if scale != 1.0:  # of the page; what is drawn on it keeps its numbers
+                if scale != 1.0:  # change the size of the page; the coordinates inside stay the same
                     size = r'(?<==")([\d.]+)(?=pt")'
                     text = re.sub(size, lambda one: f"{scale * float(one[0]):.2f}", text, count=2)
                 part.write_text(text, encoding="utf-8")
 
 
 def _save_scaled_pdf(figure: "Figure", path: Path, scale: float, dpi: float) -> None:
-    """Write a figure on a page of another size than its own, as a drawing placed by typst."""
+    """Write a figure as a PDF page scaled by a factor, by placing its SVG with typst."""
     import matplotlib
     import typst
 
@@ -71,8 +82,8 @@ def _save_scaled_pdf(figure: "Figure", path: Path, scale: float, dpi: float) -> 
         )
 
 
-def crowded(figure: "Figure") -> bool:
-    """Whether titles or legend of a figure that was saved are cut off at its edge, or titles lie on one another."""
+def has_overlapping_text(figure: "Figure") -> bool:
+    """True if titles or legend of a saved figure are cut off at its edge, or if titles overlap."""
     renderer, whole = figure.canvas.get_renderer(), figure.bbox.padded(2.0)  # type: ignore[attr-defined]
     titles = [axes.title for axes in figure.axes if axes.get_visible() and axes.get_title()]
     boxes = [one.get_window_extent(renderer).padded(-1.0) for one in titles]
@@ -83,10 +94,14 @@ def crowded(figure: "Figure") -> bool:
 
 
 Write = Callable[["Figure", Path], None]
+"""Function that writes a figure to a path without extension, in all formats of a study."""
 
 
 def write_figure(settings: Figures, figure: "Figure", stem: Path) -> None:
-    """Write a figure in the size, resolution and formats of a study, to a path without its ending; no others stay."""
+    """Write a figure in the size, resolution and formats of a study, and remove files of its other formats.
+
+    `stem` is the path without extension.
+    """
     figure.set_size_inches(*(settings.size * figure.get_size_inches()))
     for kind in set(FORMATS) - set(settings.formats):
         stem.with_name(f"{stem.name}.{kind}").unlink(missing_ok=True)
@@ -94,11 +109,12 @@ def write_figure(settings: Figures, figure: "Figure", stem: Path) -> None:
 
 
 @contextmanager
-def emptied(folder: Path) -> Iterator[None]:
-    """Fill a folder from empty, of which only the drawing knows how many files there will be; note their names.
+def refill_folder(folder: Path) -> Iterator[None]:
+    """Empty a folder before the block that fills it, and list its files afterwards.
 
-    They stand in a file beside the folder, ``maps.txt`` of ``maps/``, for `overturning.study.resume.repair`. Files of
-    an earlier study would be taken for some of this one.
+    The number of files is not known in advance, and files of an earlier study must not be taken for those of this one.
+    The list goes into a file next to the folder, ``maps.txt`` for ``maps/``; `overturning.study.resume.repair` reads
+    it.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.iterdir():
@@ -109,16 +125,16 @@ def emptied(folder: Path) -> Iterator[None]:
 
 
 def _lay_out_once(figure: "Figure") -> None:
-    """Spare the drawing that Matplotlib makes, and throws away, only for the layout that comes with it."""
+    """Compute the layout of a figure once, without the complete drawing that Matplotlib makes and discards for it."""
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     draw, waiting = figure.draw, [True]
 
     def draw_or_lay_out(renderer: Any) -> None:
         engine = figure.get_layout_engine()
-        if not isinstance(engine, ConstrainedLayoutEngine):  # no longer where the picture itself is drawn
+        if not isinstance(engine, ConstrainedLayoutEngine):  # Matplotlib has removed it: the final drawing
             draw(renderer)
-        elif waiting:  # once for all files of a figure
+        elif waiting:  # only once for all files of a figure
             waiting.clear()
             engine.execute(figure)
 

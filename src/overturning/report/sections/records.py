@@ -5,7 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from overturning.figures.site_map import distances, sites_by_earthquake
+from overturning.figures.site_map import distance_sentences, sites_by_earthquake
 from overturning.model.status import Status
 from overturning.records.record import summary
 from overturning.report.blocks import Bullets, Disclosure, Figure, Film, Link, Note, Row, Said, Section, section, table
@@ -90,7 +90,7 @@ def records(results: Results) -> Said:
         yield Section("Where blocks fall, by record", (directions, Note(results.words.means)))
     sites = enumerate(sites_by_earthquake(results.cube).items(), 1)
     site_maps = tuple(
-        Figure(results.figures / "maps" / f"{number}.svg", f"map: {event}", " ".join(distances(site)))
+        Figure(results.figures / "maps" / f"{number}.svg", f"map: {event}", " ".join(distance_sentences(site)))
         for number, (event, site) in sites
     )
     yield from (Row(site_maps[i : i + 2], shares=(1.0, 1.0)) for i in range(0, len(site_maps), 2))

@@ -14,7 +14,7 @@ from overturning.records.read import read_path
 from overturning.records.source import Declarations
 from tests.expect import refused
 from tests.records.record_writers import peer_text
-from tests.records.seed_writers import write_inventory, write_mseed, write_sac
+from tests.records.seed_writers import START, write_inventory, write_mseed, write_sac
 
 random = np.random.default_rng(11)
 N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))
@@ -60,6 +60,38 @@ def test_two_epochs_that_fit_and_differ_are_refused(tmp_path):
     assert read_path(waves).notes == [], "the same channel twice is no contradiction"
 
 
+def test_an_epoch_that_ends_while_the_trace_goes_on_is_refused(tmp_path):
+    """A new gain 2 s after the first sample counted for nothing; an old epoch's end without a new one is no change."""
+    older, newer = (obspy.read_inventory(write_inventory(tmp_path / "s.xml", CHANNELS, gain=g)) for g in (1e5, 4e5))
+    for channel in older[0][0]:
+        channel.end_date = START + 2
+    for channel in newer[0][0]:
+        channel.start_date = START + 2
+    waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
+    older.write(str(tmp_path / "s.xml"), format="STATIONXML")
+    assert read_path(waves).notes == []
+    (older + newer).write(str(tmp_path / "s.xml"), format="STATIONXML")
+    with refused(RecordError, "HNN changes in the StationXML while it records", "gain 100000", "gain 400000"):
+        read_path(waves)
+    np.testing.assert_allclose(read_path(waves, Declarations(trust_data=True)).north, N / 1e5, rtol=1e-12)
+
+
+def test_a_unit_that_the_first_stage_contradicts_is_refused(tmp_path):
+    metadata = write_inventory(tmp_path / "s.xml", CHANNELS)
+    waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
+    inventory = obspy.read_inventory(metadata)
+    for channel in inventory[0][0]:
+        channel.response.response_stages[0].input_units = "M/S"
+    inventory.write(str(metadata), format="STATIONXML")
+    with refused(RecordError, "HNE is in M/S**2 in the StationXML, whose first stage is in M/S", "--trust-data"):
+        read_path(waves)
+    for unit in ("m/s^2", "V", ""):
+        for channel in inventory[0][0]:
+            channel.response.response_stages[0].input_units = unit
+        inventory.write(str(metadata), format="STATIONXML")
+        assert read_path(waves).notes == []
+
+
 def test_a_negative_gain_reverses_the_polarity_and_is_told(tmp_path):
     write_inventory(tmp_path / "s.xml", CHANNELS, gain=-4e5)
     record = read_path(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z}))
@@ -98,6 +130,7 @@ def test_a_response_without_stages(tmp_path, code, unit):
     [
         *[(unit, 1.0) for unit in ("M/S**2 ", "m/(s^2)", "M/SEC^2", "M/(SEC**2)", "m/s/s", "m s-2", "M/S²", "m*s**-2")],
         *[("CM/SEC**2", 0.01), ("cm/(s^2)", 0.01), ("Gal", 0.01), ("nm/s**2", 1e-9), ("G", 9.80665)],
+        *[("METER/SECOND**2", 1.0), ("centimeters/second^2", 0.01), ("m s^{-2}", 1.0)],
         *[(unit, None) for unit in ("M/S", "m / sec", "V", "M", "M/S**3", "COUNTS", "")],
     ],
 )
@@ -106,7 +139,13 @@ def test_units_in_every_spelling(unit, scale):
     assert is_velocity(unit) == (unit in ("M/S", "m / sec"))
 
 
-@pytest.mark.parametrize("text", ["Sensor orientation not known", "orientation is unknown"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("Sensor orientation not known", "orientation is unknown", "Azimuth unknown", "not oriented"),
+        *("unoriented sensor", "uncertain orientation", "azimuth not yet measured"),
+    ],
+)
 def test_an_orientation_that_nobody_knows_is_not_taken_as_north(tmp_path, text):
     """GeoNet writes azimuths of 0 and 90 next to this comment."""
     path = write_inventory(tmp_path / "s.xml", CHANNELS)

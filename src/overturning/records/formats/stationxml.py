@@ -23,13 +23,16 @@ UNLIKE_VELOCITY_GAINS: Final = 1.0
 """The same of a velocity sensor, whose stages may have their gains at other frequencies."""
 
 _NOT_ORIENTED: Final = re.compile(
-    r"orientation\s+(is\s+|are\s+)?(not\s+known|unknown|undetermined)|unknown\s+(sensor\s+)?orientation", re.IGNORECASE
+    r"(orientations?|azimuths?)\s+(is\s+|are\s+)?(not\s+(yet\s+)?(known|determined|measured)|unknown|undetermined|uncertain)"
+    r"|(unknown|uncertain|undetermined)\s+(sensor\s+)?(orientation|azimuth)|\b(not\s+|un)oriented\b",
+    re.IGNORECASE,
 )
 
 
 def unit_of(text: str) -> str:
-    """Return one spelling of a unit: ``M/S2`` for ``m/s**2 ``, ``M/(S^2)``, ``M/SEC^2``, ``m s-2``; else upper case."""
-    word = re.sub(r"[\s()^]|\*\*", "", text.upper().replace("²", "2").replace("SEC", "S"))
+    """Return one spelling of a unit: ``M/S2`` for ``m/s**2 ``, ``M/(S^2)``, ``meter/second^2``, else upper case."""
+    word = re.sub(r"MET(?:ER|RE)S?", "M", re.sub("SEC(?:OND)?S?", "S", text.upper().replace("²", "2")))
+    word = re.sub(r"[\s(){}^]|\*\*", "", word.replace("CENTI", "C").replace("MILLI", "M").replace("NANO", "N"))
     word = re.sub(r"(?<=M)[*.·]?S-2$", "/S2", word)
     word = re.sub(r"(?<=M)[*.·]?S-1$", "/S", word)
     return re.sub(r"/S/S$|/S\*S$", "/S2", word)
@@ -43,6 +46,11 @@ def acceleration_scale(unit: str) -> float | None:
 def is_velocity(unit: str) -> bool:
     """Return True if the unit is metres per second."""
     return unit_of(unit) == "M/S"
+
+
+def is_motion(unit: str) -> bool:
+    """Return True if the unit is one of acceleration, or metres per second."""
+    return acceleration_scale(unit) is not None or is_velocity(unit)
 
 
 def read_inventory(files: Sequence[SourceFile]) -> Any:
@@ -91,7 +99,7 @@ def epoch_of(trace: Any, inventory: Any, source: SourceFile, declared: Declarati
             raise RecordError(f"{name} {why}; {remedy}, or say --trust-data")
         trusted.append(f"{name} {why}")
 
-    fitting = _fitting(trace, inventory)
+    fitting = _fitting(trace, inventory, trace.stats.starttime)
     if not fitting:
         why = f"at {trace.stats.starttime} is not in the StationXML given"
         raise RecordError(f"{name} {why}; get it with level=response for that channel and time")
@@ -101,6 +109,13 @@ def epoch_of(trace: Any, inventory: Any, source: SourceFile, declared: Declarati
         contradict(
             f"has {len(fitting)} epochs in the StationXML that fit {trace.stats.starttime} and differ: {listed}",
             "end the one that was over, in the StationXML",
+        )
+    later = _fitting(trace, inventory, trace.stats.endtime)
+    if later and all(_contents(one) != _contents(channel) for one in later):
+        contradict(
+            f"changes in the StationXML while it records: {_gain_label(channel)}, then {_gain_label(later[-1])} from "
+            f"{str(later[-1].start_date)[:19]} on",
+            "cut the file there",
         )
     sensitivity = getattr(channel.response, "instrument_sensitivity", None)
     if sensitivity is None or sensitivity.value is None:
@@ -112,6 +127,10 @@ def epoch_of(trace: Any, inventory: Any, source: SourceFile, declared: Declarati
     limit = UNLIKE_VELOCITY_GAINS if is_velocity(unit) else UNLIKE_GAINS
     if made is not None and max(abs(made / gain - 1.0), abs(gain / made - 1.0)) > limit:
         contradict(f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}", "find out which is right")
+    first = (channel.response.response_stages or [None])[0]
+    other = (getattr(first, "input_units", None) or "").strip().upper()
+    if {acceleration_scale(unit) is None, acceleration_scale(other) is None} == {True, False} and is_motion(other):
+        contradict(f"is in {unit} in the StationXML, whose first stage is in {other}", "find out which is right")
     direction, unknown = _orientation(channel)
     notes: tuple[str, ...] = ()
     if unknown:
@@ -139,9 +158,9 @@ def stages_gain(response: Any) -> float | None:
     return float(np.prod(gains)) if gains and all(gains) else None
 
 
-def _fitting(trace: Any, inventory: Any) -> list[Any]:
-    """Channels with the codes of a trace that were active at its first sample, in the order of their start."""
-    codes, moment = trace.stats, trace.stats.starttime
+def _fitting(trace: Any, inventory: Any, moment: Any) -> list[Any]:
+    """Channels with the codes of a trace that were active at a moment, in the order of their start."""
+    codes = trace.stats
     found = [
         channel
         for network in inventory

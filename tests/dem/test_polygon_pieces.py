@@ -182,8 +182,8 @@ def test_energy_is_kept_and_mirror_images_fall_the_other_way(vertices: list[list
     [
         ({"pieces": [FOOT, [[0.2, 0.2], [0.3, 0.2], [0.3, 1.1], [0.2, 1.1]]]},
         "element stone: the pieces .* overlap by 0.1"),
-        ({"pieces": [FOOT, [[0.9, 0], [1, 0], [1, 1]]]}, "element stone: its pieces do not join into one outline"),
-        ({"pieces": [FOOT, [[0.8, 0.3], [1, 0.3], [1, 1]]]}, "element stone: its pieces do not join into one outline"),
+        ({"pieces": [FOOT, [[0.9, 0], [1, 0], [1, 1]]]}, "element stone: its pieces do not form one outline"),
+        ({"pieces": [FOOT, [[0.8, 0.3], [1, 0.3], [1, 1]]]}, "element stone: its pieces do not form one outline"),
         ({"pieces": [L_SHAPE]},
         "element stone: piece 1 is not convex; split it, or give the outline of all as vertices"),
         ({"pieces": [FOOT, STEM[::-1]]}, "element stone, piece 2: the polygon runs clockwise"),

@@ -1,1 +1,1 @@
-"""What stands on the ground: its symmetry, and over which edge it falls."""
+"""Blocks, scenes and bodies: geometry, contacts, symmetry, outcome variables and fall directions."""

@@ -1,4 +1,4 @@
-"""The contact law's constants: springs and dashpots at each corner."""
+"""Constants of the contact law: springs and dashpots at each corner."""
 
 import math
 from dataclasses import dataclass, fields
@@ -13,44 +13,48 @@ from overturning.model.solid import Solid
 from overturning.units import STANDARD_GRAVITY
 
 STATIC_PENETRATION: Final = 1e-7
-"""δ/B of ``stiffness="auto"``: with it and `DAMPING_RATIO` a block behaves as a rigid one (docs/method.md)."""
+"""Default δ/B of a block. With `DAMPING_RATIO`, the block then behaves like a rigid one (docs/method.md)."""
 
 BODY_STATIC_PENETRATION: Final = 2e-6
-"""The same of a body in space, of whose falls a stiffer contact makes none surer (docs/design-notes.md)."""
+"""Default δ/B of a 3-D body. A stiffer contact does not make its falls more certain (docs/design-notes.md)."""
 
 DAMPING_RATIO: Final = 3.0
-"""ξ where no damping is given: what lands stays, as Housner has it (docs/method.md)."""
+"""Default damping ratio ξ. A landing corner does not rebound, as in Housner's model (docs/method.md)."""
 
 MAX_CONTACT_WIDTH: Final = 1.0
-"""B beyond which a body in space sinks in no deeper, m: what gives before it slides is a length."""
+"""Width B above which the static penetration of a 3-D body stays constant, m.
+
+The elastic displacement before slip is a length, and would otherwise grow with the body."""
 
 PRECISION_FLOOR: Final = 1e5
-"""δ must be this many times the rounding of a coordinate, so that the static force has five digits."""
+"""Least ratio of static penetration δ to the rounding error of a coordinate: the static force has five digits."""
 
 
 @keywords()
 @dataclass(frozen=True)
 class Contact:
-    """Springs, dashpots and their ratios at each corner, per metre of depth.
+    """Contact law of a block: springs and dashpots at each corner, per metre of depth.
 
     Parameters
     ----------
     stiffness : float or "auto"
-        Normal stiffness K_n of a corner, N/m; "auto" chooses it so that the block at rest sinks in by
-        δ = m g / (2 K_n) = `static_penetration` · B.
+        Normal stiffness K_n of a corner, N/m. "auto" chooses K_n such that the static penetration
+        δ = m g / (2 K_n) is `static_penetration` · B.
     stiffness_ratio : float
-        K_s/K_n.
+        Tangential over normal stiffness K_s/K_n.
     damping_ratio : float, optional
-        ξ of heave on both corners, h = 2 ξ √(K_n m / 2); `DAMPING_RATIO` where neither it nor `damping` is given.
+        Damping ratio ξ of heave on both corners; the dashpot is h = 2 ξ √(K_n m / 2). `DAMPING_RATIO` if neither this
+        nor `damping` is given.
     damping : float, optional
-        h itself, N·s/m.
+        Dashpot h, N·s/m.
     static_penetration : float
-        δ/B of ``stiffness="auto"``.
+        δ/B for ``stiffness="auto"``.
 
     Raises
     ------
     ArgumentError
-        If a value is outside its bounds, or both dampings or a stiffness and a penetration are given.
+        If a value is outside its bounds, if both `damping_ratio` and `damping` are given, or both a stiffness and a
+        static penetration.
     """
 
     stiffness: float | Literal["auto"] = "auto"
@@ -84,14 +88,14 @@ class Contact:
     def specific(
         self, width: ArrayLike, height: ArrayLike, density: float
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Constants per unit of mass of blocks one metre deep.
+        """Return the contact constants per unit mass of blocks one metre deep.
 
         Parameters
         ----------
         width, height : array_like
-            B and H, m.
+            Width B and height H, m.
         density : float
-            kg/m³.
+            Density, kg/m³.
 
         Returns
         -------
@@ -117,17 +121,17 @@ class Contact:
 @keywords()
 @dataclass(frozen=True)
 class VertexContact:
-    """Springs and dashpots at each vertex.
+    """Contact law of a 3-D body: springs and dashpots at each vertex.
 
     Parameters
     ----------
     static_penetration : float
-        δ/B: carried by its `Solid.carriers` alone, n points, the body at rest sinks in by δ = m g / (n K_n). B is
-        twice the least distance of an edge of its base from below its centre, at most `MAX_CONTACT_WIDTH`.
+        δ/B, where δ = m g / (n K_n) is the static penetration on n = `Solid.carriers` points, and B is twice the least
+        distance between an edge of the base and the point below the centre, at most `MAX_CONTACT_WIDTH`.
     stiffness_ratio : float
-        K_s/K_n, of either tangential spring.
+        K_s/K_n for each of the two tangential springs.
     damping_ratio : float
-        ξ of heave on n points, h = 2 ξ √(K_n m / n).
+        Damping ratio ξ of heave on n points; the dashpot is h = 2 ξ √(K_n m / n).
 
     Raises
     ------
@@ -144,28 +148,28 @@ class VertexContact:
             _check(item.name, getattr(self, item.name), above=item.name == "static_penetration")
 
     def specific(self, body: Solid) -> tuple[float, float, float]:
-        """K_n/m and K_s/m of a vertex, 1/s², and its dashpot h/m, 1/s."""
+        """Return K_n/m and K_s/m of a vertex, 1/s², and its dashpot h/m, 1/s."""
         points = body.carriers
         normal = STANDARD_GRAVITY / (points * self.static_penetration * min(2.0 * body.reach, MAX_CONTACT_WIDTH))
         return normal, self.stiffness_ratio * normal, 2.0 * self.damping_ratio * math.sqrt(normal / points)
 
 
 def check_precision(normal: FloatArray, height: FloatArray, slide: float) -> None:
-    """Refuse a stiffness whose static penetration double precision cannot hold.
+    """Refuse a stiffness whose static penetration is too small for double precision.
 
     Parameters
     ----------
     normal : ndarray
-        K_n/m, 1/s².
+        Normal stiffness per mass K_n/m, 1/s².
     height : ndarray
-        H, m.
+        Height H, m.
     slide : float
-        How far the block may slide, m.
+        Largest displacement of the block, m.
 
     Raises
     ------
     ArgumentError
-        If δ < 1e5 ε max(H, slide).
+        If δ < `PRECISION_FLOOR` · ε · max(H, slide), with ε the machine epsilon.
     """
     penetration = STANDARD_GRAVITY / (2.0 * normal)
     bound = PRECISION_FLOOR * np.finfo(np.float64).eps * np.maximum(height, slide)
@@ -173,7 +177,7 @@ def check_precision(normal: FloatArray, height: FloatArray, slide: float) -> Non
         worst = int(np.argmin(penetration / bound))
         raise ArgumentError(
             f"stiffness: static penetration {penetration.flat[worst]:.3g} m is below {bound.flat[worst]:.3g} m, "
-            f"the least that double precision holds for a block {height.flat[worst]:g} m high; choose a softer contact"
+            f"the least that float64 resolves for a block {height.flat[worst]:g} m high; choose a softer contact"
         )
 
 

@@ -1,4 +1,4 @@
-"""Which edge first: the fall of a stone that several vertical planes describe, each the fall over one of its edges."""
+"""Fall of a stone from 2-D results in several vertical planes, each of which describes the fall over one edge."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -7,52 +7,54 @@ from overturning.arrays import FloatArray
 
 
 def first_edge(falls: ArrayLike, time: ArrayLike, towards: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Outcome of a stone from those in its planes.
+    """Return the outcome of a stone from its outcomes in several planes.
 
-    A stone falls where it falls in any of its planes; where in several, over the edge that it is past first: in a plane
-    a block past its tipping angle for the last time cannot come back, so it goes over that edge before the others are
-    due.
+    The stone falls if it falls in any plane. If it falls in several, it falls over the edge whose tipping angle it
+    passes for the last time first: from then on it cannot return, so the other edges no longer matter.
 
-    *Missing stays missing.* Where the outcome in any plane is missing, so is the stone's: it is not said to stand, nor
-    to have fallen as another plane has it, since it may have gone over the unknown edge before.
+    If the outcome in any plane is missing, the outcome of the stone is missing too: it may have fallen over that edge
+    before.
 
     Parameters
     ----------
     falls : array_like, shape (planes, …)
-        1 where it falls in a plane, 0 where it stands, NaN where the outcome is missing.
+        1 if it falls in the plane, 0 if it stands, NaN if the outcome is missing.
     time : array_like, shape (planes, …)
-        Last time at which it passed its tipping angle, s; of those that stand it is not looked at.
+        Last time at which it passed its tipping angle, s; ignored for planes in which it stands.
     towards : array_like, shape (planes, …)
-        Azimuth towards which it falls there, degrees.
+        Azimuth of the fall in each plane, degrees.
 
     Returns
     -------
     falls : ndarray, shape (…)
-        1, 0, or NaN where an outcome is missing.
+        1 (falls), 0 (stands), or NaN if an outcome is missing.
     azimuth : ndarray, shape (…)
-        Azimuth of the fall, degrees; NaN where it does not fall, and where it falls in several planes and one of these
-        times is missing. Of equal times the first plane's.
+        Azimuth of the fall, degrees. NaN if it does not fall, or falls in several planes and one of their times is
+        missing. If times are equal, the first plane counts.
     """
     flags, times = np.asarray(falls, np.float64), np.asarray(time, np.float64)
     known, falling = np.isfinite(flags).all(axis=0), flags == 1
     fell = known & falling.any(axis=0)
     decided = fell & ((falling.sum(axis=0) == 1) | ~(falling & np.isnan(times)).any(axis=0))
     order = np.where(falling, np.nan_to_num(times, nan=np.inf), np.inf)
-    # A fall whose time is missing is as late as what stands, but it falls.
+    # A fall without a time gets the same infinite time as planes without a fall; `falling` excludes the latter.
     first = np.argmax(falling & (order == order.min(axis=0)), axis=0)
     azimuth = np.take_along_axis(np.asarray(towards, np.float64), first[None], axis=0)[0]
     return np.where(known, fell, np.nan), np.where(decided, azimuth, np.nan)
 
 
 def edge_probabilities(chance: FloatArray, time: FloatArray) -> FloatArray:
-    """Probability of falling over each of two edges; where both are 0 or 1 it says what `first_edge` says.
+    """Return the probability of falling over each of two edges.
+
+    If all probabilities are 0 or 1, the result agrees with `first_edge`.
 
     Parameters
     ----------
     chance : ndarray, shape (2, …)
-        Probability of falling in each plane, taken as independent; none is missing.
+        Probability of falling in each plane; the planes are taken as independent, and no value is missing.
     time : ndarray, shape (2, …)
-        As of `first_edge`. Where one is missing, or they tie, each edge comes first in proportion to its probability.
+        Times as in `first_edge`, s. If one is missing, or they are equal, each edge comes first in proportion to its
+        probability.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What a scene is made of: elements, materials and contact laws, as the files in config/scenes/ give them."""
+"""Parts of a scene file (config/scenes/): elements, materials and contact laws."""
 
 from dataclasses import fields
 from typing import Annotated, Literal, Self
@@ -18,28 +18,28 @@ Positive = Annotated[float, Field(gt=0)]
 
 
 class StrictModel(BaseModel):
-    """What a file of keys and values holds."""
+    """Base class of models read from files: unknown keys are refused, instances are immutable."""
 
-    # A misspelt key must be an error, and what a job computes must not depend on who changed the model on the way.
+    # A misspelt key is an error. Immutable instances can be hashed, cached and shared between threads.
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Material(StrictModel):
-    """What an element is made of."""
+    """Material of an element."""
 
     density: Positive = Field(default=GRANITE_DENSITY, description="density, kg/m³")
 
 
 class ContactLaw(StrictModel):
-    """Springs, dashpots and slider between two materials, at each vertex."""
+    """Contact law between two materials: springs, dashpots and friction at each vertex."""
 
     between: tuple[Name, Name] = Field(description="the two materials, in any order")
     friction: Annotated[float, Field(ge=0)] | None = Field(
-        default=None, description="friction coefficient µ; not given: the one that the study sweeps"
+        default=None, description="friction coefficient µ; not given: the values of the study"
     )
     stiffness: Literal["auto"] | Positive = Field(
         default="auto",
-        description="normal spring K_n per vertex and metre of depth, N/m; auto: from the weight carried",
+        description="normal spring K_n per vertex and metre of depth, N/m; auto: from the supported weight",
     )
     static_penetration: Positive = Field(
         default=STATIC_PENETRATION,
@@ -49,7 +49,7 @@ class ContactLaw(StrictModel):
     damping_ratio: float | None = Field(
         default=None,
         ge=0,
-        description=f"damping ratio ξ of heave of what the contact carries; {DAMPING_RATIO:g} where nothing is given",
+        description=f"damping ratio ξ of heave of the supported weight; {DAMPING_RATIO:g} if no damping is given",
     )
     damping: float | None = Field(default=None, ge=0, description="dashpot per vertex and metre of depth, N·s/m")
 
@@ -66,7 +66,7 @@ class ContactLaw(StrictModel):
 
     @property
     def contact(self) -> Contact:
-        """Its springs and dashpots as those of a single block; what is not given there is as in `Contact`."""
+        """Springs and dashpots as a `Contact`; values that are not given have its defaults."""
         given = {item.name: getattr(self, item.name) for item in fields(Contact)}
         return Contact(**{name: value for name, value in given.items() if value is not None})
 
@@ -77,7 +77,7 @@ class Element(StrictModel):
     name: Name = Field(description="name, unique in the scene")
     kind: Literal["free", "driven", "held"] = Field(
         default="free",
-        description="free: moves by itself; driven: moves with the record; held: stays where it is in space",
+        description="free: moves by itself; driven: moves with the record; held: fixed in space",
     )
     material: Name = Field(default="stone", description="material")
     width: Positive | None = Field(default=None, description="width of a rectangle, m")
@@ -88,30 +88,30 @@ class Element(StrictModel):
     pieces: tuple[tuple[tuple[float, float], ...], ...] | None = Field(
         default=None,
         min_length=1,
-        description="instead of vertices: those of convex polygons that are joined at their sides and do not overlap, "
-        "in any order, each counter-clockwise, m",
+        description="instead of vertices: convex polygons joined at their sides without overlap, in any order, "
+        "each a counter-clockwise list of vertices, m",
     )
     depth: Positive = Field(default=1.0, description="depth across the plane, m")
     stands_on: Name | None = Field(
-        default=None, description="element on whose highest level the lowest vertex stands; not given: on z = 0"
+        default=None, description="element on whose highest point the lowest vertex stands; not given: on z = 0"
     )
     at: tuple[float, float] = Field(
         default=(0.0, 0.0),
-        description="shift [x, z], m: of a rectangle's lower side's middle, or of the vertices' origin; "
-        "z counts from the level of `stands_on` where that is given",
+        description="position [x, z] of the middle of a rectangle's lower side, or of the vertices' origin, m; "
+        "z is relative to the level of `stands_on` if that is given",
     )
-    rotation_deg: float = Field(default=0.0, description="rotation towards +x before it is placed, degrees")
+    rotation_deg: float = Field(default=0.0, description="rotation towards +x, applied before the shift, degrees")
     fallen_rotation_deg: float | None = Field(
         default=None,
         gt=0,
         le=180,
         description="rotation that counts as overturned, degrees; "
-        "not given: the least at which it can rest on another face",
+        "not given: the least rotation at which it can rest on another face",
     )
     fallen_drop: Positive | None = Field(
         default=None,
-        description="drop of its centre at the end that counts as overturned too, m; "
-        "not given: a tenth of its height as it stands",
+        description="final drop of its centre that also counts as overturned, m; "
+        "not given: a tenth of its initial height",
     )
 
     @model_validator(mode="after")
@@ -134,7 +134,7 @@ class Element(StrictModel):
 
     @property
     def outline(self) -> FloatArray:
-        """Vertices of its polygon before it is turned and shifted, shape (n, 2), m; each of its pieces is checked."""
+        """Vertices before rotation and shift, shape (n, 2), m. Raises an ArgumentError if a piece is not convex."""
         if self.vertices is not None:
             points = np.array(self.vertices, dtype=np.float64)
         elif self.pieces is not None:
@@ -152,7 +152,7 @@ class Element(StrictModel):
         return points
 
     def rotate(self, points: FloatArray) -> FloatArray:
-        """Points of its outline, shape (n, 2), m, turned by its rotation."""
+        """Return points, shape (n, 2), m, rotated by `rotation_deg`."""
         if self.rotation_deg:
             # Rounded, since libm differs between processors in the last digit.
             c, s = (round(float(f(np.radians(self.rotation_deg))), 12) for f in (np.cos, np.sin))
@@ -161,16 +161,16 @@ class Element(StrictModel):
 
     @property
     def points(self) -> FloatArray:
-        """Vertices of its polygon before it is shifted, shape (n, 2), m."""
+        """Vertices after rotation and before the shift, shape (n, 2), m."""
         return self.rotate(self.outline)
 
     @property
     def shape(self) -> Polygon:
-        """The polygon of these."""
+        """Polygon after rotation and before the shift."""
         return polygon(self.name, self.points)
 
     @property
     def unrotated_size(self) -> tuple[float, float]:
-        """Width and height before it is turned, m."""
+        """Width and height before rotation, m."""
         upright = polygon(self.name, self.outline)
         return upright.width, upright.height

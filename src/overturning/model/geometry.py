@@ -1,4 +1,4 @@
-"""Where a scene's elements stand, which faces are nearest, and where they touch at rest."""
+"""Positions of the elements of a scene, their nearest faces, and their contacts at rest."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -17,42 +17,42 @@ CONTACT_GAP: Final = 1e-7
 """Gap, as a share of the smaller element's size, up to which two elements touch at rest."""
 
 MAX_PAIR_DISTANCE: Final = 4.0
-"""Pairs farther apart than this many times the size of all free elements together never meet."""
+"""Gap above which two elements are never tested for contact, relative to the total size of all free elements."""
 
 FALLEN_DROP: Final = 0.1
-"""An element has fallen that in the end is lower by this share of its height, unless its scene says otherwise."""
+"""Default final drop of the centre at which an element counts as fallen, as a share of its height."""
 
 WIDE_GROUND: Final = 20.0
-"""Width of the ground, in widths or heights of the block, that is more than any slide."""
+"""Least width of a ground from which no block can slide off, in widths or heights of the block."""
 
 
 class SceneLayout(Protocol):
-    """What of a scene says where its elements stand."""
+    """Attributes of a scene that determine the positions of its elements."""
 
     @property
     def elements(self) -> tuple[Element, ...]:
-        """The elements, each after the one on which it stands."""
+        """Elements, each listed after the one on which it stands."""
 
     @property
     def materials(self) -> Mapping[str, Material]:
-        """What they are made of."""
+        """Materials by name."""
 
     @property
     def reference_name(self) -> str:
-        """The element whose height and slenderness are swept."""
+        """Name of the element whose height and B/H the study varies."""
 
 
 @dataclass(frozen=True)
 class PlacedElement:
-    """An element in its place."""
+    """Element at its position in the scene."""
 
     element: Element
     shape: Polygon
-    x: float  # centre, m
-    z: float
+    x: float  # horizontal position of the centre, m
+    z: float  # height of the centre, m
     mass: float  # kg
     inertia: float  # kg·m²
-    drop: float  # by which its centre is lower when it has fallen, m
+    drop: float  # drop of its centre at which it counts as fallen, m
 
     @property
     def points(self) -> FloatArray:
@@ -61,7 +61,7 @@ class PlacedElement:
 
     @property
     def parts(self) -> "list[PlacedElement]":
-        """The element with the shape of each of its convex pieces; itself where it is convex."""
+        """One copy of the element per convex piece, with the shape of that piece; itself if it is convex."""
         return [replace(self, shape=piece) for piece in self.shape.pieces] or [self]
 
     @property
@@ -71,18 +71,18 @@ class PlacedElement:
 
     @property
     def fallen_rotations(self) -> tuple[float, float]:
-        """Rotations to −x and +x at which it has fallen, rad: its scene's, or as `Polygon.resting_rotations`."""
+        """Rotations to −x and +x at which it has fallen, rad: from its scene, or `Polygon.resting_rotations`."""
         asked = self.element.fallen_rotation_deg
         return self.shape.resting_rotations if asked is None else (round(float(np.radians(asked)), 12),) * 2
 
     @property
     def fixed(self) -> bool:
-        """Whether forces do not move it."""
+        """True if forces do not move it (driven or held)."""
         return self.element.kind != "free"
 
 
 class ElementPair(NamedTuple):
-    """Numbers of two elements that could meet, and of a convex piece of each."""
+    """Indices of two elements that can touch, and of a convex piece of each."""
 
     a: int
     b: int
@@ -92,16 +92,16 @@ class ElementPair(NamedTuple):
 
 @dataclass(frozen=True)
 class StretchEnd:
-    """One end of the common stretch of two nearest faces."""
+    """One end of the segment that two nearest faces share."""
 
-    gap: float  # m, negative where the elements overlap; infinite where there is no common stretch
+    gap: float  # m, negative if the elements overlap; infinite if there is no common segment
     point: tuple[float, float]  # the vertex, m
     normal: tuple[float, float]  # from the second element to the first
     tangent: tuple[float, float]  # direction in which slip of the first counts
 
 
 class TouchingEnd(NamedTuple):
-    """An end that touches: number of its pair, which of the two ends it is, and the end."""
+    """Touching end: index of its pair, 0 or 1 for the first or second end, and the end."""
 
     pair: int
     side: int
@@ -111,11 +111,11 @@ class TouchingEnd(NamedTuple):
 def place_elements(
     scene: SceneLayout, height: float | None = None, b_over_h: float | None = None
 ) -> list[PlacedElement]:
-    """Put the elements into their places; an `ArgumentError` as of `overturning.model.polygon.polygon`.
+    """Place the elements of a scene.
 
-    With `height` (m) of the reference element all lengths of the scene scale, but that the `ground_name` it becomes no
-    narrower, however small the stones; `b_over_h` makes the reference element alone wider or narrower. Both are its own
-    before it is turned, so that a rectangle stays one.
+    All lengths scale with `height` (m), the height of the reference element, except that the ground (`ground_name`)
+    never becomes narrower. `b_over_h` changes only the width of the reference element. Both refer to the reference
+    element before its rotation, so that a rectangle stays a rectangle. Raises an ArgumentError for an invalid polygon.
     """
     own = next(element for element in scene.elements if element.name == scene.reference_name)
     own_width, own_height = own.unrotated_size
@@ -127,7 +127,7 @@ def place_elements(
             points[:, 0] *= max(1.0, 1.0 / scale)
         if b_over_h is not None and element.name == scene.reference_name:
             middle = 0.5 * (points[:, 0].max() + points[:, 0].min())
-            # One rounding only, as in a block of width B/H · H.
+            # Rounded once, exactly as the width B/H · H of a single block.
             points[:, 0] = (points[:, 0] - middle) * (b_over_h * own_height / own_width) + middle
         shape = polygon(element.name, element.rotate(points) * scale)
         shift_x, shift_z = element.at[0] * scale, element.at[1] * scale
@@ -136,7 +136,7 @@ def place_elements(
             below = next(other for other in placed if other.element.name == element.stands_on)
             x = below.x + x
             z = float(below.points[:, 1].max()) + shift_z - float(shape.vertices[:, 1].min())
-        # An element in the middle is exactly there, so that a symmetric scene is exactly so.
+        # A centred element has exactly x = 0, so that a symmetric scene is symmetric bit by bit.
         x = 0.0 if abs(x) < 1e-9 * shape.width else x
         per_area = scene.materials[element.material].density * element.depth
         drop = FALLEN_DROP * shape.height if element.fallen_drop is None else element.fallen_drop * scale
@@ -145,7 +145,7 @@ def place_elements(
 
 
 def ground_name(scene: SceneLayout) -> str | None:
-    """Name of the ground, a fixed upright rectangle wider than any slide on which all else stands; None without it."""
+    """Return the name of the ground: a fixed upright rectangle, too wide to slide off, below all others; else None."""
     free = [item.shape for item in scene.elements if item.kind == "free"]
     largest = max(max(shape.width, shape.height) for shape in free)
     for one in scene.elements:
@@ -160,22 +160,25 @@ def ground_name(scene: SceneLayout) -> str | None:
 
 
 def plane_period(scene: SceneLayout) -> float:
-    """Turn of the motion after which a scene is the same case, degrees.
+    """Return the rotation of the motion after which the case repeats, degrees.
 
-    180 where it is its own mirror image, element by element, so that φ + 180° mirrors φ exactly; 360 of any other.
+    180 if every element of the scene is its own mirror image, so that φ + 180° mirrors φ exactly; otherwise 360.
     """
     mirror = all(item.x == 0.0 and item.shape.symmetric for item in place_elements(scene))
     return PLANE_PERIOD if mirror else FULL_TURN
 
 
 def native_size(scene: SceneLayout) -> tuple[float, float]:
-    """Height (m) and B/H of a scene's reference element as the file gives it, before it is turned."""
+    """Return height (m) and B/H of the reference element as given in the file, before its rotation."""
     width, height = next(item.unrotated_size for item in scene.elements if item.name == scene.reference_name)
     return height, width / height
 
 
 def separations(one: PlacedElement, other: PlacedElement) -> FloatArray:
-    """Signed distance of the other's nearest vertex from each face of one, m, positive outside; both convex."""
+    """Return the signed distance of the nearest vertex of `other` from each face of `one`, m, positive outside.
+
+    Both are convex.
+    """
     faces = one.shape.faces
     points = other.points - np.array([one.x, one.z])
     reach = faces[:, 4:5] * points[:, 0] + faces[:, 5:6] * points[:, 1]
@@ -183,9 +186,9 @@ def separations(one: PlacedElement, other: PlacedElement) -> FloatArray:
 
 
 def nearest_faces(a: PlacedElement, b: PlacedElement) -> tuple[int, int, float]:
-    """The nearest faces of two convex elements, by the rule of docs/scenes.md, and their separation, m.
+    """Return the nearest faces of two convex elements, by the rule of docs/scenes.md, and their separation, m.
 
-    Face i runs from vertex i to vertex i + 1. The separation is negative in an overlap.
+    Face i runs from vertex i to vertex i + 1. The separation is negative if the elements overlap.
     """
     faces_a, faces_b = a.shape.faces, b.shape.faces
     products = faces_a[:, 4:5] * faces_b[:, 4] + faces_a[:, 5:6] * faces_b[:, 5]
@@ -193,12 +196,15 @@ def nearest_faces(a: PlacedElement, b: PlacedElement) -> tuple[int, int, float]:
         *zip(-separations(a, b), products.min(axis=1), range(len(faces_a)), products.argmin(axis=1), strict=True),
         *zip(-separations(b, a), products.min(axis=0), products.argmin(axis=0), range(len(faces_b)), strict=True),
     ]
-    best = min(candidates, key=lambda candidate: candidate[:2])  # of equal ones the first
+    best = min(candidates, key=lambda candidate: candidate[:2])  # the first one of equals
     return int(best[2]), int(best[3]), float(-best[0])
 
 
 def common_stretch(a: PlacedElement, b: PlacedElement) -> tuple[StretchEnd, StretchEnd]:
-    """Both ends of the common stretch of two convex elements' nearest faces, each at the inner one of two vertices."""
+    """Return both ends of the segment shared by the nearest faces of two convex elements.
+
+    At each end, the inner one of the two vertices counts.
+    """
     face_a, face_b, _ = nearest_faces(a, b)
     fa, fb = a.shape.faces[face_a], b.shape.faces[face_b]
     delta = np.array([a.x - b.x, a.z - b.z])
@@ -206,7 +212,7 @@ def common_stretch(a: PlacedElement, b: PlacedElement) -> tuple[StretchEnd, Stre
     def seen(
         item: PlacedElement, vertex: FloatArray, shift: FloatArray, face: FloatArray, sign: float, carries: float
     ) -> tuple[float, StretchEnd]:
-        """Where along the other's face a vertex lies, and the end that it would be."""
+        """Return the position of a vertex along the other's face, m, and the end it would form."""
         x, z = vertex + shift
         gap = face[4] * x + face[5] * z - face[6]
         along = face[4] * z - face[5] * x - face[7]
@@ -225,7 +231,7 @@ def common_stretch(a: PlacedElement, b: PlacedElement) -> tuple[StretchEnd, Stre
 
 
 def _gaps(placed: list[PlacedElement]) -> Iterator[tuple[int, int, float]]:
-    """Every two elements of which one is free, and the gap between them, m."""
+    """Yield the indices of each two elements, at least one of them free, and the gap between them, m."""
     for (j, b), (i, a) in combinations(enumerate(placed), 2):
         if not (a.fixed and b.fixed):
             gaps = (max(separations(p, q).max(), separations(q, p).max()) for p, q in product(a.parts, b.parts))
@@ -233,7 +239,7 @@ def _gaps(placed: list[PlacedElement]) -> Iterator[tuple[int, int, float]]:
 
 
 def element_pairs(placed: list[PlacedElement]) -> list[ElementPair]:
-    """Pairs that could ever meet, one of them free and not too far apart: each two of their convex pieces."""
+    """Return the pairs of convex pieces that can touch: not too far apart, and at least one of their elements free."""
     extent = sum(item.shape.width + item.shape.height for item in placed if not item.fixed)
     return [
         ElementPair(i, j, m, n)
@@ -244,13 +250,16 @@ def element_pairs(placed: list[PlacedElement]) -> list[ElementPair]:
 
 
 def paired_pieces(placed: list[PlacedElement], pairs: list[ElementPair]) -> list[tuple[PlacedElement, PlacedElement]]:
-    """Both convex elements of each pair."""
+    """Return the two convex elements of each pair."""
     parts = [item.parts for item in placed]
     return [(parts[pair.a][pair.part_a], parts[pair.b][pair.part_b]) for pair in pairs]
 
 
 def touching_ends(placed: list[PlacedElement], pairs: list[ElementPair], lean: float = 0.0) -> list[TouchingEnd]:
-    """Ends that touch; with a `lean`, rad, also the other end of two faces inclined by less that touch at one end."""
+    """Return the ends that touch.
+
+    With `lean` (rad), two faces that touch at one end and are inclined by less than it also touch at the other end.
+    """
     touching = []
     for index, (a, b) in enumerate(paired_pieces(placed, pairs)):
         ends, closed = common_stretch(a, b), CONTACT_GAP * min(a.size, b.size)
@@ -263,13 +272,13 @@ def touching_ends(placed: list[PlacedElement], pairs: list[ElementPair], lean: f
 
 
 def check_geometry(scene: SceneLayout) -> None:
-    """Refuse elements that overlap or hang in the air: an `ArgumentError` that names element and remedy."""
+    """Raise an ArgumentError, with element and remedy, if elements overlap or lack support."""
     if fault := placement_error(place_elements(scene)):
         raise ArgumentError(fault)
 
 
 def placement_error(placed: list[PlacedElement]) -> str:
-    """Which element overlaps another or hangs in the air, and what to do; empty where none does."""
+    """Return a message naming an element that overlaps another or lacks support, and the remedy; "" if none does."""
     for i, j, gap in sorted(_gaps(placed)):
         a, b = placed[i], placed[j]
         if -gap > 1e-6 * min(a.size, b.size):

@@ -1,4 +1,7 @@
-"""Vertices of a body from a mesh file: Wavefront OBJ, Stanford PLY, STL. Its faces tell only whether it is convex."""
+"""Vertices of a body from a mesh file: Wavefront OBJ, Stanford PLY, STL.
+
+The faces of the file are only used to check that the body is convex.
+"""
 
 import io
 from collections.abc import Callable, Iterator
@@ -14,16 +17,16 @@ from overturning.errors import ArgumentError
 from overturning.model.shapes import Polyhedron
 
 MAX_BYTES: Final = 50_000_000
-"""Bytes of a mesh; as text, of which the numbers read some ten times as much memory."""
+"""Largest size of a mesh file, bytes. The parsed numbers of a text file take about ten times as much memory."""
 
 NOTCH_TOLERANCE: Final = 1e-3
-"""Share of its size by which a side of a convex body may run inside its hull: the numbers of a file are rounded."""
+"""Depth of a side inside the hull that is attributed to rounding in the file, as a share of the body's size."""
 
 ReadNumbers = Callable[[str, int], list[float]]
-"""Gives the next numbers of a kind of a PLY file."""
+"""Function of a type name and a count that returns the next numbers of a PLY file."""
 
 Mesh = tuple[FloatArray, list[list[int]]]
-"""Vertices, shape (n, 3), m, and the numbers of those of each face in order."""
+"""Vertices, shape (n, 3), m, and the vertex indices of each face in order."""
 
 _STL_HEADER: Final = 84
 _STL_TRIANGLE: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -43,18 +46,18 @@ _PLY_TYPES: Final = {
 
 
 def read_mesh(path: Path | str) -> Polyhedron:
-    """The convex body of a mesh file (.obj, .ply or .stl), z up, lengths in metres.
+    """Read a convex body from a mesh file (.obj, .ply or .stl), z up, lengths in metres.
 
     Raises
     ------
     ArgumentError
-        If the file is of another kind or broken, or the body is none that can be simulated (`Polyhedron`), as one whose
-        sides run inside the hull of its vertices.
+        If the format is not supported, the file is damaged, the body is not convex, or it cannot be simulated (see
+        `Polyhedron`).
     """
     path = Path(path)
     readers = {".obj": _obj, ".ply": _ply, ".stl": _stl}
     if path.suffix.lower() not in readers:
-        raise ArgumentError(f"{path}: not a mesh that can be read; give {', '.join(readers)}")
+        raise ArgumentError(f"{path}: unknown mesh format; give {', '.join(readers)}")
     try:
         if path.stat().st_size > MAX_BYTES:
             raise ArgumentError(f"{path}: larger than {MAX_BYTES} bytes; give its convex hull, or fewer vertices")
@@ -66,7 +69,7 @@ def read_mesh(path: Path | str) -> Polyhedron:
     except ArgumentError:
         raise
     except (ValueError, KeyError, IndexError, StopIteration):
-        raise ArgumentError(f"{path}: broken, or not the {path.suffix.lower()} format") from None
+        raise ArgumentError(f"{path}: damaged, or not in {path.suffix.lower()} format") from None
     try:
         body = Polyhedron(np.unique(vertices, axis=0), name=path.stem)
         _check_convex(np.asarray(body.vertices), sides)
@@ -76,9 +79,9 @@ def read_mesh(path: Path | str) -> Polyhedron:
 
 
 def _check_convex(vertices: FloatArray, sides: FloatArray) -> None:
-    """Refuse a mesh with a side, shape (2, 3), that runs inside the hull of its vertices.
+    """Refuse a mesh with a side inside the hull of its vertices; `sides` has shape (n, 2, 3).
 
-    All vertices of a notched slab lie on its hull: in its front and its back.
+    Checking the vertices is not enough: all vertices of a notched slab lie on its hull.
     """
     planes = scipy.spatial.ConvexHull(vertices).equations
     inside = -(sides.mean(axis=1) @ planes[:, :3].T + planes[:, 3]).max(axis=1)
@@ -91,7 +94,7 @@ def _check_convex(vertices: FloatArray, sides: FloatArray) -> None:
 
 
 def _obj(content: bytes) -> Mesh:
-    """A face names its vertices by numbers from 1, before the first slash, or backwards from the last so far."""
+    """Parse OBJ. A face lists vertex numbers, before the first slash, from 1 or negative from the latest vertex."""
     faces, count = [], 0
     for text in content.decode("utf-8", errors="replace").splitlines():
         line = text.partition("#")[0].split()
@@ -103,7 +106,7 @@ def _obj(content: bytes) -> Mesh:
 
 
 def _keyword_rows(content: bytes, word: str, skip: int) -> FloatArray:
-    """Three numbers from each line that begins with a word."""
+    """Return three numbers from each line that begins with a keyword, after `skip` words."""
     lines = (line.split() for line in content.decode("utf-8", errors="replace").splitlines())
     return np.array([[float(value) for value in line[skip : skip + 3]] for line in lines if line and line[0] == word])
 
@@ -146,18 +149,18 @@ def _ply(content: bytes) -> Mesh:
 
 
 def _next_text_numbers(words: Iterator[str], _kind: str, size: int) -> list[float]:
-    """The next numbers of a text."""
+    """Return the next numbers of a text."""
     return [float(next(words)) for _ in range(size)]
 
 
 def _next_binary_numbers(stream: io.BytesIO, order: str, kind: str, size: int) -> list[float]:
-    """The next numbers of a kind."""
+    """Return the next numbers of a binary type."""
     layout = np.dtype(order + _PLY_TYPES[kind])
     return np.frombuffer(stream.read(size * layout.itemsize), layout, size).tolist() if size else []
 
 
 def _ply_faces(read: ReadNumbers, many: int, kinds: list[list[str]]) -> list[list[int]]:
-    """So many faces, each of numbers and lists of numbers of which the header names the kinds."""
+    """Read `many` faces; `kinds` are the property types in the header, scalars or lists."""
     faces = []
     for _ in range(many):
         for *of_list, kind, name in kinds:

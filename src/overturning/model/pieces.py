@@ -1,7 +1,7 @@
-"""Polygons that are not convex: the outline of joined polygons, and the convex pieces of an outline.
+"""Non-convex polygons: outline of joined polygons, and decomposition of an outline into convex pieces.
 
-An outline is cut along diagonals, from vertex to vertex: it is divided into triangles, ear by ear, and those are joined
-again while they stay convex (Hertel and Mehlhorn 1983). So each of its sides belongs to one piece as a whole.
+An outline is cut along diagonals between vertices: it is divided into triangles by ear clipping, and triangles are
+merged while the result is convex (Hertel and Mehlhorn 1983). So each side of the outline belongs to exactly one piece.
 """
 
 from collections.abc import Sequence
@@ -14,19 +14,19 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
 JOIN_TOLERANCE: Final = 1e-6
-"""Vertices so near to each other, or to a side, as a share of the size, are at one place, or on it."""
+"""Distance below which two vertices coincide, or a vertex lies on a side, as a share of the size."""
 
 COLLINEAR_AREA: Final = 1e-12
-"""A corner of less area than this share of the size squared is none."""
+"""Twice the area of a corner below which its three vertices are collinear, as a share of the size squared."""
 
 
 def doubled_area(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
-    """Twice the area of a triangle, m², positive where it runs counter-clockwise."""
+    """Return twice the area of the triangle abc, m², positive if it runs counter-clockwise."""
     return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 
 
 def crosses_itself(points: FloatArray) -> bool:
-    """Whether any two sides of a closed line cross."""
+    """True if any two sides of a closed line cross."""
     n = len(points)
     for i, j in combinations(range(n), 2):
         a, b, c, d = (points[k % n] for k in (i, i + 1, j, j + 1))
@@ -36,24 +36,24 @@ def crosses_itself(points: FloatArray) -> bool:
 
 
 def outline(name: str, pieces: Sequence[FloatArray]) -> FloatArray:
-    """The outline of convex polygons that are rigidly joined: what is left of their sides without those that two share.
+    """Return the outline of convex polygons that are rigidly joined: all sides except those that two of them share.
 
     Parameters
     ----------
     name : str
-        The element's.
+        Name of the element, for messages.
     pieces : sequence of ndarray, shape (n, 2)
         Convex, counter-clockwise, m; in any order.
 
     Returns
     -------
     ndarray, shape (n, 2)
-        Counter-clockwise from the lowest vertex, of several the leftmost; vertices on a straight line are left out.
+        Counter-clockwise from the lowest vertex, of several the leftmost; collinear vertices are omitted.
 
     Raises
     ------
     ArgumentError
-        If pieces overlap, or do not join into one outline without a hole.
+        If pieces overlap, or do not form one outline without holes.
     """
     ordered = sorted((np.asarray(piece, dtype=np.float64) for piece in pieces), key=lambda piece: piece.tolist())
     size = float(np.ptp(np.concatenate(ordered), axis=0).max())
@@ -62,7 +62,7 @@ def outline(name: str, pieces: Sequence[FloatArray]) -> FloatArray:
         if depth > JOIN_TOLERANCE * size:
             raise ArgumentError(
                 f"element {name}: the pieces with {_corner(ordered[i])} and {_corner(ordered[j])} overlap by "
-                f"{depth:.3g} m; let them share a side, or give the outline as vertices"
+                f"{depth:.3g} m; make them share a side, or give the outline as vertices"
             )
     points: list[FloatArray] = []
     loops = [[_point_index(point, points, JOIN_TOLERANCE * size) for point in piece] for piece in ordered]
@@ -81,8 +81,7 @@ def outline(name: str, pieces: Sequence[FloatArray]) -> FloatArray:
         way.append(following[way[-1]])
     if len(way) != len(left) or len(following) != len(left):
         raise ArgumentError(
-            f"element {name}: its pieces do not join into one outline without a hole; let each share a side with "
-            "another"
+            f"element {name}: its pieces do not form one outline without holes; make each share a side with another"
         )
     line = places[way]
     before, after = np.roll(line, 1, axis=0), np.roll(line, -1, axis=0)
@@ -95,14 +94,14 @@ def _corner(piece: FloatArray) -> str:
 
 
 def _gap(one: FloatArray, other: FloatArray) -> float:
-    """Largest distance of a convex polygon from the line of a side of another, m; negative where it is behind all."""
+    """Return the largest distance of `other` from the line of a side of `one`, m; negative if it is behind all."""
     edge = np.roll(one, -1, axis=0) - one
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.sqrt((edge**2).sum(axis=1))[:, None]
     return float(((other @ normal.T).min(axis=0) - (one * normal).sum(axis=1)).max())
 
 
 def _point_index(point: FloatArray, points: list[FloatArray], near: float) -> int:
-    """Number of the place where a point is, a new one where it is near to none."""
+    """Return the index of the known point near a point; add the point if there is none."""
     for number, other in enumerate(points):
         if np.abs(point - other).max() <= near:
             return number
@@ -111,7 +110,7 @@ def _point_index(point: FloatArray, points: list[FloatArray], near: float) -> in
 
 
 def _split_side(first: int, second: int, places: FloatArray, near: float) -> list[tuple[int, int]]:
-    """A side, divided at each place on it."""
+    """Split a side at each point that lies on it."""
     edge = places[second] - places[first]
     length = float(np.sqrt((edge**2).sum()))
     along = (places - places[first]) @ edge / length
@@ -122,12 +121,12 @@ def _split_side(first: int, second: int, places: FloatArray, near: float) -> lis
 
 
 def convex_pieces(points: FloatArray) -> list[list[int]]:
-    """Convex pieces of an outline, each the numbers of its vertices counter-clockwise.
+    """Return the convex pieces of an outline, each as vertex indices counter-clockwise.
 
     Parameters
     ----------
     points : ndarray, shape (n, 2)
-        Counter-clockwise, no three neighbours on a line, m.
+        Vertices counter-clockwise, no three neighbours collinear, m.
 
     Raises
     ------
@@ -152,7 +151,7 @@ def convex_pieces(points: FloatArray) -> list[list[int]]:
 
 
 def _triangles(points: FloatArray, least: float) -> list[list[int]]:
-    """Triangles of an outline, cut off ear by ear."""
+    """Return the triangles of an outline, by ear clipping."""
     left, triangles = list(range(len(points))), []
     while len(left) > 3:
         for k, at in enumerate(left):
@@ -167,7 +166,7 @@ def _triangles(points: FloatArray, least: float) -> list[list[int]]:
 
 
 def _is_ear(points: FloatArray, left: list[int], ear: list[int], least: float) -> bool:
-    """Whether a triangle of neighbours has an area and holds no other vertex, not even on its sides."""
+    """True if a triangle of neighbouring vertices has an area and contains no other vertex, not even on its sides."""
     a, b, c = points[ear]
     if doubled_area(a, b, c) <= least:
         return False
@@ -176,11 +175,11 @@ def _is_ear(points: FloatArray, left: list[int], ear: list[int], least: float) -
 
 
 def _merge_at_diagonal(one: list[int], other: list[int]) -> list[int] | None:
-    """Two pieces joined at the diagonal that they share; None where they share none."""
+    """Merge two pieces at the diagonal that they share; None if they share none."""
     for k, first in enumerate(one):
         second = one[(k + 1) % len(one)]
         for m, at in enumerate(other):
             if at == second and other[(m + 1) % len(other)] == first:
-                # From the diagonal's second end round the one to its first, and round the other back.
+                # Around the first piece from the diagonal's second end to its first, then around the other.
                 return one[k + 1 :] + one[: k + 1] + (other[m:] + other[:m])[2:]
     return None

@@ -1,4 +1,4 @@
-"""Polygons: area, centre, inertia and faces, from closed forms; those that are not convex are made of convex pieces."""
+"""Polygons: area, centre, inertia and faces from closed forms; a non-convex polygon has convex pieces."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,30 +14,32 @@ from overturning.model.pieces import COLLINEAR_AREA, convex_pieces, crosses_itse
 from overturning.model.rest import can_rest
 
 SYMMETRY_TOLERANCE: Final = 1e-9
-"""Vertices that mirror each other to this share of the polygon's size are made to mirror each other exactly."""
+"""Relative tolerance of mirror symmetry: vertices within it, as a share of the size, are made to mirror exactly."""
 
 
 @dataclass(frozen=True)
 class Polygon:
-    """A polygon about its centre of area; of a piece, about that of the whole."""
+    """Polygon in coordinates about its centre of area; a piece has coordinates about the centre of the whole."""
 
     vertices: FloatArray  # shape (n, 2), counter-clockwise, x to the right and z up, relative to the centre, m
     centre: tuple[float, float]  # in the coordinates in which the polygon was given, m
     area: float  # m²
     polar: float  # second moment of area about the centre, m⁴
-    pieces: tuple["Polygon", ...] = ()  # convex, where it is not; area and second moment are those of the whole
+    pieces: tuple["Polygon", ...] = ()  # convex pieces of a non-convex polygon; empty if it is convex
     carries: FloatArray = field(default_factory=lambda: np.ones((1, 3)))
-    """Shape (n, 3) or, for all faces alike, (1, 3): whether a face's first and second end can carry, and whether it is
-    one of the whole and not a cut."""
+    """1 or 0 per face: first end can bear load; second end can; face is a side of the whole polygon, not a cut.
+
+    Shape (n, 3), or (1, 3) if equal for all faces.
+    """
 
     @property
     def parts(self) -> tuple["Polygon", ...]:
-        """Its convex pieces; itself where it is convex."""
+        """Convex pieces; the polygon itself if it is convex."""
         return self.pieces or (self,)
 
     @property
     def symmetric(self) -> bool:
-        """Whether it is its own mirror image about the vertical through its centre; its pieces would not be."""
+        """True if it is its own mirror image about the vertical through its centre; False if it has pieces."""
         if self.pieces:
             return False
         mirrored = {(-x, z) for x, z in self.vertices.tolist()}
@@ -55,15 +57,17 @@ class Polygon:
 
     @cached_property
     def resting_rotations(self) -> tuple[float, float]:
-        """Least rotation to −x and to +x at which it can rest on another face than its lower one, rad; π where on none.
+        """Least rotation to −x and to +x at which it can rest on another face, rad; π if there is none.
 
-        Both are 90° for a rectangle. The lower face is the one that points most nearly down. Rounded, since libm
-        differs between processors in the last digit.
+        Both are 90° for a rectangle. The face that points most nearly down at rest is excluded. Rounded because the
+        last digit of libm differs between processors.
         """
         hull = self.vertices[scipy.spatial.ConvexHull(self.vertices).vertices] if self.pieces else self.vertices
         faces = Polygon(hull, self.centre, 0.0, 0.0).faces
         normals, offsets = faces[:, 4:6], faces[:, 6]
-        tilts = np.arctan2(normals[:, 0], -normals[:, 1])  # a face that looks to +x comes down by a turn to +x
+        tilts = np.arctan2(
+            normals[:, 0], -normals[:, 1]
+        )  # a face with its normal towards +x comes down by a rotation to +x
         stable = can_rest(normals, offsets, max(self.width, self.height))
         stable[np.argmin(np.abs(tilts))] = False
         back, on = (float(np.min(turns[stable & (turns > 0)], initial=np.pi)) for turns in (-tilts, tilts))
@@ -71,10 +75,11 @@ class Polygon:
 
     @cached_property
     def faces(self) -> FloatArray:
-        """The faces of a convex polygon as the kernel wants them, shape (n, 12).
+        """Faces of a convex polygon, shape (n, 12), in the layout of the kernel.
 
-        First and second end (4), outward normal (2), distance from the centre, place of the middle along the tangent
-        (−n_z, n_x), half length, `carries` (3). Of a symmetric polygon, mirrored faces have exactly mirrored numbers.
+        Columns: first and second end (4), outward normal (2), distance from the centre, position of the middle along
+        the tangent (−n_z, n_x), half length, `carries` (3). Mirrored faces of a symmetric polygon have exactly mirrored
+        numbers.
         """
         first, second = self.vertices, np.roll(self.vertices, -1, axis=0)
         edge = second - first
@@ -91,11 +96,21 @@ class Polygon:
 
 
 def polygon(name: str, vertices: ArrayLike) -> Polygon:
-    """Check a polygon and work out its constants and, where it is not convex, its pieces.
+    """Check a polygon and compute its constants and, if it is not convex, its pieces.
 
-    Area, centre and second moment are summed by Green's theorem. Vertices have the shape (n, 2): counter-clockwise, x
-    to the right, z up, m. A polygon that is degenerate, clockwise or crosses itself is an `ArgumentError` that names
-    the element.
+    Area, centre and second moment follow from Green's theorem.
+
+    Parameters
+    ----------
+    name : str
+        Name of the element, for messages.
+    vertices : array_like, shape (n, 2)
+        Vertices counter-clockwise, x to the right, z up, m.
+
+    Raises
+    ------
+    ArgumentError
+        If the polygon is degenerate, runs clockwise or crosses itself.
     """
     points = np.asarray(vertices, dtype=np.float64)
     if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 3 or not np.isfinite(points).all():
@@ -126,7 +141,7 @@ def polygon(name: str, vertices: ArrayLike) -> Polygon:
         )
     turns = np.arctan2(corners, edge[:, 0] * following[:, 0] + edge[:, 1] * following[:, 1]).sum()
     if not 0.5 < turns / (2 * np.pi) < 1.5 or crosses_itself(points):
-        raise ArgumentError(f"element {name}: the polygon crosses itself; list its vertices in order round it")
+        raise ArgumentError(f"element {name}: the polygon crosses itself; list its vertices in order around it")
     cx = float(((x + u) * cross).sum()) / (6 * area)
     cz = float(((z + w) * cross).sum()) / (6 * area)
     local = _exactly_symmetric(np.stack([x - cx, z - cz], axis=1), size)
@@ -138,10 +153,10 @@ def polygon(name: str, vertices: ArrayLike) -> Polygon:
 
 
 def _pieces(name: str, local: FloatArray, inward: NDArray[np.bool_]) -> tuple[Polygon, ...]:
-    """Convex pieces of an outline that turns `inward`, shape (n,), at the ends of some sides.
+    """Return the convex pieces of an outline; `inward`, shape (n,), marks sides with a reflex vertex at their end.
 
-    A vertex that turns out is carried by one piece only, that of its side that faces down more; else a cut corner
-    would touch twice. Where the outline turns in, each of the two sides ends for itself.
+    A convex vertex belongs to one piece only, that of the adjacent side that faces down more; otherwise a corner that
+    is cut in two would touch twice. At a reflex vertex, both adjacent sides have an end of their own.
     """
     count, turns_in = len(local), np.roll(inward, 1)
     try:
@@ -170,7 +185,7 @@ def _sides(loop: list[int]) -> list[tuple[int, int]]:
 
 
 def _side_down(local: FloatArray, vertex: int) -> tuple[int, int]:
-    """Of both sides of an outline at a vertex the one whose outward normal points down more."""
+    """Return the side at a vertex of an outline whose outward normal points down more."""
     count = len(local)
     both = [((vertex - 1) % count, vertex), (vertex, (vertex + 1) % count)]
 
@@ -182,17 +197,17 @@ def _side_down(local: FloatArray, vertex: int) -> tuple[int, int]:
 
 
 def _exactly_symmetric(local: FloatArray, size: float) -> FloatArray:
-    """Remove the rounding that keeps a symmetric polygon from being its own mirror image bit by bit."""
+    """Remove rounding errors so that a symmetric polygon is its own mirror image bit by bit."""
     x, z = local.T
     distance = np.abs(x + x[:, None]) + np.abs(z - z[:, None])
     if (distance.min(axis=1) > SYMMETRY_TOLERANCE * size).any():
         return local
-    # Both vertices of a pair come from the same two numbers, whichever is looked at first.
+    # Both vertices of a pair are computed from the same two numbers, in the same order.
     partner = distance.argmin(axis=1)
     return np.asarray(0.5 * np.stack([x - x[partner], z + z[partner]], axis=1))
 
 
 def rectangle(width: float, height: float) -> FloatArray:
-    """Vertices of a rectangle on its lower side's middle, shape (4, 2), m."""
+    """Return the vertices of a rectangle, shape (4, 2), m; the origin is the middle of its lower side."""
     half = 0.5 * width
     return np.array([[-half, 0.0], [half, 0.0], [half, height], [-half, height]])

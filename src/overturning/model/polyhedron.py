@@ -1,4 +1,4 @@
-"""From the vertices of a convex polyhedron to a body: mass properties, faces to rest on, vertices that can touch."""
+"""Body from the vertices of a convex polyhedron: mass properties, resting faces, vertices that can touch."""
 
 from typing import Final
 
@@ -13,11 +13,11 @@ from overturning.model.solid import Solid
 from overturning.model.tipping import Hull, fall_of
 
 DIGITS: Final = 12
-"""Lengths are rounded to so many decimals of the body's size: libraries differ between processors in the last one."""
+"""Decimals to which lengths relative to the body's size are rounded: the last digit differs between processors."""
 
 
 def solid_from_vertices(vertices: FloatArray) -> Solid:
-    """The body that stands on the lowest face of a polyhedron; parameters and errors as of `Polyhedron`."""
+    """Return the body that stands on the lowest face of a polyhedron; see `Polyhedron` for parameters and errors."""
     hull = _hull(vertices)
     size = float(np.ptp(hull.points, axis=0).max())
     bottom = float(hull.points[:, 2].min())
@@ -61,7 +61,7 @@ def _hull(vertices: FloatArray) -> Hull:
             f"body: not convex; vertex {inside.argmax()} lies {inside.max():.3g} m inside the hull of the others: "
             "leave it out"
         )
-    # Qhull's triangles turn either way; the outward normals tell.
+    # Qhull does not order the vertices of a triangle; make all anticlockwise seen from outside.
     corners = vertices[hull.simplices]
     outward = np.sum(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * hull.equations[:, :3], axis=1
@@ -75,10 +75,10 @@ def _hull(vertices: FloatArray) -> Hull:
 
 
 def _mass_properties(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Centre and inertia per mass about it, summed over the tetrahedra from a point inside to outward triangles."""
+    """Return the centre of mass and the inertia per mass about it, summed over tetrahedra from an inner point."""
     origin = corners.reshape(-1, 3).mean(axis=0)
     a, b, c = (corners[:, k] - origin for k in range(3))
-    volume = np.sum(np.cross(a, b) * c, axis=1)  # six times
+    volume = np.sum(np.cross(a, b) * c, axis=1)  # six times the volume of each tetrahedron
     total = volume.sum()
     mean = (volume[:, None] * (a + b + c)).sum(axis=0) / (4.0 * total)
     second = np.zeros((3, 3))
@@ -91,34 +91,34 @@ def _mass_properties(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _resting_faces(hull: Hull, size: float) -> tuple[float, FloatArray]:
-    """Least tilt at which it can rest on another face, rad, and the normals of all such faces, clockwise from x."""
+    """Return the least tilt at which it can rest on another face, rad, and the normals of all such faces, clockwise."""
     _, first = np.unique(np.round(hull.normals, 5), axis=0, return_index=True)
     normals, offsets = hull.normals[first], hull.offsets[first]
     down = -normals[:, 2]
-    # Not the base, nor a face opposite to it, onto which nothing falls before it has fallen onto a side.
+    # Exclude the base and a face opposite to it: a body falls onto a side first.
     stable = can_rest(normals, offsets, size) & (np.abs(down) < 1.0 - FLAT)
     if not stable.any():
         return np.pi, np.zeros((0, 3))
     tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), DIGITS))
-    # The triangles of a face whose vertices a file has rounded lie askew: they are one, as in `can_rest`.
+    # Triangles of one face are not exactly coplanar if the file rounds its vertices: merge them, as in `can_rest`.
     faces = normals[stable]
     faces = faces[~np.tril(faces @ faces.T > 1.0 - FLAT, -1).any(axis=1)]
-    # Rounded, since a face that looks along x but for the last digit would else be the last instead of the first.
+    # Rounded: otherwise a face along x, up to the last digit, could come last instead of first.
     turn = np.round(-np.arctan2(faces[:, 1], faces[:, 0]), 9) % (2.0 * np.pi)
     return tilt, np.round(faces[np.argsort(turn, kind="stable")], DIGITS)
 
 
 def _can_touch(hull: Hull, tilt: float) -> NDArray[np.int64]:
-    """Vertices that are the lowest at some tilt below this one.
+    """Return the vertices that are lowest at some tilt below the given one.
 
-    A vertex is the lowest while the direction down lies among the normals of its faces, a polygon on the sphere whose
-    sides are the arcs between the normals of neighbouring triangles. So one of its arcs comes within the tilt of the
-    body's own downward axis.
+    A vertex is lowest while the downward vertical lies in the spherical polygon of the normals of its faces. The sides
+    of that polygon are the arcs between the normals of neighbouring triangles. So one of these arcs comes within the
+    tilt of the body's own downward axis.
     """
     n1 = hull.normals[:, None, :].repeat(3, axis=1).reshape(-1, 3)
     n2 = hull.normals[hull.neighbours].reshape(-1, 3)
     nearest = _nearest_to_down(n1, n2).reshape(-1, 3)
-    reached = nearest > np.cos(tilt) + 1e-9  # what touches first when the body has fallen is of no use
+    reached = nearest > np.cos(tilt) + 1e-9  # vertices that only touch after the fall are not needed
     vertices = []
     for k in range(3):  # the edge opposite to vertex k
         pair = hull.triangles[:, [(k + 1) % 3, (k + 2) % 3]]
@@ -127,13 +127,13 @@ def _can_touch(hull: Hull, tilt: float) -> NDArray[np.int64]:
 
 
 def _nearest_to_down(n1: FloatArray, n2: FloatArray) -> FloatArray:
-    """Largest cosine of the angle between down and a point of the arc between unit vectors, each of shape (m, 3)."""
+    """Return the largest cosine between down and a point of the arc between unit vectors n1, n2, shape (m, 3)."""
     ends = np.maximum(-n1[:, 2], -n2[:, 2])
     axis = np.cross(n1, n2)
     length = np.sqrt(np.sum(axis * axis, axis=1))
     arc = length > 1e-9
     axis = axis / np.where(arc, length, 1.0)[:, None]
-    # The point of the great circle nearest to down, and whether it lies between the ends.
+    # Point of the great circle nearest to down; it counts only if it lies between the ends of the arc.
     point = np.array([0.0, 0.0, -1.0]) + axis[:, 2:] * axis
     norm = np.sqrt(np.sum(point * point, axis=1))
     point = point / np.where(norm > 1e-12, norm, 1.0)[:, None]
@@ -142,7 +142,7 @@ def _nearest_to_down(n1: FloatArray, n2: FloatArray) -> FloatArray:
 
 
 def hull_outline(vertices: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Corners about the centre of mass, m, and the edges between faces that are not of one plane."""
+    """Return the corners about the centre of mass, m, and the edges between faces that are not coplanar."""
     hull = _hull(vertices)
     edges = set()
     for triangle, neighbours, normal in zip(hull.triangles, hull.neighbours, hull.normals, strict=True):

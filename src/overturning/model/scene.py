@@ -1,4 +1,4 @@
-"""Scenes: what stands where, of what, and how it touches. The model behind the files in config/scenes/."""
+"""Scene files (config/scenes/): elements, their positions, materials and contact laws."""
 
 import math
 from dataclasses import asdict
@@ -18,11 +18,11 @@ from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 from overturning.validation import describe_faults
 
 MAX_ELEMENTS: Final = 64
-"""More would make the columns of the kernel longer than the processor's caches."""
+"""Largest number of elements; with more, the arrays of the kernel exceed the processor's caches."""
 
 
 class Scene(StrictModel):
-    """A scene: elements, materials, contact laws, gravity."""
+    """Scene of rigid polygons: elements, materials, contact laws, gravity."""
 
     name: Name = Field(description="name")
     title: str = Field(default="", description="title in reports")
@@ -43,7 +43,7 @@ class Scene(StrictModel):
         names = [element.name for element in self.elements]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
-            raise ValueError(f"element {twice[0]} stands twice; give each element its own name")
+            raise ValueError(f"element {twice[0]} is listed twice; give each element its own name")
         kinds = {element.kind for element in self.elements}
         if "driven" not in kinds:
             raise ValueError(f"no element is driven by the record; set kind: driven for the ground, perhaps {names[0]}")
@@ -68,10 +68,11 @@ class Scene(StrictModel):
     @model_validator(mode="after")
     def _can_stand(self) -> Self:
         check_geometry(self)
-        # The kernel of a single block takes the height and B/H of each case for the block's.
+        # The single-block kernel applies the height and B/H of each case to the block.
         if self.single_block and self.reference_name not in self.free:
             raise ValueError(
-                f"reference: {self.reference_name} is what the block stands on; leave it out, or name {self.free[0]}"
+                f"reference: {self.reference_name} is the ground of a single block; leave it out, or name "
+                f"{self.free[0]}"
             )
         return self
 
@@ -82,23 +83,23 @@ class Scene(StrictModel):
 
     @property
     def reference_name(self) -> str:
-        """The element whose height and slenderness are swept."""
+        """Name of the element whose height and B/H the study varies."""
         return self.reference or self.free[0]
 
     @property
     def default_element(self) -> str:
-        """The free element that is shown where only one is: the reference element, or the last."""
+        """Name of the free element in outputs of a single element: the reference element if free, else the last."""
         return self.reference_name if self.reference_name in self.free else self.free[-1]
 
     @property
     def sweeps_friction(self) -> bool:
-        """Whether two elements that could meet have the friction coefficient that is swept."""
+        """True if a contact of a free element has no friction coefficient of its own, and so that of the study."""
         pairs = combinations(self.elements, 2)
         return any(self.law(a, b).friction is None for a, b in pairs if "free" in (a.kind, b.kind))
 
     @property
     def single_block(self) -> bool:
-        """Whether it is one upright free rectangle in the middle of a wide driven one under the earth's gravity."""
+        """True if it is one upright free rectangle centred on a wide driven one, under standard gravity."""
         if len(self.elements) != 2 or self.gravity != STANDARD_GRAVITY:
             return False
         ground, block = self.elements
@@ -115,25 +116,34 @@ class Scene(StrictModel):
         )
 
     def element(self, name: str) -> Element:
-        """The element of a name."""
+        """Return the element with a name."""
         return next(element for element in self.elements if element.name == name)
 
     def law(self, one: Element, other: Element) -> ContactLaw:
-        """The contact law of two elements."""
+        """Return the contact law of two elements."""
         return self.law_between(one.material, other.material)
 
     def law_between(self, one: Name, other: Name) -> ContactLaw:
-        """The contact law of two materials, the default one where the file gives none."""
+        """Return the contact law of two materials; the default law if the file has none."""
         laws = (law for law in self.contacts if set(law.between) == {one, other})
         return next(laws, ContactLaw(between=(one, other)))
 
 
 @lru_cache(maxsize=64)
 def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY) -> Scene:
-    """The default scene: one rectangular stone, 0.24 m × 0.6 m, on a driven ground wider than any slide.
+    """Return the default scene: one rectangular stone, 0.24 m × 0.6 m, on a wide driven ground.
 
-    The contact is that at its corners, `Contact()` where not given; a density (kg/m³) that is not finite and above 0
-    is an `ArgumentError`.
+    Parameters
+    ----------
+    contact : Contact, optional
+        Contact law of the stone's corners; `Contact()` if not given.
+    density : float
+        Density, kg/m³.
+
+    Raises
+    ------
+    ArgumentError
+        If the density is not finite and above 0.
     """
     if not (math.isfinite(density) and density > 0):
         raise ArgumentError(f"density: {density}; it must be finite and above 0 kg/m³")
@@ -160,19 +170,19 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
     Parameters
     ----------
     name : str or Path
-        A file, or the name of one in config/scenes without ``.yaml``.
+        Path of a scene file, or its name in config/scenes without ``.yaml``.
     root : Path
-        Folder from which paths count.
+        Folder to which paths are relative.
 
     Returns
     -------
     Scene
-        For `overturning.simulate` and `trajectory`.
+        Scene for `overturning.simulate` and `overturning.trajectory`.
 
     Raises
     ------
     ConfigError
-        If there is no such file, or a key, a value or the geometry is wrong; names file, element and remedy.
+        If the file does not exist, or a key, a value or the geometry is wrong.
     """
     path = root / name
     if path.suffix not in {".yaml", ".yml"}:
@@ -185,7 +195,7 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
 
 
 def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
-    """Check the content of a scene file; a `ConfigError` has one line per wrong key and names the element."""
+    """Validate the content of a scene file; raises a ConfigError with one line per wrong key."""
     try:
         return Scene.model_validate(data)
     except ValidationError as error:
@@ -194,7 +204,7 @@ def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
 
 
 def _by_name(data: Any, steps: list[int | str]) -> list[int | str]:
-    """Return where a wrong value stands, an element by its name rather than by its number."""
+    """Return the path of a wrong value, with the name of an element in place of its index."""
     if len(steps) > 1 and steps[0] == "elements" and isinstance(steps[1], int):
         element = data["elements"][steps[1]]
         if isinstance(element, dict) and "name" in element:

@@ -1,4 +1,4 @@
-"""Kinds of bodies: rectangular and regular prisms, cylinders, and any convex polyhedron."""
+"""Shapes of 3-D bodies: rectangular and regular prisms, cylinders, and convex polyhedra."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -7,6 +7,7 @@ from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
@@ -15,47 +16,46 @@ from overturning.model.polyhedron import hull_outline, solid_from_vertices
 from overturning.model.solid import RIM_POINTS, Solid
 
 MAX_SIDES: Final = 96
-"""Of a regular prism; a body with more is a cylinder."""
-
+"""Largest number of sides of a regular prism; use a cylinder for more."""
 
 DRAWN_SIDES: Final = 36
-"""Of a cylinder, where it is drawn."""
+"""Number of sides of the polygon with which a cylinder is drawn."""
 
 Outline = tuple[FloatArray, NDArray[np.int64]]
-"""Corners of a body and the edges between them."""
+"""Corners of a body from its centre, shape (n, 3), m, and edges as pairs of corner indices, shape (m, 2)."""
 
 
 class Shape(ABC):
-    """A kind of body, whose sizes are those of the cases."""
+    """Shape of a body; its size follows from height, B/H and aspect of a case."""
 
     sized: ClassVar[bool] = True
-    """Whether slenderness is free; else it is the body's own."""
+    """True if B/H is a parameter; False if it is fixed by the shape."""
     oblong: ClassVar[bool] = False
-    """Whether the aspect is."""
+    """True if the aspect D/B is a parameter."""
 
     @property
     @abstractmethod
     def name(self) -> str:
-        """As in the dataset."""
+        """Name in datasets."""
 
     @abstractmethod
     def body(self, height: float, b_over_h: float, aspect: float) -> Solid:
-        """The body of a height (m), slenderness B/H and aspect D/B."""
+        """Return the body with a height (m), slenderness B/H and aspect D/B."""
 
     def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:
-        """Its corners from the centre, shape (n, 3), m, and the edges between them, shape (m, 2): how it is drawn."""
+        """Return the corners and edges with which it is drawn."""
         return _prism(self.body(height, b_over_h, aspect).points)
 
 
 @dataclass(frozen=True)
 class Rectangle(Shape):
-    """A right prism B × D × H; B along the azimuth of its orientation, D = aspect · B across."""
+    """Right prism B × D × H with B along the azimuth of its orientation and D = aspect · B across it."""
 
     name: ClassVar[str] = "rectangle"
     oblong: ClassVar[bool] = True
 
+    @override
     def body(self, height: float, b_over_h: float, aspect: float) -> Solid:
-        """The prism."""
         B = b_over_h * height
         D = aspect * B
         b, d, h = 0.5 * B, 0.5 * D, 0.5 * height
@@ -67,22 +67,22 @@ class Rectangle(Shape):
 
 @dataclass(frozen=True)
 class Regular(Shape):
-    """A right prism on a regular polygon; its sides are B/2 from the middle, the first faces its orientation."""
+    """Right prism on a regular polygon of inscribed diameter B; its first side faces its orientation."""
 
     sides: int
 
     @property
+    @override
     def name(self) -> str:
-        """As in the dataset."""
         return f"{self.sides} sides"
 
-    def body(self, height: float, b_over_h: float, aspect: float) -> Solid:  # noqa: ARG002, it has none
-        """The prism."""
+    @override
+    def body(self, height: float, b_over_h: float, aspect: float) -> Solid:
         n, apothem, h = self.sides, 0.5 * b_over_h * height, 0.5 * height
         turn = 2.0 * np.pi * (np.arange(n) + 0.5) / n
         radius = apothem / np.round(np.cos(np.pi / n), 12)
         ring = radius * np.round(np.stack([np.cos(turn), np.sin(turn)], axis=1), 12)
-        # ∫x² over the polygon, per area.
+        # Mean of x² over the area of the polygon.
         square = radius * radius * (2.0 + np.round(np.cos(2.0 * np.pi / n), 12)) / 12.0
         z = height * height / 12.0
         points = np.concatenate([ring, np.full((n, 1), -h)], axis=1)
@@ -91,19 +91,19 @@ class Regular(Shape):
 
 @dataclass(frozen=True)
 class Circle(Shape):
-    """A right circular cylinder of diameter B."""
+    """Right circular cylinder of diameter B."""
 
     name: ClassVar[str] = "circle"
 
-    def body(self, height: float, b_over_h: float, aspect: float) -> Solid:  # noqa: ARG002, it has none
-        """The cylinder."""
+    @override
+    def body(self, height: float, b_over_h: float, aspect: float) -> Solid:
         R, h = 0.5 * b_over_h * height, 0.5 * height
         points = np.concatenate([R * RIM_POINTS, np.full((4, 1), -h)], axis=1)
         across = (3.0 * R * R + height * height) / 12.0
         return Solid(points, 4, np.diag([across, across, 0.5 * R * R]), 0.5 * np.pi, np.zeros((0, 3)), 0.0, R)
 
-    def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:  # noqa: ARG002
-        """As of `Shape.outline`, with polygons of many sides."""
+    @override
+    def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:
         turn = 2.0 * np.pi * np.arange(DRAWN_SIDES) / DRAWN_SIDES
         ring = 0.5 * b_over_h * height * np.stack([np.cos(turn), np.sin(turn)], axis=1)
         return _prism(np.concatenate([ring, np.full((DRAWN_SIDES, 1), -0.5 * height)], axis=1))
@@ -111,20 +111,20 @@ class Circle(Shape):
 
 @dataclass(frozen=True, eq=False)
 class Polyhedron(Shape):
-    """A convex polyhedron that stands on its lowest face.
+    """Convex polyhedron that stands on its lowest face.
 
     Parameters
     ----------
     vertices : array_like, shape (n, 3)
-        In its own axes, z up, m; x points to the azimuth of its orientation.
+        Vertices in its own axes, m: z up, x to the azimuth of its orientation.
     name : str
-        As in the dataset.
+        Name in datasets.
 
     Raises
     ------
     ArgumentError
-        If it is not convex, has no volume, cannot stand, has too many vertices that can touch, or is no stone by its
-        size.
+        If it is not convex, has no volume, cannot stand, has too many vertices that can touch, or its height is out of
+        range.
     """
 
     vertices: ArrayLike
@@ -133,37 +133,37 @@ class Polyhedron(Shape):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", np.array(self.vertices, dtype=np.float64))
-        _ = self.own  # checked here
+        _ = self.own  # raises the errors
 
     @property
     def height(self) -> float:
-        """Its own height, m."""
+        """Height of the vertices as given, m."""
         return float(np.ptp(np.asarray(self.vertices)[:, 2]))
 
     @cached_property
     def own(self) -> Solid:
-        """The body at its own size."""
+        """Body at the size of the vertices as given."""
         made = solid_from_vertices(np.asarray(self.vertices))
         check_heights(self.height)
         return made
 
-    def body(self, height: float, b_over_h: float, aspect: float) -> Solid:  # noqa: ARG002, it has its own
-        """The body, scaled to a height."""
+    @override
+    def body(self, height: float, b_over_h: float, aspect: float) -> Solid:
         return self.own.scaled(height / self.height)
 
-    def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:  # noqa: ARG002
-        """As of `Shape.outline`: the edges of its hull."""
+    @override
+    def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:
         corners, edges = hull_outline(np.asarray(self.vertices))
         return corners * (height / self.height), edges
 
 
 def shape_of(body: "str | int | Shape") -> Shape:
-    """The kind of body of a name, "rectangle" or "circle", of a number of sides, or as it is given.
+    """Return the shape for a name ("rectangle", "circle"), a number of sides, or a shape itself.
 
     Raises
     ------
     ArgumentError
-        If there is none.
+        If the name or number is unknown, or the argument is of another type.
     """
     if isinstance(body, str):
         named: dict[str, Shape] = {shape.name: shape for shape in (Rectangle(), Circle())}
@@ -182,7 +182,7 @@ def shape_of(body: "str | int | Shape") -> Shape:
 
 
 def _prism(ring: FloatArray) -> Outline:
-    """Corners and edges of a right prism by the ring of its base."""
+    """Return corners and edges of a right prism from the vertices of its base, shape (n, 3), m."""
     n = len(ring)
     lower, after = np.arange(n), np.roll(np.arange(n), -1)
     edges = np.concatenate(
@@ -192,12 +192,12 @@ def _prism(ring: FloatArray) -> Outline:
 
 
 def orientation_grid(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> FloatArray:
-    """Orientations a step apart, degrees, up to the turn after which bodies of all these aspects look the same.
+    """Return orientations a step apart, degrees, over the largest rotation period of the body at the given aspects.
 
     Raises
     ------
     ArgumentError
-        If the step does not divide that turn, or they are too many.
+        If the step does not divide that period, or there are too many orientations.
     """
     turns = {shape.body(1.0, 0.5, float(value)).period for value in np.atleast_1d(np.asarray(aspect))}
     turn = max(turns)
@@ -209,11 +209,11 @@ def orientation_grid(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> 
             f"orientation: a step of {step_deg:g}° does not divide {turn:g}°, after which the body looks the same"
         )
     if count > 36_000:
-        raise ArgumentError(f"orientation: {count:,} by a step of {step_deg:g}°, at most 36,000; take a larger step")
+        raise ArgumentError(f"orientation: {count:,} with a step of {step_deg:g}°, at most 36,000; take a larger step")
     return np.asarray(np.arange(count) * step_deg, np.float64)
 
 
 def _sides(n: int) -> FloatArray:
-    """Outward normals of the sides, clockwise from the first, which faces x."""
+    """Return the outward normals of n sides, shape (n, 3), clockwise from above; the first points to +x."""
     turn = -2.0 * np.pi * np.arange(n) / n
     return np.stack([np.round(np.cos(turn), 12), np.round(np.sin(turn), 12), np.zeros(n)], axis=1)

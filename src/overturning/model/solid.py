@@ -1,4 +1,4 @@
-"""A rigid convex body that stands on its base: inertia, points at which it can touch, and the statics of its fall."""
+"""Rigid convex body on its base: inertia, contact points, and the tilt at which it has fallen."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -11,24 +11,24 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
 MAX_CONTACT_VERTICES: Final = 128
-"""Of those that can touch; each of them is looked at in every step."""
+"""Maximum number of contact vertices; each one is tested in every step."""
 
 MAX_CARRYING_CORNERS: Final = 4
-"""A base of so many vertices, or fewer, has none between its ends: each one carries its share of the body."""
+"""Largest number of vertices of a base that share its weight equally; see `Solid.carriers`."""
 
 RIM_POINTS: Final = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
-"""Where a rim carries a body that stands flat, in radii."""
+"""Contact points of a circular base that stands flat, in units of its radius."""
 
 
 @dataclass(frozen=True)
 class Solid:
-    """A body of homogeneous stone; coordinates are its own axes, from its centre of mass, z up at rest, m.
+    """Homogeneous rigid body; coordinates are in its own axes from its centre of mass, z up at rest, m.
 
     Parameters
     ----------
     points : ndarray, shape (n, 3)
-        Vertices that can touch before it has fallen, those of the base first, anticlockwise from above; of a round body
-        four points of its rim.
+        Vertices that can touch before it has fallen: first those of the base, anticlockwise from above. For a round
+        body, four points of its rim.
     base : int
         Number of vertices of the base.
     inertia : ndarray, shape (3, 3)
@@ -36,17 +36,18 @@ class Solid:
     fall_tilt : float
         Least tilt at which it can rest on another face, rad.
     faces : ndarray, shape (faces, 3)
-        Outward normals of the faces on which it can then lie, clockwise from above.
+        Outward normals of the faces on which it can come to rest after a fall, clockwise from above.
     period : float
-        Turn about the vertical after which it looks the same, degrees; 360 where there is none, 0 where any one does.
+        Rotation about the vertical after which it coincides with itself, degrees: 360 without symmetry, 0 for a body of
+        revolution.
     radius : float
-        Of its rim, m; 0 where it has vertices.
+        Radius of its rim, m; 0 for a body with vertices.
     facets : tuple of ndarray of int
-        Which points lie in each further face that can come to lie flat before it has fallen.
+        Indices of the points of each further face that can lie flat on the ground before the body has fallen.
     sectors : ndarray, shape (sectors, 5)
-        Where the tilt of its fall depends on the direction in which it leans: begin of each sector of directions, 0 to
-        4, a quarter turn each; a vector in its own axes, and its least product with the downward vertical at which the
-        body has fallen in that sector. None where the least tilt holds all round.
+        Sectors of the direction of lean, if the tilt of the fall depends on it; empty if `fall_tilt` holds all around.
+        Columns: start of the sector (0 to 4, in quarter turns), a vector in the body's axes (3), and the least dot
+        product of that vector with the downward vertical at which the body has fallen.
     """
 
     points: FloatArray
@@ -73,29 +74,29 @@ class Solid:
 
     @property
     def foot(self) -> float:
-        """Height of the centre above the base, m."""
+        """Height of the centre of mass above the base, m."""
         return -float(self.points[0, 2])
 
     @property
     def carriers(self) -> int:
-        """Number of points for which springs and dashpots are sized: 2, as in the plane, on a rim or many vertices.
+        """Number of points that share the weight when springs and dashpots are sized.
 
-        One point of a rim, or of more than four vertices, carries the body as it rocks, so it is as stiff and as damped
-        as a corner of the plane's block, however many there are.
+        2, as in the 2-D model, for a rim or more than `MAX_CARRYING_CORNERS` vertices: while such a body rocks, a
+        single point bears it, which is then as stiff and as damped as a corner of the 2-D block.
         """
         return 2 if self.radius or self.base > MAX_CARRYING_CORNERS else self.base
 
     @property
     def ends(self) -> float:
-        """Share of the rise from lowest to highest vertex of a tilted base within which vertices are ends of it.
+        """Share of the rise from lowest to highest vertex of a tilted base within which vertices count as its ends.
 
-        Of a regular polygon the two of the edge over which it leans; where it leans over a vertex that one alone.
+        For a regular polygon these are the two vertices of the edge over which it leans, or the single vertex.
         """
         return float(np.round(0.4995 * (1.0 - np.cos(2.0 * np.pi / self.base)), 12))
 
     @cached_property
     def edges(self) -> FloatArray:
-        """Distances of the edges of the base from below the centre, m, negative where that lies outside."""
+        """Distances of the base's edges from the point below the centre, m; negative if that point lies outside."""
         if self.radius:
             return np.array([self.radius])
         x, y = self.points[: self.base, :2].T
@@ -104,7 +105,7 @@ class Solid:
 
     @property
     def reach(self) -> float:
-        """Least distance of an edge of the base from below the centre, m."""
+        """Least distance of an edge of the base from the point below the centre, m."""
         return float(self.edges.min())
 
     @property
@@ -114,11 +115,11 @@ class Solid:
 
     @cached_property
     def inverse_inertia(self) -> FloatArray:
-        """1/m², shape (3, 3), by cofactors."""
+        """Inverse of the inertia per mass, 1/m², shape (3, 3), by cofactors."""
         a = self.inertia
         cofactors = np.array([np.cross(a[1], a[2]), np.cross(a[2], a[0]), np.cross(a[0], a[1])])
         return np.asarray(cofactors / np.sum(a[0] * cofactors[0]))
 
     def scaled(self, factor: float) -> Self:
-        """The same body with all lengths multiplied by a factor."""
+        """Return the body with all lengths multiplied by a factor."""
         return replace(self, points=self.points * factor, inertia=self.inertia * factor**2, radius=self.radius * factor)

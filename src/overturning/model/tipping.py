@@ -1,8 +1,8 @@
-"""Tilt at which a convex polyhedron has fallen, by the direction in which it leans.
+"""Tilt at which a convex polyhedron has fallen, as a function of the direction in which it leans.
 
-Seen from the side, a body that leans in one direction is a polygon about its centre. Like a polygon in the plane it has
-fallen where it can rest on another side, which lies on an edge of the body; but for edges from which it rolls back onto
-its base. Directions are those of the downward vertical in the body's own axes.
+Seen from the side, a body that leans in one direction is a polygon about its centre. Like a polygon in 2-D, it has
+fallen at the tilt at which it can rest on another side, which corresponds to an edge of the body. Edges from which it
+rolls back onto its base are excluded. Directions are those of the downward vertical in the body's own axes.
 """
 
 from typing import Final, NamedTuple
@@ -17,21 +17,21 @@ DIRECTIONS: Final = 1440
 """Number of directions of lean that are examined: one in the middle of each quarter of a degree."""
 
 FALL_SHARE: Final = 0.999
-"""Share of the tilt from which it counts as a fall where a body may lie on its new face: contacts give way."""
+"""Share of the geometric tilt from which a body counts as fallen: elastic contacts let it rest slightly earlier."""
 
 DIGITS: Final = 12
-"""Decimals of the sectors: libm differs between processors in the last one."""
+"""Decimals to which sectors are rounded: the last digit of libm differs between processors."""
 
 
 class Hull(NamedTuple):
-    """A convex hull about the centre of mass."""
+    """Convex hull in coordinates about the centre of mass."""
 
     points: FloatArray
     """Vertices, shape (n, 3), m."""
     triangles: NDArray[np.int64]
-    """Vertices of each triangle, shape (m, 3), anticlockwise from outside."""
+    """Vertex indices of each triangle, shape (m, 3), anticlockwise from outside."""
     neighbours: NDArray[np.int64]
-    """Triangle opposite to each vertex of a triangle, shape (m, 3)."""
+    """Index of the triangle opposite to each vertex of a triangle, shape (m, 3)."""
     normals: FloatArray
     """Outward normals of the triangles, shape (m, 3)."""
     offsets: FloatArray
@@ -41,60 +41,60 @@ class Hull(NamedTuple):
 
 
 class FallLimits(NamedTuple):
-    """When a body has fallen."""
+    """Tilts at which a body has fallen."""
 
     least: float
     """Least tilt at which it can rest on another face, rad."""
     limits: FloatArray
     """Tilt of its fall in each of `DIRECTIONS` directions of lean, rad."""
     sectors: FloatArray
-    """Rows for the kernel, as `overturning.model.solid.Solid.sectors`; none where the tilt is the same all round."""
+    """Rows of `overturning.model.solid.Solid.sectors`; empty if the tilt is the same in all directions."""
     touched: NDArray[np.int64]
-    """Vertices that can touch at a tilt above the least one and short of the fall."""
+    """Indices of the vertices that can touch at a tilt between the least one and the fall."""
 
     def tilt(self, normals: FloatArray) -> FloatArray:
-        """Tilt of the fall towards each of some faces, rad, by their outward normals, shape (faces, 3)."""
+        """Return the tilt of the fall towards faces with outward normals, shape (faces, 3), rad."""
         turn = np.arctan2(normals[:, 1], normals[:, 0]) % (2.0 * np.pi)
         return self.limits[np.minimum((turn / (2.0 * np.pi) * DIRECTIONS).astype(np.int64), DIRECTIONS - 1)]
 
 
 class TiltCrossings(NamedTuple):
-    """Where the lowest vertex changes while a body leans farther and farther in one direction."""
+    """Tilts at which the lowest vertex changes while a body leans further in one direction; one entry per change."""
 
     direction: NDArray[np.int64]
-    """Number of the direction."""
+    """Index of the direction."""
     edge: NDArray[np.int64]
-    """Number of the edge whose ends are lowest there."""
+    """Index of the edge both ends of which are lowest at that tilt."""
     tilt: FloatArray
     """Tilt, rad."""
     rises: FloatArray
-    """Derivative of the centre's height with the tilt, by rolling on either end of the edge, shape (…, 2), m."""
+    """Derivative of the centre's height with respect to tilt, for rolling on either end of the edge, (n, 2), m."""
     rolls_to: NDArray[np.int64]
-    """Triangle to which the body rolls along the edge."""
+    """Index of the triangle towards which the body rolls over the edge."""
 
 
 def fall_of(hull: Hull, size: float, least: float, faces: FloatArray) -> FallLimits:
-    """Find the tilt of a fall in each direction of lean.
+    """Compute the tilt of a fall in each direction of lean.
 
     Parameters
     ----------
     hull : Hull
-        The body.
+        Convex hull of the body.
     size : float
-        Its largest extent, m.
+        Largest extent of the body, m.
     least : float
-        Least tilt at which it can rest on another face, rad: nothing counts as a fall before.
+        Least tilt at which it can rest on another face, rad; no smaller tilt counts as a fall.
     faces : ndarray, shape (faces, 3)
-        Outward normals of the other faces on which it can rest. On each of them it has fallen.
+        Outward normals of the other faces on which it can rest; resting on any of them counts as a fall.
     """
     ends, sides = _edges(hull)
     found = _crossings(hull, ends, sides)
     off_base = -hull.normals[_final_triangles(hull, size)[found.rolls_to], 2] < 1.0 - FLAT
     rests = off_base & (found.rises.min(axis=1) < -FLAT * size) & (found.rises.max(axis=1) > FLAT * size)
     limits, rows = np.full(DIRECTIONS, np.pi), np.zeros((DIRECTIONS, 4))
-    rows[:, 3] = 1.0  # no edge to rest on: never
+    rows[:, 3] = 1.0  # unreachable limit: there is no edge to rest on
     order = np.flatnonzero(rests)[np.argsort(-found.tilt[rests], kind="stable")]
-    limits[found.direction[order]] = found.tilt[order]  # the last one, of the least tilt, stays
+    limits[found.direction[order]] = found.tilt[order]  # in order of decreasing tilt, so that the least one remains
     along = hull.points[ends[found.edge[order], 1]] - hull.points[ends[found.edge[order], 0]]
     along *= np.where(found.rises[order, 1] > found.rises[order, 0], 1.0, -1.0)[:, None]
     along /= np.sqrt(np.sum(along * along, axis=1))[:, None]
@@ -112,7 +112,7 @@ def fall_of(hull: Hull, size: float, least: float, faces: FloatArray) -> FallLim
 
 
 def _add_resting_faces(limits: FloatArray, rows: FloatArray, faces: FloatArray) -> None:
-    """Let a body that rests on one of the faces have fallen, also where that is narrower than a direction."""
+    """Lower the limits so that a body resting on any of the faces has fallen, even on a very narrow one."""
     for normal in faces:
         turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
         number = min(int(turn / (2.0 * np.pi) * DIRECTIONS), DIRECTIONS - 1)
@@ -122,7 +122,7 @@ def _add_resting_faces(limits: FloatArray, rows: FloatArray, faces: FloatArray) 
 
 
 def _turn(angle: FloatArray) -> FloatArray:
-    """A measure of a direction that grows with its angle and needs no trigonometry in the kernel: from 0 to 4."""
+    """Return a measure of direction, 0 to 4, that grows with the angle and needs no trigonometry in the kernel."""
     x, y = np.round(np.cos(angle), 15), np.round(np.sin(angle), 15)
     share = np.abs(x) / (np.abs(x) + np.abs(y))
     return np.asarray(
@@ -131,7 +131,7 @@ def _turn(angle: FloatArray) -> FloatArray:
 
 
 def _edges(hull: Hull) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Both vertices of each edge, and both triangles, shape (edges, 2) each."""
+    """Return both vertices and both triangles of each edge, as indices, shape (edges, 2) each."""
     ends, sides = [], []
     for k in range(3):
         one, other = np.arange(len(hull.triangles)), hull.neighbours[:, k]
@@ -142,9 +142,10 @@ def _edges(hull: Hull) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 
 
 def _crossings(hull: Hull, ends: NDArray[np.int64], sides: NDArray[np.int64]) -> TiltCrossings:
-    """Where the directions down of one direction of lean cross the arcs between the normals of neighbouring triangles.
+    """Compute, for each direction of lean, the tilts at which the lowest vertex changes.
 
-    Along such an arc both ends of the edge between the triangles are lowest.
+    There, the downward vertical crosses the arc between the normals of neighbouring triangles. Along such an arc both
+    ends of the edge between the triangles are lowest.
     """
     turn = 2.0 * np.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
     cosine, sine = np.cos(turn), np.sin(turn)
@@ -157,7 +158,7 @@ def _crossings(hull: Hull, ends: NDArray[np.int64], sides: NDArray[np.int64]) ->
         + hull.normals[other] * np.abs(aside[direction, one])[:, None]
     )
     ahead = down[:, 0] * cosine[direction] + down[:, 1] * sine[direction]
-    kept = ahead > 0.0  # else it leans the opposite way
+    kept = ahead > 0.0  # otherwise it leans in the opposite direction
     direction, edge, one, other, down, ahead = (values[kept] for values in (direction, edge, one, other, down, ahead))
     tilt = np.arctan2(ahead, -down[:, 2])
     down /= np.sqrt(np.sum(down * down, axis=1))[:, None]
@@ -165,16 +166,16 @@ def _crossings(hull: Hull, ends: NDArray[np.int64], sides: NDArray[np.int64]) ->
     path = np.stack([level * cosine[direction], level * sine[direction], upward], axis=1)
     corners = hull.points[ends[edge]]
     rises = np.sum(corners * path[:, None, :], axis=2)
-    # Of the two triangles the one towards which the centre sinks.
+    # The body rolls to the triangle towards which its centre descends.
     height = np.sum(corners[:, 0] * down, axis=1)
     sinks = hull.offsets[one] < height * np.sum(down * hull.normals[one], axis=1)
     return TiltCrossings(direction, edge, tilt, rises, np.where(sinks, one, other))
 
 
 def _final_triangles(hull: Hull, size: float) -> NDArray[np.int64]:
-    """Triangle on which the body comes to rest from each of its triangles, if it rolls without any speed.
+    """Return, for each triangle, the triangle on which a body rolling from it without speed comes to rest.
 
-    It rolls over the edge beyond which the foot of the perpendicular from its centre lies farthest.
+    It rolls over the edge beyond which the foot of the perpendicular from its centre lies furthest.
     """
     feet, beyond = hull.normals * hull.offsets[:, None], []
     for k in range(3):
@@ -185,6 +186,6 @@ def _final_triangles(hull: Hull, size: float) -> NDArray[np.int64]:
     farthest = np.argmax(beyond, axis=0)
     own = np.arange(len(hull.triangles))
     onto = np.where(np.max(beyond, axis=0) > FLAT * size, hull.neighbours[own, farthest], own)
-    for _ in range(len(own).bit_length()):  # twice as many edges each time
+    for _ in range(len(own).bit_length()):  # each pass doubles the number of edges rolled over
         onto = onto[onto]
     return np.asarray(onto)

@@ -158,6 +158,17 @@ def test_the_japanese_trios_of_peer_have_north_east_and_up_by_their_names(tmp_pa
     assert put(tmp_path, files, vertical_sense="none").up is None
 
 
+def test_the_borehole_trios_of_peer_are_refused_until_they_are_declared(tmp_path):
+    """NS1, EW1 and UD1 of KiK-net are of the sensor in the borehole; they were read as of the surface."""
+    named = {"EW1": A, "NS1": B, "UD1": C}
+    files = {f"x_{axis}.AT2": peer_text(x / 1000, 0.01, axis) for axis, x in named.items()}
+    with refused(RecordError, "of the borehole sensor"):
+        put(tmp_path, files)
+    record = put(tmp_path, files, sensor="borehole")
+    check(record, B * MG, A * MG, C * MG, rtol=1e-6)
+    assert record.station.endswith("(borehole)")
+
+
 @pytest.mark.parametrize(
     "axes", [("90", "360", "HNQ"), ("HN1", "HN2", "HN3"), ("H1", "H2", "H3"), ("NS", "EW", "third")]
 )

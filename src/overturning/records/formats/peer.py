@@ -21,6 +21,9 @@ FIELDS: Final[Fields] = {
     "DT": (3, rf"({FLOAT})\s+NPTS\s*,\s*DT|DT\s*=\s*({FLOAT})"),
 }
 
+BOREHOLE: Final = re.compile("(NS|EW|UD)1", re.IGNORECASE)
+"""Axes of KiK-net's sensor in the borehole; those of the sensor at the surface end with 2."""
+
 
 def read(source: SourceFile) -> list[Component]:
     """Read one component; a RecordError where it is no acceleration in g, or the header promises other samples."""
@@ -37,5 +40,5 @@ def read(source: SourceFile) -> list[Component]:
     filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
     direction, coded = by_code(axis, parse_axis(axis), f"{source.name}: its header states no azimuth")
     more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered}
-    more |= {"notes": (*notes, *coded)}
+    more |= {"notes": (*notes, *coded), "sensor": "borehole" if BOREHOLE.fullmatch(axis) else "surface"}
     return [header.component(axis, direction, samples * STANDARD_GRAVITY, header.value("DT"), **more)]

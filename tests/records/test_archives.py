@@ -12,9 +12,10 @@ import pytest
 from overturning.errors import RecordError
 from overturning.records.check import check_paths
 from overturning.records.read import read_path
-from overturning.records.source import SourceFile, open_archive
+from overturning.records.source import Declarations, SourceFile, open_archive
 from tests.bounds import bounded
 from tests.records.record_writers import csmip_text, knet_text
+from tests.records.test_command import run
 from tests.records.written import FORMS
 
 COUNTS = np.arange(-100, 100) * 1000
@@ -110,6 +111,63 @@ def test_members_that_systems_and_agencies_add_do_not_refuse_an_archive(tmp_path
     record = read_path(path)
     np.testing.assert_allclose(record.north, wave / 100, atol=1e-6)
     assert [note for note in record.notes if "left out" in note] == []
+
+
+def test_a_folder_skips_spectra_and_velocities_next_to_accelerations(tmp_path, capsys):
+    """CESMD's V3 was listed as refused next to the V2 that was read, and the exit status was 1."""
+    steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
+    (second,) = FORMS["csmip2"].files(*steps).values()
+    spectra, folder = "RESPONSE AND FOURIER AMPLITUDE SPECTRA\n" + "1.0\n" * 50, tmp_path / "ce"
+    folder.mkdir()
+    (folder / "CE1.V3").write_text(spectra)
+    assert run("records", "check", folder) == 1
+    assert "CE1.V3\n  refused: " in capsys.readouterr().out
+    (folder / "CE1.V2").write_text(second)
+    (folder / "_SearchResults.csv").write_text(SEARCH_RESULTS)
+    assert run("records", "check", folder) == 0
+    out = capsys.readouterr().out
+    assert "CE1.V3\n  skipped: it holds no acceleration\n" in out
+    assert "_SearchResults.csv\n  skipped: it holds no acceleration\n" in out
+    assert "1 read, 0 refused" in out
+    assert "CE1.V2\n  csmip" in out
+    assert run("records", "plot", folder, "-o", tmp_path / "pages") == 0
+    (folder / "CE1.V2").write_text(second[:-2000])
+    assert run("records", "check", folder) == 1
+    assert "0 read, 1 refused" in capsys.readouterr().out
+
+
+SEARCH_RESULTS = """PEER Ground Motion Database
+ -- Summary of Metadata of Selected Records --
+ Result ID, Spectral Ordinate, Record Sequence Number, Horizontal-1 Acc. Filename
+ 1, SRSS, 1, x_228.AT2
+"""
+
+
+def test_an_archive_of_peer_is_read_in_spite_of_its_table_of_search_results(tmp_path):
+    """The whole archive was refused, because the table is no record."""
+    steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
+    files = {name: text.encode() for name, text in FORMS["peer"].files(*steps).items()}
+    path = tmp_path / "peer.zip"
+    for table, why in (
+        ("_SearchResults.csv", "it holds no acceleration"),
+        ("ReadMe.txt", "its format is not recognised"),
+    ):
+        text = SEARCH_RESULTS if table.startswith("_") else "Dear user, cite the data."
+        path.write_bytes(zip_of({table: text.encode()} | files))
+        for declared in (None, Declarations(format="peer-at2")):
+            record = read_path(path, declared)
+            np.testing.assert_allclose([record.north, record.east], FORMS["peer"].north_east(*steps[:2]), atol=1e-8)
+            assert record.notes == [f"{table} left out: {why}"]
+
+
+def test_an_archive_with_an_unreadable_file_named_as_its_records_is_refused(tmp_path):
+    """A damaged vertical component must not be left out as a table that comes with the records."""
+    steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
+    files = [text.encode() for text in FORMS["peer"].files(*steps).values()]
+    path = tmp_path / "peer.zip"
+    path.write_bytes(zip_of({"a.txt": files[0], "b.txt": files[1], "c.txt": files[2][300:]}))
+    with pytest.raises(RecordError, match=r"c\.txt: the format is not recognised"):
+        read_path(path)
 
 
 def link(kind: bytes, name: str = "T.NS", target: str = "/etc/passwd") -> tarfile.TarInfo:

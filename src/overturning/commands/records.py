@@ -41,8 +41,9 @@ def check(paths: Paths, given: Declared) -> None:
     if no_records := no_records_of(paths):
         shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")
         typer.echo(f"passed over, no records by their names: {len(no_records)} ({shown})")
-    typer.echo(f"{read} read, {len(findings) - read} refused")
-    if read < len(findings):
+    refused = sum(f.record is None and not f.skipped for f in findings)
+    typer.echo(f"{read} read, {refused} refused")
+    if refused:
         raise typer.Exit(1)
 
 
@@ -96,7 +97,7 @@ def plot(
         raise ArgumentError(f"--corner: {corner!r}; a frequency in Hz, or auto")
     findings = check_paths(paths, declared)
     records = [(finding.files[0], finding.record) for finding in findings if finding.record is not None]
-    refused = [finding for finding in findings if finding.record is None]
+    unread = [finding for finding in findings if finding.record is None]
     page = output.suffix.lower() in (".svg", ".png", ".pdf")
     if page and len(records) > 1:
         raise ArgumentError(f"--output: {output.name} is one page, but there are {len(records)} records; name a folder")
@@ -112,9 +113,9 @@ def plot(
             save(history_figure(record, used), target)
         typer.echo(f"{target}: {', '.join(map(summary, used.processing)) or 'left alone'}")
         _echo_record_notes(record)
-    for finding in refused:
+    for finding in unread:
         typer.echo(describe(finding))
-    if refused:
+    if any(not finding.skipped for finding in unread):
         raise typer.Exit(1)
 
 

@@ -7,8 +7,10 @@ from pathlib import Path
 from overturning.errors import AND, OverturningError
 from overturning.records.assembly import assemble
 from overturning.records.component import Component, largest
+from overturning.records.formats.table import NO_ACCELERATION, is_no_acceleration
+from overturning.records.grouping import group_components
 from overturning.records.processing import process
-from overturning.records.read import group_components, read_files, vertical_beside, with_notes, with_sisters
+from overturning.records.read import read_files, vertical_beside, with_notes, with_sisters
 from overturning.records.record import Record, drift, peaks_of, state_of, summary
 from overturning.records.source import NO_RECORDS, Declarations, SourceFile, read_source
 
@@ -22,6 +24,7 @@ class Finding:
     record: Record | None = None  # where it can be read
     reason: str = ""  # why not, otherwise
     used: Record | None = None  # as the default processing leaves a raw one
+    skipped: bool = False  # True for a file that comes with records but is none (spectra, velocities); see `reason`
 
 
 def check_paths(paths: Sequence[Path], declared: Declarations | None = None) -> list[Finding]:
@@ -35,8 +38,13 @@ def check_paths(paths: Sequence[Path], declared: Declarations | None = None) -> 
     declared = (declared or Declarations()).with_metadata_of(sources)
     components: list[Component] = []
     others: list[Component] = []
-    for source in sources:
-        if source in declared.metadata:
+    records = [source for source in sources if source not in declared.metadata]
+    skipped = [source for source in records if is_no_acceleration(source)]
+    # Spectra and velocities alone are refused, with the reason that their reader gives.
+    skipped = skipped if len(skipped) < len(records) else []
+    findings += [Finding((source.name,), reason=NO_ACCELERATION, skipped=True) for source in skipped]
+    for source in records:
+        if source in skipped:
             continue
         try:
             for one in read_files([source], declared):
@@ -111,7 +119,8 @@ def describe(finding: Finding) -> str:
     record = finding.record
     if record is None:
         axes = "".join(f"\n  {_axis(c)}" for c in finding.components)
-        return head + "".join(f"\n  refused: {why}" for why in finding.reason.split(AND)) + axes
+        word = "skipped" if finding.skipped else "refused"
+        return head + "".join(f"\n  {word}: {why}" for why in finding.reason.split(AND)) + axes
     place = "" if record.latitude is None else f" ({record.latitude:z.4f}, {record.longitude:z.4f})"
     what = [x for x in (record.station + place, record.event, record.start or "start not stated") if x.strip()]
     kind = state_of(record)

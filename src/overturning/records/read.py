@@ -1,20 +1,28 @@
 """From files to a record: by a line of the record table, from files as they are, or from files ready to be used."""
 
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields, replace
-from pathlib import Path
-from typing import Any
+from pathlib import Path, PurePosixPath
+from typing import Any, Final
 
 from pydantic import TypeAdapter, ValidationError
 
 from overturning.errors import ArgumentError, ConfigError, OverturningError, Reasons, RecordError, keywords
-from overturning.records.assembly import MAXIMUM_SPREAD, assemble, borehole_name
+from overturning.records.assembly import assemble, borehole_name
 from overturning.records.beside import is_vertical, most_alike
 from overturning.records.catalogue import OF_FILES, RecordEntry, find_files, find_paths
-from overturning.records.component import Component, seed_sensor
-from overturning.records.formats.table import detect_format, format_named, is_no_acceleration
+from overturning.records.component import Component
+from overturning.records.formats.table import (
+    NO_ACCELERATION,
+    Format,
+    detect_format,
+    format_named,
+    is_no_acceleration,
+    is_recognised,
+)
+from overturning.records.grouping import group_components, in_one_record
 from overturning.records.processing import process
 from overturning.records.record import Record
 from overturning.records.source import NO_RECORDS, Declarations, SourceFile, is_archive, open_archive, read_source
@@ -90,6 +98,10 @@ def _known(values: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value not in (None, "")}
 
 
+TABLES: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
+"""Extensions of tables and texts that agencies add to an archive of records, such as `_SearchResults.csv` of PEER."""
+
+
 def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Component]:
     """Components of files and archives, each read in the format of its content.
 
@@ -99,31 +111,49 @@ def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Comp
     packed = [(m, file) for file in files for m in (open_archive(file) if is_archive(file.data) else [file])]
     declared = declared.with_metadata_of(member for member, _ in packed)
     named = format_named("csv" if declared.columns else declared.format)
+    is_csv = named is not None and named.name == "csv"
     components: list[Component] = []
-    left_out: list[SourceFile] = []
+    left_out: dict[SourceFile, str] = {}
+    tables: list[SourceFile] = []
     reasons = Reasons()
     for member, file in packed:
         if member in declared.metadata:
             continue
         if member is not file and (member.suffix in NO_RECORDS or is_no_acceleration(member)):
-            left_out.append(member)
+            left_out[member] = NO_ACCELERATION
+            continue
+        if member is not file and member.suffix in TABLES and not (is_csv or is_recognised(member)):
+            tables.append(member)
             continue
         with reasons.of():
-            if not member.data.strip(b"\0 \r\n\t"):
-                raise RecordError(f"{member.name}: the file is empty; get it again")
-            if named is not None and named.name != "csv" and not named.detect(member):
-                raise RecordError(f"{member.name}: not a {named.title} file; check `format` in the record table")
-            components += (named or detect_format(member)).read(member, declared)
+            components += _read_one(member, named, declared)
+    # A table or a letter that comes with the records has another extension than they have.
+    records = {PurePosixPath(one.file).suffix.lower().lstrip(".") for one in components}
+    for member in tables:
+        if records and member.suffix not in records:
+            left_out[member] = "its format is not recognised"
+        else:
+            with reasons.of():
+                _read_one(member, named, declared)
     if left_out and not components:
         with reasons.of():
             why = "none of the archive's members is an accelerogram: get the file that holds one"
-            raise RecordError(f"{left_out[0].name}: {why}")
+            raise RecordError(f"{next(iter(left_out)).name}: {why}")
     reasons.tell()
     return _processed_alone(components, packed, left_out)
 
 
+def _read_one(file: SourceFile, named: Format | None, declared: Declarations) -> list[Component]:
+    """Read the components of one file, in the named format or in that of its content."""
+    if not file.data.strip(b"\0 \r\n\t"):
+        raise RecordError(f"{file.name}: the file is empty; get it again")
+    if named is not None and named.name != "csv" and not named.detect(file):
+        raise RecordError(f"{file.name}: not a {named.title} file; check `format` in the record table")
+    return (named or detect_format(file)).read(file, declared)
+
+
 def _processed_alone(
-    components: Sequence[Component], packed: Sequence[tuple[SourceFile, SourceFile]], left_out: Sequence[SourceFile]
+    components: Sequence[Component], packed: Sequence[tuple[SourceFile, SourceFile]], left_out: Mapping[SourceFile, str]
 ) -> list[Component]:
     """Components of files, of archives without raw ones that lie there processed, too; with notes of what is left out.
 
@@ -143,7 +173,7 @@ def _processed_alone(
     twice = [c for c in raw if any(alike(c, other) for other in components)]
     kept = [c for c in components if not any(c is other for other in twice)]
     said = [(c.file, "the same is there processed") for c in twice]
-    said += [(f.name, "it holds no acceleration") for f in left_out if f.suffix not in NO_RECORDS]
+    said += [(file.name, why) for file, why in left_out.items() if file.suffix not in NO_RECORDS]
     noted = []
     for component in kept:
         # Of an archive with several records each has the notes on files of its own name.
@@ -257,48 +287,6 @@ def _named_alike(path: Path, other: Path) -> bool:
         return False
     differing = [i for i, (a, b) in enumerate(zip(path.name, other.name, strict=True)) if a != b]
     return differing[-1] - differing[0] < 3
-
-
-def group_components(components: Iterable[Component]) -> list[list[Component]]:
-    """Sort components into records, in the order of first appearance.
-
-    Those of one record have the same format, station, place, event, sensor with its SEED band (HN of HNE) and location,
-    and starts at most 0.5 s apart.
-    Components that say nothing about themselves (declared columns) belong together when they are of one file.
-    """
-    groups: list[list[Component]] = []
-    for component in components:
-        home = next((g for g in groups if in_one_record(g, component)), None)
-        if home is None:
-            groups.append([component])
-        else:
-            home.append(component)
-    return groups
-
-
-def in_one_record(group: Sequence[Component], component: Component) -> bool:
-    """Return True if a component belongs to the record of a group, by what their files state."""
-    first = group[0]
-    if first.location and component.location and first.location != component.location:
-        return False
-    if len({seed_sensor(first), seed_sensor(component)} - {""}) > 1:  # bands of one sensor (BN, HN), or two sensors
-        return False
-    if first.file == component.file and first.sha256 == component.sha256:
-        # In one file an axis that comes twice begins another record, except another sensor's.
-        return first.sensor == component.sensor and not any(
-            c.axis == component.axis and c.start == component.start for c in group
-        )
-    if component.sisters and component.sisters == first.sisters:
-        return all(c.axis != component.axis for c in group)
-    if not (component.station or component.event):
-        return False
-    alike = ("format", "station", "event", "latitude", "longitude", "sensor", "processed")
-    if first.start is None or component.start is None:
-        near = first.start is component.start
-    else:
-        near = abs((first.start - component.start).total_seconds()) <= MAXIMUM_SPREAD
-    same = all(getattr(first, name) == getattr(component, name) for name in alike)
-    return same and near and all(c.axis != component.axis for c in group)
 
 
 @keywords(*(field.name for field in fields(Declarations) if field.name != "metadata"))

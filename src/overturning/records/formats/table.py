@@ -121,8 +121,14 @@ _NO_ACCELERATION: Final = re.compile(
 """How files of velocity, displacement or spectra begin, which agencies pack with those of acceleration."""
 
 
+NO_ACCELERATION: Final = "it holds no acceleration"
+"""Reason why a file that `is_no_acceleration` accepts is skipped."""
+
+
 def is_no_acceleration(source: SourceFile) -> bool:
-    """Whether a file says at its beginning that it holds velocity, displacement or spectra."""
+    """Return True for a file of velocity, displacement or spectra, by its beginning, and for PEER's search results."""
+    if source.name.lower() == "_searchresults.csv":
+        return True
     return bool(_NO_ACCELERATION.match(source.data[:2000].replace(b"\r\n", b"\n")))
 
 
@@ -158,6 +164,11 @@ def format_named(name: str | None) -> Format | None:
         known = ", ".join(["auto", "fema-p695", "synthetic", *(form.name for form in FORMATS)])
         raise ArgumentError(f"format {name!r}; known are {known} (docs/formats.md)")
     return found
+
+
+def is_recognised(source: SourceFile) -> bool:
+    """Return True if a file is of one of the formats, by its content."""
+    return any(form.detect(source) for form in FORMATS)
 
 
 def detect_format(source: SourceFile) -> Format:

@@ -58,6 +58,10 @@ def test_byte_order_mark_and_crlf(tmp_path: Path) -> None:
         ("azimuth\n10\n", "did you mean azimuth_deg"),
         ("Azimuth (deg)\n10\n", "did you mean azimuth_deg"),
         ("octant,cuont\nN,3\n", "did you mean count"),
+        ("fall_azimuth,fell\n10,yes\n", "did you mean azimuth_deg"),
+        ("azimut,fell\n10,yes\n", "did you mean azimuth_deg"),
+        ("octant,counts\nN,3\n", "did you mean count"),
+        ("octant,fell?\nN,yes\n", "did you mean fell"),
         ("octant,height\nN,0.6\n", "did you mean height_m"),
         ("octant,height_cm\nN,60\n", "did you mean height_m"),
         ("octant,B/H\nN,0.4\n", "did you mean b_over_h"),
@@ -121,13 +125,15 @@ def test_a_stone_that_fell_in_an_unknown_direction_has_fallen(tmp_path: Path) ->
 
 
 def test_columns_for_other_things_are_left_out_with_a_note(tmp_path: Path) -> None:
-    others = "cemetery,stone,note,latitude,longitude,easting,northing,x,y,photo,date,remarks,material,id,"
-    cells = "Iwami,A7,leans,35.3,133.4,1,2,3,4,a.jpg,2016-04-16,-,granite,7,"
+    others = (
+        "cemetery,stone,note,latitude,longitude,easting,northing,x,y,photo,date,remarks,material,id,county,ground,cell,"
+    )
+    cells = "Iwami,A7,leans,35.3,133.4,1,2,3,4,a.jpg,2016-04-16,-,granite,7,Tottori,sand,5,"
     stones, notes, doubts = read_survey_with_notes(write(tmp_path, f"{others},octant\n{cells},NE\n"))
     assert (stones[0].azimuth_deg, stones[0].line, doubts) == (45, 2, [])
     assert notes == [
         "survey.csv: not used: columns cemetery, stone, note, latitude, longitude, easting, northing, x, y, photo, "
-        "date, remarks, material, id, without a name"
+        "date, remarks, material, id, county, ground, cell, without a name"
     ]
 
 

@@ -161,15 +161,20 @@ COLUMNS = tuple(SurveyRow.model_fields)
 
 
 _SYNONYMS: Final = {
-    **dict.fromkeys(("az", "azi", "direction", "bearing", "heading", "trend", "fall_direction"), "azimuth_deg"),
+    **dict.fromkeys(("az", "azi", "direction", "bearing", "heading", "trend"), "azimuth_deg"),
+    **dict.fromkeys(("azm", "azimut", "dir", "fall_direction", "direction_of_fall", "fall_dir"), "azimuth_deg"),
+    **dict.fromkeys(("fall_azimuth", "azimuth_of_fall", "fall_bearing", "fall_az"), "azimuth_deg"),
     **dict.fromkeys(("b/h", "bh", "b_h", "slenderness", "aspect"), "b_over_h"),
     **dict.fromkeys(("h", "height"), "height_m"),
-    **dict.fromkeys(("fallen", "overturned", "toppled", "outcome", "state", "status"), "fell"),
+    **dict.fromkeys(("fallen", "overturned", "toppled", "outcome", "state", "status", "fall"), "fell"),
     **dict.fromkeys(("face", "facing", "face_azimuth"), "face_azimuth_deg"),
     **dict.fromkeys(("declination", "magnetic_declination"), "magnetic_declination_deg"),
     **dict.fromkeys(("column", "cylinder", "shape"), "round"),
 }
 """Names that people give to columns of a survey, each with the name of the column."""
+
+_SHORT: Final = 5
+"""Letters of a short name, which many other words are like."""
 
 _LEAST: Final = 3
 """Different azimuths from which their unit can be doubted."""
@@ -178,10 +183,23 @@ _NEAR: Final = 0.75
 """Similarity of two names, as `difflib` counts it, from which one is taken for a misspelt other."""
 
 
+def _is_slip(name: str, column: str) -> bool:
+    """True if a name is that of a short column with letters swapped, one left out, one doubled, or an s added.
+
+    Words of their own are as near: county, country, ground.
+    """
+    swapped = sorted(name) == sorted(column)
+    lacks_one = any(name == column[:at] + column[at + 1 :] for at in range(len(column)))
+    doubled = any(name == column[: at + 1] + column[at:] for at in range(len(column)))
+    return swapped or lacks_one or doubled or name in (f"{column}s", f"{column}ed")
+
+
 def _intended_column(name: str) -> str:
     """Return the column of a survey that an unknown name seems to mean; empty if it seems to mean none."""
-    plain = re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|°", "", name).strip())
-    near = difflib.get_close_matches(plain, [*COLUMNS, *(one for one in _SYNONYMS if len(one) > 5)], 1, _NEAR)
+    plain = re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|°", "", name).strip()).strip("_?.")
+    long = [one for one in (*COLUMNS, *_SYNONYMS) if len(one) > _SHORT]
+    near = [one for one in COLUMNS if len(one) <= _SHORT and _is_slip(plain, one)]
+    near = near or difflib.get_close_matches(plain, long, 1, _NEAR)
     found = _SYNONYMS.get(plain) or (near[0] if near else "")
     return _SYNONYMS.get(found, found)
 

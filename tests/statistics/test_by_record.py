@@ -23,7 +23,7 @@ def cube(make_cube, sector):
 def test_records_read_together_say_what_each_says_alone(cube, monkeypatch):
     together = sums_by_record(cube, "b_over_h")
     for cells in (1, 2 * cube["overturned"].size // 4):  # one at a time, and by two
-        monkeypatch.setattr(by_record, "AT_ONCE", cells)
+        monkeypatch.setattr(by_record, "CELLS_PER_READ", cells)
         xr.testing.assert_identical(sums_by_record(cube, "b_over_h"), together)
 
 

@@ -24,7 +24,7 @@ from overturning.statistics.earthquakes import (
 from overturning.statistics.falls import fall_alignment, fall_means, fall_shares
 from overturning.statistics.illustrative import illustrative_cases
 from overturning.statistics.roses import rose_of
-from overturning.statistics.space import plane_agreement, plane_counts, turns, twist
+from overturning.statistics.space import plane_agreement, plane_counts, summarise_twist, twist_angles
 
 EVENTS = ("A", "A", "B", "C", "D")
 NORMALS = np.array([10.0, 10.0, 80.0, 150.0, 40.0])
@@ -326,18 +326,18 @@ def test_twist_is_of_stones_that_moved_and_stand() -> None:
         "status": ("record", [0, 0, 0, 0, 1]),
         "residual_twist": ("record", [-3.0, 1.0, 10.0, np.nan, 0.0]),
     }).expand_dims(b_over_h=[0.2], friction=[0.6])  # fmt: skip
-    ((shape, turned),) = turns(cube).items()
+    ((shape, turned),) = twist_angles(cube).items()
     assert shape == (0.2, 0.6)
-    found = twist(turned, share=0.5)
+    found = summarise_twist(turned, share=0.5)
     assert (found.stones, found.median, found.most, found.largest) == (3, 3.0, 3.0, 10.0)
-    assert twist(turns(cube.isel(record=[3, 4]))[shape]).stones == 0
+    assert summarise_twist(twist_angles(cube.isel(record=[3, 4]))[shape]).stones == 0
 
 
 @pytest.mark.parametrize("size", [1, 2, 3, 10, 997])
 def test_quantiles_of_twist_are_numpys(size: int) -> None:
     turned = np.random.default_rng(size).normal(size=size).astype(np.float32)
     expected = np.quantile(turned.astype(np.float64), [0.5, 0.9, 1.0])
-    found = twist(turned.copy())
+    found = summarise_twist(turned.copy())
     assert (found.median, found.most, found.largest) == tuple(expected)
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import multinomial
 
-from overturning.statistics.spread import divided, first_batch_estimate, to_both_sides
-from overturning.study.ensemble import settled
+from overturning.statistics.spread import falls_to_both_sides, first_batch_estimate, runs_disagree
+from overturning.study.ensemble import is_converged
 from overturning.study.sections import Ensemble
 
 
@@ -23,23 +23,26 @@ def test_shares_of_divided_cells_do_not_hang_on_which_runs_were_left_out(chances
     runs = np.full(cells, settings.members)
     for size in (16, 8):
         first = np.where(np.arange(settings.members) < size, flags, np.int8(-128))
-        runs = np.where(settled(first, settings.half_width), size, runs)
+        runs = np.where(is_converged(first, settings.half_width), size, runs)
     made = np.arange(settings.members) < runs[:, None]
     shares = [((flags == side) & made).sum(axis=1) / runs for side in (1, -1)]
     outcomes = np.array([(i, j, 8 - i - j) for i in range(9) for j in range(9 - i)])
     chance = multinomial.pmf(outcomes, 8, [towards, away, 1 - towards - away])
     both = (np.minimum(outcomes[:, 0], outcomes[:, 1]) > 0) & (outcomes[:, 2] < 4)
     fall = towards + away
-    for statistic, expected in ((divided, 1 - fall**8 - (1 - fall) ** 8), (to_both_sides, chance[both].sum())):
+    for statistic, expected in (
+        (runs_disagree, 1 - fall**8 - (1 - fall) ** 8),
+        (falls_to_both_sides, chance[both].sum()),
+    ):
         found = first_batch_estimate(statistic, *shares, runs, settings)
         assert found.mean() == pytest.approx(expected, abs=4 * max(found.std(), 1e-3) / np.sqrt(cells))
-    assert np.isnan(first_batch_estimate(divided, [np.nan], [np.nan], [0], settings)).all()
+    assert np.isnan(first_batch_estimate(runs_disagree, [np.nan], [np.nan], [0], settings)).all()
     # Without stopping each order of the runs is as good: 1 of 16 is among the first 8 of them in one half.
-    assert first_batch_estimate(divided, [1 / 16], [0.0], [16], Ensemble(members=16, half_width=0.0)) == pytest.approx(
-        0.5
-    )
-    assert first_batch_estimate(divided, [1 / 15], [0.0], [15], Ensemble(members=16)) == pytest.approx(8 / 15)
-    many = first_batch_estimate(divided, [1 / 400], [0.0], [400], Ensemble(members=400, half_width=0.0))
+    assert first_batch_estimate(
+        runs_disagree, [1 / 16], [0.0], [16], Ensemble(members=16, half_width=0.0)
+    ) == pytest.approx(0.5)
+    assert first_batch_estimate(runs_disagree, [1 / 15], [0.0], [15], Ensemble(members=16)) == pytest.approx(8 / 15)
+    many = first_batch_estimate(runs_disagree, [1 / 400], [0.0], [400], Ensemble(members=400, half_width=0.0))
     assert many == pytest.approx(8 / 400)
 
 
@@ -49,5 +52,5 @@ def test_shares_of_divided_cells_do_not_hang_on_which_runs_were_left_out(chances
 )
 def test_what_eight_runs_say_of_a_cell(towards: int, away: int, parts: int, both: int) -> None:
     """By the words: divided where some fall and some stand; to both sides where more than half fall, some each way."""
-    assert divided(np.array(towards), np.array(away), 8) == parts
-    assert to_both_sides(np.array(towards), np.array(away), 8) == both
+    assert runs_disagree(np.array(towards), np.array(away), 8) == parts
+    assert falls_to_both_sides(np.array(towards), np.array(away), 8) == both

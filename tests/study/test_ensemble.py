@@ -23,7 +23,7 @@ from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES
 from overturning.motion.motion import Motion
 from overturning.study import ensemble
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import BATCH, CellEnsemble, Members, cells_to_run, draw_members, settled, wilson
+from overturning.study.ensemble import BATCH, CellEnsemble, Members, cells_to_run, draw_members, is_converged, wilson
 from overturning.study.load import check_study
 from overturning.study.recheck import recheck
 from overturning.study.sections import Ensemble
@@ -246,11 +246,11 @@ def test_a_cell_is_settled_by_its_own_flags() -> None:
     flags[2, :16] = [1] * 3 + [0] * 13
     flags[3, :16] = [-1] * 4 + [1] * 12
     flags[4] = [1] * 12 + [-1] * 12
-    assert settled(flags, 0.19).tolist() == [True, False, True, False, True]
-    assert not settled(flags, 0.0).any()
-    assert not settled(np.full((1, 24), -128, np.int8), 0.19).any()  # no member has an outcome
+    assert is_converged(flags, 0.19).tolist() == [True, False, True, False, True]
+    assert not is_converged(flags, 0.0).any()
+    assert not is_converged(np.full((1, 24), -128, np.int8), 0.19).any()  # no member has an outcome
     elements = np.stack([flags, np.broadcast_to(flags[:1], flags.shape)], axis=2)
-    assert np.array_equal(settled(elements, 0.19), settled(flags, 0.19))  # every element counts
+    assert np.array_equal(is_converged(elements, 0.19), is_converged(flags, 0.19))  # every element counts
 
 
 def test_a_cell_stops_where_its_own_members_say_so(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
@@ -305,7 +305,7 @@ def _stopped(probability: float, widest: float, batches: list[int]) -> dict[tupl
         going = {}
         for falls, chance in enumerate(reached):
             flags = np.array([[1] * falls + [0] * (size - falls)], np.int8)
-            if settled(flags, widest)[0] or size == sum(batches):
+            if is_converged(flags, widest)[0] or size == sum(batches):
                 ended[falls, size] = chance
             else:
                 going[falls] = chance

@@ -172,7 +172,12 @@ def fragility(
     import xarray as xr
 
     from overturning.errors import ConfigError
-    from overturning.statistics.fragility_files import for_openquake, measure_file, write_fragility_csv, write_openquake
+    from overturning.statistics.fragility_files import (
+        is_openquake_measure,
+        measure_file,
+        write_fragility_csv,
+        write_openquake,
+    )
     from overturning.study.cube import open_cube
     from overturning.study.load import study_from
     from overturning.surveys.population import fragility_curves, population_rates
@@ -183,7 +188,7 @@ def fragility(
     with open_cube(cube, amplitude=None) as outcomes, xr.open_dataset(intensity) as measures:
         curves = fragility_curves(population_rates(outcomes, settings.population), measures)
     write_fragility_csv(curves, output / "fragility.csv")
-    for measure in filter(for_openquake, dict.fromkeys(one.measure for one in curves)):
+    for measure in filter(is_openquake_measure, dict.fromkeys(one.measure for one in curves)):
         chosen = [one for one in curves if one.measure == measure]
         write_openquake(chosen, output / measure_file(measure), "gravestones")
 

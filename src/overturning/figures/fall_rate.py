@@ -13,7 +13,7 @@ from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid,
 from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.fragility import Fragility
-from overturning.statistics.fragility_files import for_openquake
+from overturning.statistics.fragility_files import is_openquake_measure
 
 INTENSITY_SCALE: Final = (5.0, 5.5, 6.0, 6.5)
 """Lower bounds, in instrumental intensity, of the degrees 5+, 6−, 6+ and 7 of the JMA scale."""
@@ -42,7 +42,7 @@ def fall_rate_figure(
         JMA instrumental intensity, NaN if unknown.
     """
     with_jma = bool(np.isfinite(jma).any())
-    shown = [one for one in curves if for_openquake(one.measure)]
+    shown = [one for one in curves if is_openquake_measure(one.measure)]
     several = amplitude.size > 1
     count = several + len(shown) + with_jma
     columns = min(count, 2)

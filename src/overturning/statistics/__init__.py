@@ -1,5 +1,6 @@
-"""Statistics of cubes, for every model.
+"""Statistics of cubes, computed from the falls that a model returns, so that no function depends on the model.
 
-A new statistic starts from `falls.fall_vectors` or `model_of(cube).falls(cube)`. Means over earthquakes with intervals
-come from `bootstrap.mean_over_earthquakes`. `by_record` reads cubes larger than memory.
+A new statistic starts from `falls.fall_vectors` or `model_of(cube).falls(cube)`. Use
+`bootstrap.mean_over_earthquakes` for means over earthquakes with their intervals, and `by_record` for cubes that are
+larger than memory.
 """

@@ -1,4 +1,4 @@
-"""Alignment with the fault normal under each rule that chooses the blocks whose falls count."""
+"""Alignment of falls with the fault normal, for each rule that selects blocks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ class RuleAlignment:
     Attributes
     ----------
     rule : BlockRule
-        Rule that chooses the blocks.
+        Rule that selects the blocks.
     records : int
         Records with falls of these blocks and a known fault normal.
     alignment : Mean
@@ -40,8 +40,8 @@ def alignment_by_rule(
 ) -> dict[str, list[RuleAlignment]]:
     """Compute the alignment with the fault normal under each rule, by group of records (`record_groups`).
 
-    The cube is read one part at a time; each rule has the same bootstrap samples of earthquakes as the alignment of
-    `summarise_axes`, which is that of the rule `rule_of(cube)`.
+    The cube is read in parts. Each rule uses the same bootstrap samples of earthquakes as `summarise_axes`, whose
+    alignment is that of the rule `rule_of(cube)`.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def alignment_by_rule(
 
 
 def _sums(rules: Sequence[BlockRule], cube: xr.Dataset) -> xr.Dataset:
-    """Sum falls and the cosines and sines of their doubled axes under each rule; over (record, rule)."""
+    """Sum falls and the cosines and sines of their doubled axes under each rule; dimensions (record, rule)."""
     model, share = model_of(cube), overturning_shares(cube)
     falls = model.falls(cube)
     names = ["falls", "axis_cosine", "axis_sine"]

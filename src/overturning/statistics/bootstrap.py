@@ -1,7 +1,7 @@
 """Means over earthquakes, and their bootstrap intervals.
 
-Records of one earthquake share its source, so they are averaged first and count as one. The bootstrap draws earthquakes
-with replacement.
+Records of one earthquake share its source, so they are averaged first and count as one value. The bootstrap resamples
+earthquakes, not records.
 """
 
 import math
@@ -17,18 +17,18 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 
 FEWEST_EARTHQUAKES: Final = 8
-"""Smallest number of earthquakes for a bootstrap interval.
+"""Smallest number of earthquakes with a bootstrap interval.
 
-No bootstrap interval reaches beyond the smallest and the largest value. These two hold the mean of n normal values in
-75 % of samples of n = 3, 88 % of 4 and 94 % of 5, and skewed values need more.
+No bootstrap interval reaches beyond the smallest and the largest value. The range of n normal values contains their
+true mean in 75 % of samples of n = 3, 88 % of n = 4 and 94 % of n = 5; skewed values need more.
 """
 
 LEAST_BEYOND: Final = 10
-"""Smallest number of bootstrap samples beyond each end of an interval."""
+"""Smallest number of bootstrap samples beyond each end of an interval; with fewer, the end is mostly noise."""
 
 
 class Interval(NamedTuple):
-    """Lower and upper end of an interval; NaN without interval."""
+    """Ends of an interval; NaN if there is none."""
 
     low: float = math.nan
     high: float = math.nan
@@ -36,7 +36,7 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True)
 class Mean:
-    """Mean over n earthquakes with the ends of its interval; NaN for values that do not exist."""
+    """Mean over ``n`` earthquakes, and the ends of its interval; NaN if there is none."""
 
     n: int
     value: float
@@ -50,7 +50,7 @@ def event_means(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) ->
     Parameters
     ----------
     values : ndarray, shape (records, …)
-        Values of the records. Records with NaN are left out; an earthquake without any value has NaN.
+        NaN where a record has no value; such a record does not count. A mean of no values is NaN.
     events : sequence of str, length records
         Earthquake of each record.
     """
@@ -64,36 +64,35 @@ def event_means(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) ->
 
 
 def event_names(events: Sequence[str] | NDArray[np.str_]) -> list[str]:
-    """Return the distinct earthquakes of records, in order of first appearance."""
+    """Return the names of the earthquakes, each once, in order of first appearance."""
     return list(dict.fromkeys(str(event) for event in events))
 
 
 @lru_cache(maxsize=4)
-def _sample_indices(n: int, draws: int, seed: int) -> NDArray[np.int64]:
-    """Draw the indices of n earthquakes in each bootstrap sample, shape (draws, n); cached and shared."""
+def _bootstrap_indices(n: int, draws: int, seed: int) -> NDArray[np.int64]:
+    """Draw the earthquakes of each sample, shape (draws, n); cached, since most statistics share their samples."""
     return np.random.Generator(np.random.PCG64(seed)).integers(0, n, size=(draws, n))
 
 
-def resampled(
+def bootstrap_values(
     statistic: Callable[[NDArray[Any]], FloatArray], per_event: NDArray[Any], draws: int, seed: int = 1
 ) -> FloatArray:
-    """Compute a statistic in bootstrap samples of earthquakes; samples without a value are left out.
+    """Compute a statistic in bootstrap samples of earthquakes; shape (n,), without samples in which it is NaN.
 
     Parameters
     ----------
     statistic : callable
-        Function of samples, shape (draws, earthquakes, …), that returns values, shape (draws,); NaN for samples without
-        a value.
+        Maps samples, shape (draws, earthquakes, …), to values, shape (draws,); NaN if a sample has no value.
     per_event : ndarray, shape (earthquakes, …)
-        Values of the earthquakes. The result is empty for fewer than `FEWEST_EARTHQUAKES`, and if fewer than half of
-        the samples have a value.
+        Data of each earthquake. The result is empty for fewer than `FEWEST_EARTHQUAKES` earthquakes, or if fewer than
+        half of the samples have a value.
     draws, seed : int
-        Number of samples, each of as many earthquakes drawn with replacement, and their seed.
+        Number of samples, and seed. Each sample has as many earthquakes as the data, drawn with replacement.
     """
     n = len(per_event)
     if n < FEWEST_EARTHQUAKES:
         return np.zeros(0)
-    values = statistic(per_event[_sample_indices(n, draws, seed)])
+    values = statistic(per_event[_bootstrap_indices(n, draws, seed)])
     known = values[np.isfinite(values)]
     return known if 2 * known.size >= draws else np.zeros(0)
 
@@ -102,14 +101,15 @@ def expanded_tail(n: int, level: float = 0.95) -> float:
     """Return the share of bootstrap samples beyond each end of the expanded percentile interval.
 
     Φ(−√(n/(n − 1)) t) with t the (1 + level)/2 quantile of Student's t with n − 1 degrees of freedom (Hesterberg 2015,
-    American Statistician 69, 371). Bootstrap samples of n values vary by (n − 1)/n of the variance of their mean, and
-    the percentile interval takes their spread as known, so the plain one is too short: of 95 % intervals for the mean
-    of n normal values 88 % hold it for n = 8, and 91 % for n = 11.
+    American Statistician 69, 371). The variance of bootstrap means of n values is (n − 1)/n of the variance of their
+    mean, and the percentile interval treats this variance as known. So the plain percentile interval is too short: for
+    the mean of n normal values its 95 % interval contains the true mean in 88 % of cases for n = 8, and 91 % for
+    n = 11.
 
     Parameters
     ----------
     n : int
-        Independent values (earthquakes), 2 or more.
+        Number of independent values (earthquakes), at least 2.
     level : float
         Probability of the interval.
     """
@@ -126,23 +126,23 @@ def bootstrap(
     seed: int = 1,
     earthquakes: int | None = None,
 ) -> Interval:
-    """Expanded percentile interval of a statistic over earthquakes (see `expanded_tail`).
+    """Compute the expanded percentile interval of a statistic over earthquakes (see `expanded_tail`).
 
     Parameters
     ----------
     statistic, per_event, draws, seed
-        See `resampled`. More samples are drawn where fewer than `LEAST_BEYOND` would lie beyond an end.
+        See `bootstrap_values`. More samples are drawn if fewer than `LEAST_BEYOND` would lie beyond an end.
     level : float
         Probability of the interval.
     earthquakes : int, optional
-        Earthquakes on which the statistic rests where these are fewer than the rows of ``per_event``, such as those of
-        the smaller of two sets. There is no interval of fewer than `FEWEST_EARTHQUAKES`.
+        Number of earthquakes that determine the statistic, if smaller than the number of rows of ``per_event``, such
+        as that of the smaller of two sets. There is no interval for fewer than `FEWEST_EARTHQUAKES`.
     """
     n = len(per_event) if earthquakes is None else min(earthquakes, len(per_event))
     if n < FEWEST_EARTHQUAKES:
         return Interval()
     tail = expanded_tail(n, level)
-    values = resampled(statistic, per_event, max(draws, math.ceil(LEAST_BEYOND / tail)), seed)
+    values = bootstrap_values(statistic, per_event, max(draws, math.ceil(LEAST_BEYOND / tail)), seed)
     if not values.size:
         return Interval()
     low, high = np.quantile(values, [tail, 1 - tail])
@@ -150,12 +150,12 @@ def bootstrap(
 
 
 def mean_of_sample(drawn: NDArray[Any]) -> FloatArray:
-    """Compute the mean over earthquakes of each bootstrap sample."""
+    """Compute the mean over earthquakes of each sample; a statistic for `bootstrap`."""
     return np.asarray(drawn.mean(axis=1))
 
 
 def mean_over_earthquakes(values: FloatArray, events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000) -> Mean:
-    """Compute the mean over earthquakes of the means of their records, with its `bootstrap` interval."""
+    """Compute the mean over earthquakes of the `event_means`, with its `bootstrap` interval."""
     means = _known_event_means(values, events)
     if means.size == 0:
         return Mean(0, *(math.nan,) * 3)
@@ -164,18 +164,18 @@ def mean_over_earthquakes(values: FloatArray, events: Sequence[str] | NDArray[np
 
 
 def share_over_earthquakes(values: FloatArray, events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000) -> Mean:
-    """Compute `mean_over_earthquakes` of shares (0 to 1), with `unanimous_share_interval` if all are 0 or all are 1."""
+    """Compute `mean_over_earthquakes` of shares (0 to 1); equal shares get the `unanimous_share_interval`."""
     found = mean_over_earthquakes(values, events, draws=draws)
     exact = unanimous_share_interval(_known_event_means(values, events))
     return found if exact is None or math.isnan(found.low) else Mean(found.n, found.value, *exact)
 
 
 def unanimous_share_interval(shares: FloatArray, level: float = 0.95) -> Interval | None:
-    """Return the exact interval of a share that is 0, or 1, in every earthquake; None where they differ.
+    """Return the exact interval of a share that is 0 (or 1) in every earthquake; None for other shares.
 
-    Every bootstrap sample of equal values is that value, which would say that the share is certain. If an earthquake
-    has a share of 1 with probability p, then n of n have with pⁿ, and the mean share is p at least: its lower bound
-    is (1 − level)^(1/n) (Clopper & Pearson 1934, Biometrika 26, one-sided), however few they are.
+    All bootstrap samples of equal values are equal, so the bootstrap interval would have no width. If an earthquake
+    has a share of 1 with probability p, all n earthquakes have it with probability pⁿ, and the mean share is at least
+    p. The lower bound is therefore (1 − level)^(1/n) (Clopper & Pearson 1934, Biometrika 26, one-sided), for any n.
 
     Parameters
     ----------
@@ -192,6 +192,6 @@ def unanimous_share_interval(shares: FloatArray, level: float = 0.95) -> Interva
 
 
 def _known_event_means(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
-    """Return the means of the earthquakes that have a value."""
+    """Compute the `event_means` of the earthquakes that have a known value."""
     known = np.isfinite(values)
     return event_means(values[known], np.asarray(events)[known])

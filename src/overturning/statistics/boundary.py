@@ -1,7 +1,7 @@
-"""Overturning boundary: B/H at which the probability of falling crosses one half, for each azimuth.
+"""Overturning boundary: the B/H at which the probability of falling crosses one half, for each azimuth.
 
 Overturning is not monotonic in B/H: a block may stand between two that fall. The *boundary* is the last crossing, above
-which nothing falls.
+which no block falls.
 """
 
 import numpy as np
@@ -17,18 +17,17 @@ HALF = 0.5
 
 
 def last_crossing(probability: ArrayLike, b_over_h: ArrayLike) -> tuple[float, bool]:
-    """Return the largest B/H at which the probability crosses 1/2, and True if blocks fall at the largest known B/H.
+    """Return the last B/H at which the probability crosses one half, and True if the last known block falls.
 
     Parameters
     ----------
     probability, b_over_h : array_like, shape (n,)
-        Probability of falling, NaN where not known (neighbours of a gap are joined across it), linear between
-        neighbouring B/H, which ascend.
+        Probability of falling, NaN where unknown, and the ascending B/H. Interpolation is linear between known values.
 
     Returns
     -------
     (float, bool)
-        NaN where there is no crossing.
+        The B/H is NaN if there is no crossing.
     """
     line, slenderness = np.asarray(probability, dtype=np.float64), np.asarray(b_over_h, dtype=np.float64)
     known = np.isfinite(line)
@@ -42,23 +41,24 @@ def last_crossing(probability: ArrayLike, b_over_h: ArrayLike) -> tuple[float, b
 
 
 def boundary(cube: xr.Dataset) -> xr.Dataset:
-    """Compute the overturning boundary of each azimuth, and its range over the two scrambles of the ensemble.
+    """Compute the overturning boundary of each azimuth, and its range between the two scrambles of the ensemble.
 
     Parameters
     ----------
     cube : Dataset
-        The cube; for the interval with the ensemble's ``scramble_difference_towards`` and ``_away``.
+        The cube. The range needs the ensemble variables ``scramble_difference_towards`` and ``_away``.
 
     Returns
     -------
     Dataset
-        As lazy as the cube: ``boundary``, missing where there is none; ``boundary_low`` and ``boundary_high``, the
-        lower and the upper of each scramble alone (equal to it without ensemble); ``falls_beyond`` where the block
-        still falls at the largest B/H of known outcome, ``largest_known``, so that the boundary lies above it, and
-        ``stands_throughout`` where it never falls; not where nothing is known of it.
+        Computed lazily if the cube is lazy. ``boundary``: missing if there is none. ``boundary_low`` and
+        ``boundary_high``: the smaller and the larger boundary of the two scrambles (equal to ``boundary`` without an
+        ensemble). ``largest_known``: largest B/H with a known outcome. ``falls_beyond``: True if the block still falls
+        there, so that the boundary lies above it. ``stands_throughout``: True if an outcome is known and the block
+        never falls.
     """
     if "b_over_h" not in cube.dims:
-        raise ArgumentError("probability: no dimension b_over_h; a boundary is sought along it")
+        raise ArgumentError("probability: no dimension b_over_h; the boundary is computed along it")
 
     def crossing(probability: xr.DataArray) -> tuple[xr.DataArray, xr.DataArray]:
         lazy = probability.chunk({"b_over_h": -1}) if probability.chunks is not None else probability
@@ -88,22 +88,22 @@ def boundary(cube: xr.Dataset) -> xr.Dataset:
 
 
 def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
-    """Find the plane in which a block overturns most easily, and the ratio of its boundary to the lowest one.
+    """Compute the plane in which the block overturns most easily, and the ratio to the plane in which it is hardest.
 
     Parameters
     ----------
     bounds : Dataset
         From `boundary`.
     b_over_h : array_like
-        The cube's values; where the block never falls the smallest, and where it falls at all the largest of known
-        outcome, stands for the boundary, which is then only known to lie below or above.
+        B/H of the cube. If a block never falls, the smallest B/H stands for the boundary, which lies below it; if it
+        falls at every B/H, the largest B/H with a known outcome does, and the boundary lies above it.
 
     Returns
     -------
     Dataset
-        ``easiest_axis`` (degrees, 0 to 180; the mean axis of the planes that tie; missing where all planes tie or
-        nothing falls), ``highest_boundary``, ``lowest_boundary`` (B/H), ``ratio`` of the two, and ``bounded``: false
-        where one of them is only a bound, so that the ratio is a lower bound.
+        ``easiest_axis`` (degrees, 0 to 180; the mean axis of planes that tie; missing if all planes tie or no block
+        falls), ``highest_boundary``, ``lowest_boundary`` (B/H), ``ratio`` of the two, and ``bounded``: False if one of
+        them is only a bound, so that the ratio is a lower bound.
     """
     grid = np.asarray(b_over_h, dtype=np.float64)
     period = period_of(bounds)

@@ -1,4 +1,4 @@
-"""Records of a cube, read in parts because a cube may be larger than memory, and groups of records."""
+"""Read the records of a cube in parts, since it may be larger than memory, and sort them into groups."""
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
@@ -10,70 +10,71 @@ from numpy.typing import NDArray
 
 from overturning.errors import ArgumentError
 
-AT_ONCE: Final = 40_000
-"""Number of cells read at once; with fewer, xarray's overhead dominates."""
+CELLS_PER_READ: Final = 40_000
+"""Number of cells that are read together; with fewer, the overhead of xarray exceeds the computation."""
 
 
 def one_record(cube: xr.Dataset, record: int | list[int], names: Sequence[str] = ()) -> xr.Dataset:
-    """Load one record of a cube into memory at once: many small dask graphs cost more.
+    """Load one record (or several) of a cube with a single read; many small dask graphs are slower.
 
     Parameters
     ----------
     cube : Dataset
-        In memory, or as lazy as `overturning.open_cube` opens it.
+        In memory, or lazy as returned by `overturning.open_cube`.
     record : int or list of int
-        Its place; in a list the dimension of the records is kept.
+        Position of the record; with a list, the dimension ``record`` stays.
     names : sequence of str
-        Variables to read of those that the cube has; not given: all.
+        Variables to read, as far as the cube has them; not given: all.
     """
     chosen = cube[[name for name in names if name in cube]] if names else cube
     return chosen.isel(record=record).load()
 
 
 def each_record(cube: xr.Dataset, names: Sequence[str]) -> Iterator[xr.Dataset]:
-    """Yield the records of a cube, each as a cube of one record (see `one_record` for the variables)."""
+    """Yield each record as a cube with one record; for ``names`` see `one_record`."""
     for record in range(cube.sizes["record"]):
         yield one_record(cube, [record], names)
 
 
-def few_records(cube: xr.Dataset, names: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
-    """Yield the positions of a few records of about `AT_ONCE` cells together, and their cube (see `one_record`)."""
+def record_batches(cube: xr.Dataset, names: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
+    """Yield the positions of successive records with about `CELLS_PER_READ` cells, and their cube; see `one_record`."""
     count = cube.sizes["record"]
-    few = max(1, AT_ONCE * count // max(cube["overturned"].size, 1))
+    few = max(1, CELLS_PER_READ * count // max(cube["overturned"].size, 1))
     for first in range(0, count, few):
         places = list(range(first, min(first + few, count)))
         yield places, one_record(cube, places, names)
 
 
 def by_record(function: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
-    """Apply a function to a few records at a time and concatenate the results along the records.
+    """Apply a function to batches of records and concatenate the results along ``record``.
 
-    The results must have the dimension of the records. A cube without that dimension is passed as a whole. See
-    `one_record` for the variables.
+    A cube without that dimension is passed whole. The function gets a few records at a time with the variables
+    ``names`` (see `one_record`); all variables that it returns must have the dimension ``record``.
     """
     if "record" not in cube.dims:
         return function(cube)
-    made = [function(some) for _, some in few_records(cube, names)]
+    made = [function(some) for _, some in record_batches(cube, names)]
     return xr.concat(made, "record", data_vars="minimal", coords="minimal", compat="override", join="override")
 
 
 def record_groups(cube: xr.Dataset, by: str = "pulse", edges: Sequence[float] = ()) -> dict[str, NDArray[np.bool_]]:
-    """Return the members of each group of records, by name; a record of unknown group is in none.
+    """Return a mask of the records of each group, by its name; a record without the value is in no group.
 
     Parameters
     ----------
     cube : Dataset
         The cube.
     by : str
-        Coordinate of the records: ``pulse`` (pulse records against the control where a study has both, otherwise all
-        records together), a word such as ``site_class`` or ``wall``, a group per word, or a number such as ``vs30``.
+        Coordinate of the records: ``pulse`` (records with a pulse and their control if the study has both, otherwise
+        all records together), a text such as ``site_class`` or ``wall`` (a group for each value), or a number such as
+        ``vs30``.
     edges : sequence of float
-        Of a number: where one group ends and the next begins, ascending; an edge belongs to the upper one.
+        Limits between the groups of a number, ascending; a limit belongs to the upper group.
 
     Raises
     ------
     ArgumentError
-        If the cube has no such coordinate, or a number is without edges.
+        If the cube has no such coordinate, or a number is given without edges.
     """
     if by == "pulse":
         pulse = np.atleast_1d(cube["pulse"].to_numpy()).astype(np.float64)

@@ -1,8 +1,7 @@
-"""Directions and axes: mean, resultant and tests of uniformity, each formula with its source.
+"""Directions and axes: mean, resultant and tests of uniformity, with the source of each formula.
 
-A *direction* has a head (a block fell towards 60°); an *axis* has none (60° and 240° are the same). An axis is
-averaged as the direction of twice its angle, halved again (Mardia & Jupp 2000, Directional Statistics, section 1.1 and
-9.1).
+A *direction* has a sense (a block fell towards 60°); an *axis* has none (60° and 240° are the same). Axes are averaged
+by doubling their angles, and halving the mean (Mardia & Jupp 2000, Directional Statistics, sections 1.1 and 9.1).
 """
 
 import math
@@ -18,36 +17,39 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
 NO_DIRECTION = 1e-9
-"""Resultant length below which a mean is rounding noise."""
+"""Resultant length below which a mean direction is only rounding error: the vectors cancel."""
 
 LEAST_RESULTANT: Final = 0.05
-"""Resultant length below which no mean direction or axis is given: it would be chance."""
+"""Smallest resultant length with a mean direction or axis; below it the falls are spread all round."""
 
 SECTORS: Final = 24
-"""Number of sectors of a rose, the first centred on 0°."""
+"""Number of sectors of a rose; the first is centred on 0°."""
 
 SIMULATIONS: Final = 20_000
-"""Number of draws for a simulated p-value."""
+"""Number of random draws for a simulated p-value."""
 
 ROTATIONS: Final = 4_999
-"""Number of random rotations in `common_axis_test`."""
+"""Number of random rotations in the `common_axis_test`."""
 
 
 def sector(angle_deg: ArrayLike, count: int) -> NDArray[np.intp]:
-    """Return the index of the sector of an angle; the first sector is centred on 0°, upper ends are excluded."""
+    """Return the index of the sector, of ``count``, that contains an angle; sector 0 is centred on 0°.
+
+    An angle on a border belongs to the sector with the larger index.
+    """
     wide = 360.0 / count
     # Rounding may bring a small negative angle to 360° itself.
     return np.asarray(((np.asarray(angle_deg) + wide / 2) % 360.0 // wide).astype(np.intp) % count)
 
 
 def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None, wide_deg: float = 0.0) -> FloatArray:
-    """Compute the share of falls in each of `SECTORS` sectors, from azimuths and weights (1 if not given).
+    """Compute the share of falls in each of `SECTORS` from azimuths and weights (default 1); 0 without falls.
 
-    An azimuth that represents a range of degrees is spread evenly over that range. Shares are 0 if nothing fell.
+    With ``wide_deg`` each weight is spread evenly over that many degrees, centred on its azimuth.
     """
     if wide_deg > 0.0:
         angle, sector_wide = np.asarray(angle_deg, np.float64), 360.0 / SECTORS
-        # Borders from a turn before the first to a turn after the last: a part of one that passes north goes on there.
+        # Borders of three full circles: an interval that crosses north continues in the next circle.
         border = sector_wide * (np.arange(-SECTORS, 2 * SECTORS + 1) - 0.5)
         below = np.clip((border - (angle % 360.0)[:, None]) / wide_deg + 0.5, 0.0, 1.0)
         parts = np.diff(below, axis=1).reshape(-1, 3, SECTORS).sum(axis=1)
@@ -61,15 +63,14 @@ def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None, wide_d
 def resultant(angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: bool = False) -> tuple[float, float]:
     """Compute the mean direction or axis, and the mean resultant length (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4).
 
-    Angles in degrees and their weights, not negative, 1 where not given, have shape (n,); axes are averaged with their
-    angles doubled.
+    Angles (degrees) and non-negative weights (default 1) have shape (n,); axes are averaged with doubled angles.
 
     Returns
     -------
     mean_deg : float
-        In [0, 360) for directions, in [0, 180) for axes; NaN where the vectors cancel.
+        In [0, 360) for directions, in [0, 180) for axes; NaN if the vectors cancel.
     length : float
-        Mean resultant length, 0 to 1; NaN without weight. For axes it is that of the doubled angles.
+        Mean resultant length, 0 to 1; NaN if the weights sum to 0. For axes that of the doubled angles.
     """
     angle = np.radians(np.asarray(angle_deg, dtype=np.float64)) * (2 if axial else 1)
     weights = np.ones_like(angle) if weight is None else np.asarray(weight, dtype=np.float64)
@@ -86,18 +87,18 @@ def resultant(angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: b
 
 
 def wrap_axis(angle_deg: ArrayLike) -> FloatArray:
-    """Reduce the difference of two axes to (−90°, 90°]."""
+    """Wrap a difference of two axes into (−90°, 90°]."""
     return -((-np.asarray(angle_deg, dtype=np.float64) + 90.0) % 180.0 - 90.0)
 
 
 @dataclass(frozen=True)
 class TestResult:
-    """A test of ``n`` independent observations: its name, the statistic that the source tabulates, and the p-value.
+    """Result of a test of ``n`` independent observations: name, statistic (as its source defines it) and p-value.
 
-    That is the probability of a statistic at least as extreme if the null hypothesis holds. Both are NaN where n = 0.
+    The p-value is the probability of a statistic at least as extreme under the null hypothesis. Both are NaN for n = 0.
     """
 
-    __test__ = False  # not a test case, whatever pytest makes of the name
+    __test__ = False  # tells pytest that this is no test case
 
     name: str
     n: int
@@ -112,16 +113,16 @@ def _rotations(n: int) -> NDArray[np.complex128]:
 
 
 def common_axis_test(cosine: ArrayLike, sine: ArrayLike) -> TestResult:
-    """Test of "no common axis" (or direction) of vectors of different lengths, with their resultant as statistic.
+    """Test "no common axis" (or direction) of vectors of different lengths; the statistic is their resultant.
 
-    Under the null hypothesis each vector points any way, independently of its length and of the others. The p-value
-    is simulated: each vector is turned at random and keeps its length (a randomisation test, exact for any n; for unit
-    vectors that of Rayleigh, Mardia & Jupp 2000, section 6.3.1).
+    Under the null hypothesis each vector has a uniform direction, independent of its length and of the others. The
+    p-value is simulated: each vector is rotated at random and keeps its length (a randomisation test, exact for any n;
+    for unit vectors it is Rayleigh's test, Mardia & Jupp 2000, section 6.3.1).
 
     Parameters
     ----------
     cosine, sine : array_like, shape (n,)
-        Components of the vectors; for axes those of the doubled angle. Vectors without length count as such.
+        Components of the vectors; for axes those of the doubled angles. Vectors of length 0 count as observations.
     """
     x, y = np.asarray(cosine, dtype=np.float64), np.asarray(sine, dtype=np.float64)
     n = int(x.size)
@@ -134,17 +135,17 @@ def common_axis_test(cosine: ArrayLike, sine: ArrayLike) -> TestResult:
 
 
 def watson_u2_test(uniform: ArrayLike) -> TestResult:
-    """Watson's U² test of fit on the circle, with U² (not modified) as statistic.
+    """Test the fit of a distribution on the circle with Watson's U²; the statistic is U², not modified.
 
     U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens'
     (1970, JRSS B 32) U²* = (U² − 0.1/n + 0.1/n²)(1 + 0.8/n) has p = 2 Σ (−1)^(m−1) exp(−2 m² π² U²*)
-    for all n above 1. Of one angle U² is 1/12 wherever it lies: p = 1.
+    for all n > 1. For n = 1, U² is 1/12 for every angle, and p = 1.
 
     Parameters
     ----------
     uniform : array_like, shape (n,)
-        The distribution function of the model at each observed angle; for uniformity the angle over 360°. An
-        `ArgumentError` where a value lies outside 0 to 1.
+        Distribution function of the model at each observed angle; for uniformity the angle divided by 360°. An
+        `ArgumentError` is raised if a value lies outside 0 to 1.
     """
     ordered = np.sort(np.asarray(uniform, dtype=np.float64))
     n = int(ordered.size)
@@ -168,17 +169,17 @@ def _grouped_u2(counts: FloatArray, probability: FloatArray) -> FloatArray:
 
 
 def grouped_watson_test(counts: ArrayLike, probability: ArrayLike) -> TestResult:
-    """Watson's U² for counts in sectors, in their order round the circle.
+    """Test counts in sectors, in their order round the circle, with Watson's U².
 
     U²_G = (1/n) Σ_j (S_j − S̄)² p_j with S_j the running sum of observed minus expected and S̄ = Σ S_j p_j
-    (Choulakian, Lockhart & Stephens 1994, Canadian Journal of Statistics 22). The p-value is simulated, so small counts
-    and unequal sectors need no table.
+    (Choulakian, Lockhart & Stephens 1994, Canadian Journal of Statistics 22). The p-value is simulated, so it
+    holds for small counts and unequal sectors.
 
     Parameters
     ----------
     counts, probability : array_like, shape (k,)
-        Observed counts per sector, and probability of each under the null hypothesis. An `ArgumentError` where shapes
-        differ, or the probabilities are negative or do not sum to 1.
+        Observed count of each sector, and its probability under the null hypothesis. An `ArgumentError` is raised if
+        shapes differ, or the probabilities are negative or do not sum to 1.
     """
     observed, expected = np.asarray(counts, dtype=np.float64), np.asarray(probability, dtype=np.float64)
     if observed.shape != expected.shape or observed.ndim != 1:
@@ -190,16 +191,16 @@ def grouped_watson_test(counts: ArrayLike, probability: ArrayLike) -> TestResult
 
 def _chi_square(counts: FloatArray, probability: FloatArray) -> FloatArray:
     expected = counts.sum(axis=-1, keepdims=True) * probability
-    with np.errstate(divide="ignore", invalid="ignore"):  # where nothing is expected nothing, or all, speaks against it
+    with np.errstate(divide="ignore", invalid="ignore"):  # expected 0: 0/0 or ∞
         parts = (counts - expected) ** 2 / expected
     return np.asarray(np.where(np.isnan(parts), 0.0, parts).sum(axis=-1))
 
 
 def chi_square_test(counts: FloatArray, probability: FloatArray) -> TestResult:
-    """Compute Pearson's X² of counts against probabilities (arguments of `grouped_watson_test`).
+    """Test counts against probabilities with Pearson's X²; for the parameters see `grouped_watson_test`.
 
-    Simulated because octants of a survey often hold fewer than the five expected stones that the chi-square
-    distribution needs (Mardia & Jupp 2000, section 6.3.3).
+    The p-value is simulated because octants of a survey often have fewer than the five expected stones that the
+    chi-square distribution needs (Mardia & Jupp 2000, section 6.3.3).
     """
     return _simulated_test("chi-square", _chi_square, counts, probability)
 
@@ -207,9 +208,9 @@ def chi_square_test(counts: FloatArray, probability: FloatArray) -> TestResult:
 def _simulated_test(
     name: str, statistic_of: Callable[[FloatArray, FloatArray], FloatArray], counts: FloatArray, probability: FloatArray
 ) -> TestResult:
-    """A test of counts, shape (…, k), against probabilities, with p from their multinomial distribution.
+    """Test counts, shape (k,), against probabilities; p is simulated from the multinomial distribution.
 
-    It is (1 + draws at least as extreme)/(1 + `SIMULATIONS`).
+    p = (1 + number of draws at least as extreme)/(1 + `SIMULATIONS`).
     """
     n = int(counts.sum())
     if n == 0:

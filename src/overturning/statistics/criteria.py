@@ -1,8 +1,8 @@
-"""Overturning criteria of the field (limits of peak motion by size and shape of a block), and their skill.
+"""Published overturning criteria: limits of peak motion by size and shape of a block, and their skill.
 
-Every limit is given as a peak ground acceleration, m/s², that a block of height H, m, survives, some of them for a
-motion of given PGV/PGA, s. How each formula was checked stands with it; where its source could not be read, that is
-said. An `ArgumentError` is raised where an argument is not positive.
+Every limit is a peak ground acceleration, m/s², that a block of height H, m, survives; some depend on PGV/PGA, s, of
+the motion. Each docstring states how the formula was checked, and whether its source was available. An `ArgumentError`
+is raised if an argument is not positive.
 """
 
 from collections.abc import Callable
@@ -28,7 +28,7 @@ def _positive(name: str, values: ArrayLike) -> FloatArray:
 
 
 def west_acceleration(b_over_h: ArrayLike) -> FloatArray:
-    """Acceleration at which a rigid block begins to rock: a = g B/H.
+    """Return the acceleration at which a rigid block starts to rock: a = g B/H.
 
     West's formula as given by Milne (1885, Transactions of the Seismological Society of Japan 8).
     """
@@ -36,7 +36,7 @@ def west_acceleration(b_over_h: ArrayLike) -> FloatArray:
 
 
 def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
-    """Peak ground velocity, m/s, below which a block that rocks does not overturn.
+    """Return the peak ground velocity, m/s, below which a rocking block does not overturn.
 
     v = 0.4 √(8 g R/3 · (1 − cos α)/cos² α), R half the diagonal, tan α = B/H (Ishiyama 1982, Earthquake
     Engineering and Structural Dynamics 10); about 10 B/√H in cm and cm/s for slender blocks.
@@ -44,31 +44,31 @@ def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
     tall, slenderness = _positive("height", height), _positive("b_over_h", b_over_h)
     alpha = np.arctan(slenderness)
     radius = tall * np.sqrt(1 + slenderness**2) / 2
-    # 1 − cos α = 2 sin²(α/2), which keeps its digits for slender blocks.
+    # 1 − cos α = 2 sin²(α/2), without cancellation for slender blocks.
     return np.asarray(
         0.4 * np.sqrt(8 * STANDARD_GRAVITY * radius / 3 * 2 * np.sin(alpha / 2) ** 2) / np.cos(alpha), dtype=np.float64
     )
 
 
 def ishiyama_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """PGA from which both of Ishiyama's limits are passed: West's, and `ishiyama_velocity` over PGV/PGA."""
+    """Return the PGA above which both limits of Ishiyama are exceeded: g B/H, and `ishiyama_velocity` over PGV/PGA."""
     by_velocity = ishiyama_velocity(height, b_over_h) / _positive("pgv_over_pga", pgv_over_pga)
     return np.maximum(west_acceleration(b_over_h), by_velocity)
 
 
 def kaneko_hayashi_frequency(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
-    """Frequency F_b, Hz, between the branches of `kaneko_hayashi_acceleration`: 15.6/√H (1 + B/H)^−1.5, H in cm."""
+    """Return the frequency F_b = 15.6/√H (1 + B/H)^−1.5, Hz, H in cm, between the branches of the criterion."""
     tall, slenderness = _positive("height", height) / CM, _positive("b_over_h", b_over_h)
     return np.asarray(15.6 / np.sqrt(tall) * (1 + slenderness) ** -1.5)
 
 
 def kaneko_hayashi_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """PGA at which half of the blocks overturn.
+    """Return the PGA at which half of the blocks overturn (Kaneko & Hayashi).
 
     A₅₀ = g B/H (1 + B/H) up to the frequency F_b, 10 B/√H (1 + B/H)^2.5 · 2π F above, in cm, cm/s² and Hz,
     with the motion's frequency F = PGA/(2π PGV) (Kaneko & Hayashi 2000, Journal of Structural and Construction
-    Engineering, AIJ, 536). The paper could not be read; the branches meet at F_b to 0.05 % (10 · 15.6 · 2π = 980.2
-    cm/s², which is g), so each coefficient is confirmed by the others.
+    Engineering, AIJ, 536). The paper was not available. The branches meet at F_b within 0.05 % (10 · 15.6 · 2π = 980.2
+    cm/s², which is g), so the coefficients are consistent with each other.
     """
     tall, slenderness = _positive("height", height) / CM, _positive("b_over_h", b_over_h)
     frequency = 1 / (2 * np.pi * _positive("pgv_over_pga", pgv_over_pga))
@@ -78,33 +78,34 @@ def kaneko_hayashi_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over
 
 
 def frequency_parameter(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
-    """The block's p = √(3g/4R), rad/s, R half the diagonal of a rectangle of height H, m."""
+    """Return the frequency parameter p = √(3g/4R), rad/s, R half the diagonal of a rectangle of height H, m."""
     tall, slenderness = _positive("height", height), _positive("b_over_h", b_over_h)
     return np.asarray(np.sqrt(1.5 * STANDARD_GRAVITY / (tall * np.sqrt(1 + slenderness**2))))
 
 
 def _pulse_frequency_ratio(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    # One sine of amplitude a and frequency ω has the peak velocity 2a/ω.
+    # A one-sine pulse of amplitude a and angular frequency ω has the peak velocity 2a/ω.
     return 2 / _positive("pgv_over_pga", pgv_over_pga) / frequency_parameter(height, b_over_h)
 
 
 def pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """PGA at which a block overturns under a one-sine pulse, after one impact.
+    """Return the PGA at which a block overturns under a one-sine pulse, after one impact.
 
     a = g B/H (1 + ω/6p), ω = 2 PGA/PGV the pulse's frequency (Makris & Roussos 2000, Géotechnique 50, for
-    near-source pulses). The paper could not be read; against the rocking block the formula is 0 to 11 % high for ω/p
-    of 1 to 4 and B/H = 0.1, and far too low beyond ω/p = 5.
+    near-source pulses). The paper was not available. Compared with the rocking block, the formula is 0 to 11 % too
+    high for ω/p of 1 to 4 and B/H = 0.1, and far too low for ω/p above 5.
     """
     ratio = _pulse_frequency_ratio(height, b_over_h, pgv_over_pga)
     return west_acceleration(b_over_h) * (1 + ratio / 6)
 
 
 def direct_pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """PGA at which a block overturns under a one-sine pulse, without any impact.
+    """Return the PGA at which a block overturns under a one-sine pulse, without an impact.
 
-    a = A g B/H with √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p: the slender block, linear, ends the
-    pulse exactly at the top (the mode without impact of Zhang & Makris 2001, Journal of Engineering Mechanics 127; in
-    closed form as in Dimitrakopoulos & DeJong 2012, Proceedings of the Royal Society A 468).
+    a = A g B/H with √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p: the linearised slender block reaches its
+    unstable equilibrium exactly at the end of the pulse (the mode without impact of Zhang & Makris 2001, Journal of
+    Engineering Mechanics 127; in closed form as in Dimitrakopoulos & DeJong 2012, Proceedings of the Royal Society A
+    468).
     """
     ratio = _pulse_frequency_ratio(height, b_over_h, pgv_over_pga)
 
@@ -112,7 +113,7 @@ def direct_pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_p
         length = (2 * np.pi - np.arcsin(1 / factor)) / ratio
         return np.asarray(np.sqrt(factor**2 - 1) - factor * np.exp(-length) - ratio)
 
-    # The left side grows with A without bound, so the root is found by halving.
+    # The left side increases with A without bound, so bisection finds the root.
     low, high = np.ones_like(ratio), 2.0 + ratio + ratio**2
     for _ in range(60):
         middle = (low + high) / 2
@@ -123,7 +124,7 @@ def direct_pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_p
 
 @dataclass(frozen=True)
 class Criterion:
-    """A criterion of the field: its name, what it says, and its PGA by height, B/H and PGV/PGA."""
+    """Published criterion: name, rule in words, and limiting PGA (m/s²) as a function of height, B/H and PGV/PGA."""
 
     name: str
     rule: str
@@ -141,16 +142,16 @@ CRITERIA: Final = (
     Criterion("pulse, one impact", "PGA above g B/H (1 + ω/6p), ω = 2 PGA/PGV", pulse_acceleration),
     Criterion("pulse, no impact", "PGA above that of the one-sine pulse without impact", direct_pulse_acceleration),
 )
-"""Criteria, in the order of tables and figures."""
+"""Criteria in the order of tables and figures."""
 
 SECONDARY_SOURCES: Final = ("Kaneko–Hayashi", "pulse, one impact")
-"""Criteria whose formula comes from a secondary source, because the paper could not be read."""
+"""Criteria taken from secondary sources; the docstring of each function states how it was checked."""
 
 
 class Score(NamedTuple):
-    """Weighted counts of hits, misses, false alarms and correct rejections of a prediction of falls.
+    """Weighted contingency table: predicted falls, missed falls, false alarms, and correctly predicted stands.
 
-    Each a number, or an array; a share is NaN where there is nothing that it is of.
+    Each is a number or an array; a share is NaN if its denominator is 0.
     """
 
     hits: Any
@@ -160,12 +161,12 @@ class Score(NamedTuple):
 
     @classmethod
     def of(cls, counts: FloatArray) -> "Score":
-        """Return the score of counts, shape (…, 4)."""
+        """Create a score from counts of shape (…, 4)."""
         return cls(*np.moveaxis(counts, -1, 0))
 
     @property
     def falls(self) -> Any:
-        """Share of all that falls."""
+        """Share of all cases that fall."""
         return _share(self.hits + self.misses, sum(self))
 
     @property
@@ -180,7 +181,7 @@ class Score(NamedTuple):
 
     @property
     def skill(self) -> Any:
-        """Hit rate less false-alarm rate: 1 perfect, 0 no better than a guess (Peirce 1884, Science 4)."""
+        """Hit rate minus false-alarm rate: 1 perfect, 0 no better than a guess (Peirce 1884, Science 4)."""
         return self.hit_rate - self.false_alarm_rate
 
 
@@ -190,10 +191,10 @@ def _share(part: Any, of: Any) -> Any:
 
 
 SLENDERNESS_ONLY: Final = "B/H alone"
-"""Name of the rule that uses the slenderness only."""
+"""Name of the rule that ignores the motion."""
 
 PULSE_VALID: Final = 5.0
-"""Frequency ratio ω/p above which `pulse_acceleration` is far too low."""
+"""Largest ω/p for which `pulse_acceleration` is valid; above it the limit is far too low."""
 
 
 @dataclass(frozen=True)
@@ -203,14 +204,14 @@ class RuleScore:
     Attributes
     ----------
     name, rule : str
-        Of the criterion, or of the rule that knows nothing of the motion.
+        Name and rule of the criterion, or of the rule that ignores the motion.
     overall, skill : Score, Mean
-        Of all planes and blocks at once, and the skill with its 95 % interval, by bootstrap over earthquakes.
+        Score of all planes and blocks together, and its skill with the 95 % bootstrap interval over earthquakes.
     within : Mean
-        Mean of the skills of the blocks of one height and B/H, weighted by f(1 − f) with f their share of falls,
-        likewise.
+        Mean skill over blocks of one height and B/H, weighted by f(1 − f) with f their share of falls, with the
+        same kind of interval.
     within_valid : float
-        The same without the planes beyond `PULSE_VALID`.
+        Value of ``within`` without the planes above `PULSE_VALID`.
     """
 
     name: str
@@ -228,13 +229,13 @@ class CriteriaScores:
     Attributes
     ----------
     rules : tuple of RuleScore
-        Of `CRITERIA`, in their order, and of the rule that knows nothing of the motion: a fall where B/H is below the
-        value that gives it the most skill here.
+        Scores of `CRITERIA`, in their order, and of the rule that ignores the motion: a block falls if B/H is below
+        a threshold, which is chosen for the largest skill on this cube.
     leads : dict of str to Mean
-        By how much the skill within blocks of the `best` of `CRITERIA` is larger than that of each other, with the
-        interval of the difference, both from the same samples of earthquakes. Empty where no block has any skill.
+        Skill within blocks of the `best` of `CRITERIA` minus that of each other one, with the interval of the
+        difference; both from the same bootstrap samples. Empty if the skill of a criterion is undefined.
     beyond : float
-        Share of planes and blocks beyond `PULSE_VALID`.
+        Share of planes and blocks above `PULSE_VALID`.
     blocks : dict of (float, float) to tuple of Score
         Scores of `CRITERIA` by height, m, and B/H.
     """
@@ -246,28 +247,28 @@ class CriteriaScores:
 
     @property
     def best(self) -> RuleScore:
-        """Rule of `CRITERIA` with the most skill within blocks; it leads another where their interval excludes 0."""
+        """Score of the criterion with the largest skill within blocks."""
         return max(self.rules[: len(CRITERIA)], key=lambda one: np.nan_to_num(one.within.value, nan=-np.inf))
 
 
 def criteria_scores(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | None:
-    """Score the criteria on a cube (see `overturning_rows`); None if no outcome is known.
+    """Score the published criteria on the rows of `overturning_rows`; None if no outcome is known.
 
-    The cells' own outcomes count, not the ensemble's probabilities.
+    Nominal outcomes are used, not the probabilities of the ensemble.
     """
     predictors, falls, event, weight = overturning_rows(cube, intensity, ensemble=False)
     if not falls.size:
         return None
     over_west, ratio, slender, height = np.exp(predictors).T
     pga = over_west * STANDARD_GRAVITY * slender
-    # Round-off of the logarithm must not part equal values.
+    # Rounding errors of the logarithm must not separate equal values.
     kinds, block = np.unique(np.stack([height, slender], axis=1).round(9), axis=0, return_inverse=True)
     of_block = [(float(tall), float(shape)) for tall, shape in kinds]
     group = np.unique(event, return_inverse=True)[1] * len(kinds) + block.ravel()
     valid = _pulse_frequency_ratio(height, slender, ratio) <= PULSE_VALID
 
     def count(said: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
-        """Counts of `Score`, shape (earthquakes, blocks, 4)."""
+        """Compute the counts of `Score`, shape (earthquakes, blocks, 4)."""
         columns = (falls * said, falls * ~said, (1 - falls) * said, (1 - falls) * ~said)
         counts = [np.bincount(group, weight * column, np.unique(event).size * len(kinds)) for column in columns]
         return np.stack(counts, axis=1, dtype=np.float64).reshape(-1, len(kinds), 4)
@@ -292,7 +293,7 @@ def criteria_scores(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores |
 
 
 def _leads(by_event: dict[str, FloatArray]) -> dict[str, Mean]:
-    """`CriteriaScores.leads` from counts of each criterion, shape (earthquakes, blocks, 4)."""
+    """Compute `CriteriaScores.leads` from the counts of each criterion, shape (earthquakes, blocks, 4)."""
     skills = {name: float(_within(counts)) for name, counts in by_event.items()}
     if not np.isfinite([*skills.values()]).all():
         return {}
@@ -308,15 +309,16 @@ def _leads(by_event: dict[str, FloatArray]) -> dict[str, Mean]:
 
 
 def _pooled(counts: FloatArray) -> FloatArray:
-    """Skill over all blocks at once, from counts of shape (…, earthquakes, blocks, 4)."""
+    """Compute the skill over all blocks together, from counts of shape (…, earthquakes, blocks, 4)."""
     return np.asarray(Score.of(counts.sum(axis=(-3, -2))).skill)
 
 
 def _within(counts: FloatArray) -> FloatArray:
-    """Mean of the skills of blocks, weighted by f(1 − f), from such counts.
+    """Compute the mean skill over blocks, weighted by f(1 − f), from counts of shape (…, earthquakes, blocks, 4).
 
-    A block of which nearly all fall, or stand, has a skill from a few cells that says little; f(1 − f) is the variance
-    of its outcome, so that the mean is the slope of outcomes on predictions within blocks.
+    f is the share of cells of a block that fall. The skill of a block that nearly always falls, or stands, depends on a
+    few cells. f(1 − f) is the variance of the outcome, so the mean is the slope of a regression of outcomes on
+    predictions within blocks.
     """
     score = Score.of(counts.sum(axis=-3))
     weight = np.where(np.isfinite(score.skill), score.falls * (1 - score.falls), 0.0)

@@ -1,7 +1,7 @@
-"""Fall axes of earthquakes relative to fault normals and other reference directions.
+"""Fall axes relative to fault normals and other references, averaged over earthquakes.
 
-Records of one earthquake share its source, so they are averaged first and count as one. Which of the two directions of
-a fault normal is called positive is arbitrary; only axes are compared with it.
+Records of one earthquake share its source, so they are averaged first and count as one. The sign of a fault normal is
+arbitrary, so only axes are compared with it.
 """
 
 import math
@@ -19,12 +19,12 @@ from overturning.model.falls import model_of
 from overturning.statistics.bootstrap import (
     Mean,
     bootstrap,
+    bootstrap_values,
     event_means,
     event_names,
     expanded_tail,
     mean_of_sample,
     mean_over_earthquakes,
-    resampled,
 )
 from overturning.statistics.by_record import by_record, record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, common_axis_test, wrap_axis
@@ -33,7 +33,7 @@ from overturning.units import EARTH_RADIUS_KM
 
 
 def sums_by_record(cube: xr.Dataset, *keep: str) -> xr.Dataset:
-    """Compute `fall_vectors` of the informative blocks of each record; dimensions in `keep` are not summed."""
+    """Compute the `fall_vectors` of the informative blocks of each record, keeping the dimensions ``keep``."""
     model = model_of(cube)
     over = [name for name in model.case_dims if name not in keep]
     made = by_record(partial(fall_vectors, over=over, informative=True), cube, model.reads)
@@ -41,28 +41,27 @@ def sums_by_record(cube: xr.Dataset, *keep: str) -> xr.Dataset:
 
 
 def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
-    """Compute the fall axis of each earthquake relative to the fault normal; the cube is read one record at a time.
+    """Compute the fall axis of each earthquake relative to the fault normal; the cube is read in batches of records.
 
-    Falls are those of the `informative_blocks`, each counted alike under a record; an earthquake has the mean of the
-    means of its records.
+    All falls of the `informative_blocks` under a record have equal weight; an earthquake has the mean of the means of
+    its records.
 
     Parameters
     ----------
     cube : Dataset
-        With the coordinates ``fault_normal(record)``, degrees, and ``event(record)``, which says what counts as one
-        earthquake.
+        With the coordinates ``fault_normal(record)``, degrees, and ``event(record)``, the name of the earthquake.
     keep : str
-        Dimensions of the block that are not taken together.
+        Dimensions of the block that are not averaged over.
 
     Returns
     -------
     Dataset
-        Over dimension ``event`` (in the order of first appearance) and those kept: ``cosine`` and ``sine``, the means
-        of cos 2Δ and sin 2Δ over falls, Δ their angle from the fault normal; ``resultant``, the length of that
-        vector; ``largest``, the mean over records of the resultant of each record's own falls, which the mean of
-        cos 2Δ cannot exceed; ``axis``, its axis (degrees in (−90, 90], 0 is the fault normal); ``falls``, whether any
-        block falls; and ``records``. The first four are missing where nothing falls or no fault normal is known, the
-        axis where the resultant is below `LEAST_RESULTANT`, too.
+        Over the dimension ``event`` (in order of first appearance) and those of ``keep``: ``cosine`` and ``sine``, the
+        means of cos 2Δ and sin 2Δ over falls, with Δ the angle from the fault normal; ``resultant``, the length of this
+        vector; ``largest``, the mean over records of the resultant of the falls of each record, an upper bound of the
+        mean of cos 2Δ; ``axis``, the axis of the vector (degrees in (−90, 90], 0 is the fault normal); ``falls``, True
+        if any block falls; and ``records``, the number of records. The first four are missing if no block falls or no
+        fault normal is known; the axis also if the resultant is below `LEAST_RESULTANT`.
     """
     sums = sums_by_record(cube, *keep)
     vectors, events = fall_alignment(sums, cube["fault_normal"]), np.atleast_1d(cube["event"].values).astype(str)
@@ -83,7 +82,7 @@ def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
 
 
 def axes_by_group(cube: xr.Dataset, by: str = "pulse", edges: Sequence[float] = ()) -> dict[str, xr.Dataset]:
-    """Compute `axes_by_earthquake` of each non-empty group of records (see `record_groups`), by name."""
+    """Compute `axes_by_earthquake` for each non-empty group of `record_groups` (see there), by its name."""
     return {
         name: axes_by_earthquake(cube.isel(record=np.flatnonzero(members)))
         for name, members in record_groups(cube, by, edges).items()
@@ -98,25 +97,25 @@ class AxisSummary:
     Attributes
     ----------
     earthquakes : int
-        Looked at.
+        Number of earthquakes.
     alignment : Mean
-        Over those with falls and a known fault normal, of their mean cos 2Δ over falls: 1 normal to the fault, −1
-        parallel, 0 neither. An earthquake whose falls go every way counts as the 0 that it says.
+        Mean of cos 2Δ over falls, over the earthquakes with falls and a known fault normal: 1 normal to the fault, −1
+        parallel, 0 neither. An earthquake with falls in all directions counts with its value near 0.
     axis_deg : float
-        Axis of the mean of the earthquakes' vectors relative to the fault normal, (−90, 90]; NaN without falls, where
-        their resultant is below `LEAST_RESULTANT`, and where the `common_axis_test` does not reject "no common axis".
+        Axis of the mean vector of the earthquakes relative to the fault normal, (−90, 90]; NaN without falls, if the
+        resultant is below `LEAST_RESULTANT`, or if the `common_axis_test` does not reject "no common axis".
     half_width_deg : float
-        Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the resamples' distance
-        from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2) at the level of `expanded_tail`; NaN
-        below `FEWEST_EARTHQUAKES` and without an axis.
+        Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the distance of the
+        bootstrap axes from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2) at the level of
+        `expanded_tail`; NaN below `FEWEST_EARTHQUAKES` and without an axis.
     with_axis, closer_to_normal : int
-        Earthquakes that have an axis, since its resultant is no smaller than `LEAST_RESULTANT`; of these, those whose
-        axis is within 45° of the fault normal.
+        Number of earthquakes that have an axis (resultant at least `LEAST_RESULTANT`), and of these with an axis
+        within 45° of the fault normal.
     largest : float
-        Largest alignment that these falls allow: the mean over these earthquakes of ``largest`` of
-        `axes_by_earthquake`. It is reached where the axis of each record is its fault normal.
+        Largest possible alignment of these falls: the mean over these earthquakes of ``largest`` of
+        `axes_by_earthquake`. It is reached if the axis of each record is its fault normal.
     axis_p_value : float
-        Of the `common_axis_test` over earthquakes; NaN without falls.
+        p-value of the `common_axis_test` over earthquakes; NaN without falls.
     """
 
     earthquakes: int
@@ -130,7 +129,7 @@ class AxisSummary:
 
 
 def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000) -> AxisSummary:
-    """Summarise `axes_by_earthquake`: mean axis and alignment (see `bootstrap` for level and draws)."""
+    """Compute mean axis and alignment over the earthquakes of `axes_by_earthquake`; see `bootstrap`."""
     vectors = np.column_stack([axes["cosine"].values, axes["sine"].values])
     vectors = vectors[np.isfinite(vectors[:, 0])]
     cosine, sine = vectors.mean(axis=0) if len(vectors) else (math.nan, math.nan)
@@ -143,7 +142,7 @@ def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000
         away = np.abs(wrap_axis(np.degrees(np.arctan2(drawn_sine, drawn_cosine)) / 2 - mean))
         return np.where(np.hypot(drawn_cosine, drawn_sine) < NO_DIRECTION, 90.0, away)
 
-    distances = resampled(distance, vectors, draws) if has_axis else np.zeros(0)
+    distances = bootstrap_values(distance, vectors, draws) if has_axis else np.zeros(0)
     ends = bootstrap(mean_of_sample, vectors[:, 0], level=level, draws=draws)
     within = 1 - 2 * expanded_tail(len(vectors), level) if distances.size else level
     half_width = float(np.quantile(distances, within)) if distances.size else math.nan
@@ -156,11 +155,11 @@ def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000
 
 
 def compare_alignment(first: xr.Dataset, second: xr.Dataset) -> Mean:
-    """Compute the difference between the alignments of two sets of records, such as pulse records and control.
+    """Compute the alignment with the fault normal of one set of records minus that of another (pulse records, control).
 
-    Sets are from `axes_by_earthquake`. An earthquake may have records in both; it is drawn once for both, so that its
-    own orientation does not count as a difference. Its ``n`` is that of the set with fewer earthquakes that have falls;
-    there is no interval where these are fewer than `FEWEST_EARTHQUAKES`.
+    Both sets are results of `axes_by_earthquake`. An earthquake with records in both sets is drawn once for both, so
+    that its own orientation does not count as a difference. ``n`` is the number of earthquakes with falls in the
+    smaller set; there is no interval if it is below `FEWEST_EARTHQUAKES`.
     """
     names = event_names([*first["event"].values, *second["event"].values])
     values = np.stack([axes["cosine"].reindex(event=names).values for axes in (first, second)])
@@ -176,32 +175,32 @@ def compare_alignment(first: xr.Dataset, second: xr.Dataset) -> Mean:
 
 
 LEAST_DISTANCE_KM: Final = 1.0
-"""Distance below which the direction from the epicentre is undefined, km: epicentres are not known more closely."""
+"""Smallest epicentral distance with a radial direction, km; epicentres are not located more accurately."""
 
 
 def radial_azimuth(cube: xr.Dataset) -> xr.DataArray:
-    """Compute the azimuth away from the epicentre at the station of each record (back azimuth + 180°).
+    """Compute the azimuth away from the epicentre at the station of each record: back azimuth + 180°.
 
-    Along the great circle on a sphere, which differs from the ellipsoid's by at most 0.2°. The transverse axis lies
-    across it.
+    It follows the great circle on a sphere, which differs from that on the ellipsoid by at most 0.2°. The transverse
+    axis is perpendicular to it.
 
     Parameters
     ----------
     cube : Dataset
         With ``epicentre_latitude``, ``epicentre_longitude``, ``station_latitude`` and ``station_longitude`` of each
-        record, degrees, north and east positive, NaN where not known; or without.
+        record, degrees, north and east positive, NaN where unknown. All results are NaN if one of them is missing.
 
     Returns
     -------
     DataArray
-        Degrees clockwise from north, 0 to 360; NaN where a place is not known, and within `LEAST_DISTANCE_KM`.
+        Degrees clockwise from north, 0 to 360; NaN where a location is unknown, and within `LEAST_DISTANCE_KM`.
     """
     names = [f"{where}_{name}" for where in ("epicentre", "station") for name in ("latitude", "longitude")]
     if any(name not in cube.variables for name in names):
         return xr.DataArray(math.nan)
     latitude0, longitude0, latitude, longitude = (np.radians(cube[name].astype(np.float64)) for name in names)
     east = longitude - longitude0
-    # Of the unit vector to the epicentre, in the axes of the station: how far it points east, north and up.
+    # East and north components of the unit vector to the epicentre, in the axes of the station.
     towards_east = -np.cos(latitude0) * np.sin(east)
     towards_north = np.cos(latitude) * np.sin(latitude0) - np.sin(latitude) * np.cos(latitude0) * np.cos(east)
     far = np.hypot(towards_east, towards_north) >= math.sin(LEAST_DISTANCE_KM / EARTH_RADIUS_KM)
@@ -214,18 +213,18 @@ _REFERENCES = {"peak velocity": "pgv_azimuth", "peak acceleration": "pga_azimuth
 
 @dataclass(frozen=True)
 class ReferenceAlignment:
-    """Alignment of the falls of a group of records with reference directions, for parts of the B/H range.
+    """Alignment of the falls of a group of records with references, over earthquakes, for ranges of B/H.
 
     Attributes
     ----------
     means : dict
-        By name of the reference and whether it is taken as an axis (all are; peaks and the radial direction, which
-        have a head, as directions too): `Mean` of the cosine of `fall_alignment` of each record, one for each part.
+        `Mean` of the cosine of `fall_alignment` over records, for each range of B/H. Keys: name of the reference, and
+        True for its axis or False for its direction (peaks and radial direction only).
     closest : tuple of str
-        The two references to whose axes falls lie closest in the first part, of those known for as many records as any:
-        a mean over others says nothing of which is closer. Fewer where fewer are known.
+        The two references with the largest alignment of axes in the first range of B/H, among those known for the
+        largest number of records (others are means over different records). Shorter if fewer are known.
     closer : list of Mean
-        Of each part by how much the cosine for the first of these is larger, record by record.
+        Cosine for the first of these minus that for the second, record by record, for each range of B/H.
     """
 
     means: dict[tuple[str, bool], list[Mean]]
@@ -238,15 +237,15 @@ def alignment_with_references(
 ) -> dict[str, ReferenceAlignment]:
     """Compute the alignment of falls with peaks, pulse, fault normal and radial direction, by group of records.
 
-    The transverse axis lies across the radial one: its mean cos 2Δ is that of the radial one with the other sign. The
-    radial direction is left out where no record has one.
+    The transverse axis is perpendicular to the radial one, so its mean cos 2Δ is that of the radial one with the
+    opposite sign. The radial direction is left out if no record has one.
 
     Parameters
     ----------
     cube, intensity : Dataset
-        The latter with ``pgv_azimuth``, ``pga_azimuth`` and ``pulse_axis`` of each record, degrees.
+        Cube, and intensity with ``pgv_azimuth``, ``pga_azimuth`` and ``pulse_axis`` of each record, degrees.
     slenderness : sequence of slice
-        Parts of the B/H of the cube; each by itself where not given.
+        Ranges of positions along B/H; not given: each B/H separately.
     """
     sums = sums_by_record(cube, "b_over_h")
     parts = slenderness or [slice(index, index + 1) for index in range(cube.sizes["b_over_h"])]

@@ -1,4 +1,4 @@
-"""Falls of the elements of a scene, the first to fall, and the comparison of two stones."""
+"""Falls of each element of a scene, order of falls, and comparison of the falls of two stones."""
 
 import math
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ from overturning.statistics.by_record import each_record
 
 @dataclass(frozen=True)
 class ElementFalls:
-    """Falls of one element, or stone, over the ``cases`` whose outcome is known.
+    """Falls of one element over the ``cases`` with a known outcome.
 
-    It ``falls`` to either side in so many, ``first`` in those in which it falls before every other element of its scene
-    or alone; ``share`` is falls/cases, ``median_time`` (s) the median of when it falls. Both are NaN where there is
-    none.
+    ``falls`` is the number of cases in which it falls to either side, ``first`` of those in which no other element of
+    its scene falls before it. ``share`` is falls/cases, and ``median_time`` the median time of its falls, s; both are
+    NaN without cases or falls.
     """
 
     name: str
@@ -31,10 +31,11 @@ class ElementFalls:
 
 @dataclass(frozen=True)
 class Contrast:
-    """Two cubes of the same cases, one stone each, as means over earthquakes of shares of the cases known in both.
+    """Comparison of two cubes with the same cases and one stone each, as means over earthquakes.
 
-    The stone falls in ``only_this`` cube, ``only_other`` or ``both``; of those in which it falls in both, it goes the
-    ``same_way`` (within 45°), and falls ``earlier`` in this one.
+    ``only_this``, ``only_other`` and ``both`` are shares of the cases known in both cubes in which the stone falls in
+    this cube only, in the other only, or in both. ``same_way`` and ``earlier`` are shares of the last: falls within 45°
+    of each other, and falls that are earlier in this cube.
     """
 
     only_this: Mean
@@ -48,14 +49,14 @@ _OUTCOME = ("overturned", "overturning_time")
 _FALL = (*_OUTCOME, "fall_azimuth")
 
 ANYTHING = "any element"
-"""Name of the row for the whole scene, which falls if any element falls, at the time of the first."""
+"""Name of the row for a whole scene, which falls when its first element falls."""
 
 
 def falls_by_element(cube: xr.Dataset) -> list[ElementFalls]:
-    """Count the falls of each element of a cube, in order; of several elements the last row is `ANYTHING`.
+    """Count the falls of each element of a cube, in order; several elements are followed by a row `ANYTHING`.
 
-    The cube is read one record at a time; of the times of falls all are kept, since medians need them: four bytes for
-    each.
+    A cube without elements has one row, "block". The cube is read one record at a time. The times of all falls are
+    kept in memory for the medians (four bytes each).
     """
     if "element" not in cube.dims:
         cube = cube.drop_vars("element", errors="ignore").expand_dims(element=["block"])
@@ -88,14 +89,14 @@ def compare_stones(cube: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     cube, other : Dataset
-        Cubes of one element each, with the same cases in the same order.
+        Cubes of one element each with the same cases in the same order.
 
     Returns
     -------
     Dataset
-        Over ``record``, numbers of cases: ``cases`` whose outcome is known in both; of these ``both``, ``only_this``
-        and ``only_other``, in which the stone falls; of those in both ``same_way``, in which the falls lie within 45°
-        of each other, and ``earlier``, in which the first stone falls before the other.
+        Numbers of cases over ``record``: ``cases`` with a known outcome in both cubes; of these, ``both``,
+        ``only_this`` and ``only_other``, in which the stone falls; of ``both``, ``same_way`` with falls within 45° of
+        each other, and ``earlier``, in which the first stone falls before the other.
     """
     rows = []
     for one, another in zip(each_record(cube, _FALL), each_record(other, _FALL), strict=True):
@@ -112,14 +113,14 @@ def compare_stones(cube: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
 
 
 def _azimuths(cube: xr.Dataset) -> FloatArray:
-    """Return the azimuth of each fall; in 2-D relative to that of the motion, which both cubes share."""
+    """Return the azimuth of each fall, degrees; for planar models relative to the motion, which is the same in both."""
     if "fall_azimuth" in cube:
         return np.asarray(cube["fall_azimuth"].to_numpy().ravel(), np.float64)
     return np.where(cube["overturned"].to_numpy().ravel() > 0, 0.0, 180.0)
 
 
 def contrast(counts: xr.Dataset, events: NDArray[np.str_]) -> Contrast:
-    """Average the counts of `compare_stones` over earthquakes; `events` has the earthquake of each record."""
+    """Average the counts of `compare_stones` over earthquakes; ``events`` has the earthquake of each record."""
 
     def share(name: str, of: str) -> Mean:
         total = counts[of].to_numpy().astype(np.float64)

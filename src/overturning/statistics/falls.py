@@ -1,7 +1,8 @@
-"""Directions of falls: flags by azimuth, shares of cases that overturn, mean fall directions and axes.
+"""Fall directions: falls by azimuth, shares of cases that overturn, mean fall directions and axes.
 
-In shares and means each plane counts once, and azimuths added to a grid share the weight of their neighbourhood (see
-`Model.falls`). ``over`` names dimensions that are averaged together with the direction, each case alike.
+In shares and means each plane counts once, and azimuths added to a regular grid share the weight of their neighbourhood
+(see `Model.falls`). The parameter ``over`` names dimensions that are summed together with the direction, with equal
+weights.
 """
 
 from collections.abc import Sequence
@@ -19,11 +20,11 @@ from overturning.statistics.circular import NO_DIRECTION
 
 
 def whole_circle(cube: xr.Dataset) -> xr.Dataset:
-    """Return a planar cube, or a variable of one, with the opposites of all azimuths, in ascending order.
+    """Extend a cube of a planar model, or data derived from it, to the opposites of all its azimuths, ascending.
 
-    Motions along φ and φ + 180° are one plane and one outcome. Where the cube holds one of them, the other is that
-    one seen from behind; where it holds both, both stay as they are. Of a scene that is not its own mirror image, where
-    they are two cases, opposites are added where the cube knows nothing of them, all missing. Lazy where the cube is.
+    Motions along φ and φ + 180° are one plane with one outcome. If the cube has one of them, the other is its mirror
+    image; if it has both, they stay unchanged. For a scene without mirror symmetry they are two cases, and opposite
+    azimuths that were not simulated are added as missing values. Computed lazily if the cube is lazy.
     """
     azimuth = cube["azimuth"].to_numpy()
     opposite = np.round((azimuth.astype(np.float64) + 180.0) % 360.0, 10).astype(azimuth.dtype)
@@ -45,11 +46,11 @@ def whole_circle(cube: xr.Dataset) -> xr.Dataset:
 
 
 def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
-    """Count the falls towards each azimuth: 1 or 0, NaN for a missing outcome; as lazy as the cube.
+    """Return the number of falls towards each azimuth: 1 or 0, NaN if the outcome is missing; lazy as the cube.
 
-    A block that falls towards −1 at φ falls towards φ + 180°. So each fall stands exactly once in the result, at
-    the azimuth it goes to, whether the cube holds one or both azimuths of its plane. Of a scene that is not its own
-    mirror image the falls of two cases go to an azimuth, its own and that of the opposite one.
+    A block with the flag −1 at φ falls towards φ + 180°. So the result has each fall exactly once, at its azimuth,
+    whether the cube has one or both azimuths of the plane. For a scene without mirror symmetry, an azimuth has the
+    falls of two cases: its own and that of the opposite azimuth.
 
     Parameters
     ----------
@@ -61,7 +62,7 @@ def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
     Returns
     -------
     DataArray
-        Azimuths of `whole_circle`; for a scene without mirror symmetry the opposites are added.
+        Azimuths as from `whole_circle`; for a scene without mirror symmetry including all opposites.
     """
     used = [name for name in (FALLS if ensemble else FALLS[:1]) if name in cube]
     p = fall_probability(whole_circle(cube[used]), ensemble=ensemble)
@@ -74,7 +75,7 @@ def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
 
 
 def overturns(cube: xr.Dataset) -> xr.DataArray:
-    """Return 1 if the block falls to either side, 0 if it stands, NaN for a missing outcome."""
+    """Return 1 if the block falls to either side, 0 if it stands, NaN if the outcome is missing."""
     overturned = cube["overturned"]
     return xr.where(answered(overturned), (overturned != 0).astype("float32"), np.nan).assign_attrs(
         long_name="block overturns to either side", units="1"
@@ -82,16 +83,17 @@ def overturns(cube: xr.Dataset) -> xr.DataArray:
 
 
 def shares_by_record(cube: xr.Dataset, *keep: str) -> xr.DataArray:
-    """Compute the share of known cases of each record that overturn, for each value of the kept dimensions."""
+    """Compute the share of known cases of each record that overturn, keeping the dimensions ``keep``; in memory."""
     falls = overturns(cube)
     shares = falls.mean([name for name in falls.dims if name not in ("record", *keep)]).compute()
     return shares.transpose(..., "record").astype("float64")
 
 
 def flag_changes_between_neighbours(cube: xr.Dataset, dim: str) -> tuple[int, int]:
-    """Count neighbouring cells along a dimension whose outcome differs, and the known pairs of neighbours.
+    """Count the neighbouring cells along ``dim`` with different flags (stands, falls to +1 or −1).
 
-    A grid of azimuths that goes round the compass goes on from its last to its first.
+    Returns (number of changes, number of pairs with two known flags). For azimuths round the full circle the last and
+    the first are neighbours.
     """
     flags, at = cube["overturned"].compute(), cube[dim].to_numpy().astype(np.float64)
     gap = float(np.diff(at).max(initial=0.0))
@@ -103,16 +105,16 @@ def flag_changes_between_neighbours(cube: xr.Dataset, dim: str) -> tuple[int, in
 
 @dataclass(frozen=True)
 class BlockRule:
-    """Rule that chooses the blocks whose falls are counted under a record.
+    """Rule that selects the blocks whose falls count under a record.
 
     Attributes
     ----------
     name : str
-        Which blocks count; ``{}`` stands for the directions of the model, such as "plane".
+        Description of the selected blocks; ``{}`` is replaced by the direction of the model, such as "plane".
     most : float
-        Largest share of the directions in which a block overturns; above 1 for no limit.
+        Largest share of directions in which a selected block overturns; above 1 for no limit.
     otherwise_all : bool
-        Count all blocks of a record under which the rule chooses none; otherwise such a record does not count.
+        True: count all blocks of a record for which the rule selects none. False: such a record does not count.
     """
 
     name: str
@@ -120,7 +122,7 @@ class BlockRule:
     otherwise_all: bool = False
 
     def chosen(self, share: xr.DataArray) -> xr.DataArray:
-        """Return True for blocks that count, of the share of directions in which each overturns under a record."""
+        """Return True for selected blocks, given the share of directions in which each overturns under a record."""
         if self.most > 1.0:
             return xr.ones_like(share, dtype=bool)
         near = (share > 0) & (share <= self.most) & (share < 1.0)
@@ -128,10 +130,10 @@ class BlockRule:
 
 
 MARGINAL: Final = BlockRule("in at most half of the {}s, or all blocks of a record without such", 0.5, True)
-"""Rule of the planar model: blocks that only just fall."""
+"""Rule of planar models: marginal blocks."""
 
 EVERY_BLOCK: Final = BlockRule("all blocks", 2.0)
-"""Rule of the 3-D model, in which a block that falls whichever way it faces still falls where the motion sends it."""
+"""Rule of the 3-D model, where a block that falls in every orientation still shows the direction of the motion."""
 
 BLOCK_RULES: Final = (
     MARGINAL,
@@ -140,18 +142,18 @@ BLOCK_RULES: Final = (
     BlockRule("in some {}s, but not in all", 1.0),
     EVERY_BLOCK,
 )
-"""Rules under which a report gives the alignment, to show how far it depends on this choice."""
+"""Rules for which a report lists the alignment, to show how it depends on this choice."""
 
 
 def rule_of(cube: xr.Dataset) -> BlockRule:
-    """Rule that chooses the blocks of a cube: `MARGINAL` for planes, `EVERY_BLOCK` for bodies in space."""
+    """Return the rule of the model of a cube: `MARGINAL` for planar models, `EVERY_BLOCK` for the 3-D model."""
     return MARGINAL if model_of(cube).one_component else EVERY_BLOCK
 
 
 def overturning_shares(cube: xr.Dataset) -> xr.DataArray:
-    """Compute the share of directions in which each block overturns under a record, each plane counted once.
+    """Compute the share of directions in which each block overturns under a record, each plane once; in memory.
 
-    Directions whose outcome is missing do not count.
+    Directions with a missing outcome do not count.
     """
     model = model_of(cube)
     once = {model.direction: model.representative(cube)}
@@ -159,19 +161,19 @@ def overturning_shares(cube: xr.Dataset) -> xr.DataArray:
 
 
 def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
-    """Return True for blocks whose falls are informative about direction; no dimension of direction.
+    """Return True for blocks whose falls show a direction; dimensions of ``overturned`` without the direction.
 
-    Where each direction has a component of the motion of its own these only just fall under a record: they overturn in
-    some of its planes, and in at most half of them. More slender ones fall in nearly every plane, to whichever side,
-    and hide the direction that these show; of a record under which no block only just falls all count. Each plane
-    counts once, none whose outcome is missing. Elsewhere all are informative.
+    In planar models these are the marginal blocks under a record: they overturn in some of its planes, but in at most
+    half of them. More slender blocks fall in nearly every plane, to both sides, and hide the direction. If a record has
+    no marginal block, all blocks count. Each plane counts once; planes with a missing outcome do not count. In the 3-D
+    model all blocks are informative.
     """
     rule = rule_of(cube)
     return xr.DataArray(True) if rule is EVERY_BLOCK else rule.chosen(overturning_shares(cube))
 
 
 def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = ()) -> xr.DataArray:
-    """Compute the share of planes or orientations of known outcome in which a block overturns."""
+    """Compute the share of planes (3-D: orientations) with a known outcome that overturn; missing if none is known."""
     model = model_of(cube)
     falls, dims = model.falls(cube), (model.direction, *over)
     weight = falls["weight"].where(falls["falls"].notnull(), 0.0).sum(dims)
@@ -180,10 +182,10 @@ def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = ()) -> xr.DataArray:
 
 
 def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool = False) -> xr.Dataset:
-    """Sum the variables of `Model.falls`, weighted, so that means can be formed.
+    """Compute weighted sums of the variables of `Model.falls`, from which mean directions are computed.
 
-    They may be added up further before an angle is taken. With ``informative`` they are of the
-    `informative_blocks` alone; ``all_falls`` are those of all blocks.
+    The sums can be added further before an angle is computed. With ``informative`` they cover the `informative_blocks`
+    only; ``all_falls`` always counts the falls of all blocks.
     """
     model = model_of(cube)
     falls, dims = model.falls(cube), (model.direction, *over)
@@ -193,17 +195,17 @@ def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), informative: boo
 
 
 def fall_means(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool = False) -> xr.Dataset:
-    """Compute the mean direction towards which blocks fall, and the mean axis of the falls.
+    """Compute the mean direction and the mean axis of falls.
 
-    Axes are averaged with their angles doubled (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4 and section 9.1);
-    See `fall_vectors` for ``informative``.
+    Axes are averaged with doubled angles (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4 and section 9.1). For
+    ``informative`` see `fall_vectors`.
 
     Returns
     -------
     Dataset
-        ``mean_direction`` (degrees, 0 to 360; missing where nothing fell or the falls cancel), ``mean_axis`` (0 to 180;
-        missing where nothing fell or all planes overturn alike), ``direction_resultant`` and ``axis_resultant`` (mean
-        resultant lengths, 0 to 1, the latter of doubled angles; missing where nothing fell).
+        ``mean_direction`` (degrees, 0 to 360; missing without falls, or if they cancel), ``mean_axis`` (0 to 180;
+        missing without falls, or if all planes overturn equally), ``direction_resultant`` and ``axis_resultant`` (mean
+        resultant lengths, 0 to 1, the latter of doubled angles; missing without falls).
     """
     sums = fall_vectors(cube, over=over, informative=informative)
     means = dict[str, xr.DataArray]()
@@ -220,22 +222,22 @@ def fall_means(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool 
 
 
 def fall_alignment(sums: xr.Dataset, reference_deg: xr.DataArray, *, axial: bool = True) -> xr.Dataset:
-    """Compute the mean cosine and sine of the angle from a reference azimuth to the falls, doubled for an axis.
+    """Compute the mean cosine and sine of the angle from a reference azimuth to the falls; for axes of twice the angle.
 
     Parameters
     ----------
     sums : Dataset
-        From `fall_vectors`.
+        Result of `fall_vectors`.
     reference_deg : DataArray
-        Azimuth of each record, degrees; NaN where there is none.
+        Reference azimuth of each record, degrees; NaN if there is none.
     axial : bool
-        Take falls and reference as axes.
+        Treat falls and reference as axes.
 
     Returns
     -------
     Dataset
-        ``cosine`` (1 where all falls go along the reference, 0 where they do not heed it, −1 where they go across an
-        axis or against a direction) and ``sine``; missing where nothing falls or there is no reference.
+        ``cosine`` (1 if all falls are along the reference, 0 if they do not depend on it, −1 if they are perpendicular
+        to a reference axis or opposite to a reference direction) and ``sine``; missing without falls or reference.
     """
     kind, times = ("axis", 2) if axial else ("direction", 1)
     cosine, sine = sums[f"{kind}_cosine"], sums[f"{kind}_sine"]

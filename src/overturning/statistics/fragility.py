@@ -1,4 +1,4 @@
-"""Fragility: the share of stones that fall over the intensity of the motion, as a lognormal curve."""
+"""Fragility: lognormal curves of the share of stones that fall as a function of motion intensity."""
 
 import math
 import re
@@ -13,17 +13,17 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.bootstrap import Interval, bootstrap
 
-MOST_ITERATIONS: Final = 100
-"""Largest number of iterations of a fit."""
+MAX_ITERATIONS: Final = 100
+"""Maximum number of Newton steps; a fit that needs more does not converge."""
 
 LARGEST_STEP: Final = 2.0
-"""Largest change of constant or slope in one iteration, in standard deviations of the data."""
+"""Largest change of constant or slope in one Newton step, for intensities scaled to unit standard deviation."""
 
 NODES: Final = np.linspace(-6.0, 6.0, 1201)
-"""Nodes of the integral over the record effect, in units of the spread."""
+"""Integration points for the deviation of a record from its intensity, in standard deviations."""
 
-MOST_AT_ONCE: Final = 50_000
-"""Number of values (samples × shares) fitted at once, so that they stay in the processor's cache."""
+MAX_VALUES_PER_BATCH: Final = 50_000
+"""Largest number of values (samples × shares) in one batch of fits, so that the arrays stay in the cache."""
 
 
 @dataclass(frozen=True)
@@ -33,20 +33,20 @@ class Fragility:
     Attributes
     ----------
     name : str
-        Of the class of stones.
+        Name of the class of stones.
     measure, unit : str
         Intensity measure and its unit.
     median, spread : float
-        Median in that unit, and standard deviation of the logarithm; NaN where no curve fits.
+        Median in this unit, and standard deviation of the logarithm; NaN if no curve fits.
     median_interval : Interval
         95 % interval of the median, by bootstrap over earthquakes.
     least, most : float
-        Range of the intensities that it was fitted to: it says nothing outside.
+        Range of the fitted intensities; the curve is not valid outside.
     of_records : float
-        Share of the variance spread² between records (see `record_share`); NaN where not known.
+        Share of the variance spread² that is between records (see `record_share`); NaN if unknown.
     within_data : float, Interval, float
-        Median, its interval and the spread as far as the data reach: infinite above `most`, 0 below `least`; no spread
-        where the median lies beyond.
+        Median, its interval and the spread within the range of the data: values above `most` are infinite, values
+        below `least` are 0; the spread is NaN if the median lies outside.
     """
 
     name: str
@@ -61,13 +61,13 @@ class Fragility:
 
     @property
     def spreads(self) -> tuple[float, float]:
-        """Between-record and within-record spread; NaN without a spread."""
+        """Spread between records, and remaining spread (stones and their orientations); NaN if the spread is."""
         spread = self.within_data[2]
         return spread * math.sqrt(self.of_records), spread * math.sqrt(1 - self.of_records)
 
     @property
     def identifier(self) -> str:
-        """Name with letters, digits, _ and - only, as OpenQuake requires."""
+        """Name for OpenQuake: only letters, digits, _ and -."""
         return re.sub(r"[^A-Za-z0-9_-]+", "_", self.name.replace("/", "").replace(".", "p"))
 
     @property
@@ -79,7 +79,7 @@ class Fragility:
         return median, Interval(low, high), self.spread if self.least <= median <= self.most else math.nan
 
     def probability(self, intensity: ArrayLike) -> FloatArray:
-        """Probability of falling."""
+        """Return the probability of falling at given intensities."""
         over = np.asarray(intensity, dtype=np.float64) / self.median
         return np.asarray(scipy.special.ndtr(np.log(over) / self.spread))
 
@@ -90,13 +90,14 @@ def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | No
     Parameters
     ----------
     intensity, share, weight : array_like, shape (n,)
-        Intensities above 0, share of stones that fell, 0 to 1, and weight of each, 1 where not given.
+        Positive intensities, share of stones that fell (0 to 1), and weights (default 1).
 
     Returns
     -------
     (float, float)
-        NaN where nothing falls, everything does, the shares hardly grow with the intensity, or one intensity parts
-        those of 0 from those of 1: then the smaller the spread, the likelier (Albert & Anderson 1984, Biometrika 71).
+        Median and spread. NaN if no stone falls, all fall, the shares hardly increase with intensity, or an intensity
+        separates shares of 0 from shares of 1, so that the likelihood increases as the spread goes to 0 (Albert &
+        Anderson 1984, Biometrika 71).
 
     Raises
     ------
@@ -118,23 +119,23 @@ def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | No
 def _fits(
     logs: FloatArray, y: FloatArray, weight: FloatArray, near: tuple[float, float] | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Fit `lognormal_fit` for each row of weights, shape (m, n), by Newton's method.
+    """Fit medians and spreads, shape (m,), for each row of weights, shape (m, n), with Newton's method.
 
-    It begins at the median and spread of a fit that is `near`, where one is known. A step that lowers the likelihood,
-    which is concave, is halved: without that the iteration may go to and fro for ever.
+    The iteration starts from the median and spread ``near``, if given. The log-likelihood is concave; a step that
+    lowers it is halved, because otherwise the iteration can oscillate.
     """
     middle, width = float(logs.mean()), max(float(logs.std()), 1e-3)
     scaled = (logs - middle) / width
-    # Constant and slope of each row with their likelihood, the step they try next, and which rows still move.
+    # Constant and slope of each row, their likelihood, the next step, and the rows that have not converged.
     first = (0.0, 1.0) if near is None else ((middle - math.log(near[0])) / near[1], width / near[1])
     found, moving = np.tile(first, (len(weight), 1)), np.ones(len(weight), bool)
     likelihood, trying = np.full(len(weight), -np.inf), np.zeros_like(found)
-    for iteration in range(MOST_ITERATIONS):
+    for iteration in range(MAX_ITERATIONS):
         at = np.flatnonzero(moving)
         if not at.size:
             break
         tried = found[at] + trying[at]
-        different = slice(None) if iteration else slice(1)  # all rows begin at the same
+        different = slice(None) if iteration else slice(1)  # all rows start at the same point
         z = tried[different, :1] + tried[different, 1:] * scaled
         below, above = scipy.special.log_ndtr(z), scipy.special.log_ndtr(-z)
         reached = (weight[at] * (y * below + (1 - y) * above)).sum(axis=1)
@@ -147,10 +148,10 @@ def _fits(
         density = -0.5 * z * z - 0.5 * math.log(2 * math.pi)
         falls, stands = np.exp(density - below), np.exp(density - above)
         score = w * (y * falls - (1 - y) * stands)
-        information = w * (y * falls * (falls + z) + (1 - y) * stands * (stands - z))  # less the score's slope
+        information = w * (y * falls * (falls + z) + (1 - y) * stands * (stands - z))  # minus the score's slope
         gradient = np.stack([score.sum(axis=1), score @ scaled], axis=1)
         a, b, c = information.sum(axis=1), information @ scaled, information @ scaled**2
-        with np.errstate(divide="ignore", invalid="ignore"):  # of stones that a motion separates there is no step
+        with np.errstate(divide="ignore", invalid="ignore"):  # no step if the data are separated
             step = np.stack([c * gradient[:, 0] - b * gradient[:, 1], a * gradient[:, 1] - b * gradient[:, 0]], axis=1)
             step /= (a * c - b * b)[:, None]
             step *= np.minimum(1.0, LARGEST_STEP / np.maximum(np.abs(step).max(axis=1), LARGEST_STEP))[:, None]
@@ -158,7 +159,7 @@ def _fits(
         moving[better] = np.abs(gradient).max(axis=1) > 1e-9 * w.sum(axis=1)
     found = np.where(moving[:, None], np.nan, found + trying)
     slope = found[:, 1] / width
-    # A slope without bound separates falls from stands; a spread above 3 says that the shares hardly grow with it.
+    # An unbounded slope means separated data; a spread above 3 means that the shares hardly depend on intensity.
     slope = np.where((slope > 1 / 3) & (slope < 1e3), slope, np.nan)
     return np.exp(middle - found[:, 0] / slope), 1 / slope
 
@@ -166,26 +167,26 @@ def _fits(
 def record_share(
     fit: tuple[float, float], intensity: FloatArray, share: FloatArray, record: NDArray[np.generic], stones: int
 ) -> float:
-    """Estimate the share of the variance spread² of a curve between records: 0 if equal intensities act alike.
+    """Estimate the share of the variance spread² that is between records; 0 if equal intensities have equal shares.
 
-    A stone falls where ln(x/median) reaches its own capacity, the sum of two normal deviates: one that all stones under
-    a record have in common, and one of its own (probit with a random intercept: Ochi & Prentice 1984, Biometrika 71,
-    531). The sum's spread and the median are those fitted without regard to records, which are consistent (Liang &
-    Zeger 1986, Biometrika 73, 13); the share is the likeliest, integrated over the deviates of the records.
+    A stone falls if ln(x/median) exceeds its capacity, the sum of two normal deviates: one common to all stones under
+    a record, and one of the stone (probit model with a random intercept: Ochi & Prentice 1984, Biometrika 71, 531).
+    Median and total spread are those fitted without regard to records, which are consistent (Liang & Zeger 1986,
+    Biometrika 73, 13). The share maximises the likelihood, integrated over the deviates of the records.
 
     Parameters
     ----------
     fit : (float, float)
-        Median and spread, of `lognormal_fit`.
+        Median and spread from `lognormal_fit`.
     intensity, share, record : ndarray, shape (n,)
-        Intensities, share of the stones that fell, and which record it is of.
+        Intensities, share of stones that fell, and the record of each share.
     stones : int
-        Number of stones that each share is of.
+        Number of stones of each share.
 
     Returns
     -------
     float
-        0 to 0.99; NaN where there is no curve.
+        0 to 0.99; NaN if there is no curve.
     """
     if not math.isfinite(fit[0]):
         return math.nan
@@ -215,9 +216,9 @@ def fragility(
     record: NDArray[np.generic] | None = None,
     stones: int = 0,
 ) -> Fragility:
-    """Compute the fragility curve of a class of stones and the interval of its median; arrays have shape (n,).
+    """Fit the fragility curve of a class of stones, with the interval of its median; arrays have shape (n,).
 
-    Of how many ``stones`` each share is, and under which ``record``, tells the spread of records from all other.
+    With ``record`` and ``stones``, the number of stones of each share, the spread between records is separated.
     """
     known = np.isfinite(share) & (intensity > 0)
     intensity, share, event = intensity[known], share[known], event[known]
@@ -229,7 +230,7 @@ def fragility(
 
     def medians(drawn: NDArray[np.intp]) -> FloatArray:
         count = (drawn[:, :, None] == np.arange(names.size)).sum(axis=1, dtype=np.float64)
-        parts = np.array_split(count, math.ceil(len(drawn) * share.size / MOST_AT_ONCE))
+        parts = np.array_split(count, math.ceil(len(drawn) * share.size / MAX_VALUES_PER_BATCH))
         return np.concatenate([_fits(np.log(intensity), share, part[:, member], (median, spread))[0] for part in parts])
 
     ends_of_median = Interval()

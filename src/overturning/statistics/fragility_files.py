@@ -1,4 +1,4 @@
-"""Fragility curves as files: a table, and models for OpenQuake."""
+"""Write fragility curves: CSV table and OpenQuake models."""
 
 import math
 import re
@@ -14,13 +14,13 @@ from overturning.files import atomic_write
 from overturning.statistics.fragility import Fragility
 
 LEVELS: Final = 25
-"""Number of intensities at which a curve is written."""
+"""Number of intensities at which a curve is tabulated for OpenQuake."""
 
 
 def write_fragility_csv(curves: Sequence[Fragility], path: Path) -> None:
-    """Write curves as a table: class, measure, unit, median, interval and spread as `within_data`, range, `spreads`.
+    """Write curves as CSV: class, measure, unit, median, interval and spread (`within_data`), range, `spreads`, id.
 
-    Where the median lies beyond the data, the spread is missing too: both would be a curve where nothing is known.
+    The spread is missing if the median lies outside the data, so that no curve can be drawn there.
     """
     lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most,record_spread,other_spread,id"]
     for one in curves:
@@ -33,29 +33,29 @@ def write_fragility_csv(curves: Sequence[Fragility], path: Path) -> None:
 
 
 def measure_file(measure: str) -> str:
-    """Name of the OpenQuake model of a measure: ``fragility-pga.xml``, ``fragility-sa-0.5.xml``."""
+    """Return the file name of the OpenQuake model: ``fragility-pga.xml``, ``fragility-sa-0.5.xml``."""
     return f"fragility-{measure.lower().replace('(', '-').rstrip(')')}.xml"
 
 
-def for_openquake(measure: str) -> bool:
-    """True if OpenQuake supports a measure: PGA, PGV or SA(period)."""
+def is_openquake_measure(measure: str) -> bool:
+    """True if OpenQuake has the intensity measure: PGA, PGV or SA(period)."""
     return re.fullmatch(r"PG[AV]|SA\([0-9.]+\)", measure) is not None
 
 
 def write_openquake(curves: Sequence[Fragility], path: Path, identifier: str) -> None:
     """Write the curves of one measure as an OpenQuake fragility model (NRML 0.5, discrete functions).
 
-    The limit state is ``fallen``; curves that do not exist are left out. Levels are those of the data alone, also where
-    the probability has not reached one half at the last. PGA and SA are in g and PGV in cm/s, as OpenQuake has it.
-    Functions have the `identifier` of their class, which an exposure has as its taxonomy.
+    The limit state is ``fallen``; curves without a fit are left out. Levels stay within the data, even if the
+    probability at the largest is below one half. PGA and SA are in g and PGV in cm/s, as OpenQuake requires. The id of
+    a function is the `Fragility.identifier` of its class, which an exposure model uses as taxonomy.
 
     Raises
     ------
     ArgumentError
-        If the curves are of several measures, or of one that OpenQuake does not know.
+        If the curves have different measures, or one that OpenQuake does not have.
     """
     measures = {one.measure for one in curves}
-    if len(measures) != 1 or not all(map(for_openquake, measures)):
+    if len(measures) != 1 or not all(map(is_openquake_measure, measures)):
         raise ArgumentError(
             f"curves of {', '.join(sorted(measures)) or 'nothing'}; give those of PGA or PGV, or of one SA(period)"
         )

@@ -1,4 +1,4 @@
-"""Illustrative cases, chosen by rules."""
+"""Illustrative cases for the report, selected by fixed rules."""
 
 from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
@@ -7,39 +7,39 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.falls import model_of
-from overturning.statistics.by_record import few_records
+from overturning.statistics.by_record import record_batches
 from overturning.statistics.circular import wrap_axis
 
 WHICH_SIDE: Final = "Falls, but to which side?"
 """Title of the case with falls to both sides."""
 
-MOVES: Final = 0.1
-"""Largest rotation, in α, above which a standing block moves visibly."""
+MIN_VISIBLE_ROTATION: Final = 0.1
+"""Largest rotation, in parts of α, above which a standing block rocks visibly."""
 
-TURNED_DEG: Final = 0.1
-"""Smallest twist of a standing stone that is reported, degrees."""
+MIN_VISIBLE_TWIST_DEG: Final = 0.1
+"""Smallest turn about the vertical of a standing stone that counts as turned, degrees; the report prints 0.1°."""
 
-NEAR_DEG: Final = 22.5
-"""Largest angle between a plane and the fault normal, or the fault, that it represents, degrees."""
+MAX_PLANE_OFFSET_DEG: Final = 22.5
+"""Largest angle between a plane and the fault normal (or the fault) that it represents, degrees."""
 
-CORNER_DEG: Final = 10.0
-"""Largest angle between a fall and the bisector of two face normals for a fall over their corner, degrees."""
+MAX_CORNER_OFFSET_DEG: Final = 10.0
+"""Largest angle between a fall over a corner and the bisector of the normals of its two faces, degrees."""
 
 
 class IllustrativeCase(NamedTuple):
-    """One case, or a few side by side: title, rule, record (position in the cube) and block."""
+    """One case, or a few next to each other: title, rule, position of the record in the cube, and block."""
 
     title: str
     rule: str
     record: int
     block: dict[str, float]
-    """Value of each dimension of the block."""
+    """Coordinates of the block, by dimension of the model."""
     direction_deg: tuple[float, ...]
     """Azimuth or orientation of each panel, degrees."""
 
 
 class BestCase(NamedTuple):
-    """Best case of a record: scores, position, and the directions of its panels."""
+    """Best case of a rule under one record: its score (larger is better), block and directions."""
 
     score: tuple[float, ...]
     block: Sequence[int]
@@ -49,17 +49,17 @@ class BestCase(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """Rule that finds a case among the representative cells of one record."""
+    """Rule that finds a case among the representative cells of one record, ordered as the dimensions of the model."""
 
     title: str
     text: str
     find: Callable[[xr.Dataset], BestCase | None]
     needs: tuple[str, ...]
-    """Variables that a cube must have."""
+    """Variables that the rule needs; it is skipped for a cube without them."""
 
 
 def _largest(one: xr.Dataset, flag: int, score: xr.DataArray, which: xr.DataArray) -> BestCase | None:
-    """Return the first case with the largest score among the admissible cases of an outcome, or None."""
+    """Return the first case with the largest score among those with an outcome ``flag`` that satisfy ``which``."""
     may = ((one["overturned"] == flag) & which).to_numpy()
     if not may.any():
         return None
@@ -78,23 +78,23 @@ def _broadest_falling(one: xr.Dataset, which: xr.DataArray) -> BestCase | None:
     return _largest(one, 1, one["b_over_h"], which)
 
 
-def _over_a_corner(one: xr.Dataset) -> BestCase | None:
+def _fall_over_corner(one: xr.Dataset) -> BestCase | None:
     off = (one["fall_azimuth"].astype("float64") - one["orientation"]) % 90.0
-    return _broadest_falling(one, abs(off - 45.0) < CORNER_DEG)
+    return _broadest_falling(one, abs(off - 45.0) < MAX_CORNER_OFFSET_DEG)
 
 
 def _normal_against_parallel(one: xr.Dataset) -> BestCase | None:
     azimuth = one["azimuth"].to_numpy().astype(np.float64)
-    distance = np.abs(wrap_axis(azimuth - float(one["fault_normal"])))
-    if not (distance.min() <= NEAR_DEG and distance.max() >= 90 - NEAR_DEG):  # nor where the normal is not known
+    distance = np.abs(wrap_axis(azimuth - float(one["fault_normal"])))  # NaN without a fault normal: no case
+    if not (distance.min() <= MAX_PLANE_OFFSET_DEG and distance.max() >= 90 - MAX_PLANE_OFFSET_DEG):
         return None
     along, across = int(distance.argmin()), int(distance.argmax())
     flags, rotation = one["overturned"].to_numpy(), one["peak_rotation"].to_numpy()
     splits = np.argwhere((np.abs(flags[along]) == 1) & (flags[across] == 0))
     if splits.size == 0:
         return None
-    moves = rotation[across] > MOVES
-    # One that moves in both planes, then broadest, then roughest, then lowest.
+    moves = rotation[across] > MIN_VISIBLE_ROTATION
+    # Prefer a case that moves in both planes, then the broadest, the roughest and the lowest block.
     place = max(map(tuple, splits), key=lambda p: (moves[p], p[1], p[2], -p[0]))
     broad = round(float(one["b_over_h"].values[place[1]]), 9)
     return BestCase((float(moves[place]), broad), place, (along, across))
@@ -132,7 +132,7 @@ RULES: Final = (
     Rule(
         "Stands, but only just",
         "the block with the largest rotation, in parts of α, of all that stand",
-        lambda one: _largest_standing(one, "peak_rotation", MOVES),
+        lambda one: _largest_standing(one, "peak_rotation", MIN_VISIBLE_ROTATION),
         ("peak_rotation",),
     ),
     Rule(
@@ -143,27 +143,28 @@ RULES: Final = (
     ),
     Rule(
         "Falls over a corner",
-        f"the broadest block whose fall lies within {CORNER_DEG:g}° of the middle between the normals of two faces",
-        _over_a_corner,
+        f"the broadest block whose fall lies within {MAX_CORNER_OFFSET_DEG:g}° of the middle between the normals of "
+        "two faces",
+        _fall_over_corner,
         ("plane_overturned", "fall_azimuth"),
     ),
     Rule(
         "Stands, and has turned",
         "the block with the largest turn about the vertical of all that stand",
-        lambda one: _largest_standing(one, "residual_twist", TURNED_DEG),
+        lambda one: _largest_standing(one, "residual_twist", MIN_VISIBLE_TWIST_DEG),
         ("residual_twist",),
     ),
 )
-"""Rules, in the order of the report."""
+"""Rules in the order in which their cases are shown."""
 
 
 def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
-    """Find the illustrative cases of a study, at most one for each of `RULES`; few records are in memory."""
+    """Find the illustrative cases of a study, at most one for each of `RULES`; the cube is read in batches."""
     model, cells = model_of(cube), model_of(cube).representative(cube)
     rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
     names = ["overturned", *model.reads, *{name for rule in rules for name in rule.needs}]
     best: dict[str, tuple[BestCase, int]] = {}
-    for places, some in few_records(cube, names):
+    for places, some in record_batches(cube, names):
         half = some.isel({model.direction: cells})
         nominal = model.falls(half, ensemble=False)[["direction_cosine", "direction_sine"]]
         candidates = half.assign(nominal.assign(sure=model.falls(half)["falls"] > 0.99))

@@ -1,4 +1,4 @@
-"""Overturning probability against intensity and shape: a logistic fit with intervals clustered by earthquake."""
+"""Logistic regression of overturning on intensity and shape, with intervals clustered by earthquake."""
 
 import math
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.falls import model_of
 from overturning.statistics.bootstrap import FEWEST_EARTHQUAKES
-from overturning.statistics.by_record import few_records
+from overturning.statistics.by_record import record_batches
 from overturning.units import STANDARD_GRAVITY
 
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
@@ -23,11 +23,11 @@ LEVEL = 0.95
 """Probability of the intervals."""
 
 LEAST_PGA = 1e-6
-"""PGA below which a motion is rounding noise, m/s²; motions are rounded to 1e-9 m/s²."""
+"""PGA, m/s², below which a motion is only rounding error (motions are rounded to 1e-9 m/s²)."""
 
-MOST_ITERATIONS = 50
-SEPARATED = 30.0
-"""Linear predictor above which a fitted probability is 0 or 1 to 13 digits: the data are separated."""
+MAX_ITERATIONS = 50
+MAX_LINEAR_PREDICTOR = 30.0
+"""Largest linear predictor of a fit; beyond it the probability is 0 or 1 to 13 digits, and the data are separated."""
 
 
 @dataclass(frozen=True)
@@ -37,16 +37,16 @@ class LogisticFit:
     Attributes
     ----------
     names : tuple of str
-        ``intercept`` and the predictors.
+        ``intercept`` and names of the predictors.
     coefficient, standard_error, low, high : ndarray, shape (k,)
-        Estimates, standard errors and intervals of the jackknife over clusters, see `logistic_fit`. Without intervals
-        the estimates are those of maximum likelihood and the others NaN.
+        Estimates, standard errors and intervals from the jackknife over clusters, see `logistic_fit`. Without
+        intervals, the maximum-likelihood estimates, and NaN for the others.
     rows, clusters : int
-        Rows that entered and independent clusters (earthquakes) they came from.
+        Number of rows and of independent clusters (earthquakes).
     minimum, maximum : ndarray, shape (k − 1,)
-        Range of each predictor: the fit says nothing outside.
+        Range of each predictor; the fit is not valid outside.
     note : str
-        Empty, or why there is no estimate.
+        Reason why there is no estimate or no interval; otherwise "".
     """
 
     names: tuple[str, ...]
@@ -61,7 +61,7 @@ class LogisticFit:
     note: str = ""
 
     def probability(self, predictors: ArrayLike) -> FloatArray:
-        """Fitted probability; ``predictors`` of shape (…, k − 1) in the order of `names`."""
+        """Return the fitted probability; ``predictors`` has shape (…, k − 1) in the order of `names`."""
         x = np.asarray(predictors, dtype=np.float64)
         return np.asarray(1 / (1 + np.exp(-(self.coefficient[0] + x @ self.coefficient[1:]))))
 
@@ -75,31 +75,31 @@ def logistic_fit(
     names: Sequence[str] = (),
     intervals: bool = True,
 ) -> LogisticFit:
-    """Logistic regression of clustered data, with intervals that leave out one cluster at a time.
+    """Fit a logistic regression to clustered data, with intervals from a jackknife over clusters.
 
     Maximum likelihood by Newton's method (McCullagh & Nelder 1989, Generalized Linear Models, section 4.4) gives b
     from all G clusters and b_g without cluster g. The estimate is G b − (G − 1) b̄, with the bias of order 1/G
     removed (Quenouille 1956, Biometrika 43), its covariance (G − 1)/G Σ_g (b_g − b̄)(b_g − b̄)ᵀ, which is CR3
     (MacKinnon, Nielsen & Webb 2023, Journal of Applied Econometrics 38), and intervals are those of Student's t
-    with G − 1 degrees of freedom. The sandwich estimate of the covariance is too small for few clusters: its
-    intervals hold the truth in 86 to 92 % for 14 earthquakes.
+    with G − 1 degrees of freedom. The sandwich estimate of the covariance is too small for few clusters: its 95 %
+    intervals contain the true value in only 86 to 92 % of cases for 14 earthquakes.
 
     Parameters
     ----------
     predictors, names : array_like, shape (n, k), sequence of str
-        Without intercept; what they are called.
+        Predictors without intercept, and their names.
     outcome, weight, cluster : array_like, shape (n,)
-        0 and 1, or a share between; weight of each row, 1 where not given; which rows belong together.
-        An `ArgumentError` where shapes do not fit or an outcome lies outside 0 to 1.
+        Outcome 0 or 1, or a share between; weight of each row (default 1); cluster of each row. An `ArgumentError` is
+        raised if shapes do not match or an outcome lies outside 0 to 1.
     intervals : bool
-        False: the estimates of maximum likelihood alone, as a prediction needs them.
+        False: compute the maximum-likelihood estimates only, which are enough for a prediction.
 
     Returns
     -------
     LogisticFit
-        With ``note`` instead of estimates where all outcomes are equal, or where a combination of predictors separates
-        them, so that no finite estimate exists (Albert & Anderson 1984, Biometrika 71). No intervals of fewer than
-        `FEWEST_EARTHQUAKES` clusters, nor where there is no fit without one of them.
+        The fit, with a ``note`` and without estimates if all outcomes are equal, or if a combination of predictors
+        separates them, so that no finite estimate exists (Albert & Anderson 1984, Biometrika 71). There are no
+        intervals with fewer than `FEWEST_EARTHQUAKES` clusters, or if the fit without one of them fails.
     """
     x, y = np.asarray(predictors, dtype=np.float64), np.asarray(outcome, dtype=np.float64)
     if x.ndim != 2 or y.shape != x.shape[:1]:
@@ -115,13 +115,13 @@ def logistic_fit(
     if y.size == 0 or y.min() == y.max():
         note = "no fit: " + ("no outcome is known" if y.size == 0 else "everything falls" if y[0] else "nothing falls")
     else:
-        # Predictors are centred and scaled while iterating, so that the information matrix is well conditioned.
+        # Centre and scale the predictors, so that the information matrix is well conditioned.
         centre, scale = x.mean(axis=0), x.std(axis=0)
         varies = scale > 1e-12 * np.maximum(1.0, np.abs(centre))
         design = np.column_stack([np.ones_like(y), (x[:, varies] - centre[varies]) / scale[varies]])
         beta, note = _newton(design, y, w, np.zeros(design.shape[1]))
     if not note:
-        # Back to the predictors' own units; a predictor that does not vary gets no coefficient.
+        # Return to the units of the predictors; a constant predictor gets no coefficient.
         back = _unscaling(centre, scale, varies)
         given = np.where(np.concatenate(([True], varies)), 0.0, np.nan)
         coefficient = back @ beta + given
@@ -148,7 +148,7 @@ def logistic_fit(
 
 
 def _unscaling(centre: FloatArray, scale: FloatArray, varies: NDArray[np.bool_]) -> FloatArray:
-    """Matrix from the coefficients of centred, scaled predictors that vary to those of all, shape (k, varying + 1)."""
+    """Return the matrix from coefficients of scaled, varying predictors to those of all; shape (k, varying + 1)."""
     back = np.zeros((centre.size + 1, int(varies.sum()) + 1))
     back[0, 0] = 1.0
     back[0, 1:] = -centre[varies] / scale[varies]
@@ -157,8 +157,8 @@ def _unscaling(centre: FloatArray, scale: FloatArray, varies: NDArray[np.bool_])
 
 
 def _newton(design: FloatArray, y: FloatArray, w: FloatArray, beta: FloatArray) -> tuple[FloatArray, str]:
-    """Estimates by Newton's method from first ones, and a note where there are none."""
-    for _ in range(MOST_ITERATIONS):
+    """Compute estimates with Newton's method from start values, and a note if the fit fails (otherwise "")."""
+    for _ in range(MAX_ITERATIONS):
         p = 1 / (1 + np.exp(-np.clip(design @ beta, -700, 700)))
         information = (design * (w * p * (1 - p))[:, None]).T @ design
         try:
@@ -166,7 +166,7 @@ def _newton(design: FloatArray, y: FloatArray, w: FloatArray, beta: FloatArray) 
         except np.linalg.LinAlgError:
             return beta, "no fit: predictors are linearly dependent"
         beta = beta + step
-        if np.abs(design @ beta).max() > SEPARATED and np.abs(step).max() > 0.1:
+        if np.abs(design @ beta).max() > MAX_LINEAR_PREDICTOR and np.abs(step).max() > 0.1:
             return beta, "no fit: predictors separate falls from stands"
         if np.abs(step).max() < 1e-10:
             return beta, ""
@@ -176,7 +176,7 @@ def _newton(design: FloatArray, y: FloatArray, w: FloatArray, beta: FloatArray) 
 def _leave_one_out(
     design: FloatArray, y: FloatArray, w: FloatArray, beta: FloatArray, member: NDArray[np.intp]
 ) -> tuple[FloatArray, str]:
-    """Estimates without each cluster in turn, shape (clusters, k), and a note where one of them has none."""
+    """Compute estimates without each cluster in turn, shape (clusters, k), and a note if one of them fails."""
     estimates = []
     for one in range(int(member.max()) + 1):
         kept = member != one
@@ -192,7 +192,7 @@ def _leave_one_out(
 
 
 def _jackknife(estimate: FloatArray, without: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Estimate less its bias, and standard error, from those without each cluster, shape (clusters, k)."""
+    """Compute bias-corrected estimate and standard error from estimates without each cluster, shape (clusters, k)."""
     groups, mean = len(without), without.mean(axis=0)
     error = np.sqrt((groups - 1) / groups * ((without - mean) ** 2).sum(axis=0))
     return groups * estimate - (groups - 1) * mean, error
@@ -201,31 +201,32 @@ def _jackknife(estimate: FloatArray, without: FloatArray) -> tuple[FloatArray, F
 def overturning_rows(
     cube: xr.Dataset, intensity: xr.Dataset, *, ensemble: bool = True
 ) -> tuple[FloatArray, FloatArray, NDArray[np.intp], FloatArray]:
-    """Rows of the fit, one per plane, height and B/H: predictors, share that falls over friction, earthquake, weight.
+    """Return the rows of the fit, one for each plane, height and B/H: predictors, outcome, earthquake, weight.
 
-    Planes along which nothing moves, as across a pulse, are left out: there PGV/PGA is 0/0.
+    The outcome is the share of friction coefficients for which the block falls. Planes without motion, such as
+    perpendicular to a pulse, are left out, since PGV/PGA is 0/0 there.
 
     Parameters
     ----------
     cube : Dataset
-        The cube; read a few records at a time.
+        The cube, which is read in batches of records.
     intensity : Dataset
-        ``pga`` (m/s²) and ``pgv`` (m/s) over ``record`` and ``azimuth``; an `ArgumentError` where one of the cube's
-        azimuths is missing.
+        ``pga`` (m/s²) and ``pgv`` (m/s) over ``record`` and ``azimuth``; an `ArgumentError` is raised if an azimuth of
+        the cube is missing.
     ensemble : bool
-        Use the ensemble (see `Model.falls`).
+        Use probabilities instead of flags (see `Model.falls`).
 
     Returns
     -------
     predictors : ndarray, shape (n, 4)
-        As `PREDICTORS`.
+        Values of `PREDICTORS`.
     outcome, event, weight : ndarray, shape (n,)
-        No predictor depends on friction, so that a mean over it, weighted by how much of it is known, is the same to a
-        fit. Events are numbers, in the order of their names; weights average 1.
+        The outcome is averaged over friction and weighted by the share of known values; no predictor depends on
+        friction, so this does not change the fit. Events are numbers in the order of their names; the mean weight is 1.
     """
     model, parts = model_of(cube), []
     number = np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
-    for places, some in few_records(cube, model.reads):
+    for places, some in record_batches(cube, model.reads):
         planes = model.falls(some, ensemble=ensemble)
         where, falls = planes["azimuth"], planes["falls"].transpose("record", *model.dims)
         try:
@@ -254,13 +255,13 @@ def overturning_rows(
 
 
 def overturning_fit(cube: xr.Dataset, intensity: xr.Dataset) -> LogisticFit:
-    """Fit the probability of falling on `PREDICTORS`, from the rows of `overturning_rows`."""
+    """Fit the probability of falling as a function of `PREDICTORS` to the rows of `overturning_rows`."""
     predictors, outcome, event, weight = overturning_rows(cube, intensity)
     return logistic_fit(predictors, outcome, event, weight=weight, names=PREDICTORS)
 
 
 def describe(fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
-    """Return table rows: name, estimate, ends of its interval, minimum and maximum of the data; NaN if missing."""
+    """Return table rows: name, estimate, ends of its interval, minimum and maximum of the data; NaN if undefined."""
     least, most = ((math.nan, *values.tolist()) for values in (fit.minimum, fit.maximum))
     estimates = (values.tolist() for values in (fit.coefficient, fit.low, fit.high))
     return list(zip(fit.names, *estimates, least, most, strict=True))

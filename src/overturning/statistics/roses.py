@@ -26,9 +26,9 @@ class Rose:
     falls : int
         Number of falls.
     shares : ndarray
-        Means over earthquakes of the shares of their falls.
+        Means over earthquakes of their shares of falls by sector.
     low, high : ndarray
-        Ends of the intervals, NaN where there are none.
+        Ends of the intervals; NaN if there are none.
     earthquakes : int
         Number of earthquakes with falls.
     """
@@ -41,16 +41,16 @@ class Rose:
 
     @property
     def title(self) -> str:
-        """Title of the rose."""
+        """Title of the rose: number of earthquakes."""
         return f"{self.earthquakes} earthquake" + "s" * (self.earthquakes != 1)
 
 
 _DIRECTIONS: Final = ("probability_falls", "fall_north", "fall_east", "members")
-"""Variables of a cube that determine the weight of a fall in 3-D."""
+"""Variables of a 3-D cube that determine the weight of a fall."""
 
 
 def _nominal_falls(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
-    """Return the azimuths of the falls of informative blocks of one record, and the weight of each."""
+    """Return the azimuths of falls of informative blocks of one record, degrees, and the weight of each."""
     if not model_of(cube).one_component:
         angles = cube["fall_azimuth"].to_numpy()
         fell, weight = np.isfinite(angles), np.ones(angles.shape)
@@ -64,20 +64,23 @@ def _nominal_falls(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
     return azimuth, counts
 
 
-def _stands_for(azimuth: FloatArray) -> float:
-    """Return the range of degrees that each azimuth represents in a rose; 0 if each sector has as many planes."""
+def _azimuth_width(azimuth: FloatArray) -> float:
+    """Return the width over which the falls of a plane are spread, degrees.
+
+    It is 0 for a single plane, and if all sectors have equally many planes.
+    """
     step = gaps_of(azimuth, FULL_TURN)[1]
     in_a_sector = FULL_TURN / SECTORS / step
     return 0.0 if azimuth.size <= 2 or abs(in_a_sector - round(in_a_sector)) < 1e-9 else step
 
 
 def rose_of(cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95, draws: int = 2000) -> Rose:
-    """Compute the rose of the nominal falls of the `informative_blocks` of a cube, read one record at a time.
+    """Compute the rose of nominal falls of the `informative_blocks` of a cube, which is read one record at a time.
 
-    A fall of a body in space counts with its `direction_weight`, so that one which goes another way under nearly the
-    same motion adds little. Each record's shares, of which each plane counts once, are averaged over the records of an
-    earthquake, and these over earthquakes (see `bootstrap`); ``from_normal`` takes azimuths from the fault normal, of
-    the records for which it is known. Planes whose step does not divide a sector are shared out over the step.
+    A fall in the 3-D model counts with its `direction_weight`, which is small if the fall changes direction under
+    nearly the same motion. Shares of a record (each plane counts once) are averaged over the records of an earthquake,
+    and then over earthquakes, with intervals from `bootstrap`. ``from_normal`` measures azimuths from the fault normal
+    and uses the records that have one. If the azimuth step does not divide a sector, falls are spread over the step.
     """
     zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
@@ -87,7 +90,7 @@ def rose_of(cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95,
         azimuth, counts = _nominal_falls(one)
         if counts.any() and np.isfinite(zero[row]):
             weight = counts * azimuth_weight(azimuth, period_of(cube)) if planes else counts
-            wide = _stands_for(azimuth) if planes else 0.0
+            wide = _azimuth_width(azimuth) if planes else 0.0
             shares[row] = sector_shares(azimuth - zero[row], weight, wide)
             total += round(counts.sum()) if planes else counts.size
     fell = np.isfinite(shares[:, 0])
@@ -95,14 +98,14 @@ def rose_of(cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95,
     nowhere = np.full(SECTORS, np.nan)
     if means.size == 0:
         return Rose(0, np.zeros(SECTORS), nowhere, nowhere, 0)
-    # The same samples for each sector, since the seed is the same.
+    # All sectors use the same bootstrap samples, since the seed is the same.
     ends = [bootstrap(mean_of_sample, column, level=level, draws=draws) for column in means.T]
     low, high = np.array(ends).T
     return Rose(total, means.mean(axis=0), low, high, len(means))
 
 
 def study_roses(cube: xr.Dataset) -> dict[str, tuple[Rose, Rose | None]]:
-    """Roses (`rose_of`) by group of records: from north, and from the fault normal, None where no record's is known."""
+    """Compute roses by group of records: relative to north, and to the fault normal (None if no record has one)."""
     groups, known = record_groups(cube), np.isfinite(cube["fault_normal"].to_numpy()).any()
     chosen = {name: cube.isel(record=np.flatnonzero(members)) for name, members in groups.items()}
     return {name: (rose_of(one), rose_of(one, from_normal=True) if known else None) for name, one in chosen.items()}

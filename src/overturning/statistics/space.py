@@ -1,4 +1,4 @@
-"""Statistics of 3-D cubes: agreement with the 2-D model, and twist of standing stones."""
+"""Statistics of the 3-D model only: agreement with the 2-D model of its faces, and turns about the vertical."""
 
 from typing import Final, NamedTuple
 
@@ -13,13 +13,14 @@ _SHARES: Final = {
     "flag": ("right", "cases"), "flag_beside": ("right_beside", "beside"), "only_space": ("only_space", "cases"),
     "only_plane": ("only_plane", "cases"), "face": ("over_edge", "both"), "axis": ("axes_apart", "both"),
 }  # fmt: skip
-"""Numerator and denominator, in `plane_counts`, of each share of `plane_agreement`."""
+"""Numerator and denominator, both of `plane_counts`, of each variable of `plane_agreement`."""
 
 
 def plane_counts(cube: xr.Dataset) -> xr.Dataset:
-    """Count cases in which the 3-D outcome and the planes of the faces agree, for each record and B/H.
+    """Compare the 3-D outcome with the 2-D outcomes of the faces: counts of cases by record and B/H.
 
-    The cube is read one record at a time. The result also has the sum of angles between the axes of both falls.
+    ``axes_apart`` is the sum of the angles between the fall axes, degrees. Nominal outcomes are used, and the cube is
+    read in batches of records. The counts are the input of `plane_agreement`.
     """
     names = ("overturned", "fall_azimuth", "plane_overturned", "plane_fall_azimuth")
     return by_record(_plane_counts, cube, names)
@@ -47,24 +48,27 @@ def _plane_counts(cube: xr.Dataset) -> xr.Dataset:
 
 
 def plane_agreement(counts: xr.Dataset, *keep: str) -> xr.Dataset:
-    """Compute how well the planes of its faces predict a 3-D stone, over all `plane_counts` but the kept dimensions.
+    """Compute how well the 2-D model of the faces predicts the 3-D outcome, from `plane_counts`.
+
+    Counts are summed over all dimensions but those of ``keep``.
 
     Returns
     -------
     Dataset
-        ``cases`` with an outcome in both. Shares of them, missing where nothing is compared: ``flag``, in which the
-        planes predict correctly whether it falls; ``flag_beside``, the same for marginal cases, whose neighbour in B/H
-        has another outcome; ``only_space`` and ``only_plane``, in which it falls in 3-D only, or in a plane only. Of
-        those that fall in both ``face``, the share that falls within 45° of the predicted azimuth, over the predicted
-        edge; and ``axis``, the mean angle between the axes of both falls, degrees; 45° on average by chance.
+        ``cases``: number of cases with an outcome in both models. Shares of these cases, missing if there are none:
+        ``flag``, the 2-D model predicts correctly whether the stone falls; ``flag_beside``, the same for cases whose
+        neighbour in B/H has a different outcome; ``only_space`` and ``only_plane``, the stone falls in the 3-D model
+        only, or in the 2-D model only. For cases that fall in both: ``face``, the share within 45° of the predicted
+        azimuth (over the predicted edge), and ``axis``, the mean angle between the two fall axes, degrees (45° for
+        random axes).
     """
     total = counts.sum([name for name in counts.dims if name not in keep])
     shares = {name: total[part] / total[of].where(total[of] > 0) for name, (part, of) in _SHARES.items()}
     return xr.Dataset({"cases": total["cases"], **shares})
 
 
-class Twist(NamedTuple):
-    """Twist of standing stones: number of stones that moved, and quantiles of the twist, degrees."""
+class TwistSummary(NamedTuple):
+    """Turns of standing stones about the vertical: number of stones that moved, and quantiles of the turn, degrees."""
 
     stones: int
     median: float
@@ -72,13 +76,13 @@ class Twist(NamedTuple):
     largest: float
 
 
-def turns(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
-    """Return the absolute twist of stones that moved and stand at the end, degrees, by B/H and friction.
+def twist_angles(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
+    """Return the absolute turns of stones that moved and stand at the end, degrees, by (B/H, friction).
 
-    The cube is read one record at a time; all values are stored (four bytes each), since quantiles need them.
+    The cube is read one record at a time. All turns are kept in memory for the quantiles (four bytes each).
     """
     shapes = [(ratio, friction) for ratio in cube["b_over_h"].to_numpy() for friction in cube["friction"].to_numpy()]
-    # As large as they could be; what is never written to takes no memory.
+    # Allocate the largest possible size; pages that are never written take no memory.
     kept = np.empty((len(shapes), cube["residual_twist"].size // len(shapes)), np.float32)
     count = np.zeros(len(shapes), np.int64)
     for one in each_record(cube, ("overturned", "status", "residual_twist")):
@@ -91,15 +95,15 @@ def turns(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
     return {shape: kept[place, : count[place]] for place, shape in enumerate(shapes)}
 
 
-def twist(turned: NDArray[np.float32], share: float = 0.9) -> Twist:
-    """Summarise `turns` (reordered in place); ``most`` is the quantile of `share`."""
+def summarise_twist(turned: NDArray[np.float32], share: float = 0.9) -> TwistSummary:
+    """Summarise `twist_angles` in place (their order changes); ``most`` is the quantile ``share``."""
     if turned.size == 0:
-        return Twist(0, *(float("nan"),) * 3)
-    return Twist(turned.size, *(_quantile(turned, one) for one in (0.5, share, 1.0)))
+        return TwistSummary(0, *(float("nan"),) * 3)
+    return TwistSummary(turned.size, *(_quantile(turned, one) for one in (0.5, share, 1.0)))
 
 
 def _quantile(values: NDArray[np.float32], share: float) -> float:
-    """Compute a quantile in double precision by interpolation, without a copy of the values."""
+    """Compute a quantile in double precision by linear interpolation, without a copy of the values."""
     place = share * (values.size - 1)
     first = int(place)
     ends = [first, min(first + 1, values.size - 1)]

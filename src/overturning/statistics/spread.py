@@ -1,4 +1,4 @@
-"""Disagreement of ensemble runs, independent of the stopping rule of each cell."""
+"""Unbiased share of cells whose ensemble runs disagree, for an ensemble with sequential stopping."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -8,62 +8,62 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import comb
 
 from overturning.arrays import FloatArray
-from overturning.study.ensemble import BATCH, narrow
+from overturning.study.ensemble import BATCH, intervals_within
 from overturning.study.sections import Ensemble
 
-MOST_RUNS: Final = 128
+MAX_RUNS_PER_CELL: Final = 128
 """Largest number of runs per cell for which stopping orders are enumerated."""
 
-_WIDE: Final = MOST_RUNS + BATCH + 1
+_STRIDE: Final = MAX_RUNS_PER_CELL + BATCH + 1
 
 Counts = NDArray[np.intp]
 
 Statistic = Callable[[Counts, Counts, Any], FloatArray]
-"""Function of the numbers of runs that fall towards, away, and in all."""
+"""Function of the numbers of runs that fall towards +1 and −1, and of all runs."""
 
 
-def divided(towards: Counts, away: Counts, runs: Any) -> FloatArray:
-    """Return 1 where some runs fall and others stand."""
+def runs_disagree(towards: Counts, away: Counts, runs: Any) -> FloatArray:
+    """Return 1 if some runs fall and others stand, else 0."""
     return np.asarray((towards + away > 0) & (towards + away < runs), np.float64)
 
 
-def to_both_sides(towards: Counts, away: Counts, runs: Any) -> FloatArray:
-    """Return 1 where most runs fall, but not all to the same side."""
+def falls_to_both_sides(towards: Counts, away: Counts, runs: Any) -> FloatArray:
+    """Return 1 if more than half of the runs fall, but not all to the same side, else 0."""
     return np.asarray((np.minimum(towards, away) > 0) & (2 * (towards + away) > runs), np.float64)
 
 
 def first_batch_estimate(
     statistic: Statistic, towards: ArrayLike, away: ArrayLike, members: ArrayLike, settings: Ensemble
 ) -> FloatArray:
-    """Estimate a statistic of the first batch of each cell from the shares of all its runs, without bias from stopping.
+    """Estimate a statistic of the first batch of runs of each cell from all of its runs, without stopping bias.
 
-    A cell that is `settled` gets no further runs, in which it could show that it is divided after all; a share of cells
-    counted over all runs hangs on that. The first batch has the same size everywhere. Its statistic is averaged over
-    all orders in which the runs of a cell may have come without settling it before the last batch, for runs drawn
-    independently (Girshick, Mosteller & Savage 1946, Annals of Mathematical Statistics 17; Jung & Kim 2004, Statistics
-    in Medicine 23). Of a scene of several elements the others are left out of account.
+    A cell gets no further runs once it `is_converged`, so a statistic of all runs depends on when each cell stopped.
+    The first batch has the same size in every cell. Its statistic is averaged over all orders in which the runs of a
+    cell can have come without convergence before the last batch, for independent runs (Girshick, Mosteller & Savage
+    1946, Annals of Mathematical Statistics 17; Jung & Kim 2004, Statistics in Medicine 23). For a scene with several
+    elements, the convergence of the other elements is neglected.
 
     Parameters
     ----------
     statistic : callable
-        Such as `divided`.
+        Statistic of a batch, such as `runs_disagree`.
     towards, away, members : array_like, of one shape
-        Shares of the runs that fall to either side, and how many have an outcome; 0 where none was made.
+        Shares of the runs that fall to +1 and −1, and number of runs with an outcome; 0 if the cell was not run.
     settings : Ensemble
-        By which they were made.
+        Settings of the ensemble.
 
     Returns
     -------
     ndarray, of that shape
-        Missing where no run was made. Where the outcome of a run is not known, and from more than `MOST_RUNS` on, where
-        it makes no difference, of all orders.
+        NaN if the cell was not run. Averaged over all orders, without regard to stopping, if the outcome of a run is
+        unknown, or with more than `MAX_RUNS_PER_CELL` runs, for which the difference is negligible.
     """
     runs = np.where(np.isfinite(towards), np.asarray(members, np.float64), 0.0)
     fell, back = (np.rint(np.nan_to_num(np.asarray(side)) * runs).astype(np.intp) for side in (towards, away))
     first = min(BATCH, settings.members)
-    orders, (i, j) = _orders(first), _sides(first)
+    orders, (i, j) = _order_counts(first), _decode_counts(first)
     says, found = statistic(i, j, first), np.zeros(runs.shape)
-    # Binomial coefficients from a table: there are few counts of runs, and many cells.
+    # Tabulate the binomial coefficients: there are few different counts of runs, and many cells.
     stood = runs.astype(np.intp) - fell - back
     ways = comb(np.arange(runs.max(initial=0) + 1), np.arange(first + 1)[:, None])
     for place in np.flatnonzero(orders * says):
@@ -72,26 +72,26 @@ def first_batch_estimate(
     with np.errstate(invalid="ignore"):
         found /= comb(runs, first)
     sums, made = orders * says, first
-    while made <= min(runs.max(initial=0), MOST_RUNS):
+    while made <= min(runs.max(initial=0), MAX_RUNS_PER_CELL):
         ended = np.flatnonzero(runs == made)
-        places = fell.flat[ended] * _WIDE + back.flat[ended]
+        places = fell.flat[ended] * _STRIDE + back.flat[ended]
         possible = orders[places] > 0
         found.flat[ended[possible]] = (sums[places] / np.where(possible, orders[places], 1.0))[possible]
-        i, j = _sides(made)
-        unsettled = ~narrow(i, np.minimum(j, made), made, settings.half_width)
+        i, j = _decode_counts(made)
+        unsettled = ~intervals_within(i, np.minimum(j, made), made, settings.half_width)
         more = max(min(BATCH, settings.members - made), 1)
-        orders, sums = (np.convolve(one * unsettled, _orders(more)) for one in (orders, sums))
+        orders, sums = (np.convolve(one * unsettled, _order_counts(more)) for one in (orders, sums))
         made += more
     return found
 
 
-def _sides(runs: int) -> tuple[Counts, Counts]:
-    """Return the runs that fall towards and away at each position of an array of orders (two-digit codes)."""
-    towards, away = np.divmod(np.arange(runs * _WIDE + 1), _WIDE)
+def _decode_counts(runs: int) -> tuple[Counts, Counts]:
+    """Return the numbers of runs towards +1 and −1 at each index, towards · `_STRIDE` + away, of an array of orders."""
+    towards, away = np.divmod(np.arange(runs * _STRIDE + 1), _STRIDE)
     return towards, away
 
 
-def _orders(runs: int) -> FloatArray:
-    """Count the orders of one batch with given numbers of falls to either side, as a share of all orders."""
-    towards, away = _sides(runs)
+def _order_counts(runs: int) -> FloatArray:
+    """Return the share of all orders of one batch for each number of falls to +1 and −1."""
+    towards, away = _decode_counts(runs)
     return np.asarray(comb(runs, towards) * comb(runs - towards, away) / 3.0**runs)

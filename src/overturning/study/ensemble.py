@@ -38,7 +38,7 @@ TURNED_DEG: Final = 30.0
 """Angle between the falls of neighbouring 3-D cells from which they are a change of outcome, degrees."""
 
 BATCH: Final = 8
-"""Members that are run together, half of them of each scramble; after each batch a cell may be settled."""
+"""Members that are run together, half of them of each scramble; after each batch a cell may be is_converged."""
 
 MOST_GROUND_VALUES = 20_000_000
 """Samples of rotated motion held at a time (160 MB)."""
@@ -174,18 +174,18 @@ def wilson(count: ArrayLike, total: ArrayLike) -> tuple[FloatArray, FloatArray]:
     return np.where(k == 0, 0.0, middle - half), np.where(k == n, 1.0, middle + half)
 
 
-def settled(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
+def is_converged(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
     """Which cells need no further members, shape (cells,): a function of each cell's own flags.
 
     Both probabilities of every element are known to within ±`widest` (`wilson`). Of flags, shape (cells, members) or
     (cells, members, elements), those without an outcome, or not run yet, are missing.
     """
     known = (flags != INT8_MISSING).sum(axis=1)
-    known_well = narrow((flags == 1).sum(axis=1), (flags == -1).sum(axis=1), known, widest)
+    known_well = intervals_within((flags == 1).sum(axis=1), (flags == -1).sum(axis=1), known, widest)
     return np.asarray(known_well.reshape(len(flags), -1).all(axis=1))
 
 
-def narrow(towards: NDArray[Any], away: NDArray[Any], known: ArrayLike, widest: float) -> NDArray[np.bool_]:
+def intervals_within(towards: NDArray[Any], away: NDArray[Any], known: ArrayLike, widest: float) -> NDArray[np.bool_]:
     """Whether the intervals of both shares of so many known outcomes are no wider than ±`widest`."""
     ends = [wilson(count, known) for count in (towards, away)]
     return np.asarray(np.logical_and(*(high - low <= 2.0 * widest for low, high in ends)))
@@ -205,7 +205,7 @@ class CellEnsemble:
     model: Model  # what it runs again
     members: Members  # what each member changes
     everywhere: bool = True  # run all cells, not only those near a change of outcome
-    widest: float = 0.0  # a cell gets no further members once it is `settled` to within this; 0: it gets all
+    widest: float = 0.0  # a cell gets no further members once it is `is_converged` to within this; 0: it gets all
 
     def run(
         self,
@@ -259,7 +259,7 @@ class CellEnsemble:
         azimuth: FloatArray,
         progress: Progress | None,
     ) -> int:
-        """Fill in flags and, in space, fall azimuths of some cells, until they are settled; return block steps."""
+        """Fill in flags and, in space, fall azimuths of some cells, until they are is_converged; return block steps."""
         batches, block_steps = self.members.batches(BATCH), 0
         unsettled = np.arange(len(cells))
         for index, batch in enumerate(batches):
@@ -270,7 +270,7 @@ class CellEnsemble:
             flags[unsettled[:, None], batch] = new
             if (towards := getattr(results, "fall_azimuth", None)) is not None:
                 azimuth[unsettled[:, None], batch] = towards.reshape(unsettled.size, batch.size)
-            unsettled = unsettled[~settled(flags[unsettled], self.widest)]
+            unsettled = unsettled[~is_converged(flags[unsettled], self.widest)]
             if unsettled.size == 0:
                 break
         if progress:

@@ -12,7 +12,7 @@ from overturning.report.blocks import Caution, Note, Paragraph, Said, section, t
 from overturning.report.results import Results
 from overturning.report.text import counted, percent
 from overturning.statistics.by_record import by_record
-from overturning.statistics.spread import Statistic, divided, first_batch_estimate, to_both_sides
+from overturning.statistics.spread import Statistic, falls_to_both_sides, first_batch_estimate, runs_disagree
 from overturning.study.answers import ASIDE
 from overturning.study.convergence import (
     AMPLITUDE_REACH,
@@ -298,9 +298,9 @@ def _counts(model: Model, settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
     counts = xr.Dataset({
         "cells": xr.ones_like(run),
         "run": run,
-        "divided": of_cells(divided),
+        "divided": of_cells(runs_disagree),
         "agree": found.get("agree", run),
-        "apart": found["apart"] if "apart" in found else of_cells(to_both_sides),
+        "apart": found["apart"] if "apart" in found else of_cells(falls_to_both_sides),
         "members": members,
         "with_members": members.notnull(),
     }).sum(over)  # fmt: skip

@@ -14,7 +14,7 @@ from overturning.report.sections.contrast import contrast_sentences
 from overturning.report.text import percent
 from overturning.statistics.by_record import each_record
 from overturning.statistics.elements import falls_by_element
-from overturning.statistics.spread import divided, first_batch_estimate
+from overturning.statistics.spread import first_batch_estimate, runs_disagree
 from overturning.study.cube import sizes_of_another
 from overturning.study.ensemble import BATCH
 from overturning.study.scenes import NOMINAL, scene_of, sizes_said
@@ -71,7 +71,9 @@ def spread_sentence(name: str, cube: xr.Dataset, settings: Ensemble) -> str | No
         total += float(np.nansum(falls, dtype=np.float64))
         known += int(np.isfinite(falls).sum())
         again += int((members > 0).sum())
-        differ += float(np.nansum(first_batch_estimate(divided, chance["towards"], chance["away"], members, settings)))
+        differ += float(
+            np.nansum(first_batch_estimate(runs_disagree, chance["towards"], chance["away"], members, settings))
+        )
     if not again:
         return None
     return (

@@ -12,7 +12,7 @@ from overturning.report.text import capitalised, counted, degrees, number, of_gr
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.earthquakes import ReferenceAlignment
-from overturning.statistics.space import plane_agreement, turns, twist
+from overturning.statistics.space import plane_agreement, summarise_twist, twist_angles
 
 
 @section("What does a stone follow?", "follows")
@@ -185,8 +185,8 @@ def twists(results: Results) -> Said:
     """How far stones turn that do not fall; none where they cannot."""
     if not results.model.twists:
         return
-    turned = turns(results.cube)
-    whole = twist(np.concatenate(list(turned.values())))
+    turned = twist_angles(results.cube)
+    whole = summarise_twist(np.concatenate(list(turned.values())))
     if whole.stones == 0:
         yield "No stone moved and stood."
         return
@@ -201,6 +201,6 @@ def twists(results: Results) -> Said:
             "its slip, are those at the end of its case, not those of a column at rest."
         )
     yield text
-    rows = [(*shape, *found) for shape, angles in turned.items() if (found := twist(angles)).stones]
+    rows = [(*shape, *found) for shape, angles in turned.items() if (found := summarise_twist(angles)).stones]
     heads = ("B/H", "µ", "stones", "median, °", "nine of ten below, °", "largest, °")
     yield table(heads, rows, "ggd111", sortable=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from overturning.figures.film import Film
 from overturning.figures.style import short
 from overturning.report.text import interval, number
 from tests.expect import said
@@ -123,7 +124,7 @@ def test_a_block_slides_where_friction_is_less_than_its_slenderness() -> None:
 
 
 @pytest.mark.parametrize("space", [("--azimuth", "0"), ("--body",)])
-def test_times_are_those_of_the_file(tmp_path: Path, space: tuple[str, ...]) -> None:
+def test_times_are_those_of_the_file(tmp_path: Path, space: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     """One pulse from 4 s on of a raw file: the block fell at 38 s, behind 30 s of zeros that the filter puts there."""
     time = np.arange(1000) / 100
     wave = np.where((time > 4) & (time < 6), 600 * np.sin(2 * np.pi * (time - 4) / 2), 0.0)
@@ -138,11 +139,20 @@ def test_times_are_those_of_the_file(tmp_path: Path, space: tuple[str, ...]) -> 
         "0.01",
         *space,
     )
+    films: list[Film] = []
+    monkeypatch.setattr("overturning.figures.page.write_film_page", lambda film, _: films.append(film))
     times = {}
     for kind in ("--raw", "--processed"):
-        text = said(*given, kind, "--b-over-h", "0.2", "--height", "1")
+        text = said(*given, kind, "--b-over-h", "0.2", "--height", "1", "--animate", tmp_path / "film.html")
+        film, panel = films[-1], films[-1].panels[0]
+        trace = np.hypot(*panel.acceleration) if panel.acceleration.ndim > 1 else np.abs(panel.acceleration)
+        assert 4.0 < int(trace.argmax()) * panel.sampling_interval < 6.0, "the trace has the clock of the bodies"
+        assert 2.0 < film.start < 5.0
         times[kind] = float(re.search(r" falls towards \S+ at ([\d.]+) s", text)[1])  # type: ignore[index]
-        assert ("times count from the first sample of the file; the clock of films" in text) == (kind == "--raw")
+        assert panel.outcome_time == pytest.approx(times[kind], abs=0.006)
+        assert ("times count from the first sample of the file; the motion that was simulated" in text) == (
+            kind == "--raw"
+        )
         assert ("begins 30 s earlier" in text) == (kind == "--raw")
     assert 4.0 < times["--processed"] < 9.0
     assert times["--raw"] == pytest.approx(times["--processed"], abs=0.3)

@@ -49,7 +49,7 @@ def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs:
         from overturning.figures.film_of_trajectory import film_of
         from overturning.figures.page import write_film_page
 
-        film = film_of(found.paths, motion, title, note="The frame moves with the base.")
+        film = film_of(found.paths, _motion_in_file_time(motion, shift), title, note="The frame moves with the base.")
         write = write_film_page if outputs.animate.suffix.lower() == ".html" else write_film_movie
         write(film, outputs.animate)
         print(f"film: {outputs.animate}")
@@ -65,16 +65,27 @@ def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs:
 
 
 def _time_notes(shift: float) -> list[str]:
-    """Return a note on the clock of the lines above it, where the processing has moved the first sample."""
+    """Return a note on the clock of lines, films and figures, where the processing has moved the first sample."""
     if not shift:
         return []
     first = f"{-shift:g} s earlier, with zeros of the filter" if shift < 0 else f"{shift:g} s later"
-    return [f"times count from the first sample of the file; the clock of films and figures begins {first}"]
+    return [f"times count from the first sample of the file; the motion that was simulated begins {first}"]
 
 
 def _in_file_time(path: "xr.Dataset", shift: float) -> "xr.Dataset":
-    """A trajectory whose overturning time counts from the first sample of the file."""
-    return path.assign(overturning_time=path["overturning_time"] + shift)
+    """Return a trajectory with times that count from the first sample of the file."""
+    return path.assign(overturning_time=path["overturning_time"] + shift).assign_coords(time=path["time"] + shift)
+
+
+def _motion_in_file_time(motion: "Motion", shift: float) -> "Motion":
+    """Return the motion to draw, from the first sample of the file on: without the filter's zeros before it."""
+    import numpy as np
+
+    from overturning.motion.motion import Motion
+
+    before = round(-shift / motion.sampling_interval)
+    parts = [np.pad(samples, (max(0, -before), 0))[max(0, before) :] for samples in motion.components]
+    return Motion(*parts, sampling_interval=motion.sampling_interval, trust_data=True)
 
 
 @dataclass(frozen=True)
@@ -102,15 +113,18 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone,
         raise ArgumentError("--friction: the scene has coefficients of its own; set them in the scene file")
     friction = stone.coefficient
     paths = [
-        trajectory(
-            motion, stones, azimuth_deg=angle, height=height, b_over_h=b_over_h,
-            friction=friction, amplitude=amplitude,
+        _in_file_time(
+            trajectory(
+                motion, stones, azimuth_deg=angle, height=height, b_over_h=b_over_h,
+                friction=friction, amplitude=amplitude,
+            ),
+            shift,
         )
         for angle in plane.azimuth or []
     ]  # fmt: skip
     lines = []
     for path in paths:
-        text, shown = outcome(_in_file_time(path, shift)), path["element"].to_numpy() == stones.default_element
+        text, shown = outcome(path), path["element"].to_numpy() == stones.default_element
         if path["overturned"].to_numpy()[shown] == 0:
             name = f" ({stones.default_element})" if len(stones.free) > 1 else ""
             text += f"; slipped {100 * path['residual_slip'].to_numpy()[shown].item():z.1f} cm by the end{name}"
@@ -139,9 +153,12 @@ def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone, 
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
     contact = VertexContact() if stone.damping_ratio is None else VertexContact(damping_ratio=stone.damping_ratio)
     paths = [
-        trajectory(
-            motion, Body(shape, contact), orientation_deg=angle, height=height, b_over_h=b_over_h,
-            friction=friction, aspect=space.aspect, amplitude=amplitude,
+        _in_file_time(
+            trajectory(
+                motion, Body(shape, contact), orientation_deg=angle, height=height, b_over_h=b_over_h,
+                friction=friction, aspect=space.aspect, amplitude=amplitude,
+            ),
+            shift,
         )
         for angle in space.orientation or [0.0]
     ]  # fmt: skip
@@ -149,7 +166,7 @@ def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone, 
     sizes, oblong = paths[0].attrs, f", D/B = {space.aspect:g}" if shape.oblong else ""
     return _Found(
         f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {friction:g}",
-        [*level, *(f"{heading_of(path)}: {outcome(_in_file_time(path, shift))}" for path in paths)],
+        [*level, *(f"{heading_of(path)}: {outcome(path)}" for path in paths)],
         paths,
     )
 

@@ -96,7 +96,7 @@ def test_what_is_no_model_case_or_list_gets_a_sentence(call: Callable[[], Any], 
 def test_a_stream_where_a_motion_belongs_gets_a_sentence() -> None:
     from obspy import Stream
 
-    with pytest.raises(ArgumentError, match=r"an obspy Stream; make it a motion by Motion\.from_obspy"):
+    with pytest.raises(ArgumentError, match=r"an obspy Stream; convert it with Motion\.from_obspy"):
         overturning.simulate(Stream(), azimuth_deg=[0])
     with pytest.raises(ArgumentError, match=r"a ndarray; give a Motion"):
         overturning.trajectory(np.zeros(3), azimuth_deg=0)
@@ -267,7 +267,7 @@ def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_use
     with pytest.raises(ArgumentError, match="no record 'b'; it has a"):  # whose map was that of a
         overturning.plot.polar(cube.sel(record="a"), "b")
     assert len(overturning.plot.polar(cube.sel(record="a")).axes) == len(overturning.plot.polar(cube, "a").axes)
-    with pytest.raises(ArgumentError, match="record: 'b'; a motion or record is one by itself"):
+    with pytest.raises(ArgumentError, match="record: 'b'; it chooses a record of a cube"):
         overturning.plot.history(pulse(), "b")
     of_one = overturning.plot.spectra(pulse(), 30).axes[0].get_legend_handles_labels()[1]
     assert of_one == ["N30°E"]
@@ -285,7 +285,7 @@ def test_a_cube_under_soil_of_its_own_is_shown_with_its_own_motions(cube_file: P
     shown = [overturning.plot.hodograph(cube, "b") for cube in (soft, overturning.open_cube(cube_file))]
     peaks = [f"{100 * peak * np.hypot(1, 0.3):.0f} Gal" for peak in (5.0, 3.0)]
     assert [figure.axes[0].get_title().split("\n")[1].partition(" towards")[0] for figure in shown] == peaks
-    with pytest.raises(MissingDataError, match=r"of the motions as recorded; there is none of those of soft"):
+    with pytest.raises(MissingDataError, match=r"measures of the variant soft do not exist"):
         overturning.plot.plane(soft)
 
 
@@ -380,13 +380,13 @@ def test_figures_of_what_is_no_part_of_a_study() -> None:
     with pytest.raises(ArgumentError, match="no record 'a'; it has none"):
         overturning.plot.polar(outcome, "a")
     marks = overturning.plot.polar(outcome).legends[0].get_texts()
-    assert [mark.get_text() for mark in marks][:2] == ["stands", "not found"]
+    assert [mark.get_text() for mark in marks][:2] == ["stands", "no outcome"]
     assert overturning.to_dataframe(outcome)["overturned"].isna().sum() == 1
-    with pytest.raises(ArgumentError, match="response: a path in space"):
+    with pytest.raises(ArgumentError, match="response: a 3-D trajectory"):
         overturning.plot.response(overturning.trajectory(motion, "circle", orientation_deg=0, **stone))
     assert len(overturning.plot.response(overturning.trajectory(motion, azimuth_deg=0, **stone)).axes) == 4
     cube = overturning.run_study([motion], azimuth={"step": 90}, b_over_h=[0.2], ensemble={"members": 0})
-    with pytest.raises(MissingDataError, match=r"motion/motion-1.nc: a cube in memory has none"):
+    with pytest.raises(MissingDataError, match=r"motion/motion-1.nc: a cube in memory has no such file"):
         overturning.plot.history(cube)
 
 

@@ -10,7 +10,7 @@ from overturning.commands import cube, records, study, surveys, workflow
 from overturning.commands.explore import explore
 from overturning.commands.one import one
 from overturning.errors import OverturningError
-from overturning.files import describe
+from overturning.files import os_error_message
 
 _INTERRUPTED = 130
 
@@ -74,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(1)
     except OSError as error:
-        if not (said := describe(error)):
+        if not (said := os_error_message(error)):
             raise
         print(f"error: {said}", file=sys.stderr)
         sys.exit(1)

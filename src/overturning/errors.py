@@ -9,12 +9,12 @@ from functools import wraps
 from inspect import Parameter, signature
 from typing import Any, Final, TypeVar, cast
 
-Face = TypeVar("Face", bound=Callable[..., Any])
+Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
 MOST_LINES: Final = 20
 """Lines of a message; of more their number."""
 
-AND: Final = "\n       "
+REASON_SEPARATOR: Final = "\n       "
 """Between reasons that are told at once: each on a line of its own, below the word ``error:``."""
 
 LONGEST_LINE: Final = 600
@@ -60,13 +60,13 @@ def did_you_mean(name: str, known: Iterable[str], remedy: str = "") -> str:
     return f"did you mean {near[0]}?" if near else remedy or f"known are {', '.join(names[:40])}"
 
 
-def keywords(*further: type | str) -> Callable[[Face], Face]:
+def suggest_keywords(*further: type | str) -> Callable[[Decorated], Decorated]:
     """Let a function, or the constructor of a class, answer a keyword that it does not have with the nearest.
 
-    What it passes on as further keywords is named: one by one, or as the dataclass of which they are the fields.
+    `further` names keywords that are passed on, one by one or as a dataclass whose fields are keywords.
     """
 
-    def decorate(face: Face) -> Face:
+    def decorate(face: Decorated) -> Decorated:
         if isinstance(face, type):
             face.__init__ = decorate(face.__init__)  # type: ignore[misc]
             return face
@@ -83,29 +83,29 @@ def keywords(*further: type | str) -> Callable[[Face], Face]:
                 raise ArgumentError(f"{name}: no keyword of {whose}; {did_you_mean(name, known)}")
             return face(*given, **named)
 
-        return cast(Face, checked)
+        return cast(Decorated, checked)
 
     return decorate
 
 
-class Reasons:
+class RefusalReasons:
     """Why a record is refused: what each of several checks has against it, told at once."""
 
     def __init__(self) -> None:
         self._found: list[str] = []
 
     @contextmanager
-    def of(self) -> Iterator[None]:
+    def collect(self) -> Iterator[None]:
         """Go on after a check that refuses, which may name several reasons itself."""
         try:
             yield
         except RecordError as problem:
-            self._found += str(problem).split(AND)
+            self._found += str(problem).split(REASON_SEPARATOR)
 
-    def tell(self) -> None:
+    def raise_all(self) -> None:
         """Raise a RecordError with a line for each reason; nothing where there is none."""
         if self._found:
-            raise RecordError(AND.join(dict.fromkeys(self._found)))
+            raise RecordError(REASON_SEPARATOR.join(dict.fromkeys(self._found)))
 
 
 class MissingDataError(OverturningError, FileNotFoundError):

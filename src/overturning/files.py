@@ -88,7 +88,7 @@ _REMEDIES = {
 }
 
 
-def describe(error: OSError) -> str:
+def os_error_message(error: OSError) -> str:
     """What is wrong with a file, and what to do; empty where nothing is known to do."""
     remedy = _REMEDIES.get(error.errno or 0)
     return f"{error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}" if remedy else ""
@@ -125,7 +125,7 @@ def checksum_matches(path: Path) -> bool | None:
     return end[len(_MARK) : -1] == digest.hexdigest().encode()
 
 
-def shipped(path: Path) -> Path:
+def project_file(path: Path) -> Path:
     """A file of the project's, such as ``config/records.tsv``: that in the working folder, else that of the package.
 
     In a checkout the package is surrounded by its project; a wheel carries it inside.
@@ -149,7 +149,7 @@ _LITTLE = 1_000_000  # bytes; a disk with less is full
 _BLOCK = 1 << 20  # bytes read at a time
 
 
-def without_folders(name: str) -> str:
+def portable_name(name: str) -> str:
     """A path as a result may state it: an absolute one, which only this machine has, keeps its last part."""
     path = Path(name)
     return path.name if path.is_absolute() else path.as_posix()

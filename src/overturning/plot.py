@@ -1,9 +1,9 @@
-"""The figures of the report, each alone.
+"""Single figures of the report.
 
-Each function returns a Matplotlib figure, which a notebook shows and ``figure.savefig`` writes. A cube is one of
-`overturning.open_cube` or `overturning.run_study`, or a part of it; `record` is the id of one of its records, not
-needed where it has one. Intensity measures and motions are read from the files that a study has beside its cube. An
-`ArgumentError` says why a figure would show nothing.
+Each function returns a Matplotlib figure, which a notebook displays and ``figure.savefig`` writes. A cube comes from
+`overturning.open_cube` or `overturning.run_study`, or is a part of such a cube; `record` is the id of one of its
+records, optional if the cube has only one. Intensity measures and motions are read from the files of the study next to
+the cube. An `ArgumentError` is raised, with the reason, if a figure would be empty.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,8 +11,8 @@ from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
-from overturning.errors import ArgumentError, MissingDataError, keywords
-from overturning.motion.motion import Recorded
+from overturning.errors import ArgumentError, MissingDataError, suggest_keywords
+from overturning.motion.motion import Accelerogram
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,24 +25,24 @@ __all__ = [
     *("response", "rose", "spectra"),
 ]
 
-Draws = TypeVar("Draws", bound=Callable[..., Any])
-Moves = TypeVar("Moves", bound=Any)  # a motion or record
+DrawFunction = TypeVar("DrawFunction", bound=Callable[..., Any])
+AnyMotion = TypeVar("AnyMotion", bound=Any)  # a motion or record
 
 KINDS: Final[dict[str, Callable[..., Any]]] = {}
-"""Figures of a cube by name, for `overturning figure`."""
+"""Functions that draw a figure of a cube, by name, for `overturning figure`."""
 
 MOTION_KINDS: Final = ("intensity", "hodograph", "history")
-"""Those of the motions alone, in which no block is shown."""
+"""Names of the figures that show only the motion and no block."""
 
 
 def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-def _styled(draw: Draws) -> Draws:
-    """A function that draws with the project's settings."""
+def _styled(draw: DrawFunction) -> DrawFunction:
+    """Return a function that draws with the project's Matplotlib settings."""
 
-    @keywords()
+    @suggest_keywords()
     @wraps(draw)
     def styled(*given: Any, **more: Any) -> Any:
         from overturning.figures.style import style
@@ -50,28 +50,29 @@ def _styled(draw: Draws) -> Draws:
         with style():
             return draw(*given, **more)
 
-    return cast(Draws, styled)
+    return cast(DrawFunction, styled)
 
 
-def _of_a_cube(draw: Draws) -> Draws:
+def _cube_figure(draw: DrawFunction) -> DrawFunction:
     KINDS[draw.__name__] = _styled(draw)
-    return cast(Draws, KINDS[draw.__name__])
+    return cast(DrawFunction, KINDS[draw.__name__])
 
 
-@_of_a_cube
+@_cube_figure
 def polar(cube: "xr.Dataset", record: str | None = None, title: str | None = None) -> "Figure":
-    """Where the block that a study shows first falls under a record: azimuth and B/H; in space by orientation.
+    """Draw the map of falls of the block that a study shows first, under one record.
 
-    Of a part of the heights or frictions of a cube, and of what `overturning.simulate` returns, it shows all.
+    The map is over azimuth and B/H (2-D) or orientation and B/H (3-D). If the cube holds only a part of the heights or
+    frictions, or comes from `overturning.simulate`, all its blocks are shown.
     """
     from overturning.study.cube import shown_block
 
     return _map("polar", cube.sel(shown_block(cube)), record, title)
 
 
-@_of_a_cube
+@_cube_figure
 def blocks(cube: "xr.Dataset", record: str | None = None, title: str | None = None) -> "Figure":
-    """Where blocks of all heights and frictions fall under a record, a map each."""
+    """Draw the maps of falls under one record, one for each height and friction."""
     return _map("blocks", cube, record, title)
 
 
@@ -79,36 +80,36 @@ def _map(kind: str, cube: "xr.Dataset", record: str | None, title: str | None) -
     from overturning.figures.content import check_outcomes
     from overturning.figures.maps import map_figure
 
-    one = _one(cube, record)
+    one = _select_record(cube, record)
     check_outcomes(one, kind)
-    return map_figure(one, _place(one) + _stone(one) if title is None else title)
+    return map_figure(one, _title(one) + _stone_line(one) if title is None else title)
 
 
-def _stone(one: "xr.Dataset") -> str:
-    """Whose falls are shown, in a line of its own; nothing for what is of no study."""
+def _stone_line(one: "xr.Dataset") -> str:
+    """Return scene and element as an additional line of a title; empty for a cube that belongs to no study."""
     from overturning.figures.record import stone_label
 
     return stone_label(one) if "study" in one.attrs else ""
 
 
-@_of_a_cube
+@_cube_figure
 def boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
-    """Largest B/H that falls under a record, by azimuth of the motion; of a cube in planes."""
+    """Draw the largest B/H that falls under one record, by azimuth of the motion (2-D cubes only)."""
     from overturning.figures.boundary import boundary_figure
     from overturning.figures.content import check_falls
     from overturning.statistics import boundary as statistics
 
-    one = _one(cube, record)
-    _only(one, "azimuth", "boundary")
+    one = _select_record(cube, record)
+    _check_direction(one, "azimuth", "boundary")
     check_falls(one, "boundary")
     top = float(one["b_over_h"].max())
     bounds = statistics.boundary(one).assign_attrs(one.attrs)
-    return boundary_figure(bounds, top, float(one["fault_normal"]), _place(one) + _stone(one))
+    return boundary_figure(bounds, top, float(one["fault_normal"]), _title(one) + _stone_line(one))
 
 
-@_of_a_cube
+@_cube_figure
 def rose(cube: "xr.Dataset") -> "Figure":
-    """Directions of all falls, from north and from the fault normal, with and without a velocity pulse."""
+    """Draw roses of the fall directions, from north and from the fault normal, with and without a velocity pulse."""
     from overturning.figures.content import check_falls
     from overturning.figures.rose import rose_figure
 
@@ -116,12 +117,12 @@ def rose(cube: "xr.Dataset") -> "Figure":
         check_falls(whole, "rose")
         return rose_figure(whole)
 
-    return _of_all(cube, draw)
+    return _figure_of_all_records(cube, draw)
 
 
-@_of_a_cube
+@_cube_figure
 def earthquakes(cube: "xr.Dataset") -> "Figure":
-    """A rose of the directions of falls for each earthquake, from north."""
+    """Draw a rose of the fall directions, from north, for each earthquake."""
     from overturning.figures.content import check_falls
     from overturning.figures.rose import earthquake_roses_figure
 
@@ -129,12 +130,12 @@ def earthquakes(cube: "xr.Dataset") -> "Figure":
         check_falls(whole, "earthquakes")
         return earthquake_roses_figure(whole)
 
-    return _of_all(cube, draw)
+    return _figure_of_all_records(cube, draw)
 
 
-@_of_a_cube
+@_cube_figure
 def axes(cube: "xr.Dataset") -> "Figure":
-    """Fall axes relative to the fault normal, by earthquake, and their means with intervals."""
+    """Draw the fall axes relative to the fault normal, by earthquake, and their means with confidence intervals."""
     from overturning.figures.alignment import axes_figure
     from overturning.figures.content import check_axes
     from overturning.statistics.earthquakes import axes_by_group, summarise_axes
@@ -145,29 +146,29 @@ def axes(cube: "xr.Dataset") -> "Figure":
         check_axes(whole, groups, summaries)
         return axes_figure(groups, summaries)
 
-    return _of_all(cube, draw)
+    return _figure_of_all_records(cube, draw)
 
 
-@_of_a_cube
+@_cube_figure
 def follow(cube: "xr.Dataset") -> "Figure":
-    """What falls follow, by B/H: fault normal, radial direction, peaks and pulse of the motion."""
+    """Draw the alignment of falls with fault normal, radial direction, peaks and pulse of the motion, by B/H."""
     from overturning.figures.alignment import follow_figure
     from overturning.figures.content import check_alignments
     from overturning.statistics.earthquakes import alignment_with_references
 
-    _only(cube, "orientation", "follow")
+    _check_direction(cube, "orientation", "follow")
 
     def draw(whole: "xr.Dataset") -> "Figure":
         found = alignment_with_references(whole, _measures(whole))
         check_alignments(whole, found)
         return follow_figure(found, whole["b_over_h"].to_numpy())
 
-    return _of_all(cube, draw)
+    return _figure_of_all_records(cube, draw)
 
 
-@_of_a_cube
+@_cube_figure
 def plane(cube: "xr.Dataset") -> "Figure":
-    """Falls over PGA and PGV/PGA at the largest friction, with the fit and the field's criteria; of planes."""
+    """Draw outcomes by PGA and PGV/PGA at the largest friction, with fit and published criteria (2-D cubes only)."""
     from overturning.figures.content import check_plane
     from overturning.figures.intensity_plane import intensity_plane_figure
     from overturning.statistics.logistic import overturning_fit
@@ -175,43 +176,43 @@ def plane(cube: "xr.Dataset") -> "Figure":
 
     def draw(whole: "xr.Dataset") -> "Figure":
         if other := sizes_of_another(whole):
-            raise ArgumentError(f"plane: limits and fit go by the stone's own height and B/H; {other}")
+            raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
         measures = _measures(whole)
         check_plane(whole, measures)
         fit = overturning_fit(whole, measures)
         return intensity_plane_figure(whole, measures, fit, float(whole["friction"].max()))
 
-    _only(cube, "azimuth", "plane")
-    return _of_all(cube, draw)
+    _check_direction(cube, "azimuth", "plane")
+    return _figure_of_all_records(cube, draw)
 
 
-@_of_a_cube
+@_cube_figure
 def intensity(cube: "xr.Dataset", record: str | None = None) -> "Figure":
-    """PGA and PGV of a record by azimuth."""
+    """Draw PGA and PGV of a record by azimuth."""
     from overturning.figures.content import check_motion
     from overturning.figures.ground import intensity_figure
 
-    one = _one(cube, record)
+    one = _select_record(cube, record)
     measures = _measures(one).isel(record=0)
     check_motion(float(measures["pga"].max()), "intensity")
-    return intensity_figure(measures, float(one["fault_normal"]), _place(one))
+    return intensity_figure(measures, float(one["fault_normal"]), _title(one))
 
 
-@_of_a_cube
+@_cube_figure
 def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
-    """Acceleration, velocity and displacement of a record seen from above."""
+    """Draw hodographs of acceleration, velocity and displacement of a record."""
     from overturning.figures.ground import hodograph_figure
     from overturning.motion.motion import Motion
     from overturning.records.store import read_motion
 
-    one = _one(cube, record)
-    motion = _moving(Motion.of(read_motion(_motion(one))), "hodograph")
-    return hodograph_figure(motion, float(one["fault_normal"]), _place(one))
+    one = _select_record(cube, record)
+    motion = _check_moving(Motion.of(read_motion(_motion_path(one))), "hodograph")
+    return hodograph_figure(motion, float(one["fault_normal"]), _title(one))
 
 
-@_of_a_cube
-def history(motion: "Recorded | xr.Dataset", record: str | None = None) -> "Figure":
-    """Time histories and spectra of a motion or record as it is, or of a cube's before and after its processing."""
+@_cube_figure
+def history(motion: "Accelerogram | xr.Dataset", record: str | None = None) -> "Figure":
+    """Draw time histories and spectra of a motion or record, or of a cube's record before and after processing."""
     import xarray as xr
 
     from overturning.figures.history import history_figure
@@ -220,71 +221,73 @@ def history(motion: "Recorded | xr.Dataset", record: str | None = None) -> "Figu
     from overturning.records.store import read_motion, read_unprocessed
 
     if isinstance(motion, xr.Dataset):
-        path = _motion(_one(motion, record))
+        path = _motion_path(_select_record(motion, record))
         used = read_motion(path)
-        return history_figure(read_unprocessed(path) or used, _moving(used, "history"))
+        return history_figure(read_unprocessed(path) or used, _check_moving(used, "history"))
     if record is not None:
-        raise ArgumentError(f"record: {record!r}; a motion or record is one by itself: leave it out")
-    one = _moving(as_record(motion if isinstance(motion, Record) else as_motion(motion)), "history")
+        raise ArgumentError(
+            f"record: {record!r}; it chooses a record of a cube, not of a motion or record: leave it out"
+        )
+    one = _check_moving(as_record(motion if isinstance(motion, Record) else as_motion(motion)), "history")
     return history_figure(one, one)
 
 
 @_styled
-def spectra(motion: "Recorded", azimuth_deg: "ArrayLike" = (0.0, 90.0), title: str = "") -> "Figure":
-    """Fourier and response spectra of a motion or record along azimuths, degrees clockwise from north."""
+def spectra(motion: "Accelerogram", azimuth_deg: "ArrayLike" = (0.0, 90.0), title: str = "") -> "Figure":
+    """Draw Fourier and response spectra of a motion or record along azimuths, degrees clockwise from north."""
     from overturning.figures.ground import spectra_figure
     from overturning.motion.direction import checked_azimuths
     from overturning.motion.motion import as_motion
 
-    return spectra_figure(_moving(as_motion(motion), "spectra"), checked_azimuths(azimuth_deg).tolist(), title)
+    return spectra_figure(_check_moving(as_motion(motion), "spectra"), checked_azimuths(azimuth_deg).tolist(), title)
 
 
 @_styled
 def response(paths: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Figure":
-    """Rotation, slip and uplift against time of trajectories in planes (`overturning.trajectory`), a column each."""
+    """Draw rotation, slip and uplift against time of 2-D trajectories (`overturning.trajectory`), a column each."""
     import xarray as xr
 
     from overturning.figures.response import response_figure
 
     several = [paths] if isinstance(paths, xr.Dataset) else paths
     if any("kind" not in path for path in several):
-        raise ArgumentError("response: a path in space; overturning one --body --response draws its axis")
+        raise ArgumentError("response: a 3-D trajectory; overturning one --body --response draws its axis")
     return response_figure(several, title)
 
 
-def _of_all(cube: "xr.Dataset", draw: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
-    """A figure of all records, of one element and factor; its title says of which, and of what variant and scene."""
+def _figure_of_all_records(cube: "xr.Dataset", draw: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
+    """Draw a figure of all records of a cube of one element and factor; its title names variant, factor and scene."""
     from overturning.figures.style import caption
     from overturning.study.cube import in_order
 
     if "record" not in cube.dims:
-        raise ArgumentError("cube: one record without its dimension; keep it, cube.sel(record=['rinaldi'])")
+        raise ArgumentError("cube: it has no dimension record; keep the dimension: cube.sel(record=['rinaldi'])")
     whole = in_order(cube.assign_coords(record=range(cube.sizes["record"])))
     figure = draw(whole)
-    caption(figure, f"{_place(whole, ())}{_stone(whole)}\n{figure.get_suptitle()}".strip())
+    caption(figure, f"{_title(whole, ())}{_stone_line(whole)}\n{figure.get_suptitle()}".strip())
     return figure
 
 
-def _one(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
+def _select_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
     from overturning.study.cube import in_order, record_number
 
     number = record_number(cube, record)
     one = cube.isel(record=number) if "record" in cube.dims else cube
-    unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # of what is no part of a study
+    unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # defaults for a cube of no study
     one = one.assign_coords({name: value for name, value in unknown.items() if name not in one})
     return in_order(one).drop_vars("record", errors="ignore").load()
 
 
-def _moving(motion: Moves, kind: str) -> Moves:
-    """Return a motion or record; an ArgumentError if the ground does not move in it, so that a figure is empty."""
+def _check_moving(motion: AnyMotion, kind: str) -> AnyMotion:
+    """Return a motion or record; raise an ArgumentError if the ground does not move: the figure would be empty."""
     from overturning.figures.content import check_motion
 
     check_motion(max(float(abs(one).max()) for one in (motion.north, motion.east)), kind)
     return motion
 
 
-def _place(cube: "xr.Dataset", names: Sequence[str] = ("station", "event")) -> str:
-    """Of what a cube is: by some names of its record, and variant and factor where not of the study itself."""
+def _title(cube: "xr.Dataset", names: Sequence[str] = ("station", "event")) -> str:
+    """Return a title from some coordinates of the record, and from variant and factor if they are not nominal."""
     from overturning.study.cube import variant_said
 
     times = [f"motion × {_factor(cube):g}"] if _factor(cube) != 1.0 else []
@@ -292,57 +295,59 @@ def _place(cube: "xr.Dataset", names: Sequence[str] = ("station", "event")) -> s
 
 
 def _factor(cube: "xr.Dataset") -> float:
-    """The factor on the motions of which a cube, or a part of one, is."""
+    """Return the factor on the motions of a cube with one amplitude."""
     return float(cube["amplitude"]) if "amplitude" in cube.coords and "amplitude" not in cube.dims else 1.0
 
 
-def _only(cube: "xr.Dataset", direction: str, kind: str) -> None:
+def _check_direction(cube: "xr.Dataset", direction: str, kind: str) -> None:
     if direction not in cube.coords:
-        raise ArgumentError(f"{kind}: a cube without {direction} has no such figure; take another kind")
+        raise ArgumentError(f"{kind}: a cube without {direction} has no such figure; choose another kind")
 
 
-def _beside(cube: "xr.Dataset", name: str) -> Path:
+def _path_next_to(cube: "xr.Dataset", name: str) -> Path:
     file = Path(cube.encoding.get("source", ""))
     if not (path := file.parent / name).is_file():
-        where = f"{file} has none beside it" if file.is_file() else "a cube in memory has none"
-        raise MissingDataError(f"{name}: {where}; open the cube of a study that was run to its end, in its own folder")
+        where = f"not next to {file}" if file.is_file() else "a cube in memory has no such file"
+        raise MissingDataError(f"{name}: {where}; open the cube of a completed study, in the folder of the study")
     return path
 
 
-def _motion(one: "xr.Dataset") -> Path:
-    return _beside(one, f"{_motions(one)}/{one['record_id'].item()}.nc")
+def _motion_path(one: "xr.Dataset") -> Path:
+    return _path_next_to(one, f"{_motion_folder(one)}/{one['record_id'].item()}.nc")
 
 
-def _motions(cube: "xr.Dataset") -> Path:
-    """The folder of a cube's motions, from where it lies; `motion` of what is no part of a study."""
+def _motion_folder(cube: "xr.Dataset") -> Path:
+    """Return the folder of the motions relative to the cube; `motion` for a cube that belongs to no study."""
     from overturning.study.cube import motions_beside, study_of
 
     if _factor(cube) != 1.0:
         raise MissingDataError(
-            f"amplitude: motions and measures are of the records as they are, none times {_factor(cube):g}; open the "
-            "cube with amplitude=1"
+            f"amplitude: motions and measures exist only for the factor 1, not {_factor(cube):g}; open the cube with "
+            "amplitude=1"
         )
     return motions_beside(Path(), study_of(cube), cube.attrs["variant"]) if "study" in cube.attrs else Path("motion")
 
 
 def _measures(cube: "xr.Dataset") -> "xr.Dataset":
-    """Intensity measures of the records of a cube, in their order."""
+    """Return the intensity measures of the records of a cube, in the same order."""
     import xarray as xr
 
-    path = _beside(cube, "intensity.nc")
-    if _motions(cube) != Path("motion"):
-        raise MissingDataError(f"{path}: of the motions as recorded; there is none of those of {cube.attrs['variant']}")
+    path = _path_next_to(cube, "intensity.nc")
+    if _motion_folder(cube) != Path("motion"):
+        raise MissingDataError(
+            f"{path}: measures of the variant {cube.attrs['variant']} do not exist; use the nominal one"
+        )
     with xr.open_dataset(path) as measures:
         every = measures["record_id"].to_numpy().tolist()
         return measures.isel(record=[every.index(name) for name in cube["record_id"].to_numpy().ravel()]).load()
 
 
-def _plot(self: Recorded) -> "Figure":
+def _plot(self: Accelerogram) -> "Figure":
     """Draw acceleration, velocity, displacement and Fourier amplitudes; see `history`."""
     figure: Figure = history(self)
     return figure
 
 
-# Figures lie above motions: the method is added here, so that the lower layer knows nothing of this one.
-_plot.__name__, _plot.__qualname__ = "plot", "Recorded.plot"
-Recorded.plot = _plot  # type: ignore[method-assign]
+# The method is added here, because the lower layer `motion` must not import figures.
+_plot.__name__, _plot.__qualname__ = "plot", "Accelerogram.plot"
+Accelerogram.plot = _plot  # type: ignore[method-assign]

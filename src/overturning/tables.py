@@ -8,7 +8,7 @@ from typing import TypeVar
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from overturning.errors import OverturningError, did_you_mean
-from overturning.validation import what_is_wrong
+from overturning.validation import format_validation_error
 
 _NAMES = {"\t": "tabs", ",": "commas", ";": "semicolons", "  ": "spaces"}
 
@@ -120,7 +120,7 @@ def _wrong_columns(
 def _wrong_cell(problem: ValidationError, model: type[BaseModel], values: dict[str, str]) -> str:
     """The first error of a row: column and value, and what belongs there."""
     first = problem.errors()[0]
-    message = what_is_wrong(first)
+    message = format_validation_error(first)
     if not first["loc"]:
         return message
     column = str(first["loc"][0])

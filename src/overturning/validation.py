@@ -78,7 +78,7 @@ LISTS: Final = ("tuple_type", "list_type", "set_type", "frozen_set_type")
 """Types of error of a value that is no list."""
 
 
-def what_is_wrong(fault: Any) -> str:
+def format_validation_error(fault: Any) -> str:
     """Return what is wrong with a value, and what belongs there, from one error of a pydantic ValidationError."""
     kind, details, given = fault["type"], fault.get("ctx", {}), fault.get("input")
     if kind == "string_pattern_mismatch":
@@ -138,7 +138,7 @@ def describe_faults(
     for fault in _of_values(error.errors()):
         steps, forms = _place(fault, root)
         given, kind = fault["input"], fault["type"]
-        message = what_is_wrong(fault)
+        message = format_validation_error(fault)
         if kind == "extra_forbidden":
             known = sorted({name for form in forms for name in form.model_fields})
             message += f"; {did_you_mean(str(steps[-1]), known)}" if known else ""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.motion.heading import daubechies, peak_azimuths, pulse_axis
+from overturning.motion.heading import daubechies_wavelet, peak_azimuths, pulse_axis
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 
@@ -23,7 +23,7 @@ def test_axis_and_period_of_a_pulse_are_found_under_noise(azimuth: float) -> Non
 
 def test_the_wavelet_is_that_of_daubechies() -> None:
     """Values by PyWavelets 1.9, `Wavelet("db4").wavefun(level=14)`; energy, moments and shifts by what defines it."""
-    wavelet, x = daubechies(), np.arange(1793) / 256
+    wavelet, x = daubechies_wavelet(), np.arange(1793) / 256
     known = {1.5: 0.0449, 2.5: -0.0465, 3.0: -0.8872, 3.5: 1.0437, 4.0: -0.3975, 4.5: 0.0616, 5.5: 0.0026}
     assert np.interp(list(known), x, wavelet) == pytest.approx(list(known.values()), abs=5e-4)
     assert np.trapezoid(wavelet**2, x) == pytest.approx(1.0, abs=1e-6)

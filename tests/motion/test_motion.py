@@ -73,7 +73,7 @@ def test_from_obspy(channels: tuple[str, ...]) -> None:
     [
         (("HNN", "HNZ"), "no component towards east"),
         (("HN1", "HN2"), "neither N, E nor Z"),
-        (("HNN", "HNN"), "stands twice"),
+        (("HNN", "HNN"), "is given twice"),
         (("HNN", "BNE"), "channels of sensors HN and BN"),
         (("DOWN", "E"), "'DOWN' is neither N, E nor Z"),  # names that end alike: down was north, S00E east
         (("N", "S00E"), "'S00E' is neither N, E nor Z"),
@@ -162,7 +162,7 @@ def test_a_direction_in_a_sac_header_that_contradicts_the_code_is_warned_of() ->
     for channel, key, value, words in ((0, "cmpaz", 137.0, "azimuth 137°"), (2, "cmpinc", 180.0, "180° from up")):
         wrong = found.copy()
         wrong[channel].stats.sac[key] = value
-        with pytest.warns(UserWarning, match=rf"is taken towards (north|up) by its code; .*{words}.* its SAC header"):
+        with pytest.warns(UserWarning, match=rf"points (north|up) by its code, but .*{words}.* its SAC header"):
             Motion.from_obspy(wrong)
 
 
@@ -174,7 +174,7 @@ def test_counts_are_no_accelerations() -> None:
     assert Motion.from_obspy(found).north[0] == 6.0, "a reader of counts has left what one is in calib"
     for trace in found:
         trace.stats.calib = 1.0
-    with pytest.raises(ArgumentError, match=r"HNN: counts, as whole numbers are; remove the response"):
+    with pytest.raises(ArgumentError, match=r"HNN: integer samples are counts; remove the response"):
         Motion.from_obspy(found)
     assert Motion.from_obspy(found, unit="mm/s2").north[0] == pytest.approx(0.003)
 
@@ -184,7 +184,7 @@ def test_an_offset_that_drives_the_velocity_is_warned_of() -> None:
     found = stream("HNN", "HNE", npts=4000)
     for trace, offset in zip(found, (0.0, 0.05), strict=True):
         trace.data = np.sin(np.arange(4000) * 0.06) * np.hanning(4000) + offset
-    with pytest.warns(UserWarning, match="velocity towards east ends at 100 % of its peak, as of raw data") as told:
+    with pytest.warns(UserWarning, match="velocity towards east ends at 100 % of its peak, like raw data") as told:
         raw = Motion.from_obspy(found)
     assert len(told) == 1
     with warnings.catch_warnings():
@@ -195,10 +195,10 @@ def test_an_offset_that_drives_the_velocity_is_warned_of() -> None:
 
 
 def test_the_borehole_of_kik_net_is_refused_unless_declared() -> None:
-    with pytest.raises(ArgumentError, match=r"NS1: of the borehole sensor; .* sensor='borehole'"):
+    with pytest.raises(ArgumentError, match=r"NS1: it belongs to the borehole sensor; .* sensor='borehole'"):
         Motion.from_obspy(stream("NS1", "EW1", "UD1"))
     assert Motion.from_obspy(stream("NS1", "EW1", "UD1"), sensor="borehole").samples == 100
-    with pytest.raises(ArgumentError, match="NS2: of the surface sensor"):
+    with pytest.raises(ArgumentError, match="NS2: it belongs to the surface sensor"):
         Motion.from_obspy(stream("NS2", "EW2"), sensor="borehole")
 
 

@@ -6,7 +6,7 @@ import pytest
 import overturning
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
-from overturning.motion.plausible import implausible
+from overturning.motion.plausible import implausibility
 
 TIME = np.arange(0, 10, 0.01)
 WAVE = np.sin(2 * np.pi * TIME) * np.exp(-((TIME - 5) ** 2))
@@ -20,13 +20,13 @@ G = 9.80665
         (5.35, "m/s2", []),
         (535.0, "m/s2", ["at most 5 g", "Gal (0.55 g)"]),
         (0.0005, "gal", ["at least 0.0001 g", "g (0.05 g)"]),
-        (5.1 * G, "", ["at most 5 g", "the file's unit is not what it says"]),
+        (5.1 * G, "", ["at most 5 g", "the unit stated in the file is wrong"]),
         (1.01e-4 * G, "gal", []),
         (4.9 * G, "g", []),
     ],
 )
 def test_the_bounds_and_the_other_unit(peak, unit, words):
-    found = implausible([peak * WAVE / np.abs(WAVE).max(), 0 * WAVE], 0.01, unit=unit)
+    found = implausibility([peak * WAVE / np.abs(WAVE).max(), 0 * WAVE], 0.01, unit=unit)
     assert bool(found) == bool(words)
     for word in words:
         assert word in found
@@ -34,11 +34,11 @@ def test_the_bounds_and_the_other_unit(peak, unit, words):
 
 def test_a_velocity_that_no_ground_has():
     steady = np.full(1000, 2.0)
-    assert "peak velocity 1998 cm/s" in implausible([steady], 0.01)
-    assert implausible([steady], 0.01, pgv=False) == ""
+    assert "peak velocity 1998 cm/s" in implausibility([steady], 0.01)
+    assert implausibility([steady], 0.01, pgv=False) == ""
     # Above 10 m/s, three times what was ever recorded: 9.99 s of steady acceleration to either side of it.
-    assert implausible([steady / 2], 0.01) == ""
-    assert "at most 1000 cm/s" in implausible([steady / 1.98], 0.01)
+    assert implausibility([steady / 2], 0.01) == ""
+    assert "at most 1000 cm/s" in implausibility([steady / 1.98], 0.01)
 
 
 def test_simulate_from_python_refuses_gal_and_takes_them_on_trust():

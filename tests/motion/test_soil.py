@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from overturning import Motion, run_study
 from overturning.commands.workflow import surface
 from overturning.errors import ArgumentError, RecordError
-from overturning.motion.soil import QUIET, TAIL, Layer, Rock, through_soil
+from overturning.motion.soil import MIN_ZERO_PADDING, TAIL, Layer, Rock, through_soil
 from overturning.records.processing import process
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.record import provenance, summary
@@ -59,7 +59,7 @@ def test_what_follows_the_record_does_not_come_before_it(noise: np.ndarray) -> N
     late[-50:] = np.hanning(50)
     found = through_soil(late, INTERVAL, [LAYER], ROCK).samples
     assert np.abs(found[:900]).max() < 0.01 * np.abs(found).max()
-    assert 5 * 4 * LAYER.thickness_m / LAYER.velocity_m_s < QUIET  # five fundamental periods
+    assert 5 * 4 * LAYER.thickness_m / LAYER.velocity_m_s < MIN_ZERO_PADDING  # five fundamental periods
 
 
 def test_resonance_stands_at_the_fundamental_period() -> None:

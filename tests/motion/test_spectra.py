@@ -27,7 +27,7 @@ from overturning.motion.intensity import (
     record_measures,
     significant_duration,
 )
-from overturning.motion.jma_intensity import SURVEY_RULE, amplitude, as_published, instrumental_intensity
+from overturning.motion.jma_intensity import SURVEY_RULE, amplitude, instrumental_intensity, published_intensity
 from overturning.motion.motion import Motion
 from overturning.motion.oscillator import Oscillators
 from overturning.motion.spectra import rotd, spectra_by_azimuth, spectrum_intensity
@@ -378,7 +378,7 @@ def test_senseless_azimuths_are_refused(azimuths):
 
 def test_an_intensity_is_published_as_jma_does():
     """The third decimal is rounded, the second dropped (JMA's explanation of the computation of seismic intensity)."""
-    assert as_published([6.4949, 6.4951, 6.46, 4.5, 5.999, 0.299]).tolist() == [6.4, 6.5, 6.4, 4.5, 6.0, 0.3]
+    assert published_intensity([6.4949, 6.4951, 6.46, 4.5, 5.999, 0.299]).tolist() == [6.4, 6.5, 6.4, 4.5, 6.0, 0.3]
 
 
 def test_jmas_filter_at_frequencies_that_simplify_it():

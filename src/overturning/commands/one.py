@@ -206,7 +206,7 @@ def _scene(plane: InPlane, damping_ratio: float | None) -> "Scene":
 def _record(shaking: Shaking, given: Declared) -> "Record":
     """A record of the table, a file or a pulse, processed as a study would by default."""
     from overturning.errors import ArgumentError, ConfigError, did_you_mean
-    from overturning.files import shipped
+    from overturning.files import project_file
     from overturning.records.catalogue import read_catalogue
     from overturning.records.processing import process
     from overturning.records.pulses import SHAPES, parse_pulse, pulse_record
@@ -228,7 +228,7 @@ def _record(shaking: Shaking, given: Declared) -> "Record":
         return rounded(pulse_record(parse_pulse(name)))
     if " " not in name and (Path(name).suffix or len(Path(name).parts) > 1):
         raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
-    entries = read_catalogue(shipped(table))
+    entries = read_catalogue(project_file(table))
     if name not in entries:
         raise ConfigError(
             f"{table}: no record {name!r}, nor a file of that name or a pulse; {did_you_mean(name, entries)}"

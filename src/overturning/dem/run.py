@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from overturning.dem.cluster import run_on_cluster
 from overturning.dem.numerics import Numerics
-from overturning.errors import keywords
+from overturning.errors import suggest_keywords
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.falls import as_model
 from overturning.model.planes import Planes
 from overturning.model.results import Results
 from overturning.model.scene import Scene
-from overturning.motion.motion import Motion, Recorded, as_motion
+from overturning.motion.motion import Accelerogram, Motion, as_motion
 
 if TYPE_CHECKING:
     from overturning.dem.plan import Plan
@@ -93,9 +93,9 @@ def run(
     return results
 
 
-@keywords(Numerics)
+@suggest_keywords(Numerics)
 def run_cases(
-    motion: Recorded, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
+    motion: Accelerogram, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
 ) -> Results:
     """Run cases of a model that make no grid.
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from overturning.arrays import ArrayLike, dataset
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
-from overturning.errors import ArgumentError, keywords
+from overturning.errors import ArgumentError, suggest_keywords
 from overturning.model.falls import as_model
 from overturning.model.grid import AXES, Grid
 from overturning.model.model import Model
@@ -17,7 +17,7 @@ from overturning.model.planes import Planes
 from overturning.model.results import COUNTS
 from overturning.model.scene import Scene
 from overturning.model.shapes import Shape
-from overturning.motion.motion import Motion, Recorded, as_motion
+from overturning.motion.motion import Accelerogram, Motion, as_motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,7 +76,7 @@ def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) 
 
 
 def simulate_arrays(
-    motion: Recorded, model: Model | Scene | Shape | str | int | None = None, **values: Any
+    motion: Accelerogram, model: Model | Scene | Shape | str | int | None = None, **values: Any
 ) -> dict[str, NDArray[Any]]:
     """Simulate every combination of direction, size, slenderness, aspect and friction of a model under one motion.
 
@@ -95,9 +95,9 @@ def simulate_arrays(
     return simulate_grid(model, as_motion(motion), grid_over(model, **values), Numerics(**numerics))
 
 
-@keywords(Numerics)
+@suggest_keywords(Numerics)
 def simulate(
-    motion: Recorded,
+    motion: Accelerogram,
     model: Model | Scene | Shape | str | int | None = None,
     *,
     height: ArrayLike | None = None,

@@ -6,21 +6,21 @@ from overturning.arrays import dataset
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import plan_of
 from overturning.dem.simulate import grid_over
-from overturning.errors import ArgumentError, keywords
+from overturning.errors import ArgumentError, suggest_keywords
 from overturning.model.cases import Cases
 from overturning.model.falls import as_model
 from overturning.model.model import Model
 from overturning.model.scene import Scene
 from overturning.model.shapes import Shape
-from overturning.motion.motion import Recorded, as_motion
+from overturning.motion.motion import Accelerogram, as_motion
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-@keywords(Numerics, "aspect", "amplitude", "initial_tilt")
+@suggest_keywords(Numerics, "aspect", "amplitude", "initial_tilt")
 def trajectory(
-    motion: Recorded,
+    motion: Accelerogram,
     model: Model | Scene | Shape | str | int | None = None,
     *,
     height: float | None = None,

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from overturning.arrays import ArrayLike, FloatArray
-from overturning.errors import ArgumentError, keywords
+from overturning.errors import ArgumentError, suggest_keywords
 from overturning.model.contact import VertexContact
 from overturning.model.grid import Grid
 from overturning.model.model import Model, Outcomes, select_cells
@@ -84,7 +84,7 @@ class Start:
     angular_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-@keywords()
+@suggest_keywords()
 @dataclass(frozen=True)
 class Body(Model):
     """3-D model: one rigid body on a flat base; each orientation of the grid has the same weight.

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.errors import ArgumentError, keywords
+from overturning.errors import ArgumentError, suggest_keywords
 from overturning.model.solid import Solid
 from overturning.units import STANDARD_GRAVITY
 
@@ -30,7 +30,7 @@ PRECISION_FLOOR: Final = 1e5
 """Least ratio of static penetration δ to the rounding error of a coordinate: the static force has five digits."""
 
 
-@keywords()
+@suggest_keywords()
 @dataclass(frozen=True)
 class Contact:
     """Contact law of a block: springs and dashpots at each corner, per metre of depth.
@@ -118,7 +118,7 @@ class Contact:
         return normal, self.stiffness_ratio * normal, dashpot
 
 
-@keywords()
+@suggest_keywords()
 @dataclass(frozen=True)
 class VertexContact:
     """Contact law of a 3-D body: springs and dashpots at each vertex.

@@ -10,7 +10,7 @@ from typing import Any, Final, Self
 from pydantic import Field, ValidationError, model_validator
 
 from overturning.errors import ArgumentError, ConfigError
-from overturning.files import read_mapping, shipped
+from overturning.files import project_file, read_mapping
 from overturning.model.contact import Contact
 from overturning.model.element import ContactLaw, Element, Material, Name, Positive, StrictModel
 from overturning.model.geometry import WIDE_GROUND, check_geometry
@@ -186,9 +186,9 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
     """
     path = root / name
     if path.suffix not in {".yaml", ".yml"}:
-        path = shipped(root / SCENES / f"{name}.yaml")
+        path = project_file(root / SCENES / f"{name}.yaml")
     if not path.is_file():
-        folders = {root / SCENES, shipped(SCENES)}
+        folders = {root / SCENES, project_file(SCENES)}
         known = ", ".join(sorted({file.stem for folder in folders for file in folder.glob("*.yaml")})) or "none"
         raise ConfigError(f"scene {name}: no file {path}; known: {known}")
     return check_scene(read_mapping(path, "scene", "see docs/scenes.md"), str(path))

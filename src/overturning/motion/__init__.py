@@ -1,1 +1,1 @@
-"""Rotation, intensity measures, spectra and pulses."""
+"""Ground motions: rotation, intensity measures, spectra, pulses, soil response."""

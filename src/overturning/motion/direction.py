@@ -1,4 +1,4 @@
-"""Directions in the horizontal plane, the same on every processor, and the largest motion along many of them."""
+"""Direction cosines that are the same on every processor, and the largest motion along many azimuths."""
 
 import math
 
@@ -12,12 +12,14 @@ _DECIMALS = 12
 _TURNS = np.array([[np.cos(t), np.sin(t)] for t in np.pi * np.arange(12) / 12])
 _STRIDE = 8
 _GROUP = 12
-_FEW = 400  # samples, which are not worth sorting out for each group of azimuths
+_FEW = 400  # samples; with fewer it is not worth selecting them for each group of azimuths
 _BLOCK = 4096
 
 
 def direction_cosines(azimuth_deg: float) -> tuple[float, float]:
-    """Cosine and sine of an azimuth φ, degrees clockwise from north: motion along φ is ``north * cos + east * sin``.
+    """Return cosine and sine of an azimuth φ, degrees clockwise from north.
+
+    The motion along φ is ``north * cos + east * sin``.
 
     The angle is reduced to the first quadrant and the result rounded to 1e-12, so that the cosines of φ + 180° are
     exactly the negatives of those of φ, and do not depend on the processor's libm.
@@ -39,7 +41,7 @@ def direction_cosines(azimuth_deg: float) -> tuple[float, float]:
 
 
 def checked_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
-    """Azimuths as a one-dimensional array; an ArgumentError where there are none, or one is not finite."""
+    """Return azimuths as a one-dimensional array; raise an ArgumentError if it is empty or a value is not finite."""
     azimuths = np.atleast_1d(np.asarray(azimuth_deg, dtype=np.float64))
     if azimuths.ndim != 1 or azimuths.size == 0 or not np.isfinite(azimuths).all():
         raise ArgumentError("azimuth_deg: give one or more finite numbers of degrees, in one row")
@@ -47,20 +49,21 @@ def checked_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
 
 
 def cosines_of(azimuth_deg: ArrayLike) -> FloatArray:
-    """Direction cosines, shape (m, 2): north, east; azimuths as in `checked_azimuths`."""
+    """Return the direction cosines towards north and east, shape (m, 2), of m azimuths in degrees."""
     return np.array([direction_cosines(float(azimuth)) for azimuth in checked_azimuths(azimuth_deg)])
 
 
 def largest_along(pair: FloatArray, cosines: FloatArray) -> FloatArray:
-    """Largest absolute motion along each of m azimuths, max_t |n(t) cos φ + e(t) sin φ|, in the unit of the motion.
+    """Return the largest absolute motion along each of m azimuths, max_t |n(t) cos φ + e(t) sin φ|.
 
-    Samples that cannot be the largest along any of the azimuths are left out first: those nearer to the origin than the
-    smallest of lower bounds, which a few extreme samples give. ``pair`` has shape (2, n), ``cosines`` (m, 2).
+    ``pair`` has shape (2, n), ``cosines`` (m, 2); the result has shape (m,) and the unit of the motion. Samples that
+    cannot be the largest along any azimuth are left out first: a few extreme samples give a lower bound of each result,
+    and samples closer to the origin than the smallest of these bounds are skipped.
     """
     some = np.ascontiguousarray(pair[:, ::_STRIDE])
     seeds = np.abs(_TURNS @ some).argmax(axis=1)
     bounds = np.abs(cosines @ some[:, seeds]).max(axis=1)
-    # The margins are for rounding; to keep a sample too many changes nothing.
+    # The margin covers rounding; keeping too many samples does not change the result.
     far = pair[:, pair[0] ** 2 + pair[1] ** 2 >= bounds.min() ** 2 * (1.0 - 1e-9)]
     if far.shape[1] < _FEW:
         return _largest(far, cosines)
@@ -74,7 +77,7 @@ def largest_along(pair: FloatArray, cosines: FloatArray) -> FloatArray:
 
 
 def _within_reach(pair: FloatArray, group: FloatArray, bound: float) -> FloatArray:
-    """Samples that may reach the bound along one of a group of azimuths."""
+    """Return the samples that may reach the bound along one of a group of azimuths."""
     middle = group[len(group) // 2]
     along = np.abs(middle[0] * pair[0] + middle[1] * pair[1])
     across = np.abs(middle[0] * pair[1] - middle[1] * pair[0])
@@ -87,6 +90,6 @@ def _largest(pair: FloatArray, cosines: FloatArray) -> FloatArray:
     largest = np.zeros(cosines.shape[0])
     for first in range(0, pair.shape[1], _BLOCK):
         block = pair[:, first : first + _BLOCK]
-        # Spelt out instead of a matrix product, whose last bit may differ with the width of the block.
+        # Not a matrix product: its last bit may depend on the width of the block.
         np.maximum(largest, np.abs(cosines[:, :1] * block[0] + cosines[:, 1:] * block[1]).max(axis=1), out=largest)
     return largest

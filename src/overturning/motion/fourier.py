@@ -8,7 +8,7 @@ from overturning.errors import ArgumentError
 
 
 def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tuple[FloatArray, FloatArray]:
-    """Fourier amplitude |∫ a exp(−2πift) dt| of one component, and the frequencies, Hz; shape (n // 2 + 1,)."""
+    """Return frequencies, Hz, and Fourier amplitudes |∫ a exp(−2πift) dt| of one component, shape (n // 2 + 1,)."""
     samples = np.asarray(acceleration, dtype=np.float64)
     if samples.ndim != 1 or samples.size < 2:
         raise ArgumentError(f"acceleration: shape {samples.shape}; a component is one row of at least 2 samples")
@@ -19,7 +19,7 @@ def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tup
 
 
 def bell(count: int, width: int) -> FloatArray:
-    """A window of ones whose ends rise and fall over so many samples by half a cosine bell, shape (count,)."""
+    """Return a cosine-tapered (Tukey) window, shape (count,): `width` samples rise at its start and fall at its end."""
     window = np.ones(count)
     window[:width] = 0.5 * (1.0 - np.cos(np.pi * np.arange(width) / width))
     window[-width:] = window[:width][::-1]
@@ -27,9 +27,9 @@ def bell(count: int, width: int) -> FloatArray:
 
 
 def band_amplitude(acceleration: FloatArray, sampling_interval: float, centres: FloatArray) -> FloatArray:
-    """Root mean square of the Fourier amplitude of one component in bands about logarithmically spaced centres, Hz.
+    """Return the root mean square Fourier amplitude of one component in bands around log-spaced centres, Hz.
 
-    Zeros are put behind a short component until its own frequencies are so dense that every band holds some.
+    A short component is padded with zeros so that every band contains at least one frequency.
     """
     ratio = float(centres[1] / centres[0])
     needed = int(np.ceil(2.0 / (centres[0] * (ratio - 1.0)) / sampling_interval))
@@ -44,8 +44,9 @@ def band_amplitude(acceleration: FloatArray, sampling_interval: float, centres: 
 def konno_ohmachi(frequency: FloatArray, amplitude: FloatArray, at: ArrayLike) -> FloatArray:
     """Smooth a raw spectrum at the frequencies ``at`` (Konno & Ohmachi 1998, BSSA 88, 228-241, equation 4).
 
-    A frequency of 0 is left out of the spectrum and refused in ``at``. The coefficient b is the usual 40. Not a number
-    where the spectrum's frequencies are so far apart that their weights add up to 0.3 or less: the record is too short.
+    Frequencies are in Hz; 0 is left out of the spectrum and refused in ``at``. The bandwidth coefficient b is 40, as
+    usual. The result is NaN where the sum of the weights is at most 0.3, because the record is too short and the
+    frequencies of its spectrum are too far apart.
     """
     wanted = np.atleast_1d(np.asarray(at, dtype=np.float64))
     if not (np.isfinite(wanted) & (wanted > 0)).all():

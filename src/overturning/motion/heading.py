@@ -1,4 +1,4 @@
-"""Which way a motion goes: where its peaks point, and the axis and period of its strongest velocity pulse."""
+"""Directions of a motion: azimuths of its peaks, axis and period of its strongest velocity pulse."""
 
 from functools import cache
 
@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.motion.integration import integrate
-from overturning.motion.motion import Recorded
+from overturning.motion.motion import Accelerogram
 
 PULSE_PERIODS = np.geomspace(0.4, 12.0, 36)
-"""Periods among which that of the pulse is sought, s: 10 % apart."""
+"""Periods at which pulses are searched, s, in steps of 10 %."""
 
 _FILTER = np.array([
     0.23037781330885523, 0.7148465705525415, 0.6308807679295904, -0.02798376941698385,
@@ -19,14 +19,14 @@ _FILTER = np.array([
 """Scaling filter of the Daubechies wavelet with four vanishing moments (Daubechies 1992, Ten Lectures, table 6.1)."""
 
 _CYCLES, _SUPPORT = 5, 7
-"""Cycles of that wavelet at the frequency of its largest Fourier amplitude, and its length, both from 0 to the end."""
+"""Number of cycles in the support of the wavelet, at the peak of its Fourier amplitude, and length of the support."""
 
 _POINTS = 256
 """Points of the wavelet per unit of its argument."""
 
 
-def peak_azimuths(motion: Recorded) -> dict[str, float]:
-    """Azimuths to which the horizontal acceleration and velocity point at their peaks, degrees; NaN without motion."""
+def peak_azimuths(motion: Accelerogram) -> dict[str, float]:
+    """Return the azimuths, degrees, of horizontal acceleration and velocity at their peaks; NaN without motion."""
     acceleration = motion.horizontal
     velocity = integrate(acceleration, motion.sampling_interval)
     return {name: _largest(series) for name, series in (("pga", acceleration), ("pgv", velocity))}
@@ -43,14 +43,14 @@ def _azimuth(north: float, east: float) -> float:
 
 
 @cache
-def daubechies() -> FloatArray:
-    """The wavelet db4, of unit energy, at 0 to 7 in steps of 1/256: the product of its filters transformed back."""
+def daubechies_wavelet() -> FloatArray:
+    """Return the wavelet db4 with unit energy, from 0 to 7 in steps of 1/256, by inverse transform of its filters."""
 
     def response(taps: FloatArray, cycles: FloatArray) -> NDArray[np.complex128]:
         turns = np.exp(-2j * np.pi * np.multiply.outer(cycles, np.arange(taps.size)))
         return np.asarray(turns @ taps / np.sqrt(2.0), dtype=np.complex128)
 
-    period = _SUPPORT + 1  # a little more than the support, so that nothing folds back
+    period = _SUPPORT + 1  # slightly more than the support, to avoid wrap-around
     half = np.arange(period * _POINTS // 2 + 1) / (2.0 * period)
     transform = response(_FILTER[::-1] * (-1.0) ** np.arange(_FILTER.size), half)
     for level in range(1, 25):
@@ -58,13 +58,13 @@ def daubechies() -> FloatArray:
     return np.fft.irfft(transform, period * _POINTS)[: _SUPPORT * _POINTS + 1] * _POINTS
 
 
-def pulse_axis(motion: Recorded) -> tuple[float, float]:
-    """Axis (degrees, 0 to 180) and period (s) of the strongest pulse in the velocity of a motion; NaN without motion.
+def pulse_axis(motion: Accelerogram) -> tuple[float, float]:
+    """Return axis (degrees, 0 to 180) and period (s) of the strongest velocity pulse; NaN without motion.
 
-    The wavelet coefficient that is largest over times, periods and horizontal directions (Shahi & Baker 2014, Bulletin
-    of the Seismological Society of America 104): that along φ is the coefficient of north times cos φ plus that of
-    east times sin φ, so its largest magnitude is √(n² + e²). The wavelet is theirs, of Daubechies with four
-    vanishing moments; its period is that of the largest Fourier amplitude.
+    The pulse has the largest wavelet coefficient over times, periods and horizontal directions (Shahi & Baker 2014,
+    Bulletin of the Seismological Society of America 104). The coefficient along φ is n cos φ + e sin φ, with the
+    coefficients n and e of the north and east components; its largest magnitude is √(n² + e²). As in that paper, the
+    wavelet is Daubechies' with four vanishing moments, and its period is that of its largest Fourier amplitude.
     """
     velocity = integrate(motion.horizontal, motion.sampling_interval)
     if not np.abs(velocity).max() > 0:
@@ -73,7 +73,7 @@ def pulse_axis(motion: Recorded) -> tuple[float, float]:
     interval, series = step * motion.sampling_interval, velocity[:, ::step]
     count = series.shape[1] + int(_CYCLES * PULSE_PERIODS[-1] / interval) + 1
     spectrum = np.fft.rfft(series, count)
-    wavelet = daubechies()
+    wavelet = daubechies_wavelet()
     places = np.arange(wavelet.size) / _POINTS
     best, found = 0.0, (float("nan"), float("nan"))
     for period in PULSE_PERIODS:

@@ -1,4 +1,4 @@
-"""Intensity measures by azimuth, and of the whole record."""
+"""Intensity measures by azimuth, and of the three-component record."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray
 from overturning.motion.direction import checked_azimuths, cosines_of, largest_along
 from overturning.motion.integration import integrate
-from overturning.motion.motion import Recorded
+from overturning.motion.motion import Accelerogram
 from overturning.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ PEAKS = {
     "pgv": ("m s-1", "peak ground velocity"),
     "pgd": ("m", "peak ground displacement"),
 }
-"""Unit and long name of the measures that need no oscillator."""
+"""Unit and long name of the peak values."""
 
 MEASURES = PEAKS | {
     "arias": ("m s-1", "Arias intensity"),
@@ -35,14 +35,14 @@ MEASURES = PEAKS | {
 """Unit and long name of every measure by azimuth."""
 
 PREDOMINANT_PERIODS = np.geomspace(0.04, 4.0, 81)
-"""Periods among which the predominant one is sought, s: 6 % apart."""
+"""Periods at which the predominant period is searched, s, in steps of 6 %."""
 
 
-def measures_by_azimuth(motion: Recorded, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
-    """Every measure of ``MEASURES`` along azimuths, shape (m,), without xarray; see its functions for the definitions.
+def measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
+    """Return each measure of ``MEASURES`` along m azimuths in degrees, shape (m,), as plain arrays.
 
-    The measures of φ and φ + 180° are the same, so half a turn is computed. Velocity and displacement come from the
-    trapezoidal rule, starting from rest; integration and rotation commute, so each component is integrated once.
+    The measures of φ and φ + 180° are the same, so only half a circle is computed. Velocity and displacement come from
+    the trapezoidal rule, starting from rest; integration and rotation commute, so each component is integrated once.
     """
     from overturning.motion.spectra import pseudo_acceleration, spectrum_intensity
 
@@ -60,8 +60,8 @@ def measures_by_azimuth(motion: Recorded, azimuth_deg: ArrayLike) -> dict[str, F
     return {name: values[back] for name, values in measures.items()}
 
 
-def intensity_by_azimuth(motion: Recorded, azimuth_deg: ArrayLike) -> "xarray.Dataset":
-    """The measures of ``MEASURES`` along azimuths, degrees clockwise from north (dimension ``azimuth``)."""
+def intensity_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -> "xarray.Dataset":
+    """Return the measures of ``MEASURES`` along azimuths, degrees clockwise from north, as a dataset."""
     import xarray as xr
 
     azimuths = checked_azimuths(azimuth_deg)
@@ -73,15 +73,15 @@ def intensity_by_azimuth(motion: Recorded, azimuth_deg: ArrayLike) -> "xarray.Da
     return xr.Dataset(variables, {"azimuth": coordinate})
 
 
-def record_measures(motion: Recorded, processing: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """JMA intensity of a whole processed record, and what the steps of its processing did to its peaks.
+def record_measures(motion: Accelerogram, processing: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the JMA intensity of a processed record, and its peaks before and after processing.
 
     Returns
     -------
     dict
-        ``jma_intensity`` (None without a vertical component) and ``jma_intensity_horizontal`` of north and east alone;
-        ``pga_unprocessed`` … and ``pga_processed`` … (largest of north and east, SI): the peaks before the first
-        and after the last step, None for a record left alone.
+        ``jma_intensity`` (None without a vertical component); ``jma_intensity_horizontal`` from north and east only;
+        ``pga_unprocessed``, ``pga_processed`` and so on: peaks (largest of north and east, SI units) before the first
+        and after the last processing step, None if the record was not processed.
     """
     from overturning.motion.jma_intensity import DURATION, instrumental_intensity
 
@@ -98,27 +98,32 @@ def record_measures(motion: Recorded, processing: Sequence[Mapping[str, Any]]) -
     return measures
 
 
-def arias_intensity(motion: Recorded, azimuth_deg: ArrayLike) -> FloatArray:
-    """Arias intensity along azimuths, π/(2g) ∫ a² dt (Arias 1970), trapezoidal rule; m/s, shape (m,).
+def arias_intensity(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
+    """Return the Arias intensity along azimuths, π/(2g) ∫ a² dt (Arias 1970), m/s, shape (m,).
 
-    a(φ)² is a quadratic form in cos φ and sin φ, so three integrals serve all azimuths.
+    The integral uses the trapezoidal rule. a(φ)² is a quadratic form in cos φ and sin φ, so three integrals give the
+    intensity along all azimuths.
     """
     cosines = cosines_of(azimuth_deg)
     squares = np.array([np.trapezoid(p, dx=motion.sampling_interval) for p in _products(motion)])
     return math.pi / (2.0 * STANDARD_GRAVITY) * (_forms(cosines) @ squares)
 
 
-def cumulative_absolute_velocity(motion: Recorded, azimuth_deg: ArrayLike) -> FloatArray:
-    """CAV along azimuths, ∫ |a| dt (EPRI 1988), trapezoidal rule; m/s, shape (m,)."""
+def cumulative_absolute_velocity(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
+    """Return the cumulative absolute velocity along azimuths, ∫ |a| dt (EPRI 1988), m/s, shape (m,).
+
+    The integral uses the trapezoidal rule.
+    """
     cosines = cosines_of(azimuth_deg)
     sizes = (np.abs(c * motion.north + s * motion.east) for c, s in cosines)
     return np.array([np.trapezoid(size, dx=motion.sampling_interval) for size in sizes])
 
 
-def significant_duration(motion: Recorded, azimuth_deg: ArrayLike) -> FloatArray:
-    """Time from 5 to 95 % of the Arias intensity along azimuths (Trifunac & Brady 1975); s, shape (m,).
+def significant_duration(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
+    """Return the time from 5 to 95 % of the Arias intensity along azimuths (Trifunac & Brady 1975), s, shape (m,).
 
-    Between samples the cumulative intensity is taken as a straight line; 0 along an azimuth without motion.
+    The cumulative intensity is interpolated linearly between samples. The duration is 0 along an azimuth without
+    motion.
     """
     cosines = cosines_of(azimuth_deg)
     summed = integrate(_products(motion), motion.sampling_interval)
@@ -126,7 +131,7 @@ def significant_duration(motion: Recorded, azimuth_deg: ArrayLike) -> FloatArray
     measure = np.zeros(cosines.shape[0])
     for row, form in enumerate(_forms(cosines)):
         along = form @ summed
-        # The form of a motion at right angles rounds to a tiny negative number: it must not fall.
+        # Perpendicular to a linear motion, rounding gives tiny negative increments: keep the integral monotonic.
         along = np.maximum.accumulate(along)
         if along[-1] > 1e-12 * (summed[0, -1] + summed[2, -1]):
             first, last = np.interp([0.05 * along[-1], 0.95 * along[-1]], along, time)
@@ -134,12 +139,12 @@ def significant_duration(motion: Recorded, azimuth_deg: ArrayLike) -> FloatArray
     return measure
 
 
-def _products(motion: Recorded) -> FloatArray:
-    """n², n e, e², shape (3, n)."""
+def _products(motion: Accelerogram) -> FloatArray:
+    """Return the squares and product of north and east, n², n e, e², shape (3, n)."""
     return np.stack([motion.north**2, motion.north * motion.east, motion.east**2])
 
 
 def _forms(cosines: FloatArray) -> FloatArray:
-    """Coefficients of n², n e, e² in a(φ)², shape (m, 3)."""
+    """Return the coefficients of n², n e, e² in a(φ)², shape (m, 3)."""
     c, s = cosines[:, 0], cosines[:, 1]
     return np.column_stack([c * c, 2.0 * c * s, s * s])

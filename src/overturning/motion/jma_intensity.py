@@ -8,34 +8,37 @@ from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.motion.motion import Recorded
+from overturning.motion.motion import Accelerogram
 from overturning.units import GAL
 
 DURATION = 0.3
-"""The filtered acceleration is exceeded for this long in all, s."""
+"""Total time during which the filtered acceleration reaches the level a₀, s."""
 
 
-VERTICAL_ADDS: Final = 0.1
-"""What a vertical motion half as strong at every moment adds to the horizontal intensity: log₁₀ 1.25."""
+VERTICAL_INTENSITY_INCREMENT: Final = 0.1
+"""Increase of the horizontal intensity by a vertical motion of half the amplitude: log₁₀ 1.25 = 0.1."""
 
 SURVEY_RULE: Final = ((0.4, 0.9, 6.0, 6.5, "6 upper"), (0.9, 1.0, 6.5, 99.0, "7"))
-"""Fall rates, from and to, that field surveys take for a degree of the JMA scale, with its instrumental intensity.
+"""Rule of field surveys: range of the fraction overturned, range of instrumental intensity, degree of the JMA scale.
 
-40 to below 90 % for 6 upper, 90 % and more for 7: the rule of the survey of Yamagata University after the 2019
-Yamagata-oki earthquake, as the press of 26 July 2019 states it.
+40 to below 90 % overturned means 6 upper, 90 % and more means 7: the rule of the survey of Yamagata University after
+the 2019 Yamagata-oki earthquake, according to the press of 26 July 2019.
 """
 
 
-def as_published(intensity: ArrayLike) -> FloatArray:
-    """Instrumental intensity as JMA publishes it: rounded to two decimals, of which the second is dropped.
+def published_intensity(intensity: ArrayLike) -> FloatArray:
+    """Return the intensity as JMA publishes it: rounded to two decimals, then the second decimal is dropped.
 
-    So a degree that begins at 6.5 begins there in print too: 6.46 is 6.4, not 6.5.
+    So the published value reaches the lower bound of a degree only if the exact one does: 6.46 becomes 6.4, not 6.5.
     """
     return np.asarray(np.floor(np.round(100.0 * np.asarray(intensity)) / 10.0) / 10.0)
 
 
 def amplitude(frequency: FloatArray) -> FloatArray:
-    """The three filters of the notice: period effect (f^-½), high cut, low cut; 0 at f = 0."""
+    """Return the product of the three filters of the notice at frequencies in Hz; 0 at 0 Hz.
+
+    The filters are the period effect (f^-½), a high cut and a low cut.
+    """
     x = frequency / 10.0
     high_cut = (
         1.0 + 0.694 * x**2 + 0.241 * x**4 + 0.0557 * x**6 + 0.009664 * x**8 + 0.00134 * x**10 + 0.000155 * x**12
@@ -46,14 +49,12 @@ def amplitude(frequency: FloatArray) -> FloatArray:
     return period_effect * high_cut * low_cut
 
 
-def instrumental_intensity(motion: Recorded, *, horizontal: bool = False) -> float:
-    """JMA instrumental intensity I = 2 log₁₀ a₀ + 0.94, a₀ in Gal, before it is rounded for publication.
+def instrumental_intensity(motion: Accelerogram, *, horizontal: bool = False) -> float:
+    """Return the JMA instrumental intensity I = 2 log₁₀ a₀ + 0.94, a₀ in Gal, before rounding; −inf without motion.
 
-    With `horizontal` it is that of north and east alone, which is never more.
-
-    a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in all; −inf
-    for no motion at all. An ArgumentError says so where there is no vertical component, or the motion is shorter
-    than 0.3 s.
+    a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in total. With
+    `horizontal`, only north and east are used; the intensity is then never larger. Raises an ArgumentError if there is
+    no vertical component, or if the motion is shorter than 0.3 s.
     """
     if motion.up is None and not horizontal:
         raise ArgumentError("motion: no vertical component; the JMA intensity needs three components")

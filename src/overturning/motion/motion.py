@@ -1,4 +1,4 @@
-"""Ground motion as the simulation takes it: three accelerations and a sampling interval, nothing else."""
+"""Ground motion for the simulation: two or three components of acceleration and a sampling interval."""
 
 import warnings
 from typing import TYPE_CHECKING, Any
@@ -6,28 +6,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.arrays import ArrayLike, FloatArray
-from overturning.errors import ArgumentError, OverturningError, keywords
+from overturning.errors import ArgumentError, OverturningError, suggest_keywords
 from overturning.motion.direction import direction_cosines
 from overturning.motion.integration import integrate
-from overturning.motion.plausible import implausible
-from overturning.motion.streams import samples_of
+from overturning.motion.plausible import implausibility
+from overturning.motion.streams import components_of_stream
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _DRIFTING = 0.5
-"""Share of its peak at which the velocity of a motion does not end unless an offset is in its samples."""
+"""Final velocity, as a share of its peak, above which the samples probably contain an offset."""
 
 
-class Recorded:
-    """What a record and a motion have: acceleration towards north, east and, where known, up, m/s², shape (n,)."""
+class Accelerogram:
+    """Base class of records and motions: acceleration towards north, east and optionally up, m/s², shape (n,)."""
 
     north: FloatArray
     east: FloatArray
     up: FloatArray | None
     sampling_interval: float
-    trusted = False  # whether the size of the motion is taken as it is
-    start: str | None = None  # time of the first sample, ISO 8601 in UTC, where it is known
+    trusted = False  # True: amplitudes are not checked for plausibility
+    start: str | None = None  # time of the first sample, ISO 8601 in UTC; None if unknown
 
     def __repr__(self) -> str:
         parts = "north and east" if self.up is None else "north, east and up"
@@ -41,7 +41,7 @@ class Recorded:
         return type(self).__name__
 
     def check(self, error: type[OverturningError], of: str = "") -> None:
-        """Refuse components that are empty, unlike long, not finite or masked, and an interval that is not positive."""
+        """Check shapes, lengths, finite values, masks and the sampling interval; raise `error` at the first fault."""
         for name, samples in zip(("north", "east", "up"), self.components, strict=False):
             if samples.ndim != 1 or samples.size < 2:
                 raise error(f"{of}{name}: shape {samples.shape}; a component is one row of at least 2 samples")
@@ -59,7 +59,7 @@ class Recorded:
 
     @property
     def components(self) -> list[FloatArray]:
-        """North, east and, where there is one, up, m/s²."""
+        """North, east and, if present, up, m/s²."""
         return [self.north, self.east, *([] if self.up is None else [self.up])]
 
     @property
@@ -69,16 +69,16 @@ class Recorded:
 
     @property
     def velocity(self) -> FloatArray:
-        """Velocity towards north, east and, where there is one, up, m/s, shape (2 or 3, n), from rest."""
+        """Velocity towards north, east and, if present, up, m/s, shape (2 or 3, n), starting from rest."""
         return integrate(np.stack(self.components), self.sampling_interval)
 
     @property
     def displacement(self) -> FloatArray:
-        """Displacement towards north, east and, where there is one, up, m, shape (2 or 3, n), from rest at 0."""
+        """Displacement towards north, east and, if present, up, m, shape (2 or 3, n), starting at 0 from rest."""
         return integrate(self.velocity, self.sampling_interval)
 
     def along(self, azimuth_deg: float) -> FloatArray:
-        """Horizontal acceleration towards an azimuth φ, a_north cos φ + a_east sin φ, m/s², shape (n,)."""
+        """Return the acceleration along an azimuth φ, a_north cos φ + a_east sin φ, m/s², shape (n,)."""
         cosine, sine = direction_cosines(azimuth_deg)
         return self.north * cosine + self.east * sine
 
@@ -88,10 +88,10 @@ class Recorded:
             """Draw acceleration, velocity, displacement and Fourier amplitudes (set by `overturning.plot`)."""
 
     def to_obspy(self) -> Any:
-        """An obspy Stream of channels HNN, HNE and, where there is one, HNZ, in m/s² (``stats.unit``).
+        """Return an obspy Stream with channels HNN, HNE and, if there is a vertical component, HNZ, in m/s².
 
-        It begins at the record's start, or, where that is not known, at obspy's: 1970. `Motion.from_obspy` makes a
-        motion of it again.
+        The unit is in ``stats.unit``. The start time is that of the record, or obspy's default (1970) if it is unknown.
+        `Motion.from_obspy` is the inverse.
         """
         from obspy import Stream, Trace, UTCDateTime
 
@@ -111,8 +111,8 @@ class Recorded:
         return (self.samples - 1) * self.sampling_interval
 
 
-@keywords()
-class Motion(Recorded):
+@suggest_keywords()
+class Motion(Accelerogram):
     """Ground acceleration at a point.
 
     Parameters
@@ -124,13 +124,13 @@ class Motion(Recorded):
     sampling_interval : float
         Time between samples, s.
     trust_data : bool
-        Take accelerations and velocities of any size.
+        Accept accelerations and velocities of any size.
 
     Raises
     ------
     ArgumentError
-        If a component is empty, not finite or masked in part, lengths differ, the sampling interval is not positive, or
-        the motion is not the size of one: above 5 g or 1000 cm/s, or below 0.0001 g without being rest.
+        If a component is empty, not finite or partly masked; if lengths differ; if the sampling interval is not
+        positive; or if the peak is implausible: above 5 g or 1000 cm/s, or below 0.0001 g but not zero.
     """
 
     def __init__(
@@ -142,19 +142,19 @@ class Motion(Recorded):
         sampling_interval: float,
         trust_data: bool = False,
     ) -> None:
-        # Masked arrays keep their masks until they are looked at.
+        # Keep masks until `check` has refused masked samples.
         self.north, self.east = (np.array(of, dtype=np.float64, subok=np.ma.is_masked(of)) for of in (north, east))
         self.up = None if up is None else np.array(up, dtype=np.float64, subok=np.ma.is_masked(up))
         self.sampling_interval, self.trusted = float(sampling_interval), trust_data
         self.check(ArgumentError)
         for samples in self.components:
             samples.flags.writeable = False
-        if not trust_data and (why := implausible(self.components, self.sampling_interval, unit="m/s2")):
-            raise ArgumentError(f"motion: {why}: give m/s², or say trust_data=True")
+        if not trust_data and (why := implausibility(self.components, self.sampling_interval, unit="m/s2")):
+            raise ArgumentError(f"motion: {why}: give m/s², or set trust_data=True")
 
     @classmethod
-    def of(cls, record: Recorded) -> "Motion":
-        """The motion of a record."""
+    def of(cls, record: Accelerogram) -> "Motion":
+        """Return the motion of a record."""
         return cls(
             record.north,
             record.east,
@@ -166,55 +166,55 @@ class Motion(Recorded):
     from_record = of
 
     def times(self, factor: float) -> "Motion":
-        """The motion with every sample multiplied by a factor, of any size."""
+        """Return the motion multiplied by a factor, without a check of its amplitude."""
         up = None if self.up is None else factor * self.up
         interval = self.sampling_interval
         return Motion(factor * self.north, factor * self.east, up, sampling_interval=interval, trust_data=True)
 
     @classmethod
-    @keywords()
+    @suggest_keywords()
     def from_obspy(cls, stream: Any, *, unit: str | None = None, sensor: str = "surface") -> "Motion":
-        """The motion of an obspy Stream of three components, or two horizontal ones.
+        """Return the motion of an obspy Stream with three components, or two horizontal ones.
 
-        Traces are told apart by their channels' codes: SEED's that end in N, E, Z, or NS, EW, UD; a SAC header that
-        gives another direction is warned of, and so is an offset that drives the velocity. Samples are multiplied by
-        ``stats.calib``, where readers of counts leave the m/s² per count.
+        The direction of a trace comes from its channel code: SEED codes that end in N, E, Z, or NS, EW, UD. A warning
+        is given if a SAC header states another direction, or if an offset makes the velocity drift. Samples are
+        multiplied by ``stats.calib``, in which readers of raw counts store m/s² per count.
 
         Parameters
         ----------
         stream : obspy.Stream
             Accelerations, without gaps.
         unit : str, optional
-            That of samples times ``calib``, a key of `overturning.units.UNITS`; not given: m/s², and then a channel
-            whose code is that of a velocity sensor (HHN, EHZ) must have had its response removed with ``output="ACC"``.
+            Unit of samples times ``calib``, a key of `overturning.units.UNITS`. By default m/s²; a channel with the
+            code of a velocity sensor (HHN, EHZ) must then have had its response removed with ``output="ACC"``.
         sensor : {"surface", "borehole"}
-            Which sensor the traces are of: KiK-net's NS1, EW1 and UD1 are of the borehole.
+            Sensor of the traces: KiK-net's NS1, EW1 and UD1 belong to the borehole sensor.
 
         Raises
         ------
         ArgumentError
-            If north or east is missing or doubled, a trace has gaps (is masked), is a velocity, integrated or of the
-            other sensor, or the traces differ in station, location, start, length or sampling interval.
+            If north or east is missing or given twice; if a trace has gaps (is masked), is not an acceleration or
+            belongs to the other sensor; or if traces differ in station, location, start, length or sampling interval.
         """
-        values, interval = samples_of(stream, unit, sensor)
+        values, interval = components_of_stream(stream, unit, sensor)
         motion = cls(**values, sampling_interval=interval)
         for name, speed in zip(("north", "east", "up"), np.abs(motion.velocity), strict=False):
             if speed[-1] > _DRIFTING * speed.max():
                 share = f"{100 * speed[-1] / speed.max():.0f} %"
-                why = f"stream: the velocity towards {name} ends at {share} of its peak, as of raw data with an offset"
-                warnings.warn(f"{why}: take it off first (stream.detrend, filter)", stacklevel=3)
+                why = f"stream: the velocity towards {name} ends at {share} of its peak, like raw data with an offset"
+                warnings.warn(f"{why}: remove the offset first (stream.detrend, filter)", stacklevel=3)
         return motion
 
     @classmethod
-    @keywords()
+    @suggest_keywords()
     def sine(
         cls, amplitude: float, period: float, *, azimuth_deg: float = 0.0, cycles: float = 1.0, rest: float = 1.0,
         sampling_interval: float = 0.005,
     ) -> "Motion":  # fmt: skip
-        """A sine of so many cycles towards an azimuth, A sin(2πt/T), with rest before and after.
+        """Return a sine A sin(2πt/T) of a number of cycles towards an azimuth, with rest before and after it.
 
-        Amplitude in m/s², period, rest and sampling interval in s. An `ArgumentError` where one is not positive, the
-        rest is below 0, or a period has fewer than four samples.
+        The amplitude is in m/s²; period, rest and sampling interval are in s. Raises an `ArgumentError` if one of them
+        is not positive (rest: negative), or if a period has fewer than four samples.
         """
         given = {"amplitude": amplitude, "period": period, "cycles": cycles, "sampling_interval": sampling_interval}
         for name, value in given.items():
@@ -234,16 +234,14 @@ class Motion(Recorded):
 
 
 def as_motion(given: Any) -> Motion:
-    """A motion, or that of a record; an `ArgumentError` says what else to do with anything else."""
+    """Return a motion unchanged, or the motion of a record; raise an `ArgumentError` for anything else."""
     if isinstance(given, Motion):
         return given
     if all(hasattr(given, name) for name in ("north", "east", "up", "sampling_interval")):
         return Motion.of(given)
     kind = type(given).__name__
     if hasattr(given, "traces") or kind == "Trace":
-        raise ArgumentError(
-            f"motion: an obspy {kind}; make it a motion by Motion.from_obspy(stream), in m/s² and N, E, Z"
-        )
+        raise ArgumentError(f"motion: an obspy {kind}; convert it with Motion.from_obspy(stream), in m/s² and N, E, Z")
     raise ArgumentError(
-        f"motion: a {kind}; give a Motion(north, east, sampling_interval=…), or a record of overturning.read"
+        f"motion: a {kind}; give a Motion(north, east, sampling_interval=…), or a record from overturning.read"
     )

@@ -1,4 +1,4 @@
-"""Noise before the onset of a motion, and how far the signal stands above it at each frequency."""
+"""Onset of a motion, noise before it, and signal-to-noise ratio by frequency."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,40 +10,40 @@ from overturning.arrays import FloatArray
 from overturning.motion.fourier import band_amplitude, bell
 
 SHORTEST_NOISE: Final = 2.0
-"""Shortest part before the onset that is taken for noise, s."""
+"""Shortest time before the onset that is used as noise, s."""
 
 CYCLES: Final = 3.0
-"""Cycles of the lowest frequency that the noise must hold; with one or two its mean and taper take much of it away."""
+"""Cycles of the lowest frequency in the noise window; with one or two, mean removal and taper would distort it."""
 
 LOWEST_HZ: Final = 0.01
-"""Below it no accelerograph tells motion from tilt."""
+"""Lowest frequency, Hz: below it accelerographs cannot distinguish motion from tilt."""
 
 PER_DECADE: Final = 20
-"""Bands per decade."""
+"""Frequency bands per decade."""
 
 
 @dataclass(frozen=True)
 class NoiseRatio:
     """Signal-to-noise ratio of the components of a record."""
 
-    onset: float  # s after the first sample: the noise is before it
-    frequency: FloatArray  # Hz, shape (m,), from that of which the noise holds three cycles on
+    onset: float  # s after the first sample; the noise is before it
+    frequency: FloatArray  # Hz, shape (m,); the noise window holds at least three cycles of the lowest
     # Fourier amplitudes in bands over the root of the window's length, m/s^1.5, shape (components, m)
     signal: FloatArray
     noise: FloatArray
-    offset: FloatArray  # of a step from the level before the signal to that after it, as a tilt of the sensor leaves
+    offset: FloatArray  # amplitude of a step between the levels before and after the signal (tilt of the sensor)
 
     @property
     def ratio(self) -> FloatArray:
-        """Signal over noise and offset, shape (components, m)."""
+        """Ratio of the signal to noise and offset, shape (components, m)."""
         return self.signal / np.hypot(self.noise, self.offset)
 
 
 def onset(samples: FloatArray) -> int:
-    """Sample at which a motion begins: the least Akaike criterion of two variances (Maeda 1985, Zisin 38, 365-379).
+    """Return the index of the first sample of a motion; 0 if there is nothing before it.
 
-    It is sought before the largest sample, in the differences of the samples, so that offset and drift do not matter. 0
-    where nothing comes before it.
+    The onset minimises the Akaike criterion of two variances (Maeda 1985, Zisin 38, 365-379). It is searched before the
+    largest difference of samples; differences are used because offset and drift do not affect them.
     """
     steps = np.diff(samples)
     size = int(np.abs(steps).argmax())
@@ -62,14 +62,16 @@ def onset(samples: FloatArray) -> int:
 
 
 def noise_ratio(components: Sequence[FloatArray], sampling_interval: float) -> NoiseRatio | None:
-    """Signal-to-noise ratio of the components of a record; None where there is no noise before the onset.
+    """Return the signal-to-noise ratio of the components of a record; None if there is no noise before the onset.
 
-    Noise is what comes before the earliest onset of any component, signal what comes from there to 95 % of the squared
-    motion. Both are tapered at 5 % of their ends; amplitudes are divided by the root of the window's length, so that
-    those of stationary noise do not depend on it. Noise before the shock tells nothing of a sensor that the shock
-    tilts: a level that stays is told by the mean before the signal and that after it, each under a Hann window, in
-    which slow waves of the coda count little (compare Boore 2001, BSSA 91, 1199-1211), and counts as noise like a step
-    of that height, a/(2πf).
+    The noise window ends at the earliest onset of any component; the signal window extends from there to 95 % of the
+    cumulative squared acceleration. Both are tapered over 5 % at each end. Amplitudes are divided by the square root of
+    the window's length, so that those of stationary noise do not depend on it.
+
+    Shaking may tilt the sensor and leave a permanent offset, which the noise before the onset does not contain. The
+    offset a is the difference of the mean levels before and after the signal, each under a Hann window, which reduces
+    the influence of slow coda waves (compare Boore 2001, BSSA 91, 1199-1211). It is added to the noise as a step with
+    the amplitude a/(2πf).
     """
     moving = [samples - samples.mean() for samples in components if np.ptp(samples) > 0]
     first = min((onset(samples) for samples in moving), default=0)
@@ -89,7 +91,7 @@ def noise_ratio(components: Sequence[FloatArray], sampling_interval: float) -> N
 
 
 def _level(samples: FloatArray) -> float:
-    """Mean of samples under a Hann window; 0 of none."""
+    """Return the mean of samples under a Hann window; 0 without samples."""
     weight = np.sin(np.pi * (np.arange(samples.size) + 0.5) / max(samples.size, 1)) ** 2
     return float(weight @ samples / weight.sum()) if samples.size else 0.0
 

@@ -1,9 +1,10 @@
-"""Response of a damped oscillator to ground acceleration, exact for straight lines between samples.
+"""Response of a damped oscillator to ground acceleration that is linear between samples.
 
-Nigam & Jennings (1969, BSSA 59, 909-922), here as a recursive filter of second order. Between samples the motion is
-band-limited, not straight, and the peak of the response lies between them too: where the period is short, the motion is
-interpolated first (zero-padded Fourier transform), to 64 points per period or 16 per sample unless less is asked for;
-where the samples are far apart, whatever the period, so that straight lines between points keep what is fast.
+The method is that of Nigam & Jennings (1969, BSSA 59, 909-922), written as a recursive filter of second order. The
+recorded motion is band-limited, not linear between samples, and the peak of the response may also lie between samples.
+Therefore the motion is interpolated first (zero-padded Fourier transform): for short periods to 64 points per period
+(or the number requested), and for long sampling intervals to steps of at most 0.0025 s, but at most 16 points per
+sample.
 """
 
 import math
@@ -20,20 +21,21 @@ from overturning.errors import ArgumentError
 Quantity = Literal["displacement", "velocity"]
 
 POINTS_PER_PERIOD = 64
-"""Points per period at which a peak is sought: 0.12 % too low at worst for a sine of that period."""
+"""Points per period; the peak of a sine of that period is then at most 0.12 % too low."""
 
 LONGEST_STEP = 0.0025
-"""Points are no further apart, s: straight lines between them keep 98.7 % of 25 Hz, all that samples of 20 ms hold.
+"""Longest step between points, s.
 
-Between such samples themselves they keep 41 % of it, which made the spectrum intensity of records up to 5.2 % low.
+Linear interpolation at this step keeps 98.7 % of the amplitude at 25 Hz, the Nyquist frequency of samples of 20 ms.
+Linear interpolation between samples of 20 ms would keep 41 % and make the spectrum intensity up to 5.2 % too low.
 """
 
-FINEST = 16
-"""Points per sample at most."""
+MAX_REFINEMENT = 16
+"""Largest number of points per sample."""
 
 
 def checked_periods(period_s: ArrayLike) -> FloatArray:
-    """Periods as a one-dimensional array, s; an ArgumentError without any, or where one is not positive and finite."""
+    """Return periods, s, as a one-dimensional array; raise an ArgumentError if none is given or one is not positive."""
     periods = np.atleast_1d(np.asarray(period_s, dtype=np.float64))
     if periods.ndim != 1 or periods.size == 0 or not (np.isfinite(periods) & (periods > 0)).all():
         raise ArgumentError("period_s: give one or more positive numbers of seconds, in one row")
@@ -44,7 +46,7 @@ def checked_periods(period_s: ArrayLike) -> FloatArray:
 def coefficients(
     period_s: float, damping: float, sampling_interval: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Filter from ground acceleration to relative displacement and velocity: two numerators, one denominator.
+    """Return the filter coefficients for relative displacement and velocity: two numerators and a common denominator.
 
     The state (d, v) of d̈ + 2hωḋ + ω²d = −a advances by one sample as A (d, v) + B₀ a_k + B₁ a_(k+1), with
     the matrix exponential A of the linear system; its z-transform gives one denominator and two numerators, shape (3,).
@@ -57,8 +59,7 @@ def coefficients(
     matrix = np.array([[c + damping * omega * s, s], [-(omega**2) * s, c - damping * omega * s]])
     inverse = np.array([[-2.0 * damping / omega, -1.0 / omega**2], [1.0, 0.0]])
     force = np.array([0.0, -1.0])
-    # ∫ A(1 − s) ds and ∫ A(1 − s) s ds over one sample, times the force: response to a constant and to a
-    # unit slope.
+    # Response to a constant and to a unit slope: ∫ A(1 − s) ds and ∫ A(1 − s) s ds over one sample, times the force.
     constant = inverse @ (matrix - np.eye(2)) @ force
     slope = inverse @ (constant / sampling_interval - force)
     before = constant - slope
@@ -72,7 +73,7 @@ def coefficients(
 class Oscillators:
     """Responses of oscillators of many periods to one motion of k components, m/s², shape (k, n).
 
-    The motion is followed by as much rest as the longest period to come, in which the response may still peak.
+    The motion is padded by zeros for the longest period (at most 10 s), because the response may peak after its end.
     """
 
     def __init__(
@@ -101,18 +102,18 @@ class Oscillators:
         return self._finer[factor]
 
     def factor(self, period_s: float) -> int:
-        """How many times finer than the samples the response is computed: 1, 2, 4, 8 or 16."""
+        """Return the number of points per sample for a period, s: 1, 2, 4, 8 or 16."""
         wanted = self._interval * max(self._points / max(period_s, 3.0 * self._interval), 1.0 / LONGEST_STEP)
-        return min(FINEST, 2 ** max(0, math.ceil(math.log2(wanted))))
+        return min(MAX_REFINEMENT, 2 ** max(0, math.ceil(math.log2(wanted))))
 
     def response(self, period_s: float, damping: float, quantities: Sequence[Quantity]) -> list[FloatArray]:
-        """Relative response of each component, one array of shape (k, n × factor) per quantity, m or m/s."""
+        """Return the response relative to the ground, m or m/s, one array of shape (k, n × factor) per quantity."""
         from scipy.signal import lfilter
 
         if not 0 <= damping < 1:
             raise ArgumentError(f"damping: {damping}; give a ratio from 0 to below 1")
         factor = self.factor(period_s)
-        # Later the free response only decays: rest of one period holds its peak.
+        # The free response decays: its peak lies within one period after the end of the motion.
         until = self._samples + math.ceil(period_s / self._interval)
         motion = self._interpolated(factor)[:, : factor * until]
         displacement, velocity, below = coefficients(period_s, damping, self._interval / factor)

@@ -1,4 +1,4 @@
-"""Judge whether accelerations can be those of an earthquake: size, unit, sampling interval, dead or clipped axes."""
+"""Plausibility of recorded accelerations: amplitude, unit, sampling interval, dead or clipped axes."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -10,58 +10,60 @@ from overturning.motion.integration import integrate
 from overturning.units import CM, STANDARD_GRAVITY, UNITS
 
 LARGEST_PGA: Final = 5.0 * STANDARD_GRAVITY
-"""Above the largest ever recorded, 4.1 g (vector sum, Iwate-Miyagi 2008, IWTH25), m/s²."""
+"""Largest plausible peak acceleration, m/s²; the largest recorded is 4.1 g (vector sum, Iwate-Miyagi 2008, IWTH25)."""
 
 LARGEST_PGV: Final = 1000.0 * CM
-"""Three times the largest ever recorded, about 3 m/s (Chi-Chi 1999, TCU068), m/s."""
+"""Largest plausible peak velocity, m/s; the largest recorded is about 3 m/s (Chi-Chi 1999, TCU068)."""
 
 SMALLEST_PGA: Final = 1e-4 * STANDARD_GRAVITY
-"""A tenth of a Gal: felt by nobody, m/s²."""
+"""Smallest plausible peak acceleration of a motion that is not rest, m/s²: about 0.1 Gal, too weak to be felt."""
 
 USUAL_INTERVAL: Final = (0.0005, 0.05)
-"""Sampling intervals of accelerographs, s."""
+"""Shortest and longest usual sampling interval of accelerographs, s."""
 
 SHORTEST_DURATION: Final = 2.0
-"""Shortest motion that is not doubted, s."""
+"""Shortest duration without a doubt about the sampling interval, s."""
 
 SMALLEST_PGV_PGA: Final = 0.005
-"""Smallest ratio of peak velocity to peak acceleration that is not doubted, s: that of a sine of 32 Hz."""
+"""Smallest PGV/PGA without a doubt about the sampling interval, s: the ratio of a sine of 32 Hz."""
 
 DEAD_RATIO: Final = 0.01
-"""Ratio of the peaks of two axes of one sensor below which the smaller one is taken as dead."""
+"""Ratio of the peaks of two axes of one sensor below which the weaker axis is assumed dead."""
 
 SAME_SAMPLES: Final = 1e-3
-"""Largest difference of two horizontal axes, as a share of their peak, that are taken as one axis read twice."""
+"""Difference of two horizontal axes, as a share of their peak, up to which they are one axis read twice."""
 
 SHORTEST_PAUSE: Final = 100
-"""Equal samples in a row from which on an axis may have died for a while: 0.5 to 1 s of most accelerographs."""
+"""Smallest number of consecutive equal samples that indicates a pause of an axis: 0.5 to 1 s for most sensors."""
 
 STRONG: Final = 0.2
 """Share of an axis' peak that it reaches while another one stands still, from which on that one is taken as dead."""
 
 SHORTEST_RAIL: Final = 3
-"""Equal samples in a row at the extreme of an axis from which on it may be clipped."""
+"""Smallest number of consecutive equal samples at the extreme of an axis that indicates clipping."""
 
 _LIKELY: Final = (0.005 * STANDARD_GRAVITY, 2.0 * STANDARD_GRAVITY)
 
 
-def implausible(components: Sequence[FloatArray], sampling_interval: float, *, unit: str = "", pgv: bool = True) -> str:
-    """What speaks against the size of a motion, and the unit that would make it plausible; empty where nothing does.
+def implausibility(
+    components: Sequence[FloatArray], sampling_interval: float, *, unit: str = "", pgv: bool = True
+) -> str:
+    """Return why the amplitude of a motion is implausible, and units that would make it plausible; "" if plausible.
 
     Parameters
     ----------
     components : sequence of array, shape (n,)
         Accelerations, m/s².
     sampling_interval : float
-        s.
+        Time between samples, s.
     unit : str
-        The unit that the numbers were declared in, of `units.UNITS`; empty: the file's own.
+        Declared unit of the numbers, a key of `units.UNITS`; empty if the file states its unit.
     pgv : bool
-        Whether to look at the velocity too; not where an offset has not been taken away yet.
+        Check the velocity too; False if an offset has not been removed yet.
 
     Notes
     -----
-    A motion that is exactly zero is rest in every unit, and passes.
+    A motion that is exactly zero is rest in every unit, and plausible.
     """
     peak = max(float(np.abs(samples).max()) for samples in components)
     velocity = 0.0
@@ -77,7 +79,7 @@ def implausible(components: Sequence[FloatArray], sampling_interval: float, *, u
         return ""
     low, high = USUAL_INTERVAL
     unusual = "" if low <= sampling_interval <= high or velocity <= LARGEST_PGV else f"{_interval(sampling_interval)}: "
-    return f"{unusual}{what} ({bound} is taken for ground motion); {_other_unit(peak, unit)}"
+    return f"{unusual}{what} ({bound} is accepted as ground motion); {_other_unit(peak, unit)}"
 
 
 def _interval(interval: float) -> str:
@@ -86,9 +88,9 @@ def _interval(interval: float) -> str:
 
 
 def sampling_doubts(components: Sequence[FloatArray], sampling_interval: float) -> tuple[str, ...]:
-    """Return the doubts about a sampling interval (s): its own size, the duration, and PGV / PGA of each motion.
+    """Return doubts about a sampling interval (s) from its own size, the duration, and the PGV/PGA of the components.
 
-    Each text names what speaks against the interval. A constant offset does not count towards the velocity.
+    A constant offset is removed before the integration to velocity.
     """
     low, high = USUAL_INTERVAL
     doubts = [] if 0.999 * low <= sampling_interval <= 1.001 * high else [f"{low:g} to {high:g} s are usual"]
@@ -204,9 +206,9 @@ def _is_cut(samples: FloatArray, first: int, last: int, smooth: float) -> bool:
 
 
 def _other_unit(peak: float, unit: str) -> str:
-    """The units in which the same numbers would be a likely ground motion."""
+    """Return a remark on the units in which the same numbers would be a likely ground motion."""
     if not unit:
-        return "the file's unit is not what it says, or an offset or a spike is in it"
+        return "the unit stated in the file is wrong, or the samples contain an offset or a spike"
     scale = UNITS[unit]
     names = {"gal": "Gal", "g": "g", "m/s2": "m/s²", "mg": "mg", "mm/s2": "mm/s²"}
     likely = [

@@ -1,8 +1,8 @@
-"""Motion through soil: horizontal layers over a half-space, linear or equivalent-linear, by pystrata (group `soil`).
+"""Site response of horizontal soil layers over a half-space, linear or equivalent-linear, by pystrata (group `soil`).
 
-Shear waves travel vertically; each horizontal component goes through on its own, and the vertical one is not changed.
-The complex shear modulus is pystrata's, G (√(1 − 4ξ²) + 2iξ); with G (1 + 2iξ) amplitudes would differ by
-up to 2 %.
+Shear waves travel vertically. Each horizontal component is computed separately, and the vertical one is not changed.
+The complex shear modulus is that of pystrata, G (√(1 − 4ξ²) + 2iξ); with G (1 + 2iξ) amplitudes would differ by up to
+2 %.
 """
 
 from collections.abc import Sequence
@@ -18,13 +18,13 @@ from overturning.errors import ArgumentError
 from overturning.units import STANDARD_GRAVITY
 
 TAIL: Final = 5.0
-"""Seconds after the record in which the soil may go on; the motion gets longer by them."""
+"""Time appended to the record, in which the soil may still vibrate, s."""
 
-QUIET: Final = 30.0
-"""Least seconds of zeros behind that, so that what the discrete Fourier transform wraps around has died away."""
+MIN_ZERO_PADDING: Final = 30.0
+"""Shortest zero padding after the tail, s, so that the wrap-around of the discrete Fourier transform has decayed."""
 
 TOLERANCE: Final = 0.01
-"""Relative change of modulus and damping below which an equivalent-linear run has converged."""
+"""Relative change of modulus and damping per iteration below which an equivalent-linear analysis has converged."""
 
 
 class Rock(BaseModel, extra="forbid", frozen=True):
@@ -53,29 +53,29 @@ class Layer(BaseModel, extra="forbid", frozen=True):
 
 
 @dataclass(frozen=True)
-class Passed:
-    """A component at the surface."""
+class SurfaceComponent:
+    """Acceleration of a horizontal component at the surface, and convergence of the analysis."""
 
     samples: FloatArray  # acceleration, m/s², shape (n + tail,)
-    converged: bool  # whether the last iteration changed modulus and damping by less than `TOLERANCE`
-    change: float  # that change; 0 of a linear run, which has no iterations
-    largest_strain: float  # largest shear strain of any layer; NaN of a linear run
+    converged: bool  # True if the last iteration changed modulus and damping by less than `TOLERANCE`
+    change: float  # relative change in the last iteration; 0 for a linear analysis, which has no iterations
+    largest_strain: float  # largest shear strain of any layer; NaN for a linear analysis
 
 
 def pystrata() -> Any:
-    """The package, or an ArgumentError that says how to get it."""
+    """Return the package pystrata; raise an ArgumentError with the installation command if it is missing."""
     try:
         import pystrata as package  # takes some seconds
     except ImportError as error:
         raise ArgumentError(
             f"site: soil layers need pystrata, which cannot be imported ({error}); python -m pip install "
-            "'overturning[soil]', or leave out the site"
+            "'overturning[soil]', or remove the site"
         ) from None
     return package
 
 
 def check_layers(layers: Sequence[Layer]) -> None:
-    """Raise an ArgumentError if pystrata cannot be imported, or does not know the curve of a layer."""
+    """Raise an ArgumentError if pystrata cannot be imported, or if it does not know the curve of a layer."""
     package = pystrata()
     for layer in layers:
         _check_curve(package, layer)
@@ -83,21 +83,22 @@ def check_layers(layers: Sequence[Layer]) -> None:
 
 def through_soil(
     samples: ArrayLike, sampling_interval: float, layers: Sequence[Layer], rock: Rock, *, outcrop: bool = True
-) -> Passed:
-    """Take a component from rock to the surface.
+) -> SurfaceComponent:
+    """Compute a horizontal component at the surface from the motion of the rock.
 
     Parameters
     ----------
     samples : array_like, shape (n,)
         Acceleration, m/s².
     sampling_interval : float
-        s.
+        Time between samples, s.
     layers : sequence of Layer
-        From the surface down; equivalent-linear where one has a curve.
+        Layers from the surface down. The analysis is equivalent-linear if at least one has a curve.
     rock : Rock
-        The half-space below them.
+        Half-space below the layers.
     outcrop : bool
-        Whether the motion is that of outcropping rock, or of the rock below the layers ("within", as in a borehole).
+        True if the motion is that of outcropping rock; False if it is that of the rock below the layers ("within", as
+        in a borehole).
 
     Raises
     ------
@@ -107,7 +108,7 @@ def through_soil(
     package = pystrata()
     acceleration = np.asarray(samples, dtype=np.float64)
     count = acceleration.size + round(TAIL / sampling_interval)
-    length = 1 << (count + max(acceleration.size, round(QUIET / sampling_interval)) - 1).bit_length()
+    length = 1 << (count + max(acceleration.size, round(MIN_ZERO_PADDING / sampling_interval)) - 1).bit_length()
     motion = package.motion.TimeSeriesMotion(
         "", "", sampling_interval, acceleration / STANDARD_GRAVITY, fa_length=length
     )
@@ -123,7 +124,7 @@ def through_soil(
     surface = motion.calc_time_series(transfer)[:count] * STANDARD_GRAVITY
     change = float(max(profile.max_error)) if nonlinear else 0.0
     strain = max(float(np.max(layer.strain_max)) for layer in profile[:-1]) if nonlinear else float("nan")
-    return Passed(np.asarray(surface, dtype=np.float64), change < TOLERANCE, change, strain)
+    return SurfaceComponent(np.asarray(surface, dtype=np.float64), change < TOLERANCE, change, strain)
 
 
 def _soil_type(package: Any, soil: Layer | Rock) -> Any:

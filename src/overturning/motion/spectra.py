@@ -8,25 +8,25 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray
 from overturning.motion.direction import cosines_of, largest_along
 from overturning.motion.integration import integrate
-from overturning.motion.motion import Recorded
+from overturning.motion.motion import Accelerogram
 from overturning.motion.oscillator import POINTS_PER_PERIOD, Oscillators, Quantity, checked_periods
 
 SI_PERIODS = np.linspace(0.1, 2.5, 121)
 """Periods over which the spectrum intensity is integrated, s."""
 
 ROTD_AZIMUTHS = np.arange(180.0)
-"""Azimuths of RotD, degrees: half a turn, for the peaks of φ and φ + 180° are the same."""
+"""Azimuths of RotD, degrees: half a circle, because the peaks of φ and φ + 180° are the same."""
 
 
 def spectra_by_azimuth(
-    motion: Recorded,
+    motion: Accelerogram,
     period_s: ArrayLike,
     azimuth_deg: ArrayLike,
     *,
     damping: float = 0.05,
     points_per_period: int = POINTS_PER_PERIOD,
 ) -> dict[str, FloatArray]:
-    """Response spectra along azimuths, by oscillators of p periods (s) and a damping ratio.
+    """Return response spectra along m azimuths (degrees), for p periods (s) and a damping ratio.
 
     Returns
     -------
@@ -42,14 +42,14 @@ def spectra_by_azimuth(
 
 
 def pseudo_acceleration(
-    motion: Recorded,
+    motion: Accelerogram,
     period_s: ArrayLike,
     azimuth_deg: ArrayLike,
     *,
     damping: float = 0.05,
     points_per_period: int = POINTS_PER_PERIOD,
 ) -> FloatArray:
-    """The ``acceleration`` of `spectra_by_azimuth` alone, in half of the time; m/s², shape (p, m)."""
+    """Return only the ``acceleration`` of `spectra_by_azimuth`, in half of the time; m/s², shape (p, m)."""
     periods = checked_periods(period_s)
     peaks = _peaks(motion, periods, cosines_of(azimuth_deg), damping, ("displacement",), points_per_period)
     return _pseudo_acceleration(peaks[0], periods)
@@ -60,14 +60,14 @@ def _pseudo_acceleration(displacement: FloatArray, periods: FloatArray) -> Float
 
 
 def _peaks(
-    motion: Recorded,
+    motion: Accelerogram,
     periods: FloatArray,
     cosines: FloatArray,
     damping: float,
     quantities: Sequence[Quantity],
     points_per_period: int = POINTS_PER_PERIOD,
 ) -> FloatArray:
-    """Largest response of each quantity, for each period and along each azimuth, shape (quantities, p, m)."""
+    """Return the largest response of each quantity, for each period and azimuth, shape (quantities, p, m)."""
     oscillators = Oscillators(motion.horizontal, motion.sampling_interval, float(periods.max()), points_per_period)
     peaks = np.empty((len(quantities), periods.size, cosines.shape[0]))
     for column, period in enumerate(periods):
@@ -77,11 +77,11 @@ def _peaks(
 
 
 def rotd(
-    motion: Recorded, period_s: ArrayLike, *, percentiles: Sequence[float] = (0.0, 50.0, 100.0)
+    motion: Accelerogram, period_s: ArrayLike, *, percentiles: Sequence[float] = (0.0, 50.0, 100.0)
 ) -> dict[str, FloatArray]:
-    """RotDnn of PGA, PGV and of the pseudo-acceleration spectrum, damping ratio 0.05 (Boore 2010, BSSA 100, 1830-1835).
+    """Return RotDnn of PGA, PGV and pseudo-acceleration, damping ratio 0.05 (Boore 2010, BSSA 100, 1830-1835).
 
-    Percentiles over azimuths of half a turn: 0, 50 and 100 are RotD00, RotD50 and RotD100.
+    The percentiles are over the azimuths of half a circle: 0, 50 and 100 give RotD00, RotD50 and RotD100.
 
     Returns
     -------
@@ -99,13 +99,12 @@ def rotd(
     }
 
 
-def spectrum_intensity(motion: Recorded, azimuth_deg: ArrayLike, *, damping: float = 0.20) -> FloatArray:
-    """Housner's spectrum intensity as Japan uses it: mean velocity spectrum from 0.1 to 2.5 s; m/s, shape (m,).
+def spectrum_intensity(motion: Accelerogram, azimuth_deg: ArrayLike, *, damping: float = 0.20) -> FloatArray:
+    """Return Housner's spectrum intensity in the Japanese definition along m azimuths, m/s, shape (m,).
 
-    SI = 1/2.4 ∫ S_v(T, h) dT, S_v the largest velocity relative to the ground (Housner 1952; h = 0.20 after Katayama
-    et al. 1988; 0.05 is the other variant in use), by the trapezoidal rule over 121 periods.
+    SI = 1/2.4 ∫ S_v(T, h) dT from 0.1 to 2.5 s, by the trapezoidal rule over 121 periods. S_v is the largest velocity
+    relative to the ground (Housner 1952), the damping ratio h is 0.20 (Katayama et al. 1988) or 0.05.
     """
-    # A mean over 121 strongly damped spectra: 24 points per period (0.9 % at worst, 0.3 % on average for one of them)
-    # will do.
+    # 24 points per period (error at most 0.9 %, on average 0.3 % for one period) suffice for a mean over 121 periods.
     (peaks,) = _peaks(motion, SI_PERIODS, cosines_of(azimuth_deg), damping, ("velocity",), 24)
     return np.asarray(np.trapezoid(peaks, SI_PERIODS, axis=0) / (SI_PERIODS[-1] - SI_PERIODS[0]))

@@ -1,4 +1,4 @@
-"""Streams of obspy: which of their traces are the components of a motion, and in which unit."""
+"""Components of a motion from the traces of an obspy Stream, with checks of direction, unit and sensor."""
 
 import re
 import warnings
@@ -10,8 +10,11 @@ from overturning.errors import ArgumentError
 from overturning.units import UNITS
 
 
-def samples_of(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float]:
-    """Accelerations of a stream by component, m/s², and its sampling interval, s; errors as of `Motion.from_obspy`."""
+def components_of_stream(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float]:
+    """Return the accelerations of a stream by component, m/s², and the sampling interval, s.
+
+    See `Motion.from_obspy` for the arguments and errors.
+    """
     if unit is not None and unit not in UNITS:
         raise ArgumentError(f"unit: {unit!r}; known are {', '.join(UNITS)}")
     traces: dict[str, Any] = {}
@@ -22,14 +25,14 @@ def samples_of(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, An
         name = _direction_of(trace, code)
         if name is None or name in traces:
             raise ArgumentError(
-                f"stream: channel {trace.stats.channel!r} {'stands twice' if name else 'is neither N, E nor Z'}; "
+                f"stream: channel {trace.stats.channel!r} {'is given twice' if name else 'is neither N, E nor Z'}; "
                 "rotate it to ZNE, merge it, and select one sensor first"
             )
         traces[name] = trace
     missing = [name for name in ("north", "east") if name not in traces]
     if missing:
         raise ArgumentError(
-            f"stream: no component towards {missing[0]}; give one trace each for N and E, and Z where it is"
+            f"stream: no component towards {missing[0]}; give one trace each for N and E, and optionally Z"
         )
     first, alike = traces["north"].stats, ("network", "station", "location", "starttime", "npts", "delta")
     for name, trace in traces.items():
@@ -50,7 +53,7 @@ def samples_of(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, An
 
 
 def _no_acceleration(trace: Any, code: str, unit: str | None) -> str:
-    """Why the samples of an obspy Trace are no acceleration without gaps, and what to do; empty where they are one."""
+    """Return why the samples of an obspy Trace are not an acceleration without gaps, and a remedy; "" if they are."""
     if np.ma.is_masked(trace.data):
         return (
             f"a gap of {int(np.ma.getmaskarray(trace.data).sum())} masked samples; cut the stream to one side of it "
@@ -59,13 +62,13 @@ def _no_acceleration(trace: Any, code: str, unit: str | None) -> str:
     if unit is not None:
         return ""
     if np.issubdtype(trace.data.dtype, np.integer) and float(trace.stats.calib) == 1.0:
-        return "counts, as whole numbers are; remove the response with output='ACC', or say their unit"
+        return "integer samples are counts; remove the response with output='ACC', or give their unit"
     steps = " ".join(trace.stats.get("processing", ()))
     done = re.findall(r"remove_response\([^()]*?output='?(\w+)|\b(integrate|differentiate)\(", steps)
     removed = [output for output, _ in done if output]
     # SEED's instrument codes: H and L seismometers of high and low gain, P geophones; N and G accelerometers.
     why = "a velocity sensor by its code" if len(code) == 3 and code[1] in "HLP" and code[2] in "NEZ" else ""
-    integrals = 0  # that lead to it from acceleration
+    integrals = 0  # number of integrations from acceleration
     for output, step in done:
         integrals = _INTEGRALS.get(output, 1) if output else integrals + (1 if step == "integrate" else -1)
     if removed or integrals:
@@ -77,18 +80,18 @@ def _no_acceleration(trace: Any, code: str, unit: str | None) -> str:
 
 
 _INTEGRALS = {"ACC": 0, "VEL": 1, "DISP": 2}
-"""Of the outputs of obspy's `remove_response`, how often acceleration is integrated to them."""
+"""Number of integrations from acceleration to each output of obspy's `remove_response`."""
 
 _CHANNEL = re.compile(r"(?:[A-Z]{2})?([NEZ])|(NS|EW|UD)[12]?")
-"""SEED codes, with or without band and instrument, and NIED's; other names that end alike are of other directions."""
+"""SEED codes, with or without band and instrument, and NIED's codes; no other code with these endings is accepted."""
 
 _TOWARDS = {"N": "north", "NS": "north", "E": "east", "EW": "east", "Z": "up", "UD": "up"}
 
 
 def _direction_of(trace: Any, code: str) -> str | None:
-    """North, east or up by the code of a channel; None where it says none of them.
+    """Return ``north``, ``east`` or ``up`` from the code of a channel; None for any other code.
 
-    A warning where the direction in a SAC header (CMPAZ, CMPINC), which obspy carries along, is more than 5° from it.
+    A warning is given if the direction in the SAC header (CMPAZ, CMPINC) differs from it by more than 5°.
     """
     found = _CHANNEL.fullmatch(code)
     if found is None:
@@ -100,24 +103,22 @@ def _direction_of(trace: Any, code: str) -> str | None:
         along = {"north": np.sin(tilt) * np.cos(turn), "east": np.sin(tilt) * np.sin(turn), "up": np.cos(tilt)}[name]
         if along < np.cos(np.radians(5.0)):
             where = f"azimuth {azimuth:g}°, {inclination:g}° from up, by its SAC header"
-            more = "overturning.read takes SAC files as their headers say"
-            warnings.warn(
-                f"stream: channel {trace.id} is taken towards {name} by its code; {where}: {more}", stacklevel=5
-            )
+            more = "overturning.read uses the directions in SAC headers"
+            warnings.warn(f"stream: channel {trace.id} points {name} by its code, but {where}: {more}", stacklevel=5)
     return name
 
 
 _UNDEFINED = -12345.0
-"""SAC's word for what is not known."""
+"""Value of undefined numbers in SAC headers."""
 
 
 def _other_sensor(code: str, sensor: str) -> str:
-    """Why a channel is not of the sensor that is wanted, and what to do; empty where it is."""
+    """Return why a channel does not belong to the requested sensor, and a remedy; "" if it does."""
     if sensor not in ("surface", "borehole"):
         return f"sensor {sensor!r}; known are surface and borehole"
     found = {"1": "borehole", "2": "surface"}.get(code[2:]) if code[:2] in ("NS", "EW", "UD") else None
     return (
-        f"of the {found} sensor; select the {sensor} one, or say sensor={found!r}"
+        f"it belongs to the {found} sensor; select the {sensor} one, or set sensor={found!r}"
         if found not in (None, sensor)
         else ""
     )

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.errors import Reasons, RecordError
+from overturning.errors import RecordError, RefusalReasons
 from overturning.motion.direction import direction_cosines
-from overturning.motion.plausible import implausible
+from overturning.motion.plausible import implausibility
 from overturning.records.component import (
     MINIMUM_SINE,
     Component,
@@ -64,7 +64,7 @@ def _to_north_east(
     return north, east
 
 
-class _Reasons(Reasons):
+class _AssemblyReasons(RefusalReasons):
     """What speaks against a record, told at once, and what contradicts itself and is trusted where it may be."""
 
     def __init__(self, *, trusting: bool) -> None:
@@ -84,7 +84,7 @@ class _Reasons(Reasons):
         self.trusted.append(why)
 
 
-def _common_window(components: Sequence[Component], reasons: _Reasons) -> list[Component]:
+def _common_window(components: Sequence[Component], reasons: _AssemblyReasons) -> list[Component]:
     """Cut components to the samples that all of them have.
 
     Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains. A RecordError
@@ -144,7 +144,7 @@ def _common_window(components: Sequence[Component], reasons: _Reasons) -> list[C
     return cut
 
 
-def _check_one_place(components: Sequence[Component], reasons: _Reasons) -> None:
+def _check_one_place(components: Sequence[Component], reasons: _AssemblyReasons) -> None:
     """Refuse components whose station stands at two places."""
     places = [(c.latitude, c.longitude) for c in components if c.latitude is not None and c.longitude is not None]
     for place in places[1:]:
@@ -155,7 +155,7 @@ def _check_one_place(components: Sequence[Component], reasons: _Reasons) -> None
             reasons.contradict(why, f"they are not of one record: {remedy}")
 
 
-def _check_largest_is_kept(whole: Sequence[Component], window: Sequence[Component], reasons: _Reasons) -> None:
+def _check_largest_is_kept(whole: Sequence[Component], window: Sequence[Component], reasons: _AssemblyReasons) -> None:
     """Refuse a common window that holds less than `LEAST_PEAK` of a component's, as where another one broke off."""
     for component, kept in zip(whole, window, strict=True):
         level = component.samples.mean()
@@ -183,18 +183,18 @@ def assemble(
     a motion above 5 g or 1000 cm/s or below 0.0001 g.
     """
     declared = declared or Declarations()
-    reasons = _Reasons(trusting=declared.trust_data)
+    reasons = _AssemblyReasons(trusting=declared.trust_data)
     name = components[0].file if components else record_id
     components, notes = _with_sense(components, declared.vertical_sense)
     notes += [note for component in components if (note := _stated_otherwise(component, declared))]
     notes += dict.fromkeys(note for component in components if (note := in_a_structure(component.location)))
     differences: dict[str, float] = {}
     for component in components:
-        with reasons.of():
+        with reasons.collect():
             if (difference := check_peak(component, reasons.contradict)) is not None:
                 differences[component.axis] = round(difference, 6)
     by_files = [c for c in components if not c.vertical]
-    with reasons.of():
+    with reasons.collect():
         components = _axes(components, declared.azimuths_deg, name)
         notes += skew_notes(components)
         notes += [
@@ -203,21 +203,21 @@ def assemble(
             if was.azimuth_deg is not None and (was.azimuth_deg - (c.azimuth_deg or 0.0)) % 360.0
         ]
     if not components:
-        reasons.tell()
+        reasons.raise_all()
     window = components
-    with reasons.of():
+    with reasons.collect():
         window = _common_window(components, reasons)
     # A header's peak that the data contradict says more of the same axis.
     if not reasons.found:
-        with reasons.of():
+        with reasons.collect():
             check_dead_axis(window, reasons.contradict)
-    with reasons.of():
+    with reasons.collect():
         notes += sample_notes(window, reasons.contradict)
-    with reasons.of():
+    with reasons.collect():
         if (why := _not_the_size_of_a_motion(window)) and not declared.trust_data:
             why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"
             raise RecordError(f"{window[0].file}: {why}")
-    reasons.tell()
+    reasons.raise_all()
     trusted = [text for c in window for text in c.extra.get("trusted", ())] + reasons.trusted + ([why] if why else [])
     azimuths = [((c.azimuth_deg or 0.0) + declared.correction_deg) % 360.0 for c in window[:2]]
     north, east = _to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1])
@@ -280,7 +280,7 @@ def _not_the_size_of_a_motion(components: Sequence[Component]) -> str:
     moving = [c.samples - c.samples.mean() if raw else c.samples for c in components]
     if not any(samples.any() for samples in moving):
         return "every sample is the same, as of a dead channel"
-    return implausible(moving, components[0].sampling_interval, unit=components[0].unit, pgv=not raw)
+    return implausibility(moving, components[0].sampling_interval, unit=components[0].unit, pgv=not raw)
 
 
 def _cut_to_common(

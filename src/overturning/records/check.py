@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from overturning.errors import AND, OverturningError
+from overturning.errors import REASON_SEPARATOR, OverturningError
 from overturning.records.assembly import assemble
 from overturning.records.component import Component, largest
 from overturning.records.formats.table import NO_ACCELERATION, is_no_acceleration
@@ -66,7 +66,9 @@ def check_paths(paths: Sequence[Path], declared: Declarations | None = None) -> 
             record = with_notes(record, vertical_beside(own, group, declared) if own else [])
             findings.append(Finding(files, tuple(group), record, used=process(record, None)))
         except OverturningError as problem:
-            reason = AND.join([*([why] if (why := _of_several_places(group, groups)) else []), str(problem)])
+            reason = REASON_SEPARATOR.join(
+                [*([why] if (why := _of_several_places(group, groups)) else []), str(problem)]
+            )
             findings.append(Finding(files, tuple(group), reason=reason))
     return findings
 
@@ -120,7 +122,7 @@ def describe(finding: Finding) -> str:
     if record is None:
         axes = "".join(f"\n  {_axis(c)}" for c in finding.components)
         word = "skipped" if finding.skipped else "refused"
-        return head + "".join(f"\n  {word}: {why}" for why in finding.reason.split(AND)) + axes
+        return head + "".join(f"\n  {word}: {why}" for why in finding.reason.split(REASON_SEPARATOR)) + axes
     place = "" if record.latitude is None else f" ({record.latitude:z.4f}, {record.longitude:z.4f})"
     what = [x for x in (record.station + place, record.event, record.start or "start not stated") if x.strip()]
     kind = state_of(record)

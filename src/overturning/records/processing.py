@@ -10,7 +10,7 @@ import numpy as np
 
 from overturning.errors import RecordError
 from overturning.motion.noise import noise_ratio
-from overturning.motion.plausible import implausible
+from overturning.motion.plausible import implausibility
 from overturning.records.assembly import iso
 from overturning.records.record import Record, peaks_of
 from overturning.records.site import Site
@@ -64,7 +64,7 @@ def process(record: Record, steps: Sequence[Step] | None, site: Site | None = No
         record = _with_entry(record, surface, site, chosen)
     # A record that its agency has processed and nobody else was looked at when it was read.
     looked_at = not steps and site is None and record.extra.get("processed", False)
-    if not (looked_at or record.trusted) and (why := implausible(record.components, record.sampling_interval)):
+    if not (looked_at or record.trusted) and (why := implausibility(record.components, record.sampling_interval)):
         raise RecordError(
             f"record {record.record_id}: after processing, {why}; correct unit or steps, or say trust_data"
         )

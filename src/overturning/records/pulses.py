@@ -16,7 +16,7 @@ from overturning.errors import ConfigError
 from overturning.motion.direction import direction_cosines
 from overturning.records.record import Record
 from overturning.units import GAL
-from overturning.validation import what_is_wrong
+from overturning.validation import format_validation_error
 
 
 class _Pulse(BaseModel):
@@ -176,7 +176,7 @@ def parse_pulse(text: str) -> Pulse:
         if first["type"].startswith("union_tag"):
             raise ConfigError(f"pulse {text!r}: shape {values['shape']!r}; known are {', '.join(SHAPES)}") from None
         value = f" {values[key]!r}" if key in values else ""
-        raise ConfigError(f"pulse {text!r}: {key}{value}: {what_is_wrong(first)}") from None
+        raise ConfigError(f"pulse {text!r}: {key}{value}: {format_validation_error(first)}") from None
 
 
 def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:

@@ -9,7 +9,14 @@ from typing import Any, Final
 
 from pydantic import TypeAdapter, ValidationError
 
-from overturning.errors import ArgumentError, ConfigError, OverturningError, Reasons, RecordError, keywords
+from overturning.errors import (
+    ArgumentError,
+    ConfigError,
+    OverturningError,
+    RecordError,
+    RefusalReasons,
+    suggest_keywords,
+)
 from overturning.records.assembly import assemble, borehole_name
 from overturning.records.beside import is_vertical, most_alike
 from overturning.records.catalogue import OF_FILES, RecordEntry, find_files, find_paths
@@ -115,7 +122,7 @@ def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Comp
     components: list[Component] = []
     left_out: dict[SourceFile, str] = {}
     tables: list[SourceFile] = []
-    reasons = Reasons()
+    reasons = RefusalReasons()
     for member, file in packed:
         if member in declared.metadata:
             continue
@@ -125,7 +132,7 @@ def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Comp
         if member is not file and member.suffix in TABLES and not (is_csv or is_recognised(member)):
             tables.append(member)
             continue
-        with reasons.of():
+        with reasons.collect():
             components += _read_one(member, named, declared)
     # A table or a letter that comes with the records has another extension than they have.
     records = {PurePosixPath(one.file).suffix.lower().lstrip(".") for one in components}
@@ -133,13 +140,13 @@ def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Comp
         if records and member.suffix not in records:
             left_out[member] = "its format is not recognised"
         else:
-            with reasons.of():
+            with reasons.collect():
                 _read_one(member, named, declared)
     if left_out and not components:
-        with reasons.of():
+        with reasons.collect():
             why = "none of the archive's members is an accelerogram: get the file that holds one"
             raise RecordError(f"{next(iter(left_out)).name}: {why}")
-    reasons.tell()
+    reasons.raise_all()
     return _processed_alone(components, packed, left_out)
 
 
@@ -189,14 +196,14 @@ def _of_one_sensor(components: Sequence[Component], record_id: str, declared: De
 
     A RecordError where there is no such sensor, or where they are of several records, as those of an archive may be.
     """
-    reasons, sensor = Reasons(), declared.sensor or "surface"
+    reasons, sensor = RefusalReasons(), declared.sensor or "surface"
     chosen = [c for c in components if c.sensor == sensor]
     records = group_components(chosen) if len(chosen) > 3 else [chosen]
     if len(records) > 1:
         stations = ", ".join(sorted({group[0].station or group[0].file for group in records})[:10])
         what = f"{len(records)} records ({stations})"
         raise RecordError(f"{chosen[0].file}: {what}; name one by the stem of its files in the record table")
-    with reasons.of():
+    with reasons.collect():
         if components and not chosen:
             other, first = components[0].sensor, components[0]
             raise RecordError(
@@ -204,9 +211,9 @@ def _of_one_sensor(components: Sequence[Component], record_id: str, declared: De
                 f"declare it (sensor {other} in the record table, --sensor {other}, sensor={other!r} in Python), or "
                 f"give the files of the {sensor} sensor"
             )
-    with reasons.of():
+    with reasons.collect():
         record = assemble(chosen or components, record_id, declared, **stated)
-    reasons.tell()
+    reasons.raise_all()
     others = [c for c in components if c.sensor != sensor]
     if sum(not c.vertical for c in others) >= 2:  # a record of its own, which lies with this one
         return record
@@ -289,7 +296,7 @@ def _named_alike(path: Path, other: Path) -> bool:
     return differing[-1] - differing[0] < 3
 
 
-@keywords(*(field.name for field in fields(Declarations) if field.name != "metadata"))
+@suggest_keywords(*(field.name for field in fields(Declarations) if field.name != "metadata"))
 def read(
     paths: Path | str | Sequence[Path | str],
     *,

@@ -9,11 +9,11 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.motion.integration import integrate
-from overturning.motion.motion import Recorded
+from overturning.motion.motion import Accelerogram
 
 
 @dataclass(frozen=True, repr=False)
-class Record(Recorded):
+class Record(Accelerogram):
     """A strong-motion record turned to north, east and up.
 
     Parameters
@@ -92,7 +92,7 @@ class Record(Recorded):
         return bool(self.extra.get("trusted_data", False))
 
 
-def as_record(given: Recorded, record_id: str = "motion") -> Record:
+def as_record(given: Accelerogram, record_id: str = "motion") -> Record:
     """A record; a motion as one of this id, which nothing is to be done to."""
     if isinstance(given, Record):
         return given

@@ -9,12 +9,12 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from overturning.errors import ArgumentError, ConfigError, MissingDataError
-from overturning.files import atomic_write, shipped
+from overturning.files import atomic_write, project_file
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.processing import process
 from overturning.records.read import read_record, with_sisters
 from overturning.records.record import Record
-from overturning.validation import what_is_wrong
+from overturning.validation import format_validation_error
 
 COLUMNS = ("id", "format", "source", "station", "event", "fault_strike_deg", "pulse", "licence")
 """Columns of a new table."""
@@ -40,7 +40,7 @@ def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder:
         )
     stem = "".join(sign if sign.isalnum() or sign in "_-" else "-" for sign in paths[0].name.split(".")[0].lower())
     cells = {"id": stem, "format": "auto", "source": " ".join(path.name for path in paths), **values}
-    before = shipped(table)
+    before = project_file(table)
     rows = read_catalogue(before) if before.exists() else {}
     if cells["id"] in rows:
         raise ConfigError(f"{table}: id {cells['id']!r} is there already; give another one")
@@ -48,7 +48,7 @@ def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder:
         entry = RecordEntry.model_validate({name: text for name, text in cells.items() if text})
     except ValidationError as error:
         first = error.errors()[0]
-        raise ArgumentError(f"{'.'.join(map(str, first['loc']))}: {what_is_wrong(first)}") from None
+        raise ArgumentError(f"{'.'.join(map(str, first['loc']))}: {format_validation_error(first)}") from None
     if len(paths) == 1 and "source" not in values:
         paths = with_sisters(paths[0], entry.declarations)[1]
         cells["source"] = " ".join(path.name for path in paths)

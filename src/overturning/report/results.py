@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from overturning.figures.style import style
 from overturning.figures.write import save
-from overturning.files import without_folders
+from overturning.files import portable_name
 from overturning.model.falls import model_of
 from overturning.model.model import Model
 from overturning.model.planes import gaps_of, period_of
@@ -287,7 +287,7 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
         nominal = cube_of(NOMINAL)
         study = study_of(nominal)
         if beside is not None:
-            named = (survey.model_copy(update={"stones": without_folders(survey.stones)}) for survey in beside.surveys)
+            named = (survey.model_copy(update={"stones": portable_name(survey.stones)}) for survey in beside.surveys)
             own = {name: getattr(beside, name) for name in OF_THE_REPORT}
             study = study.model_copy(update=own | {"surveys": tuple(named)})
         whole = {NOMINAL: nominal} | {name: cube_of(name) for name in study.variants}

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 from overturning.errors import ResultError
 from overturning.files import write_text
 from overturning.study.answers import Counts
-from overturning.validation import what_is_wrong
+from overturning.validation import format_validation_error
 
 NUDGE: Final = 1e-9
 """Share by which the motion is made stronger to see whether an answer hangs on less than is known of it."""
@@ -102,7 +102,7 @@ class Convergence(BaseModel):
         except ValidationError as error:
             first = error.errors()[0]
             key = "".join(f"{part}: " for part in [".".join(map(str, first["loc"]))] if part)
-            said = f"{key}{what_is_wrong(first)}; written by another version"
+            said = f"{key}{format_validation_error(first)}; written by another version"
         except (OSError, ValueError):
             said = "no outcome of a convergence check"
         raise ResultError(f"{path}: {said}; run the study again, which makes the convergence check anew")

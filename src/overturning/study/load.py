@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from overturning.errors import ConfigError, did_you_mean
-from overturning.files import read_mapping, shipped, without_folders
+from overturning.files import portable_name, project_file, read_mapping
 from overturning.study.schema import Study
 from overturning.validation import describe_faults
 
@@ -47,7 +47,7 @@ def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, "Reco
     from overturning.records.catalogue import RecordEntry, read_catalogue
     from overturning.records.pulses import parse_pulse
 
-    table = read_catalogue(shipped(root / study.records.table))
+    table = read_catalogue(project_file(root / study.records.table))
     for name, line in study.records.pulses.items():
         if name in table:
             raise ConfigError(
@@ -80,7 +80,7 @@ def portable(study: Study) -> dict[str, Any]:
     """The filled-in study without folders of the machine it ran on: absolute paths keep their last part only."""
     data = study.model_dump(mode="json")
     for key in ("table", "folder"):
-        data["records"][key] = without_folders(data["records"][key])
+        data["records"][key] = portable_name(data["records"][key])
     for survey in data["surveys"]:
-        survey["stones"] = without_folders(survey["stones"])
+        survey["stones"] = portable_name(survey["stones"])
     return data

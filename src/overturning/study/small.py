@@ -6,9 +6,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from overturning.errors import ArgumentError, ConfigError, MissingDataError, keywords
+from overturning.errors import ArgumentError, ConfigError, MissingDataError, suggest_keywords
 from overturning.files import atomic_write
-from overturning.motion.motion import Motion, Recorded
+from overturning.motion.motion import Accelerogram, Motion
 from overturning.records.duplicates import refuse_duplicates
 from overturning.records.processing import process
 from overturning.records.read import read_record
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@keywords()
+@suggest_keywords()
 def open_cube(
     path: str | Path,
     chunks: dict[str, int] | str | None = None,
@@ -147,9 +147,9 @@ def run_study(
         If a key or value is wrong, a record is not in the table, one that is given is to be processed, two have the
         same samples, or there are variants.
     """
-    if isinstance(records, str | Recorded):
+    if isinstance(records, str | Accelerogram):
         raise ArgumentError("records: one that is no list; give a list of them, run_study([record], …)")
-    others = [type(one).__name__ for one in records if not isinstance(one, str | Recorded)]
+    others = [type(one).__name__ for one in records if not isinstance(one, str | Accelerogram)]
     if others:
         raise ArgumentError(f"records: a {others[0]}; give a record of overturning.read, a Motion, or an id")
     given = [one if isinstance(one, str) else as_record(one, f"motion-{n}") for n, one in enumerate(records, 1)]

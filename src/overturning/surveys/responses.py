@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
-from overturning.errors import AND, ArgumentError
+from overturning.errors import REASON_SEPARATOR, ArgumentError
 from overturning.files import atomic_write
 from overturning.model.cases import Cases
 from overturning.study.evaluation import Population
@@ -132,7 +132,7 @@ def stone_kinds(stones: Sequence[Stone], name: str) -> list[StoneKind]:
         except ArgumentError as error:
             faults.append(f"{name} {error}")
     if faults:
-        raise ArgumentError(AND.join(faults))
+        raise ArgumentError(REASON_SEPARATOR.join(faults))
     return kinds
 
 

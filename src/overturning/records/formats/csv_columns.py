@@ -8,7 +8,7 @@ from pathlib import PurePosixPath
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.errors import Reasons, RecordError
+from overturning.errors import RecordError, RefusalReasons
 from overturning.records.component import UNKNOWN, Component, parse_axis
 from overturning.records.formats.headings import SECONDS, cells_of_headings, first_row, otherwise, statements
 from overturning.records.formats.lines import Lines
@@ -24,21 +24,21 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
     x_e.txt=east:gal`` says which file has which; names may have ``*``. ``north:gal*8`` has eight values of one axis on
     a line, ``north:gal*8F10`` in columns of ten characters. Lines that begin with ``#`` and headings are passed over.
     """
-    name, reasons = source.name, Reasons()
+    name, reasons = source.name, RefusalReasons()
     columns: list[tuple[str, str]] = []
-    with reasons.of():
+    with reasons.collect():
         text, sisters = _of_file(declared.columns, name)
         text, per_line, width = _wrapping(text, name)
         columns = _columns(text, name)
         if declared.sampling_interval_s is None and "time" not in dict(columns):
             raise RecordError(f"{name}: no column time and no sampling_interval_s; declare one of them")
-    with reasons.of():
+    with reasons.collect():
         if declared.processed is None:
             raise RecordError(
                 f"{name}: columns do not say whether the samples are raw or have been corrected; declare it (processed "
                 "in the record table: true or false; --processed or --raw here)"
             )
-    reasons.tell()
+    reasons.raise_all()
     lines = Lines(source, source.lines)
     rows, first, notes = _rows(lines, columns, declared, per_line, width)
     interval = declared.sampling_interval_s or 0.0

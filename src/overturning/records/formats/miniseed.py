@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.errors import Reasons, RecordError
+from overturning.errors import RecordError, RefusalReasons
 from overturning.records.component import Component, by_code, other_than_coded, sensor_at
 from overturning.records.formats.stationxml import acceleration_scale, epoch_of, is_velocity, read_inventory
 from overturning.records.source import Declarations, SourceFile
@@ -60,11 +60,11 @@ def components_of(stream: Any, inventory: Any, source: SourceFile, declared: Dec
             raise RecordError(f"{name}: channel {trace.id} has a gap or an overlap; cut the file to one side of it")
         if trace.stats.npts < 2:
             raise RecordError(f"{name}: channel {trace.id} has {trace.stats.npts} samples; get the file again")
-    components, reasons = [], Reasons()
+    components, reasons = [], RefusalReasons()
     for trace in stream:
-        with reasons.of():
+        with reasons.collect():
             components.append(_component(trace, inventory, source, declared))
-    reasons.tell()
+    reasons.raise_all()
     return components
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.figures.fall_rate import fall_rate_figure
-from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_ADDS, as_published
+from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_INTENSITY_INCREMENT, published_intensity
 from overturning.report.blocks import Caution, Disclosure, Figure, Note, Said, Table, section, table
 from overturning.report.results import Results, gaps_said
 from overturning.report.text import censored, counted, degrees, number, percent, share
@@ -129,7 +129,11 @@ def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, e
             if horizontal.all()
             else f"{horizontal.sum()} of the records {'lacks' if horizontal.sum() == 1 else 'lack'}"
         )
-        of = f" ({have} a vertical component, which would add about {VERTICAL_ADDS:g})" if horizontal.any() else ""
+        of = (
+            f" ({have} a vertical component, which would add about {VERTICAL_INTENSITY_INCREMENT:g})"
+            if horizontal.any()
+            else ""
+        )
         scale = f"JMA instrumental intensity{of}"
         yield f"The median fall rate over records and amplitudes, by {scale}: {'; '.join(parts)}."
     rules = []
@@ -138,16 +142,16 @@ def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, e
         if own.sum() < 3:
             continue
         ends = f"{100 * low:.0f} to {100 * high:.0f} %" if high < 1 else f"{100 * low:.0f} % or more"
-        more = jma + VERTICAL_ADDS * horizontal[:, None]
+        more = jma + VERTICAL_INTENSITY_INCREMENT * horizontal[:, None]
         hits, hits_more, higher = ((own & (one >= a) & (one < b)) for one, a, b in (
             (jma, least, most), (more, least, most), (jma, most, math.inf),
         ))  # fmt: skip
         beyond = f", higher in {_share_of_motions(higher, own, events)}" if most < 99 else ""
-        added = f"; with {VERTICAL_ADDS:g} for the vertical component of that degree in "
+        added = f"; with {VERTICAL_INTENSITY_INCREMENT:g} for the vertical component of that degree in "
         added = f"{added}{_share_of_motions(hits_more, own, events)}" if (own & horizontal[:, None]).any() else ""
         rules.append(
             f"where {ends} fall, which they take for {text}, the instrumental intensity is "
-            f"{number(float(as_published(np.median(jma[own]))), 1)} in the median, and is of that degree in "
+            f"{number(float(published_intensity(np.median(jma[own]))), 1)} in the median, and is of that degree in "
             f"{_share_of_motions(hits, own, events)} of {_motions(own, events)}{beyond}{added}"
         )
     if rules:

@@ -19,6 +19,7 @@ LAYERS = [
     "model",
     "dem",
     "study",
+    "labels",
     "statistics",
     "figures",
     "surveys",

@@ -171,11 +171,11 @@ def plane(cube: "xr.Dataset") -> "Figure":
     """Draw outcomes by PGA and PGV/PGA at the largest friction, with fit and published criteria (2-D cubes only)."""
     from overturning.figures.content import check_plane
     from overturning.figures.intensity_plane import intensity_plane_figure
+    from overturning.labels import element_size_note
     from overturning.statistics.logistic import overturning_fit
-    from overturning.study.cube import sizes_of_another
 
     def draw(whole: "xr.Dataset") -> "Figure":
-        if other := sizes_of_another(whole):
+        if other := element_size_note(whole):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
         measures = _measures(whole)
         check_plane(whole, measures)
@@ -288,10 +288,10 @@ def _check_moving(motion: AnyMotion, kind: str) -> AnyMotion:
 
 def _title(cube: "xr.Dataset", names: Sequence[str] = ("station", "event")) -> str:
     """Return a title from some coordinates of the record, and from variant and factor if they are not nominal."""
-    from overturning.study.cube import variant_said
+    from overturning.labels import variant_label
 
     times = [f"motion × {_factor(cube):g}"] if _factor(cube) != 1.0 else []
-    return ", ".join([*filter(None, (str(cube[name].item()) for name in names)), *variant_said(cube), *times])
+    return ", ".join([*filter(None, (str(cube[name].item()) for name in names)), *variant_label(cube), *times])
 
 
 def _factor(cube: "xr.Dataset") -> float:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.report.results import gaps_said, open_results
+from overturning.labels import azimuth_gap_label
+from overturning.report.results import open_results
 from overturning.report.sections.answer import answer
 from overturning.report.sections.surveys import survey_section
 from overturning.study.cube import open_cube
@@ -105,7 +106,7 @@ def test_the_answer_of_several_surveys_names_each(surveyed: Path) -> None:
 def test_planes_that_were_not_computed_are_said_beside_a_prediction(surveyed: Path) -> None:
     result = read_survey_result(surveyed / "survey" / "1.json")
     with open_cube(surveyed / "cube.nc") as cube:
-        whole, part = gaps_said(cube), gaps_said(cube.isel(azimuth=slice(0, 6)))
+        whole, part = azimuth_gap_label(cube), azimuth_gap_label(cube.isel(azimuth=slice(0, 6)))
     assert whole == ""
     said = "No plane between 75° and 180° was computed: there the prediction is made of what other planes say."
     assert said in text_of(survey_section(result, gaps=part))
@@ -114,7 +115,7 @@ def test_planes_that_were_not_computed_are_said_beside_a_prediction(surveyed: Pa
 def test_half_a_circle_is_all_of_what_is_its_own_mirror_image_alone() -> None:
     for period, said in ((180.0, ""), (360.0, "between 165° and 360°")):
         azimuth = ("azimuth", np.arange(0, 180, 15), {"period": period})
-        assert gaps_said(xr.Dataset(coords={"azimuth": azimuth})) == said
+        assert azimuth_gap_label(xr.Dataset(coords={"azimuth": azimuth})) == said
 
 
 def test_the_terminal_says_the_same(

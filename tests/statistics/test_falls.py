@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 
 from overturning.errors import ResultError
+from overturning.labels import azimuth_gap_label
 from overturning.model.falls import model_of
 from overturning.model.planes import Planes, fall_probability, gaps_of, plane_index, plane_weight
-from overturning.report.results import gaps_said
 from overturning.statistics.elements import falls_by_element
 from overturning.statistics.falls import (
     fall_means,
@@ -176,7 +176,7 @@ def test_a_grid_of_which_one_plane_was_not_computed_is_a_part(part, last: float)
     assert np.flatnonzero(not_computed).tolist() == [len(part) - 1]
     assert step == part[1] - part[0]
     assert plane_weight(list(part)) == pytest.approx(1 / len(part))
-    said = gaps_said(xr.Dataset(coords={"azimuth": ("azimuth", list(part))}))
+    said = azimuth_gap_label(xr.Dataset(coords={"azimuth": ("azimuth", list(part))}))
     assert said == f"between {last}° and {180 + part[0]}°"
 
 

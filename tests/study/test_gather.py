@@ -11,11 +11,12 @@ import pytest
 import xarray as xr
 
 from overturning.errors import ResultError
+from overturning.labels import earthquake_notes
 from overturning.model.scene import load_scene
 from overturning.model.status import Status
 from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.records.record import Record
-from overturning.study.cube import earthquakes_said, open_cube, processing_of, study_of
+from overturning.study.cube import open_cube, processing_of, study_of
 from overturning.study.gather import describe_cube, gather
 from overturning.study.load import check_study
 from overturning.study.parts import write_part
@@ -120,7 +121,7 @@ def test_one_earthquake_under_two_names_is_one_in_the_cube_and_said(tmp_path: Pa
     ]
     found = cube(tmp_path, named)
     assert found["event"].to_numpy().tolist() == [names[0]] * 2
-    assert earthquakes_said(found) == [
+    assert earthquake_notes(found) == [
         f"'{names[0]}' and '{names[1]}' are one earthquake (one origin, 1989-10-18 00:04)"
     ]
 

@@ -12,6 +12,7 @@ from overturning import plot
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ConfigError, ResultError
 from overturning.figures.explore import explorer_data
+from overturning.labels import variant_label
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.geometry import native_size
@@ -23,7 +24,7 @@ from overturning.report.results import Results
 from overturning.report.sections.scene import scene as scene_section
 from overturning.report.sections.scene import spread_sentence
 from overturning.statistics.elements import compare_stones, contrast, falls_by_element
-from overturning.study.cube import open_cube, variant_said
+from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_members
 from overturning.study.load import check_study
 from overturning.study.recheck import recheck
@@ -97,7 +98,7 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         assert rows["lower-base"].falls == 0
         assert explorer_data(cube)["title"] == "stack, H and B/H of the shaft"
     with open_cube(nominal) as shaft, open_cube(paths["alone"]) as alone:
-        assert variant_said(alone) == ["variant alone"]
+        assert variant_label(alone) == ["variant alone"]
         assert str(shaft["element"].item()) == "shaft"
         assert shaft["overturned"].dims == alone["overturned"].dims
         found = compare_stones(shaft, alone)
@@ -138,12 +139,12 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         centre = ((y + np.roll(y, -1)) * across).sum() / (3 * across.sum())
         np.testing.assert_allclose(monolith["critical_angle"], np.degrees(np.arctan(0.2725 / centre)))
         assert "the monolith has 1.85 times that height and a B/H of 0.463" in monolith["b_over_h"].attrs["comment"]
-        assert variant_said(monolith)[0] == (
+        assert variant_label(monolith)[0] == (
             "variant monolith (H and B/H are those of the study's shaft; the monolith has 1.85 times that height and "
             "a B/H of 0.463 whatever the shaft has)"
         )
         exported = said("cube", "export", paths["monolith"], tmp_path / "cases.csv")
-        assert f"cases.csv: 24 cases, {variant_said(monolith)[0]}\n" in exported
+        assert f"cases.csv: 24 cases, {variant_label(monolith)[0]}\n" in exported
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
     results = Results(study, cubes["nominal"], cubes, cubes["nominal"], tmp_path, tmp_path, [], None, ())
     shown = scene_section(results)

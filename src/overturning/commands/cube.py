@@ -112,9 +112,9 @@ def export(
 ) -> None:
     """Write the cases of a cube as a table, a row each, with all elements and factors on the motions."""
     from overturning.files import check_output
-    from overturning.study.cube import variant_said
+    from overturning.labels import variant_label
     from overturning.study.small import open_cube, write_table
 
     check_output(output, "output", ".parquet", ".csv")
     with open_cube(cube, chunks={"record": 1}, element=None, amplitude=None) as data:
-        print(", ".join([f"{output}: {write_table(data, output)} cases", *variant_said(data)]))
+        print(", ".join([f"{output}: {write_table(data, output)} cases", *variant_label(data)]))

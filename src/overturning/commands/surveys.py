@@ -29,10 +29,10 @@ def survey(
 ) -> None:
     """Compare the directions in which stones fell with those that the cube predicts."""
     from overturning.files import check_output
+    from overturning.labels import azimuth_gap_label, variant_label
     from overturning.report.plain import plain_lines
-    from overturning.report.results import gaps_said
     from overturning.report.sections.surveys import survey_section
-    from overturning.study.cube import open_cube, record_number, variant_said
+    from overturning.study.cube import open_cube, record_number
     from overturning.surveys.comparison import compare_survey, survey_result, write_survey
     from overturning.surveys.stones import read_survey_with_notes
 
@@ -42,8 +42,8 @@ def survey(
     with open_cube(cube, chunks={"record": 1}) as data:
         site = data.isel(record=[record_number(data, record)]).load()
         name = str(site["record_id"].item())
-        comparison, gaps = compare_survey(rows, site, background=background), gaps_said(site)
-        against = ", ".join([name, *variant_said(site)])
+        comparison, gaps = compare_survey(rows, site, background=background), azimuth_gap_label(site)
+        against = ", ".join([name, *variant_label(site)])
     result = survey_result(stones, name, comparison, doubts)
     print(f"{result.stones} against {against}")
     for note in notes:

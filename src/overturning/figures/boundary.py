@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 from overturning.figures.maps import PANEL, close_circle, rows_and_columns
 from overturning.figures.style import DASHES, SERIES, caption, compass, grid, mark_fault_normal, slenderness_ticks
-from overturning.study.cube import friction_said
+from overturning.labels import friction_label
 
 
 def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
@@ -35,7 +35,7 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
             axes.fill_between(closed, *ends, where=np.isfinite(low)[around], color=colour, alpha=0.25, linewidth=0)
         axes.plot(
             closed, radius[around], color=colour, linestyle=DASHES[index % len(DASHES)], linewidth=1.5,
-            label=friction_said(bounds, friction),
+            label=friction_label(bounds, friction),
         )  # fmt: skip
         # A line needs two neighbouring azimuths; an isolated azimuth is drawn as a point.
         known = np.isfinite(radius)

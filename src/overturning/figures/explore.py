@@ -14,10 +14,11 @@ from overturning.figures.maps import COLOURS, azimuth_edges, cell_edges, close_c
 from overturning.figures.page import embedded_json, page, template
 from overturning.figures.style import DARKEST, FALLS, FAULT, MISSING, OTHER_SIDE, STANDS
 from overturning.files import write_text
+from overturning.labels import variant_label
 from overturning.model.falls import model_of
 from overturning.model.planes import fall_probability, period_of
 from overturning.model.symmetry import PLANE_PERIOD
-from overturning.study.cube import shown_block, study_of, variant_said
+from overturning.study.cube import shown_block, study_of
 from overturning.study.film_options import film_options
 from overturning.study.preflight import MOST_CELLS
 from overturning.study.scenes import scene_of
@@ -125,7 +126,7 @@ def explorer_data(
 
 def _title(one: "xr.Dataset") -> str:
     """Return the title of the page: study, variant, and the element to which heights and B/H refer."""
-    return ", ".join(filter(None, [str(one.attrs.get("title", "")), *variant_said(one), *_reference_note(one)]))
+    return ", ".join(filter(None, [str(one.attrs.get("title", "")), *variant_label(one), *_reference_note(one)]))
 
 
 def _initial_selection(one: "xr.Dataset", study: Study | None) -> dict[str, int]:

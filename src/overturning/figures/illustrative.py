@@ -13,13 +13,14 @@ from overturning.figures.response import axis_figure, response_figure
 from overturning.figures.style import style
 from overturning.figures.write import refill_folder, save
 from overturning.files import write_text
+from overturning.labels import friction_label
 from overturning.model.falls import model_of
 from overturning.model.planes import Planes
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.illustrative import IllustrativeCase, illustrative_cases
-from overturning.study.cube import coefficient_said, open_records, study_of
+from overturning.study.cube import open_records, study_of
 from overturning.study.scenes import model_for, motion_of, numerics_of
 from overturning.study.schema import Study
 
@@ -79,7 +80,7 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
 def block_label(study: Study, block: dict[str, float]) -> str:
     """Return slenderness, height and friction of a block as text for a title."""
     oblong = f", D/B = {block['aspect']:g}" if model_for(study).oblong else ""
-    coefficient = coefficient_said(study, block["friction"])
+    coefficient = friction_label(study, block["friction"])
     return f"B/H = {block['b_over_h']:.3g}{oblong}, H = {block['height']:.3g} m, {coefficient}"
 
 

@@ -8,11 +8,11 @@ from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, STANDS, caption, grid, labels, logarithmic
+from overturning.labels import friction_label
 from overturning.model.falls import model_of
 from overturning.statistics.criteria import CRITERIA, west_acceleration
 from overturning.statistics.falls import fall_shares
 from overturning.statistics.logistic import LEAST_PGA, LogisticFit
-from overturning.study.cube import friction_said
 from overturning.units import GAL, STANDARD_GRAVITY
 
 LOOKS: Final = (
@@ -87,7 +87,7 @@ def intensity_plane_figure(
     """Draw outcomes by PGA and PGV/PGA for up to three B/H (columns) and two heights (rows) at one friction.
 
     `intensity` has ``pga`` (m/s²) and ``pgv`` (m/s) by record and azimuth. `another` is a note (see
-    `sizes_of_another`) that the sizes belong to another stone: it is added to the title, and the criteria, which need
+    `element_size_note`) that the sizes belong to another stone: it is added to the title, and the criteria, which need
     the stone's own sizes, are left out.
     """
     slender = cube["b_over_h"].to_numpy()
@@ -105,6 +105,6 @@ def intensity_plane_figure(
             points = plane_points(cube, intensity, float(height), float(b_over_h), friction)
             block = float(height), float(b_over_h)
             _draw_intensity_plane(panels[row, column], points, *block, fit, named, limits=not another)
-    title = f"Every plane of every record, {friction_said(cube, friction)}"
+    title = f"Every plane of every record, {friction_label(cube, friction)}"
     caption(figure, f"{title}\n{another}".rstrip(), panels[0, 0], 3)
     return figure

@@ -13,12 +13,12 @@ from matplotlib.ticker import MultipleLocator
 from overturning.arrays import FloatArray
 from overturning.figures import style
 from overturning.figures.rose import draw_rose
+from overturning.labels import friction_label
 from overturning.model.falls import model_of
 from overturning.model.planes import fall_probability
 from overturning.statistics.earthquakes import radial_azimuth
 from overturning.statistics.falls import whole_circle
 from overturning.statistics.roses import rose_of
-from overturning.study.cube import friction_said
 
 PANEL: Final = {1: 4.3, 2: 2.9, 3: 1.95}
 """Width of a panel, inches, by the number of panels in a row, so that a full row fills the page."""
@@ -77,7 +77,7 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
     radial = float(radial_azimuth(cube))
     for axes, (row, column) in zip(panels.flat, blocks, strict=False):
         cells = shown.isel(height=row, friction=column)
-        friction = friction_said(cube, float(cells["friction"]))
+        friction = friction_label(cube, float(cells["friction"]))
         axes.set_title(f"{friction}, H = {float(cells['height']):g} m", pad=3, fontsize=9)
         towards, away = (cells[name].to_numpy() for name in ("towards", "away"))
         kinds = np.select([np.isnan(towards), away > MORE_LIKELY, towards > MORE_LIKELY], [3, 1, 2], 0)

@@ -11,10 +11,11 @@ from overturning.figures.rose import earthquake_roses_figure, rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
 from overturning.figures.style import style
 from overturning.figures.write import Write, refill_folder, save
+from overturning.labels import element_size_note
 from overturning.model.falls import model_of
 from overturning.statistics.earthquakes import alignment_with_references, axes_by_group, summarise_axes
 from overturning.statistics.logistic import overturning_fit
-from overturning.study.cube import open_records, sizes_of_another
+from overturning.study.cube import open_records
 
 
 def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, write: Write) -> None:
@@ -35,7 +36,7 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, writ
             slender = cube["b_over_h"].to_numpy().astype(np.float64)
             write(follow_figure(alignment_with_references(cube, intensity), slender), folder / "follow")
         else:
-            another = sizes_of_another(cube)
+            another = element_size_note(cube)
             fit = None if another else overturning_fit(cube, intensity)
             plane = intensity_plane_figure(cube, intensity, fit, float(cube["friction"].max()), another)
             write(plane, folder / "plane")

@@ -18,7 +18,6 @@ from overturning.figures.write import save
 from overturning.files import portable_name
 from overturning.model.falls import model_of
 from overturning.model.model import Model
-from overturning.model.planes import gaps_of, period_of
 from overturning.report.words import Words, words_of
 from overturning.statistics import alignment_by_rule, earthquakes
 from overturning.statistics.bootstrap import Mean
@@ -249,17 +248,6 @@ CLASSES = 3
 
 MOST_MAPS = 4
 """Maps that stand at the beginning; those of further records stand with the records."""
-
-
-def gaps_said(cube: xr.Dataset) -> str:
-    """Between which planes of a cube none was computed, on a circle of which it has a part; nothing of a whole one."""
-    if "azimuth" not in cube.dims:
-        return ""
-    period = period_of(cube)
-    planes = np.unique(cube["azimuth"].to_numpy().astype(np.float64) % period)
-    following = np.append(planes[1:], planes[:1] + period)
-    said = zip(planes, following, gaps_of(planes, period)[0], strict=True)
-    return " or ".join(f"between {begin:g}° and {end:g}°" for begin, end, not_computed in said if not_computed)
 
 
 def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:

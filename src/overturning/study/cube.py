@@ -15,7 +15,7 @@ from overturning.model.falls import model_of
 from overturning.model.grid import AXES
 from overturning.model.symmetry import FULL_TURN
 from overturning.study.load import check_study, load_study
-from overturning.study.scenes import NOMINAL, model_for, scene_of, setting_of, sizes_said
+from overturning.study.scenes import model_for, scene_of, setting_of
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -178,7 +178,7 @@ def record_number(cube: "xr.Dataset", record: str | None) -> int:
     return names.index(record) if record is not None else 0
 
 
-def _stated(cube: "xr.Dataset", name: str, kind: type) -> Any:
+def json_attribute(cube: "xr.Dataset", name: str, kind: type) -> Any:
     """An attribute of a cube that holds JSON of a kind."""
     try:
         found = json.loads(cube.attrs[name])
@@ -191,7 +191,7 @@ def _stated(cube: "xr.Dataset", name: str, kind: type) -> Any:
 
 def study_of(cube: "xr.Dataset") -> Study:
     """The filled-in study that made a cube; a ResultError where the cube names none, a ConfigError where it is none."""
-    return check_study(_stated(cube, "study", dict), "study in the cube")
+    return check_study(json_attribute(cube, "study", dict), "study in the cube")
 
 
 def shown_block(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
@@ -212,40 +212,6 @@ def shown_block(cube: "xr.Dataset", study: Study | None = None) -> dict[str, lis
     return {name: [block[name]] for name in whole}
 
 
-def friction_said(cube: "xr.Dataset", friction: float) -> str:
-    """A friction coefficient of a cube as titles have it: µ = 0.6, or that a scene has all coefficients of its own."""
-    if "study" not in cube.attrs:
-        return f"µ = {friction:g}"
-    return coefficient_said(study_of(cube), friction, cube.attrs["variant"])
-
-
-def coefficient_said(study: Study, friction: float, variant: str = NOMINAL) -> str:
-    """The same of a variant of a study."""
-    own = study.body is None and not scene_of(study, variant).sweeps_friction
-    return "µ of the scene" if own else f"µ = {friction:g}"
-
-
-def variant_said(cube: "xr.Dataset") -> list[str]:
-    """Which variant of its study a cube is of, for a title: nothing of the study itself, or of no study.
-
-    With what heights and B/H mean there, where its stone has others than the study's.
-    """
-    name = str(cube.attrs.get("variant", NOMINAL))
-    if name == NOMINAL:
-        return []
-    sizes = sizes_said(study_of(cube), name)
-    return [f"variant {name}{f' ({sizes})' if sizes else ''}"]
-
-
-def sizes_of_another(cube: "xr.Dataset") -> str:
-    """Of what the H and B/H of a cube of one element are, where not of the stone that falls there; nothing where so."""
-    study, variant = study_of(cube), cube.attrs["variant"]
-    reference = scene_of(study, variant).reference_name
-    if shown_element(cube) != reference:
-        return f"H and B/H are those of the {reference}, not of the {shown_element(cube)}"
-    return sizes_said(study, variant)
-
-
 def shown_element(cube: "xr.Dataset") -> str:
     """The element whose falls a cube of one element holds: the one that was chosen, or the scene's only one."""
     chosen = "element" in cube.coords
@@ -259,14 +225,9 @@ def motions_beside(path: Path, study: Study, variant: str) -> Path:
 
 def sources_of_records(cube: "xr.Dataset") -> list[dict[str, Any]]:
     """Source, SHA-256 and licence of each record, in the order of the cube."""
-    return list(_stated(cube, "record_sources", list))
-
-
-def earthquakes_said(cube: "xr.Dataset") -> list[str]:
-    """What has to be said of how the earthquakes of a cube's records were told apart: merged names, and doubts."""
-    return list(_stated(cube, "earthquakes", list)) if "earthquakes" in cube.attrs else []
+    return list(json_attribute(cube, "record_sources", list))
 
 
 def processing_of(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
     """How each record of a cube came about, by id; see `overturning.records.record.provenance`."""
-    return dict(_stated(cube, "record_processing", dict))
+    return dict(json_attribute(cube, "record_processing", dict))

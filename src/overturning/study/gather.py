@@ -22,7 +22,7 @@ from overturning.records.record import Record, provenance
 from overturning.study.load import portable
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
 from overturning.study.parts import opened_part, record_of
-from overturning.study.scenes import NOMINAL, Sizes, applies_vertical, grid_of, model_for, sizes_said
+from overturning.study.scenes import NOMINAL, Sizes, applies_vertical, grid_of, model_for, size_note
 from overturning.study.schema import Study
 from overturning.study.sweep import variables_of
 
@@ -74,7 +74,7 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
     _add_records(cube, records, applies_vertical(study, variant))
     add_grid(cube, grid)
     cube[model.direction].setncatts(model.direction_attributes)
-    if said := sizes_said(study, variant):
+    if said := size_note(study, variant):
         cube["height"].comment = cube["b_over_h"].comment = said
     own = Sizes.of(study, variant).own_ratio
     sized = grid if own is None else grid.replace_rows(b_over_h=np.full(grid["b_over_h"].size, own))

@@ -113,7 +113,7 @@ class Sizes:
         return b_over_h if self.digits is None else np.round(b_over_h, self.digits)
 
 
-def sizes_said(study: Study, variant: str) -> str:
+def size_note(study: Study, variant: str) -> str:
     """What the heights and B/H of a study mean in a variant whose stone has others; nothing where they are its own."""
     sizes = Sizes.of(study, variant)
     own, stone = study.scene.reference_name, scene_of(study, variant).reference_name

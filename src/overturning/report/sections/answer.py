@@ -8,10 +8,11 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
+from overturning.labels import azimuth_gap_label, earthquake_notes
 from overturning.model.planes import period_of
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.report.blocks import Answer, Figure, Note, Said, section
-from overturning.report.results import Results, gaps_said
+from overturning.report.results import Results
 from overturning.report.sections.alignment import alignment_sentences, axes_shown
 from overturning.report.sections.causes import finding_sentence
 from overturning.report.sections.contrast import (
@@ -30,7 +31,6 @@ from overturning.report.text import capitalised, counted, decimals, number, perc
 from overturning.statistics.bootstrap import mean_over_earthquakes, share_over_earthquakes
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.falls import flag_changes_between_neighbours, overturns, shares_by_record
-from overturning.study.cube import earthquakes_said
 from overturning.study.evaluation import CONTRASTS, Asks
 from overturning.study.scenes import NOMINAL, scene_of
 
@@ -222,7 +222,7 @@ def _counted(results: Results) -> Iterator[str]:
     """How many records and earthquakes, what their number means, and what of them is left out, a sentence each."""
     records, with_vertical = counted(len(results.names), "record"), results.with_vertical
     yield f"{records} of {counted(results.earthquake_count, 'earthquake')}."
-    yield from (f"{said}." for said in earthquakes_said(results.cube))
+    yield from (f"{said}." for said in earthquake_notes(results.cube))
     yield (
         "Records of one earthquake are not independent, so earthquakes are counted, not records; "
         f"{results.model.direction}s of one record are the same motion seen from many sides, so they are no samples at "
@@ -236,7 +236,7 @@ def _counted(results: Results) -> Iterator[str]:
             f"records with and without one, leave {them} out."
         )
     # Nothing can fall along planes that were left out.
-    if results.model.one_component and not results.one_axis and (gaps := gaps_said(results.cube)):
+    if results.model.one_component and not results.one_axis and (gaps := azimuth_gap_label(results.cube)):
         none = ", so that no block could fall that way" if period_of(results.cube) == PLANE_PERIOD else ""
         yield f"No plane {gaps} was computed{none}: directions, axes and shares are those of the other planes."
     if with_vertical == 0:

@@ -3,6 +3,7 @@
 import math
 from typing import Final
 
+from overturning.labels import element_size_note, friction_label
 from overturning.report.blocks import Disclosure, Figure, Note, Said, Table, section, table
 from overturning.report.results import Results
 from overturning.report.text import capitalised, counted, interval, number, percent, shown, two_digits
@@ -15,7 +16,6 @@ from overturning.statistics.criteria import (
     criteria_scores,
 )
 from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
-from overturning.study.cube import coefficient_said, sizes_of_another
 from overturning.study.evaluation import Published
 from overturning.units import CM, GAL
 
@@ -39,7 +39,7 @@ def cause(results: Results) -> Said:
     if not results.model.one_component:
         return
     shown = results.figures / "plane.svg", "falls in the plane of PGA and PGV/PGA"
-    if another := sizes_of_another(results.cube):
+    if another := element_size_note(results.cube):
         yield Figure(*shown, "Each point is one plane of one record.", width=0.92)
         yield f"Limits and a fit go by a stone's own height and B/H. {another}, so neither is given."
         return
@@ -50,7 +50,7 @@ def cause(results: Results) -> Said:
         f"them{', and the fit to this study' if fitted else ''}."
     )
     if fitted and results.cube.sizes["friction"] > 1:
-        most = coefficient_said(results.study, float(results.cube["friction"].max()))
+        most = friction_label(results.study, float(results.cube["friction"].max()))
         caption += f" Points are of {most}; the fit takes all frictions together."
     yield Figure(*shown, caption, width=0.92)
     yield doubling_sentence(fit)
@@ -92,7 +92,7 @@ def doubling_sentence(fit: LogisticFit) -> str:
 @section("How well the field's criteria predict these falls", "criteria")
 def criteria(results: Results) -> Said:
     """Hits and misses of each criterion, over all and by block; none where outcomes, azimuths or sizes are untold."""
-    asked = results.model.one_component and not sizes_of_another(results.cube)
+    asked = results.model.one_component and not element_size_note(results.cube)
     found = criteria_scores(results.cube, results.intensity) if asked else None
     if found is None:
         return

@@ -13,7 +13,7 @@ from overturning.report.text import counted, decimals, share
 from overturning.statistics.bootstrap import Mean, share_over_earthquakes
 from overturning.statistics.elements import Contrast, compare_stones, contrast
 from overturning.statistics.falls import shares_by_record
-from overturning.study.scenes import NOMINAL, applies_vertical, contact_of, setting_of, sizes_said
+from overturning.study.scenes import NOMINAL, applies_vertical, contact_of, setting_of, size_note
 from overturning.study.schema import Study
 
 NO_VERTICAL: Final = "None of these records has vertical motion: with and without it all cases are the same."
@@ -113,7 +113,7 @@ def contrast_shown(results: Results) -> Figure | None:
         columns = shares_by_record(results.reference_cube(variant).isel(record=places), "b_over_h").to_numpy()
         shares[setting_said(results, variant, other)] = [share_over_earthquakes(column, events) for column in columns]
     drawing = results.drawn("contrast", partial(contrast_figure, shares, ratio.astype(np.float64)))
-    sizes = sizes_said(results.study, against)
+    sizes = size_note(results.study, against)
     caption = (
         "Share of the cases in which the stone falls, by slenderness: mean over earthquakes, with its 95 % interval by "
         f"bootstrap where there are enough.{f' {sizes}.' if sizes else ''}"

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.figures.fall_rate import fall_rate_figure
+from overturning.labels import azimuth_gap_label
 from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_INTENSITY_INCREMENT, published_intensity
 from overturning.report.blocks import Caution, Disclosure, Figure, Note, Said, Table, section, table
-from overturning.report.results import Results, gaps_said
+from overturning.report.results import Results
 from overturning.report.text import censored, counted, degrees, number, percent, share
 from overturning.report.words import Words
 from overturning.statistics.bootstrap import bootstrap, unanimous_share_interval
@@ -59,7 +60,7 @@ def population(results: Results) -> Said:
     yield from _over_intensity(rates, jma, horizontal, events)
     yield from caution(found)
     yield Figure(results.drawn("fall-rate", draw), "fall rate over amplitude and intensity", caption)
-    yield Note(_assumed(stones, float(found.attrs["outside"]), results.words, gaps_said(results.cube)))
+    yield Note(_assumed(stones, float(found.attrs["outside"]), results.words, azimuth_gap_label(results.cube)))
     fitted = []
     for one in curves:
         if math.isfinite(one.median):

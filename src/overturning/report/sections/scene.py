@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.figures.scene import element_roses_figure, scenes_figure
+from overturning.labels import element_size_note
 from overturning.model.planes import FALLS, fall_probability
 from overturning.model.scene import gravestone
 from overturning.report.blocks import Figure, Note, Said, section, table
@@ -15,9 +16,8 @@ from overturning.report.text import percent
 from overturning.statistics.by_record import each_record
 from overturning.statistics.elements import falls_by_element
 from overturning.statistics.spread import first_batch_estimate, runs_disagree
-from overturning.study.cube import sizes_of_another
 from overturning.study.ensemble import BATCH
-from overturning.study.scenes import NOMINAL, scene_of, sizes_said
+from overturning.study.scenes import NOMINAL, scene_of, size_note
 from overturning.study.sections import Ensemble
 
 
@@ -46,7 +46,7 @@ def scene(results: Results) -> Said:
     yield Figure(drawing, "the scenes, drawn to scale", to_scale, width=0.85)
     yield from (" ".join(contrast_sentences(results, name)) for name in study.variants if name != in_answer)
     yield from (spread_sentence(title, cube, study.ensemble) for title, cube in stones.items())
-    another = f"; {sizes}" if (sizes := sizes_of_another(results.reference_cube(NOMINAL))) else ""
+    another = f"; {sizes}" if (sizes := element_size_note(results.reference_cube(NOMINAL))) else ""
     heads = ("scene", "element", "cases", "falls", "share", "falls first in", "median time, s")
     yield table(heads, rows, "ttdd%d2")
     yield Note(
@@ -54,7 +54,7 @@ def scene(results: Results) -> Said:
         "lower by more than a tenth of its height or what the scene file sets, or without what carried it. Cases "
         "without an outcome are not counted. Elsewhere in this report “the block” is the "
         f"{scenes[NOMINAL].default_element} of the study's own scene{another}."
-        f"{''.join(f' Variant {name}: {said}.' for name in study.variants if (said := sizes_said(study, name)))}"
+        f"{''.join(f' Variant {name}: {said}.' for name in study.variants if (said := size_note(study, name)))}"
     )
     towards = f"{results.words.rose} {results.words.which}"
     yield Figure(roses, "roses of fall azimuths of each stone", towards, width=0.85)

@@ -9,8 +9,9 @@ import numpy as np
 
 from overturning.figures.style import short, style
 from overturning.figures.write import save
+from overturning.labels import azimuth_gap_label
 from overturning.report.blocks import Answer, Caution, Figure, Note, Row, Said, Section, blocks_of, section, table
-from overturning.report.results import Results, gaps_said
+from overturning.report.results import Results
 from overturning.report.text import counted, degrees, number, percent
 from overturning.study.evaluation import Population
 from overturning.surveys.comparison import SurveyComparison, SurveyResult
@@ -36,13 +37,13 @@ def surveys(results: Results) -> Said:
     stations = {name.id: name.station for name in results.names}
     for place, result in enumerate(results.surveys, 1):
         figure = results.figures / "survey" / f"{place}.svg"
-        yield survey_section(result, stations[result.record], figure, gaps_said(results.cube))
+        yield survey_section(result, stations[result.record], figure, azimuth_gap_label(results.cube))
 
 
 def survey_section(result: SurveyResult, station: str = "", figure: Path | None = None, gaps: str = "") -> Section:
     """What is shown of a survey, with its figure where it has one.
 
-    ``station`` is the name of its record's station, ``gaps`` what `gaps_said` says of the cube that predicts.
+    ``station`` is the name of its record's station, ``gaps`` what `azimuth_gap_label` says of the cube that predicts.
     """
     of_comparison = blocks_of(_of_comparison(result.comparison, figure, gaps))
     of_file = Note(f"{result.stones}, SHA-256 {result.sha256}")

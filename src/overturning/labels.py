@@ -1,0 +1,69 @@
+"""Labels and notes that describe a cube in figures, reports and printed lines."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from overturning.model.planes import gaps_of, period_of
+from overturning.study.cube import json_attribute, shown_element, study_of
+from overturning.study.scenes import NOMINAL, scene_of, size_note
+from overturning.study.schema import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def friction_label(source: "xr.Dataset | Study", friction: float) -> str:
+    """Return the label of a friction coefficient for titles: "µ = 0.6", or "µ of the scene".
+
+    Parameters
+    ----------
+    source : Dataset or Study
+        Cube or study that the coefficient belongs to. A cube without a study has the label of a single block.
+    friction : float
+        Friction coefficient of the dimension ``friction``.
+    """
+    study, variant = None, NOMINAL
+    if isinstance(source, Study):
+        study = source
+    elif "study" in source.attrs:
+        study, variant = study_of(source), source.attrs["variant"]
+    scene_has_own = study is not None and study.body is None and not scene_of(study, variant).sweeps_friction
+    return "µ of the scene" if scene_has_own else f"µ = {friction:g}"
+
+
+def variant_label(cube: "xr.Dataset") -> list[str]:
+    """Return the label of the variant of a cube, with its `size_note`, as a list of one.
+
+    The list is empty for the nominal cube of a study, and for a cube without a study.
+    """
+    name = str(cube.attrs.get("variant", NOMINAL))
+    if name == NOMINAL:
+        return []
+    sizes = size_note(study_of(cube), name)
+    return [f"variant {name}{f' ({sizes})' if sizes else ''}"]
+
+
+def element_size_note(cube: "xr.Dataset") -> str:
+    """Return a note on the element or stone that H and B/H belong to; "" if it is the element of the cube."""
+    study, variant = study_of(cube), cube.attrs["variant"]
+    reference = scene_of(study, variant).reference_name
+    if shown_element(cube) != reference:
+        return f"H and B/H are those of the {reference}, not of the {shown_element(cube)}"
+    return size_note(study, variant)
+
+
+def earthquake_notes(cube: "xr.Dataset") -> list[str]:
+    """Return the notes on the assignment of records to earthquakes: merged names, and doubtful cases."""
+    return list(json_attribute(cube, "earthquakes", list)) if "earthquakes" in cube.attrs else []
+
+
+def azimuth_gap_label(cube: "xr.Dataset") -> str:
+    """Return the azimuth ranges that were not simulated, such as "between 90° and 180°"; "" for a full circle."""
+    if "azimuth" not in cube.dims:
+        return ""
+    period = period_of(cube)
+    planes = np.unique(cube["azimuth"].to_numpy().astype(np.float64) % period)
+    following = np.append(planes[1:], planes[:1] + period)
+    ranges = zip(planes, following, gaps_of(planes, period)[0], strict=True)
+    return " or ".join(f"between {begin:g}° and {end:g}°" for begin, end, missing in ranges if missing)

@@ -65,7 +65,9 @@ def test_a_folder_that_is_not_there_is_not_made(tmp_path: Path) -> None:
         check_output(tmp_path / "gone" / "fall.html", "--animate")
     with pytest.raises(ArgumentError, match="is a folder"):
         check_output(tmp_path, "--animate")
-    with pytest.raises(ArgumentError, match=r"--animate .*fall\.avi: unknown kind of file; end it in \.html or \.gif"):
+    with pytest.raises(
+        ArgumentError, match=r"--animate .*fall\.avi: unknown kind of file; use the extension \.html or \.gif"
+    ):
         check_output(tmp_path / "fall.avi", "--animate", ".html", ".gif")
     check_output(tmp_path / "fall.html", "--animate", ".html", ".gif")
 
@@ -73,11 +75,11 @@ def test_a_folder_that_is_not_there_is_not_made(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("a: 1\nb: 2\na: 3\n", "line 3: a stands twice; keep one"),
-        ("a:\n  b: {c: 1, c: 2}\n", "line 2: c stands twice; keep one"),
-        ("a: [10, 045]\n", "line 1: YAML takes 045 for 37; write it without leading zeros"),
-        ("a: 1:30\n", "line 1: YAML takes 1:30 for 90; write it without colons"),
-        ("a: 1:30.5\n", "line 1: YAML takes 1:30.5 for 90.5; write it without colons"),
+        ("a: 1\nb: 2\na: 3\n", "line 3: a is given twice; keep one"),
+        ("a:\n  b: {c: 1, c: 2}\n", "line 2: c is given twice; keep one"),
+        ("a: [10, 045]\n", "line 1: YAML reads 045 as 37; write it without leading zeros"),
+        ("a: 1:30\n", "line 1: YAML reads 1:30 as 90; write it without colons"),
+        ("a: 1:30.5\n", "line 1: YAML reads 1:30.5 as 90.5; write it without colons"),
     ],
 )
 def test_what_yaml_would_take_for_something_else_is_refused(tmp_path: Path, text: str, said: str) -> None:

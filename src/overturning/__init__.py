@@ -1,7 +1,7 @@
-"""Which way gravestones fall in an earthquake, and how sure one can be.
+"""Directions in which gravestones fall in earthquakes, simulated from strong-motion records, with uncertainty.
 
-`read` a record, `simulate` blocks or scenes under it in every direction, look at one by `trajectory`, or run a small
-study by `run_study`:
+`read` reads a record, `simulate` simulates blocks or scenes under it for each azimuth, `trajectory` returns the path of
+one case, and `run_study` runs a small study:
 
 >>> import overturning
 >>> motion = overturning.Motion.sine(amplitude=6.0, period=0.8, azimuth_deg=60)
@@ -9,7 +9,8 @@ study by `run_study`:
 >>> outcome.overturned.dims
 ('azimuth', 'height', 'b_over_h', 'friction')
 
-Azimuths are degrees clockwise from north; SI units. Large studies are files and a workflow: `overturning init FOLDER`.
+Azimuths are degrees clockwise from north; other units are SI. A large study is a project with a workflow; create one
+with `overturning init FOLDER`.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -50,7 +51,7 @@ __all__ = [
     "trajectory",
 ]
 
-# Imported when first asked for, so that the command line starts without numba and xarray.
+# Imported on first use, so that the command line starts without importing numba and xarray.
 _MODULES = {
     "Body": "overturning.model.body",
     "Cases": "overturning.model.cases",

@@ -1,4 +1,4 @@
-"""Types of arrays that the whole package uses, and datasets of them."""
+"""Array types of the package, and fast construction of datasets."""
 
 import sys
 from collections.abc import Mapping
@@ -11,9 +11,9 @@ from typing_extensions import TypeAliasType
 if TYPE_CHECKING:
     import xarray as xr
 
-# By their names in `help`, which else would spell out all that numpy takes for an array.
+# Named types: otherwise `help` would print the complete definition of numpy's unions.
 ArrayLike = TypeAliasType("ArrayLike", npt.ArrayLike)
-"""What numpy makes an array of."""
+"""Any value that numpy can convert to an array."""
 
 FloatArray = TypeAliasType("FloatArray", npt.NDArray[np.float64])
 """Array of numbers in double precision, of any shape."""
@@ -22,33 +22,33 @@ FloatArray = TypeAliasType("FloatArray", npt.NDArray[np.float64])
 def dataset(
     variables: Mapping[str, tuple[Any, ...]], coordinates: Mapping[str, tuple[Any, ...]], attributes: Mapping[str, Any]
 ) -> "xr.Dataset":
-    """A dataset of dimensions, array and, where there are any, attributes of each variable and coordinate.
+    """Return a dataset; each variable or coordinate is a tuple of dimensions, array and optionally attributes.
 
-    The constructor by itself would import dask, a third of a second, to see whether the arrays are dask's.
+    `xarray.Dataset` with plain tuples would import dask (0.3 s) to check for dask arrays.
     """
     import xarray as xr
 
-    def taken(given: Mapping[str, tuple[Any, ...]]) -> "dict[str, xr.Variable]":
+    def as_variables(given: Mapping[str, tuple[Any, ...]]) -> "dict[str, xr.Variable]":
         return {
             name: xr.Variable(dimensions, np.asarray(values), attrs=about[0] if about else None, fastpath=True)
             for name, (dimensions, values, *about) in given.items()
         }
 
-    return xr.Dataset(taken(variables), taken(coordinates), attributes)
+    return xr.Dataset(as_variables(variables), as_variables(coordinates), attributes)
 
 
 class _Dask:
     @property
     def type(self) -> tuple[Any, ...]:
-        """The class of dask's arrays, or none."""
+        """Tuple with the class of dask arrays, empty if dask is not imported."""
         dask: Any = sys.modules.get("dask.array")
         return (dask.Array,) if hasattr(dask, "Array") else ()
 
 
 def spare_dask() -> None:
-    """Keep xarray from importing dask's arrays, a third of a second, to see that what it holds is none of them.
+    """Prevent xarray from importing dask (0.3 s) only to check that its arrays are not dask arrays.
 
-    Nothing can be one before something has imported them. A version of xarray that keeps no such table imports them.
+    No array can be a dask array before dask is imported. Without this private table, xarray imports dask as usual.
     """
     from xarray.namedarray import pycompat
 

@@ -1,4 +1,4 @@
-"""The command line: a thin face, one subcommand per rule of the workflow and per question of a user."""
+"""The command line: subcommands for users, and one subcommand for each step of the workflow."""
 
 import sys
 from collections.abc import Callable, Sequence

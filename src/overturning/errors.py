@@ -1,4 +1,4 @@
-"""The exceptions a user can meet. Each message names what is wrong, the value, the bound and the remedy."""
+"""Exceptions for errors that a user can cause; each message names the fault, the value, the bound and the remedy."""
 
 import difflib
 import re
@@ -12,26 +12,25 @@ from typing import Any, Final, TypeVar, cast
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
 MOST_LINES: Final = 20
-"""Lines of a message; of more their number."""
+"""Largest number of lines of a message; for longer ones the number of further lines is given."""
 
 REASON_SEPARATOR: Final = "\n       "
-"""Between reasons that are told at once: each on a line of its own, below the word ``error:``."""
+"""Separator of reasons in one message: each starts on a new line, aligned with the text after ``error:``."""
 
 LONGEST_LINE: Final = 600
-"""Characters of a line of a message, whatever the file or name is that it tells about."""
+"""Largest number of characters in a line of a message."""
 
 _CONTROL: Final = re.compile(r"[^\x20-\x7e\xa0-\u2027\u202f-\u2065\u2070-\ud7ff\ue000-\U0010ffff\n\t]")
 
 
 class OverturningError(Exception):
-    """Base of every error that a user can cause; the command line prints it in one or two lines, without a traceback.
+    """Base class of errors that a user can cause; the command line prints them without a traceback.
 
-    What a message quotes of a stranger's file is cut where it is long, and signs that would steer a terminal are spelt
-    out.
+    Long quotations from files are shortened, and control characters, which could steer a terminal, are escaped.
     """
 
     def __str__(self) -> str:
-        # FileNotFoundError would format its arguments as errno and file name.
+        # Do not use the base class: FileNotFoundError formats its arguments as errno and file name.
         lines = _CONTROL.sub(lambda sign: repr(sign[0])[1:-1], str(self.args[0]) if self.args else "").split("\n")
         more = [f"       … and {len(lines) - MOST_LINES} more lines"] if len(lines) > MOST_LINES else []
         half = LONGEST_LINE // 2
@@ -42,26 +41,26 @@ class OverturningError(Exception):
 
 
 class ArgumentError(OverturningError, ValueError):
-    """An argument is outside its bounds. The message names argument, value and bound."""
+    """Raised if an argument is invalid. The message names argument, value and bound."""
 
 
 class ConfigError(OverturningError, ValueError):
-    """A configuration file or record table is wrong. The message names file, key, value and remedy."""
+    """Raised if a configuration file or record table is invalid. The message names file, key, value and remedy."""
 
 
 class RecordError(OverturningError, ValueError):
-    """A record file cannot be read or contradicts itself. The message names file, line and remedy."""
+    """Raised if a record file cannot be read or contradicts itself. The message names file, line and remedy."""
 
 
 def did_you_mean(name: str, known: Iterable[str], remedy: str = "") -> str:
-    """The end of a message about a name that is none of those known: the nearest, else the remedy, or what is known."""
+    """Return the end of a message about an unknown name: the closest known name, else the remedy or all known names."""
     names = list(known)
     near = difflib.get_close_matches(name, names, n=1)
     return f"did you mean {near[0]}?" if near else remedy or f"known are {', '.join(names[:40])}"
 
 
 def suggest_keywords(*further: type | str) -> Callable[[Decorated], Decorated]:
-    """Let a function, or the constructor of a class, answer a keyword that it does not have with the nearest.
+    """Decorate a function or class to raise an ArgumentError with the closest keyword if a keyword is unknown.
 
     `further` names keywords that are passed on, one by one or as a dataclass whose fields are keywords.
     """
@@ -89,28 +88,28 @@ def suggest_keywords(*further: type | str) -> Callable[[Decorated], Decorated]:
 
 
 class RefusalReasons:
-    """Why a record is refused: what each of several checks has against it, told at once."""
+    """Collector of the reasons for which several checks refuse a record, so that they are reported together."""
 
     def __init__(self) -> None:
         self._found: list[str] = []
 
     @contextmanager
     def collect(self) -> Iterator[None]:
-        """Go on after a check that refuses, which may name several reasons itself."""
+        """Store the reasons of a RecordError raised in the block, and continue after it."""
         try:
             yield
         except RecordError as problem:
             self._found += str(problem).split(REASON_SEPARATOR)
 
     def raise_all(self) -> None:
-        """Raise a RecordError with a line for each reason; nothing where there is none."""
+        """Raise a RecordError with a line for each reason; do nothing if there is no reason."""
         if self._found:
             raise RecordError(REASON_SEPARATOR.join(dict.fromkeys(self._found)))
 
 
 class MissingDataError(OverturningError, FileNotFoundError):
-    """Data that the user has to provide is not there. The message says which, from where, and where to put it."""
+    """Raised if data from the user are missing. The message names the data, their source and where to put them."""
 
 
 class ResultError(OverturningError):
-    """A result file is missing, incomplete or of another version."""
+    """Raised if a result file is missing, incomplete or from another version."""

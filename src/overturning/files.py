@@ -1,4 +1,4 @@
-"""Atomic writes: results that are either complete or not there, with a checksum; and files of keys and values."""
+"""Atomic writes with a checksum, checks of output paths, and reading of YAML mappings."""
 
 import errno
 import hashlib
@@ -17,18 +17,18 @@ from overturning.errors import ArgumentError, ConfigError
 
 
 def check_output(path: Path | None, argument: str, *kinds: str) -> None:
-    """Refuse a file that could not be written, before anything is computed for it; an `ArgumentError` says why.
+    """Raise an `ArgumentError` if an output file cannot be written, before anything is computed for it.
 
-    `kinds` are the endings, such as ``.svg``, that it may have where not any. Of no file nothing is refused.
+    `kinds` are the accepted extensions, such as ``.svg``; without them, any extension is accepted. None is accepted.
     """
     if path is None:
         return
     if kinds and path.suffix.lower() not in kinds:
-        raise ArgumentError(f"{argument} {path}: unknown kind of file; end it in {' or '.join(kinds)}")
+        raise ArgumentError(f"{argument} {path}: unknown kind of file; use the extension {' or '.join(kinds)}")
     if not path.parent.is_dir():
-        raise ArgumentError(f"{argument} {path}: there is no folder {path.parent}; make it first, or name another")
+        raise ArgumentError(f"{argument} {path}: there is no folder {path.parent}; create it first, or name another")
     why = "is a folder" if path.is_dir() else ""
-    try:  # permissions alone do not tell: there are folders in which no file can be made
+    try:  # permissions are not sufficient: some folders are read-only in spite of them
         with tempfile.TemporaryFile(dir=path.parent):
             pass
     except OSError:
@@ -39,16 +39,16 @@ def check_output(path: Path | None, argument: str, *kinds: str) -> None:
 
 @contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
-    """Yield another name in the folder to write to; move the complete file to ``path`` when the block is through.
+    """Yield a temporary path in the same folder, and move the complete file to ``path`` at the end of the block.
 
-    The folder is made where it is missing. If the block raises, nothing stays behind and an earlier file keeps its
-    content. A NetCDF file is sealed (`seal`).
+    A missing folder is created. If the block raises an exception, the temporary file is removed and an existing file
+    keeps its content. A checksum is appended to NetCDF files (see `seal`).
     """
     part = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         part.touch(exist_ok=False)
-    except OSError as error:  # of the file that is to be made, not of the other name
+    except OSError as error:  # name the requested file, not the temporary one
         raise OSError(error.errno, error.strerror, str(path)) from None
     try:
         yield part
@@ -56,11 +56,11 @@ def atomic_write(path: Path) -> Iterator[Path]:
             seal(part)
         part.replace(path)
     except (OSError, RuntimeError) as error:
-        # A full disk reaches us without the file's name, and from NetCDF as an error that does not say so: one of its
-        # own, or that the part, which was ours a moment ago, must not be written.
-        odd = str(error).startswith("NetCDF: ") if isinstance(error, RuntimeError) else error.errno == errno.EACCES
-        said = isinstance(error, OSError) and error.errno == errno.ENOSPC
-        if said or (odd and shutil.disk_usage(path.parent).free < _LITTLE):
+        # The error for a full disk does not name the file. NetCDF raises another error: its own, or "permission denied"
+        # for the temporary file, although it was writable before.
+        netcdf = str(error).startswith("NetCDF: ") if isinstance(error, RuntimeError) else error.errno == errno.EACCES
+        full = isinstance(error, OSError) and error.errno == errno.ENOSPC
+        if full or (netcdf and shutil.disk_usage(path.parent).free < _LITTLE):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path)) from None
         raise
     finally:
@@ -68,7 +68,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file (UTF-8), as of `atomic_write`."""
+    """Write a text file (UTF-8) with `atomic_write`."""
     with atomic_write(path) as part:
         part.write_text(text, encoding="utf-8")
 
@@ -77,7 +77,7 @@ _MARK = b"\n# sha256 "
 _SEAL = len(_MARK) + 65  # bytes: 64 digits and the end of the line
 
 
-# What a user can do where a file cannot be written.
+# Remedies by error number.
 _REMEDIES = {
     **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "choose a folder that you may write to"),
     **dict.fromkeys(
@@ -89,15 +89,15 @@ _REMEDIES = {
 
 
 def os_error_message(error: OSError) -> str:
-    """What is wrong with a file, and what to do; empty where nothing is known to do."""
+    """Return a message with the file, the error and a remedy; empty if no remedy is known."""
     remedy = _REMEDIES.get(error.errno or 0)
     return f"{error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}" if remedy else ""
 
 
 def seal(path: Path) -> None:
-    """Append the SHA-256 of a file to it, as a line of its own.
+    """Append the SHA-256 of a file to the file, as a separate line.
 
-    It is a comment in a table, and no reader of NetCDF or HDF5 looks behind the end that the file's own head states.
+    In a table it is a comment. Readers of NetCDF and HDF5 ignore data after the end of file stated in the header.
     """
     with path.open("r+b") as file:
         digest = hashlib.file_digest(file, "sha256")
@@ -105,7 +105,7 @@ def seal(path: Path) -> None:
 
 
 def checksum_matches(path: Path) -> bool | None:
-    """Whether a file is as it was when it was sealed; None where it has no seal, or cannot be read."""
+    """True if the checksum appended by `seal` matches; None if there is no checksum or the file cannot be read."""
     digest = hashlib.sha256()
     try:
         with path.open("rb") as file:
@@ -126,9 +126,9 @@ def checksum_matches(path: Path) -> bool | None:
 
 
 def project_file(path: Path) -> Path:
-    """A file of the project's, such as ``config/records.tsv``: that in the working folder, else that of the package.
+    """Return the path of a project file, such as ``config/records.tsv``, in the working folder or else in the package.
 
-    In a checkout the package is surrounded by its project; a wheel carries it inside.
+    A wheel contains the project files inside the package, a checkout has them around it.
     """
     if path.exists() or path.is_absolute():
         return path
@@ -137,37 +137,37 @@ def project_file(path: Path) -> Path:
 
 
 def project_folders() -> list[Path]:
-    """Where the project's files may be: in a wheel inside the package, in a checkout around it."""
+    """Return the folders that may contain the project files: inside the package (wheel), around it (checkout)."""
     package = Path(__file__).resolve().parent
     return [package / "project", package.parents[1]]
 
 
 MOST_SETTINGS = 500_000
-"""Bytes of a file of keys and values; reading more takes longer than a user waits."""
+"""Largest size of a YAML file, bytes; reading a larger one takes too long."""
 
-_LITTLE = 1_000_000  # bytes; a disk with less is full
+_LITTLE = 1_000_000  # bytes; a disk with less free space counts as full
 _BLOCK = 1 << 20  # bytes read at a time
 
 
 def portable_name(name: str) -> str:
-    """A path as a result may state it: an absolute one, which only this machine has, keeps its last part."""
+    """Return a path as stored in results: only the last part of an absolute path, which is specific to a machine."""
     path = Path(name)
     return path.name if path.is_absolute() else path.as_posix()
 
 
 @cache
 def _loader() -> Any:
-    """A safe loader of YAML that refuses what others take for something else than is written, in silence."""
+    """Return a safe YAML loader that refuses duplicate keys and ambiguous numbers instead of guessing."""
     import yaml
 
     class Loader(yaml.SafeLoader):
-        """Keys stand once in a mapping; numbers are decimal."""
+        """Loader that requires unique keys and decimal numbers."""
 
     def mapping(loader: Any, node: Any) -> Iterator[dict[Any, Any]]:
         seen = set()
         for key, _ in node.value:
             if (name := key.value if isinstance(key, yaml.ScalarNode) else key) in seen:
-                raise yaml.MarkedYAMLError(problem=f"{name} stands twice; keep one", problem_mark=key.start_mark)
+                raise yaml.MarkedYAMLError(problem=f"{name} is given twice; keep one", problem_mark=key.start_mark)
             seen.add(name)
         return loader.construct_yaml_map(node)
 
@@ -175,7 +175,7 @@ def _loader() -> Any:
         octal = re.match(r"[-+]?0[0-9_]+$", node.value)
         found: float = loader.construct_yaml_int(node) if "." not in node.value else loader.construct_yaml_float(node)
         if octal or ":" in node.value:
-            what = f"YAML takes {node.value} for {found:g}; write it without {'leading zeros' if octal else 'colons'}"
+            what = f"YAML reads {node.value} as {found:g}; write it without {'leading zeros' if octal else 'colons'}"
             raise yaml.MarkedYAMLError(problem=what, problem_mark=node.start_mark)
         return found
 
@@ -186,20 +186,20 @@ def _loader() -> Any:
 
 
 def read_mapping(path: Path, what: str, about: str, remedy: str = "check its name and permissions") -> dict[str, Any]:
-    """Keys and values of a YAML file.
+    """Return the keys and values of a YAML file.
 
     Parameters
     ----------
     path : Path
         The file.
     what, about, remedy : str
-        What it holds, where that is described, and what to do where it cannot be read, for the messages.
+        For messages: the kind of file, a reference to its description, and the remedy if it cannot be read.
 
     Raises
     ------
     ConfigError
-        If it cannot be read or is no mapping of keys to values, has a key twice, or a number that YAML takes for
-        another than it seems, 045 for 37; names the file and, of wrong YAML, the line.
+        If the file cannot be read, is not a mapping of keys to values, has a duplicate key, or a number that YAML reads
+        differently (045 as 37). The message names the file and, for invalid YAML, the line.
     """
     import yaml
 
@@ -220,7 +220,7 @@ def read_mapping(path: Path, what: str, about: str, remedy: str = "check its nam
     except RecursionError:
         raise ConfigError(f"{path}: nested too deeply; {about}") from None
     except (ValueError, KeyError, AttributeError, TypeError) as error:
-        # A date such as 2001-02-30, a number of five thousand digits, a tag that the value does not fit.
+        # For example an invalid date (2001-02-30), a number with 5000 digits, or a tag that does not fit the value.
         raise ConfigError(f"{path}: not valid YAML ({error})") from None
     if not isinstance(data, dict):
         raise ConfigError(f"{path}: a {what} is a mapping of keys to values; {about}")

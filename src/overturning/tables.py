@@ -1,4 +1,4 @@
-"""Tables that a user writes by hand: one header line, one row per line, each row checked by a pydantic model."""
+"""Hand-written tables: a header line and one row per line, each validated by a pydantic model."""
 
 import csv
 from collections.abc import Callable, Iterator, Sequence
@@ -13,7 +13,7 @@ from overturning.validation import format_validation_error
 _NAMES = {"\t": "tabs", ",": "commas", ";": "semicolons", "  ": "spaces"}
 
 MOST_BYTES = 20_000_000
-"""Bytes of a table that is written by hand, and far more."""
+"""Largest size of a table, bytes: far more than a table written by hand."""
 
 Row = TypeVar("Row", bound=BaseModel)
 
@@ -28,24 +28,24 @@ def read_rows(
     one_of: Sequence[str] = (),
     refusal: Callable[[str], str] | None = None,
 ) -> Iterator[tuple[int, Row]]:
-    """The rows of a table, UTF-8 with or without byte order mark, each with the number of its line in the file.
+    """Yield the line number and the validated row for each row of a table (UTF-8 with or without byte order mark).
 
-    Lines that begin with ``#`` are comments; empty lines are passed over; an empty cell means the column's default. A
-    table set off by tabs may leave out the empty cells at a line's end.
+    Lines that begin with ``#`` are comments; empty lines are skipped; an empty cell means the column's default. In a
+    tab-separated table, empty cells at the end of a line may be left out.
 
     Parameters
     ----------
     path, delimiter, kind : Path, str, str
-        The file, what sets off its cells (a comma or a tab), and what it is called in a message.
+        The file, the separator of its cells (comma or tab), and the name of this kind of file in messages.
     model : type of BaseModel
-        Its fields are the columns that the table may have.
+        Model whose fields are the columns that the table may have.
     error : type of OverturningError
-        What to raise: it names file, line, column, value and remedy.
+        Exception to raise; its message names file, line, column, value and remedy.
     one_of : sequence of str
-        Columns of which the header must name one.
+        Columns at least one of which must be in the header.
     refusal : callable, optional
-        Given the name of a column that the model does not have, the reason to refuse the table, or "" to leave the
-        column out. Without it such a column is always refused.
+        Function that receives the name of an unknown column and returns the reason to refuse the table, or "" to ignore
+        the column. By default unknown columns are refused.
     """
     lines = _lines(path, model, error, kind)
     cells_of = []
@@ -56,14 +56,14 @@ def read_rows(
             raise error(f"{path} line {number}: {problem}; no cell of a {kind} is that long: cut it") from None
     columns = [cell.lower() for cell in cells_of[0]]
     if len(columns) == 1 and (other := _other_delimiter(columns[0], delimiter)):
-        raise error(f"{path} line {lines[0][0]}: its columns are set off by {_NAMES[other]}; use {_NAMES[delimiter]}")
+        raise error(f"{path} line {lines[0][0]}: columns are separated by {_NAMES[other]}; use {_NAMES[delimiter]}")
     if why := _wrong_columns(columns, model, one_of, refusal):
         raise error(f"{path} line {lines[0][0]}: {why}")
     adapter = TypeAdapter(model)
     for (number, _), cells in zip(lines[1:], cells_of[1:], strict=True):
         if len(cells) > len(columns) or (len(cells) < len(columns) and delimiter != "\t"):
             raise error(
-                f"{path} line {number}: {len(cells)} cells, the header names {len(columns)} columns; set off cells by "
+                f"{path} line {number}: {len(cells)} cells, the header names {len(columns)} columns; separate cells by "
                 f"{_NAMES[delimiter]}"
             )
         values = {
@@ -77,7 +77,7 @@ def read_rows(
 
 
 def _lines(path: Path, model: type[BaseModel], error: type[OverturningError], kind: str) -> list[tuple[int, str]]:
-    """The lines that are neither empty nor comments, with their numbers; at least one."""
+    """Return the lines that are neither empty nor comments, with their numbers; raise `error` if there is none."""
     try:
         if path.stat().st_size > MOST_BYTES:
             raise error(f"{path}: larger than {MOST_BYTES} bytes; no {kind} is: check the path, or cut the file")
@@ -93,7 +93,7 @@ def _lines(path: Path, model: type[BaseModel], error: type[OverturningError], ki
 
 
 def _other_delimiter(header: str, delimiter: str) -> str:
-    """What sets off the cells of a header instead of the delimiter; empty where it has one cell."""
+    """Return the separator found in a header that has no `delimiter`; empty if there is none."""
     return next((one for one in _NAMES if one != delimiter and one in header.strip()), "")
 
 
@@ -118,7 +118,7 @@ def _wrong_columns(
 
 
 def _wrong_cell(problem: ValidationError, model: type[BaseModel], values: dict[str, str]) -> str:
-    """The first error of a row: column and value, and what belongs there."""
+    """Return a message for the first error of a row: column, value and the expected value."""
     first = problem.errors()[0]
     message = format_validation_error(first)
     if not first["loc"]:

@@ -1,4 +1,4 @@
-"""Units and constants. SI inside; other units only at the edges, with the unit in the name."""
+"""Units and constants. The package uses SI units; names of values in other units contain the unit."""
 
 from typing import Final
 
@@ -26,4 +26,4 @@ UNITS: Final[dict[str, float]] = {
     "g": STANDARD_GRAVITY,
     "mg": 1e-3 * STANDARD_GRAVITY,
 }
-"""Units of acceleration that may be declared, in m/s²."""
+"""Units of acceleration for input data, each in m/s²."""

@@ -1,4 +1,4 @@
-"""Plain words for the errors of pydantic: what is wrong with a value of a file, and what belongs there."""
+"""Readable messages for pydantic's validation errors: the key, its value and the expected value."""
 
 import json
 import re
@@ -29,13 +29,13 @@ _WORDS: Final[dict[str, str]] = {
     **dict.fromkeys(("datetime_type", "datetime_parsing", "datetime_from_date_parsing"), _MOMENT),
     "none_required": "no value is allowed; leave the key out",
 }
-"""Messages by the type of error that depend on nothing else."""
+"""Constant messages by type of error."""
 
 Details = dict[str, Any]
 
 
 def _count(details: Details, side: str) -> str:
-    """Return the number of values of a list, or keys, that are allowed; `side` is ``min`` or ``max``."""
+    """Return the allowed number of values of a list, or of keys; `side` is ``min`` or ``max``."""
     number = details[f"{side}_length"]
     return f"{number} value{'' if number == 1 else 's'}"
 
@@ -46,7 +46,7 @@ def _characters(details: Details, side: str) -> str:
 
 
 def _choice(details: Details, given: Any) -> str:
-    """Return what is allowed in place of a word, and the nearest of it."""
+    """Return the allowed values of a choice, and the one closest to the given value."""
     known = re.findall(r"'([^']*)'", details["expected"])
     near = did_you_mean(given, known, " ") if isinstance(given, str) and len(known) > 1 else " "
     return f"it should be {details['expected']}{'' if near == ' ' else f'; {near}'}"
@@ -72,14 +72,14 @@ _OF_DETAILS: Final[dict[str, Callable[[Details, Any], str]]] = {
         f"the key {details['discriminator']} is needed: it decides which other keys there are"
     ),
 }
-"""Messages by the type of error, from its details and the value."""
+"""Functions that make a message by type of error, from the error's details and the value."""
 
 LISTS: Final = ("tuple_type", "list_type", "set_type", "frozen_set_type")
-"""Types of error of a value that is no list."""
+"""Types of error of a value that is not a list."""
 
 
 def format_validation_error(fault: Any) -> str:
-    """Return what is wrong with a value, and what belongs there, from one error of a pydantic ValidationError."""
+    """Return a message with the fault of a value and the expected value, for one error of a ValidationError."""
     kind, details, given = fault["type"], fault.get("ctx", {}), fault.get("input")
     if kind == "string_pattern_mismatch":
         return _pattern(details["pattern"])
@@ -96,17 +96,17 @@ def format_validation_error(fault: Any) -> str:
 
 
 def _pattern(pattern: str) -> str:
-    """Return the signs that a pattern of the package allows."""
+    """Return a message with the characters that a pattern of this package allows."""
     if "[0-9a-f]" in pattern:
         return "64 digits of a SHA-256 are needed: 0 to 9 and a to f"
     if r"\S" in pattern:
-        return f"a word without spaces is needed, of at most {re.findall(r'[0-9]+', pattern)[-1]} signs"
+        return f"a word without spaces is needed, of at most {re.findall(r'[0-9]+', pattern)[-1]} characters"
     signs = ", hyphens and underscores" if "_" in pattern else " and hyphens"
     return f"only small letters, digits{signs} are allowed, a letter or digit first"
 
 
 def _of_values(faults: Sequence[Any]) -> list[Any]:
-    """Return the errors of values themselves: a list that lacks a value only because that is wrong is left out."""
+    """Return the errors, without "too short" for lists that are too short only because a value is invalid."""
     places = [tuple(fault["loc"]) for fault in faults]
     return [
         fault
@@ -121,18 +121,18 @@ Steps = list[int | str]
 def describe_faults(
     error: ValidationError, root: Any, names: Callable[[Steps], Steps] = list, whole: str = ""
 ) -> list[str]:
-    """Return a line for each wrong key of a file: the key, its value, and what belongs there.
+    """Return a line for each invalid key of a file: the key, its value and the expected value.
 
     Parameters
     ----------
     error : ValidationError
-        Of a model or type of pydantic.
+        Error from the validation of `root`.
     root : type
-        That model or type, from which known keys are taken.
+        Model or type that was validated; it gives the known keys.
     names : callable, optional
-        From the keys and numbers that lead to a value to those that are printed.
+        Function from the path of a value (keys and list positions) to the path that is printed.
     whole : str, optional
-        What a value is called that has no key.
+        Name of a value without a key.
     """
     found: dict[tuple[str, str], list[str]] = {}
     for fault in _of_values(error.errors()):
@@ -144,19 +144,19 @@ def describe_faults(
             message += f"; {did_you_mean(str(steps[-1]), known)}" if known else ""
         elif kind in ("model_type", "union_tag_not_found", "model_attributes_type") and forms:
             message = _keys_below(steps, forms, given)
-        odd = kind == "extra_forbidden" and not _is_key(str(steps[-1]))  # it does not even look like a key
+        odd = kind == "extra_forbidden" and not _is_key(str(steps[-1]))  # not even similar to a key
         key = short_value(steps[-1]) if odd else ".".join(map(str, names(steps))) or whole
         quiet = isinstance(given, BaseModel | dict) or kind in ("missing", "extra_forbidden")
         messages = found.setdefault((_short(key), "" if quiet else f"{short_value(given)} – "), [])
         messages += [message] if message not in messages else []
-    # A value that fits none of several forms has a message for each.
-    return [f"{f'{key}: ' if key else ''}{given}{'; or '.join(said)}" for (key, given), said in found.items()]
+    # A value that fits no member of a union has one message per member.
+    return [f"{f'{key}: ' if key else ''}{given}{'; or '.join(texts)}" for (key, given), texts in found.items()]
 
 
 def _place(fault: Any, root: Any) -> tuple[Steps, list[type[BaseModel]]]:
-    """Return the keys and numbers that lead to a value, and the models to which the last key belongs or leads.
+    """Return the path of a value (keys and list positions), and the models to which its last key belongs or leads.
 
-    The names that pydantic adds for the members of a union, and the tags of models, are no keys of the file.
+    Names that pydantic adds for members of a union, and tags of models, are left out: they are not keys of the file.
     """
     steps: Steps = []
     forms = _models(root)
@@ -175,14 +175,14 @@ def _place(fault: Any, root: Any) -> tuple[Steps, list[type[BaseModel]]]:
 
 
 def _models(annotation: Any) -> list[type[BaseModel]]:
-    """Return the models in an annotation, whatever lists and unions they are in."""
+    """Return the models in an annotation, also those inside lists and unions."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     return [model for part in get_args(annotation) for model in _models(part)]
 
 
 def _tags(forms: Sequence[type[BaseModel]]) -> tuple[str, list[str]]:
-    """Return the key by which models of a union are distinguished, and its values; empty where there is none."""
+    """Return the key that distinguishes the models of a union, and its values; empty if there is none."""
     for name in forms[0].model_fields if forms else ():
         words = [form.model_fields[name].annotation for form in forms if name in form.model_fields]
         if all(get_origin(word) is Literal for word in words):
@@ -196,7 +196,7 @@ def _is_key(part: str) -> bool:
 
 
 def _keys_below(steps: Steps, forms: Sequence[type[BaseModel]], given: object) -> str:
-    """Return how to write what has keys of its own where one value was given."""
+    """Return a message with the correct form of a mapping, if a single value was given instead."""
     if len(forms) > 1:
         key, known = _tags(forms)
         if isinstance(given, str) and given in known:
@@ -211,7 +211,7 @@ def _keys_below(steps: Steps, forms: Sequence[type[BaseModel]], given: object) -
 
 
 def _key_for(fields: Mapping[str, Any], given: object) -> str:
-    """Return the key for which a value was most likely meant: ``step``, or the first that takes a value of its kind."""
+    """Return the most likely key of a value: ``step``, or the first key that accepts a value of its type."""
     kinds = {int: (int, float), float: (float, int), str: (str,), list: (tuple,)}
     if type(given) in (int, float) and "step" in fields:
         return "step"
@@ -222,7 +222,7 @@ def _key_for(fields: Mapping[str, Any], given: object) -> str:
 
 
 def _kinds(annotation: Any) -> set[Any]:
-    """Return the plain types of an annotation; of lists the list alone, of words `str`."""
+    """Return the plain types in an annotation: `tuple` for any list, `str` for a literal word."""
     if (origin := get_origin(annotation)) is tuple:
         return {tuple}
     if origin is Literal:
@@ -231,7 +231,7 @@ def _kinds(annotation: Any) -> set[Any]:
 
 
 def short_value(value: object) -> str:
-    """Return a value as the file has it, its beginning where it is long; of nested lists three levels."""
+    """Return a value as written in a file, shortened to 60 characters and to three levels of nested lists."""
 
     def cut(part: object, level: int) -> object:
         if isinstance(part, list | tuple):

@@ -1,8 +1,8 @@
-"""What a run of the workflow says: one line of progress, failures in the words of the steps, and what was made.
+"""Logger plugin of Snakemake: a progress line, the error messages of failed steps, and the results.
 
-A logger plugin of Snakemake, which finds it by the name of this package; the default profile chooses it. With
-``--verbose`` and for requests that compute nothing (`LOOKS`) Snakemake speaks for itself. All that it says is in
-``.snakemake/log`` in any case.
+Snakemake finds the plugin by the name of this package; the default profile selects it. With ``--verbose`` and for
+requests that compute nothing (`QUERY_OPTIONS`) the messages of Snakemake are shown instead. All messages of Snakemake
+are in ``.snakemake/log`` in any case.
 """
 
 import re
@@ -18,38 +18,39 @@ from snakemake.common import NOTHING_TO_BE_DONE_MSG
 from snakemake.logging import ColorizingTextHandler, DefaultFilter, DefaultFormatter
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
+from typing_extensions import override
 
 from snakemake_logger_plugin_overturning.expected import Expected
 
-LOOKS: Final = frozenset({
+QUERY_OPTIONS: Final = frozenset({
     "--lint", "--report", "--unlock", "--summary", "-D", "--detailed-summary", "--list", "-l", "--list-rules", "--dag",
     "--rulegraph", "--filegraph", "--list-changes", "-h", "--help",
 })  # fmt: skip
-"""Requests beside a dry run that compute nothing."""
+"""Command-line options, apart from a dry run, with which Snakemake computes nothing."""
 
-_REDRAWN = 0.5  # s, between two looks at how far the run is
-_WORD = 60.0  # s, between two lines of progress where there is no terminal
-# A step that fails says why in its log.
-_UNSAID = (
+_TERMINAL_INTERVAL = 0.5  # s between updates of the progress line on a terminal
+_LOG_INTERVAL = 60.0  # s between progress lines if there is no terminal
+# Messages that are not printed: the reason for a failure is in the log of the step.
+_HIDDEN_MESSAGES = (
     "CalledProcessError",
     "At least one job did not complete successfully",
     "Exiting because a job execution failed",
 )
-_LITTLE = 1_000_000  # bytes; on a disk with less a step cannot even write why it failed
+_LITTLE = 1_000_000  # bytes of free disk space; with less, a step cannot even write its error message
 _STOPPED = "Terminating processes on user request"
-_GOES_ON = "finished results are kept, and the same command goes on from here"
+_RESUMES = "finished results are kept, and the same command resumes the run"
 
 
 class LogHandler(LogHandlerBase):
-    """Takes Snakemake's events, which arrive in a thread of their own, and says what a user needs to know."""
+    """Handler of Snakemake's events, which arrive in a separate thread; it prints the messages that a user needs."""
 
     writes_to_stream, writes_to_file, needs_rulegraph = True, False, False
-    has_filter = has_formatter = True  # it chooses by itself, and has words of its own
+    has_filter = has_formatter = True  # Snakemake must neither filter nor format the messages
 
     def __post_init__(self) -> None:
         about = self.common_settings
         self._snakemake: ColorizingTextHandler | None = None
-        if about.verbose or about.dryrun or LOOKS & set(sys.argv):
+        if about.verbose or about.dryrun or QUERY_OPTIONS & set(sys.argv):
             out = sys.stdout if about.stdout else sys.stderr
             self._snakemake = ColorizingTextHandler(
                 about.nocolor, out, DefaultFormatter(about.quiet, about.show_failed_logs)
@@ -63,48 +64,49 @@ class LogHandler(LogHandlerBase):
         self._ended = threading.Event()
         self._drawing: threading.Thread | None = None
 
+    @override
     def emit(self, record: LogRecord) -> None:
-        """Take note of an event, and say what is to be said of it."""
         if self._snakemake is not None:
             self._snakemake.handle(record)
             return
         about: dict[str, Any] = vars(record)
         event, text = about.get("event"), str(record.msg or "")
-        self._take_note(event, about)
-        if self._stopped:  # jobs that were stopped have failed, for Snakemake
+        self._update_progress(event, about)
+        if self._stopped:  # Snakemake reports stopped jobs as failed
             return
         if event == LogEvent.JOB_ERROR:
-            self._say_failure(_words_of_step(about["rule_name"], about["log"]))
+            self._report_failure(_error_of_step(about["rule_name"], about["log"]))
         elif event == LogEvent.GROUP_ERROR:
             for job in about["job_error_info"]:
-                self._say_failure(_words_of_step(job["rule_name"], job["log"]))
+                self._report_failure(_error_of_step(job["rule_name"], job["log"]))
         elif text.startswith(_STOPPED):
             self._stopped = True
-            self._say(f"Stopped; {_GOES_ON}.")
-        elif any(words in text for words in _UNSAID):
+            self._print(f"Stopped; {_RESUMES}.")
+        elif any(words in text for words in _HIDDEN_MESSAGES):
             return
         elif event == LogEvent.ERROR:
-            self._say_failure(f"error: {_without_places(text)}")
+            self._report_failure(f"error: {_strip_positions(text)}")
         elif record.levelno >= WARNING:
-            self._say(text)
+            self._print(text)
         elif text == NOTHING_TO_BE_DONE_MSG or "result" in about:
-            self._say(text, sys.stdout)
+            self._print(text, sys.stdout)
 
+    @override
     def close(self) -> None:
-        """Take the line of progress away; where something failed, say it once more, last, where it is seen."""
         self._ended.set()
         if self._drawing is not None:
             self._drawing.join()
             self._clear()
+        # Repeat the failures at the end, where a user sees them.
         if self._expected.steps and self._failures and not self._stopped:
-            self._say(f"The run failed; all that Snakemake says is in .snakemake/log; {_GOES_ON}.")
+            self._print(f"The run failed; all messages of Snakemake are in .snakemake/log; {_RESUMES}.")
             for text in self._failures:
-                self._say(text)
+                self._print(text)
         self._failures.clear()
         super().close()
 
-    def _take_note(self, event: Any, about: dict[str, Any]) -> None:
-        """What the line of progress is made of."""
+    def _update_progress(self, event: Any, about: dict[str, Any]) -> None:
+        """Update the data of the progress line from an event."""
         if "expected_s" in about:
             self._expected.seconds = about["expected_s"]
         elif event == LogEvent.RESOURCES_INFO and ("cores" in about or "nodes" in about):
@@ -121,18 +123,18 @@ class LogHandler(LogHandlerBase):
             well = event == LogEvent.JOB_FINISHED
             self._expected.end(about["job_id" if well else "jobid"], well)
 
-    def _say_failure(self, text: str) -> None:
+    def _report_failure(self, text: str) -> None:
         if text not in self._failures:
             self._failures[text] = None
-            self._say(text)
+            self._print(text)
 
-    def _say(self, text: str, where: Any = None) -> None:
+    def _print(self, text: str, where: Any = None) -> None:
         self._clear()
         print(text, file=where or sys.stderr, flush=True)
 
     def _draw(self) -> None:
         on_terminal = sys.stderr.isatty()
-        while not self._ended.wait(_REDRAWN if on_terminal else _WORD):
+        while not self._ended.wait(_TERMINAL_INTERVAL if on_terminal else _LOG_INTERVAL):
             line = self._expected.line()
             if on_terminal:
                 self._clear()
@@ -147,7 +149,7 @@ class LogHandler(LogHandlerBase):
 
 
 def _relative_size(inputs: list[str]) -> float:
-    """Size of the first file that a job reads, for instance a motion, over the mean of those of its kind beside it."""
+    """Return the size of a job's first input file relative to the mean size of files of this type in its folder."""
     with suppress(OSError, IndexError, ZeroDivisionError):
         first = Path(str(inputs[0]))
         sizes = [path.stat().st_size for path in first.parent.glob(f"*{first.suffix}")]
@@ -155,8 +157,8 @@ def _relative_size(inputs: list[str]) -> float:
     return 1.0
 
 
-def _words_of_step(rule: str, logs: list[str]) -> str:
-    """The error at the end of a step's log with the lines that belong to it; of a traceback its last line."""
+def _error_of_step(rule: str, logs: list[str]) -> str:
+    """Return the error message at the end of a step's log; the last line if it is a traceback."""
     for log in logs:
         lines = [line for line in _lines(Path(log)) if line.strip()]
         begins = [index for index, line in enumerate(lines) if line.startswith("error: ")]
@@ -170,17 +172,17 @@ def _words_of_step(rule: str, logs: list[str]) -> str:
             return (
                 f"error: {log}: no space left on device; free some space and run again; nothing half-written was kept"
             )
-    return f"error: the step {rule} failed without a word" + "".join(f"; see {log}" for log in logs[:1])
+    return f"error: the step {rule} failed without a message" + "".join(f"; see {log}" for log in logs[:1])
 
 
-def _without_places(text: str) -> str:
-    """An error of Snakemake's without the places in the workflow's files where it came about."""
+def _strip_positions(text: str) -> str:
+    """Return an error message of Snakemake without the positions in the workflow's files."""
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("  File ")]
     if text.startswith("Traceback"):
         lines = lines[-1:]
         if lines[0].startswith("FileNotFoundError") and lines[0].endswith(".yaml'"):
             there = ", ".join(sorted(map(str, Path("config").glob("*.yaml")))) or "none"
-            return f"no study {lines[0].split(chr(39))[-2]}; there are {there}"
+            return f"no study {lines[0].split(chr(39))[-2]}; existing studies: {there}"
     first = re.sub(r"^\w+(?: in file .*, line \d+)?:\s*", "", lines[0]) if lines else ""
     return "\n".join(([first] if first else []) + lines[1:])
 

@@ -1,4 +1,4 @@
-"""Progress of a run: steps that ended, share of the expected work, and time to go at the pace so far."""
+"""Progress of a run: completed steps, share of the expected work, and remaining time at the pace so far."""
 
 import re
 import time
@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Final
 
 UNKNOWN: Final = 2.0
-"""Expected time of a job whose rule has no entry, s."""
+"""Expected time of a job whose rule has no estimate, s."""
 
 _TRUSTED: Final = 0.05
-"""Share of the work up to which the expected pace counts instead of the measured one."""
+"""Share of the work up to which the remaining time comes from the expected pace, not from the measured one."""
 
 _ALMOST: Final = 0.95
-"""Largest share of a running job that counts as done."""
+"""Largest share of a running job that counts as completed."""
 
 _TAIL: Final = 400
 """Bytes at the end of a log that are searched for a percentage."""

@@ -88,7 +88,7 @@ IN_SPACE = (*AT_RINALDI, "--body")
     ("given", "message"),
     [
         (("--record", "rinaldo", "--azimuth", "1"), "did you mean rinaldi?"),
-        ((*IN_PLANE, "--animate", "fall.avi"), "end it in"),
+        ((*IN_PLANE, "--animate", "fall.avi"), "use the extension"),
         ((*IN_PLANE, "--damping", "3", "--damping-ratio", "1"), "keep one"),
         ((*IN_PLANE, "--b-over-h", "-1"), "b_over_h"),
         ((*AT_RINALDI, "--azimuth", "nan"), "azimuth"),

@@ -53,7 +53,7 @@ def test_survey(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str
 
 @pytest.mark.parametrize(
     ("more", "message"),
-    [((), "--record"), (("--record", "three"), "no record 'three'"), (("--figure", "a.bmp"), "end it in")],
+    [((), "--record"), (("--record", "three"), "no record 'three'"), (("--figure", "a.bmp"), "use the extension")],
 )
 def test_survey_errors(
     hostile: Path, tmp_path: Path, more: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]

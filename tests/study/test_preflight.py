@@ -217,5 +217,5 @@ def test_pulses_need_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 def test_a_table_with_commas(tmp_path: Path) -> None:
     study = study_of(tmp_path, "one\tauto\tone.csv")
     (tmp_path / "records.tsv").write_text("id,format\none,auto\n", encoding="utf-8")
-    with pytest.raises(ConfigError, match=r"line 1: its columns are set off by commas; use tabs"):
+    with pytest.raises(ConfigError, match=r"line 1: columns are separated by commas; use tabs"):
         check_files(study, "mine.yaml")

@@ -83,7 +83,7 @@ def test_errors_in_the_words_of_the_steps(
     second = f"error: ValueError: that (see {log})\n"
     assert capsys.readouterr().err == second
     event(handler, rule_name="read", log=["gone.log"], **about)
-    third = "error: the step read failed without a word; see gone.log\n"
+    third = "error: the step read failed without a message; see gone.log\n"
     assert capsys.readouterr().err == third
     empty = tmp_path / "empty.log"
     empty.touch()
@@ -94,7 +94,7 @@ def test_errors_in_the_words_of_the_steps(
     event(handler, "WorkflowError:\nAt least one job did not complete successfully.", logging.ERROR, event="error")
     handler.close()
     said = capsys.readouterr().err.splitlines(keepends=True)
-    assert said[0].startswith("The run failed; all that Snakemake says is in .snakemake/log; ")
+    assert said[0].startswith("The run failed; all messages of Snakemake are in .snakemake/log; ")
     assert "".join(said[1:]) == first + second + third + fourth, "last, where it is seen"
 
 
@@ -111,7 +111,7 @@ def test_errors_in_the_words_of_the_steps(
         ("FileNotFoundError: [Errno 2] No such file: 'x.csv'", "error: [Errno 2] No such file: 'x.csv'\n"),
         (
             "Traceback (most recent call last):\nFileNotFoundError: [Errno 2] No such file: 'config/gone.yaml'",
-            "error: no study config/gone.yaml; there are config/mine.yaml\n",
+            "error: no study config/gone.yaml; existing studies: config/mine.yaml\n",
         ),
     ],
 )
@@ -148,7 +148,7 @@ def test_who_stops_a_run_is_not_told_of_failures(handler: LogHandler, capsys: py
     event(handler, "Terminating processes on user request, this might take some time.")
     event(handler, "Error in rule sweep", logging.ERROR, event=LogEvent.JOB_ERROR, rule_name="sweep", log=[], jobid=3)
     handler.close()
-    assert capsys.readouterr().err == ("Stopped; finished results are kept, and the same command goes on from here.\n")
+    assert capsys.readouterr().err == ("Stopped; finished results are kept, and the same command resumes the run.\n")
 
 
 def test_with_verbose_snakemake_speaks_for_itself(capsys: pytest.CaptureFixture[str]) -> None:
@@ -229,7 +229,7 @@ def test_a_wrong_key_is_named(checkout: Checkout) -> None:
 
 def test_a_key_that_stands_twice_is_named(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path / "twice", SMALL + "friction: [0.5]\n")
-    with pytest.raises(WorkflowError, match=r"study\.yaml, line 8: friction stands twice; keep one"):
+    with pytest.raises(WorkflowError, match=r"study\.yaml, line 8: friction is given twice; keep one"):
         checkout.planned()
 
 

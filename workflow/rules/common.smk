@@ -34,7 +34,7 @@ from overturning.study.resume import (
     repair,
 )
 from overturning.study.sources import source_hash
-from snakemake_logger_plugin_overturning import LOOKS
+from snakemake_logger_plugin_overturning import QUERY_OPTIONS
 
 DEFAULT_STUDY = Path("config/near-fault.yaml")
 # Bytes of a step's settings that go into its command; Linux allows a command of a shell 128 KiB.
@@ -74,7 +74,7 @@ def load():
         if workflow.is_main_process:
             results = Path("results", study.name)
             # Requests that change nothing neither need the folder alone nor repair it.
-            if not (workflow.output_settings.dryrun or LOOKS & set(sys.argv)):
+            if not (workflow.output_settings.dryrun or QUERY_OPTIONS & set(sys.argv)):
                 check_results(results)
                 lock(Path(".snakemake", "run.lock"))
                 put_cubes_back(results)  # which a run that was killed has kept

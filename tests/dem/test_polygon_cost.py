@@ -12,7 +12,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import equations, rows
 from overturning.dem.polygon.distant import wake
 from overturning.dem.polygon.plan import plan_polygons
-from overturning.dem.polygon.rules import end_sample, lent
+from overturning.dem.polygon.rules import borrow_scene, end_sample
 from overturning.dem.polygon.state import Element
 from overturning.dem.polygon.step import step
 from overturning.model.cases import Cases
@@ -89,7 +89,7 @@ def test_elements_that_touch_in_any_order_are_solved_as_a_dense_matrix_is(seed: 
 def steps_of(rules, samples, sleep):  # type: ignore[no-untyped-def]
     """Steps of a case in all lanes: the most pairs that one looked at after the first, and the elements' state."""
     work, cases = workspace(rules), np.zeros(rows.COLUMNS, np.int64)
-    scene, most, state = lent(rules.scene), 0, work.state
+    scene, most, state = borrow_scene(rules.scene), 0, work.state
     for lane in range(rows.COLUMNS):
         start(rules, work, lane, 0)
     for sample in range(samples):

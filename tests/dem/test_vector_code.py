@@ -15,8 +15,8 @@ from overturning.dem.plan import Plan
 from overturning.dem.polygon import cundall, equations, rows
 from overturning.dem.polygon.centred import correct, couple, keep
 from overturning.dem.polygon.equations import Blocks
-from overturning.dem.polygon.step import arrive, predict
-from overturning.dem.polygon.verdict import note_standing
+from overturning.dem.polygon.step import correct_state, predict
+from overturning.dem.polygon.verdict import record_sample
 from overturning.dem.run import run, run_cases
 from overturning.model.cases import Cases
 from overturning.model.shapes import Rectangle
@@ -53,12 +53,12 @@ LOOPS: dict[str, Compile] = {
     "carry": compiled(equations.carry, ELEMENT, BLOCK, ELEMENT.copy()),
     "predict, vertical": compiled(predict, UP, ELEMENT, OWN, 128.0, 9.80665),
     "predict, level": compiled(predict, None, ELEMENT, OWN, 128.0, 9.80665),
-    "arrive, vertical": compiled(arrive, UP, ELEMENT, OWN, 128.0, 9.80665),
-    "arrive, level": compiled(arrive, None, ELEMENT, OWN, 128.0, 9.80665),
+    "correct, vertical": compiled(correct_state, UP, ELEMENT, OWN, 128.0, 9.80665),
+    "correct, level": compiled(correct_state, None, ELEMENT, OWN, 128.0, 9.80665),
     "cundall contact": compiled(cundall.contact, PAIR, ELEMENT, ELEMENT.copy(), OWN),
     "motion, vertical": compiled(cundall.advance, UP, ELEMENT, OWN, 9.80665),
     "motion, level": compiled(cundall.advance, None, ELEMENT, OWN, 9.80665),
-    "slip": compiled(note_standing, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
+    "slip": compiled(record_sample, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
 }
 """Loops of polygons, as many lanes as the widest vector has numbers."""
 

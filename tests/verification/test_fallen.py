@@ -22,7 +22,7 @@ def case(scene: Scene) -> Results:
 
 def with_row(prepared: Prepared, found: Results, turned_deg: list[float], flags: list[int]) -> Results:
     """An answer with other rotations and flags, and the times that go with these."""
-    rotation = np.radians([turned_deg]) / prepared.unit[prepared.free]
+    rotation = np.radians([turned_deg]) / prepared.rotation_unit[prepared.free]
     times = np.where(np.array([flags]) != 0, 3.0, np.nan)
     changed = {
         "peak_rotation": rotation,

@@ -135,7 +135,7 @@ def scene_contradiction(prepared: Prepared, friction: float, motion: Motion, fou
     size = min(item.size for item in prepared.placed if not item.fixed)
     bound = min(rocking_bound(prepared.placed), friction)
     bounds = Bounds(deepest_at_rest(prepared), size, size, demand_of(motion), bound * (1 + 1e-9), bound)
-    turned = found.peak_rotation[row] * prepared.unit[prepared.free]
+    turned = found.peak_rotation[row] * prepared.rotation_unit[prepared.free]
     return contradiction(bounds, found, row, flags_fit(prepared, np.atleast_1d(found.overturned[row]) != 0, turned))
 
 

@@ -1,8 +1,9 @@
-"""Pairs too far apart to touch soon: no step looks at them until the elements have moved so far that they could.
+"""Sleeping pairs: pairs too far apart to touch soon are skipped until their elements have moved far enough.
 
-Of n elements each two can meet, but a stone of a stack touches two others. A pair sleeps while even the largest motion
-of any element in each step, added up, leaves it out of reach. Until then the motion that it counts is added up by its
-elements, so that its nearest faces are searched in the same step as if it had never slept.
+Any two of n elements can meet, but a stone in a stack touches only two others. A pair sleeps as long as the sum over
+all steps of the largest motion of any element is too small to bring it into contact. While it sleeps, each element adds
+up its own motion; the pair gets these sums when it wakes, so that its nearest faces are searched in the same step as if
+it had never slept.
 """
 
 from typing import Any, Final, NamedTuple
@@ -16,26 +17,26 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.state import Travel
 
 AWAKE: Final = -1.0
-"""In place of the travel at which a pair wakes: it is awake."""
+"""Value of `Pairs.wakes` for a pair that is awake."""
 
 
 class Pairs(NamedTuple):
-    """Which pairs a step looks at."""
+    """Pairs that are awake, and the motion at which the others wake."""
 
     awake: Any
-    """Numbers of the pairs that are awake, ascending, shape (pairs,)."""
+    """Indices of the awake pairs, ascending, shape (pairs,); the first `count` are valid."""
     near: Any
-    """True where a pair could touch in this step, shape (pairs,)."""
+    """True for a pair that could touch in this step, shape (pairs,)."""
     wakes: Any
-    """Travel at which each pair wakes, m, or `AWAKE`, shape (pairs,)."""
+    """Sum of motions at which each pair wakes (m), or `AWAKE`, shape (pairs,)."""
     count: Any
-    """Number of pairs that are awake, shape (1,)."""
+    """Number of awake pairs, shape (1,)."""
     travel: Any
-    """Largest sum of motions of two elements so far (m), travel at which the next pair wakes (m), and longest lever of
-    a pair that sleeps (m), shape (3,)."""
+    """Largest sum of motions of two elements so far (m), sum at which the next pair wakes (m), and longest lever arm of
+    a sleeping pair (m), shape (3,)."""
     largest: Any
-    """Largest motion (m) and rotation (rad) of any element in the last step, and in this one as predicted, a row each,
-    shape (4 columns,)."""
+    """Largest motion (m) and rotation (rad) of any element in the last step, then the same as predicted for this step;
+    four rows with a column per case, shape (4 columns,)."""
 
 
 TRAVEL, NEXT, LEVER = 0, 1, 2
@@ -43,7 +44,7 @@ TRAVEL, NEXT, LEVER = 0, 1, 2
 
 @njit(**OWNER)
 def all_awake(count: int) -> Any:
-    """All pairs, awake."""
+    """Return the state in which all `count` pairs are awake."""
     travel = np.zeros(3)
     travel[NEXT] = np.inf
     number = np.zeros(1, np.int64)
@@ -54,8 +55,8 @@ def all_awake(count: int) -> Any:
 
 
 @njit(**APART)
-def note_largest(e: Any, largest: Any) -> None:
-    """Raise the largest motions to those of an element."""
+def update_largest_motion(e: Any, largest: Any) -> None:
+    """Update the largest motions of any element with those of element `e`."""
     for j in range(rows.COLUMNS):
         item = rows.load_element(e, j)
         largest[j] = larger(largest[j], item.course.moved)
@@ -66,7 +67,7 @@ def note_largest(e: Any, largest: Any) -> None:
 
 @njit(**APART)
 def add_travel(e: Any) -> None:
-    """Add an element's motion in the last step to all of its motion."""
+    """Add the motion of an element in the last step to the sum of its motions."""
     for j in range(rows.COLUMNS):
         item = rows.load_element(e, j)
         rows.store_travel(e, j, Travel(item.travel.moved + item.course.moved, item.travel.turned + item.course.turned))
@@ -74,7 +75,7 @@ def add_travel(e: Any) -> None:
 
 @njit(**APART)
 def fall_asleep(q: Any, a: Any, b: Any) -> None:
-    """Take what the elements of a pair have moved off the motion that it counts."""
+    """Subtract the summed motions of both elements from the motion of the pair, which falls asleep."""
     for j in range(rows.COLUMNS):
         lever, on, by = rows.load_nearest(q, j).lever, rows.load_element(a, j).travel, rows.load_element(b, j).travel
         q[rows.USED + j] = q[rows.USED + j] - ((on.moved + by.moved) + lever * (on.turned + by.turned))
@@ -82,7 +83,7 @@ def fall_asleep(q: Any, a: Any, b: Any) -> None:
 
 @njit(**APART)
 def wake_up(q: Any, a: Any, b: Any) -> None:
-    """Add what the elements of a pair have moved to the motion that it counts."""
+    """Add the summed motions of both elements to the motion of the pair, which wakes."""
     for j in range(rows.COLUMNS):
         lever, on, by = rows.load_nearest(q, j).lever, rows.load_element(a, j).travel, rows.load_element(b, j).travel
         q[rows.USED + j] = q[rows.USED + j] + ((on.moved + by.moved) + lever * (on.turned + by.turned))
@@ -90,11 +91,11 @@ def wake_up(q: Any, a: Any, b: Any) -> None:
 
 @njit(**INNER)
 def slack_of(q: Any) -> tuple[float, float]:
-    """Motion before a pair could touch in any column, m, and its longest lever, m; 0 where it is near that."""
+    """Return the motion before a pair could touch in any case, m, and its longest lever arm, m; 0, 0 if it is close."""
     slack, lever = np.inf, 0.0
     for j in range(rows.COLUMNS):
         reach, ahead = q[rows.REACH + j], q[rows.AHEAD + j]
-        # What is not a number keeps it awake.
+        # Written so that NaN keeps the pair awake.
         if not ahead < 0.5 * reach:
             return 0.0, 0.0
         slack, lever = min(slack, reach - ahead), max(lever, q[rows.PAIR_LEVER + j])
@@ -103,7 +104,7 @@ def slack_of(q: Any) -> tuple[float, float]:
 
 @njit(**INNER)
 def wake(state: Any, scene: Any, pairs: Pairs, travel: float) -> None:
-    """Wake the pairs that could touch after a `travel`, m; all where that is infinite."""
+    """Wake the pairs that could touch after a sum of motions `travel` (m); infinity wakes all."""
     count, following = 0, np.inf
     for p in range(pairs.wakes.size):
         at = pairs.wakes[p]
@@ -123,20 +124,20 @@ def wake(state: Any, scene: Any, pairs: Pairs, travel: float) -> None:
 
 @njit(**INNER)
 def begin_step(state: Any, scene: Any, pairs: Pairs, size: int) -> None:
-    """Wake the pairs that could touch in this step, whose motion is predicted; add up the motion of the last step."""
+    """Wake the pairs that could touch in this step by its predicted motion; add up the motion of the last step."""
     if pairs.count[0] == pairs.wakes.size:
         return
     largest, lever = pairs.largest, pairs.travel[LEVER]
     for k in range(largest.size):
         largest[k] = 0.0
     for i in range(size):
-        note_largest(rows.of_element(state, i), largest)
+        update_largest_motion(rows.of_element(state, i), largest)
     last, ahead = 0.0, 0.0
     for j in range(rows.COLUMNS):
         moved, turned = largest[j], largest[rows.COLUMNS + j]
         far, turn = largest[2 * rows.COLUMNS + j], largest[3 * rows.COLUMNS + j]
         last, ahead = max(last, moved + lever * turned), max(ahead, far + lever * turn)
-    # Both elements of a pair may move, and what is predicted counts twice, as in `search.count_motion`.
+    # Factor 2: both elements of a pair may move. Predicted motion counts twice, as in `search.count_motion`.
     pairs.travel[TRAVEL] += 2.0 * last
     travel = pairs.travel[TRAVEL] + 4.0 * ahead
     if not travel < pairs.travel[NEXT]:
@@ -147,7 +148,7 @@ def begin_step(state: Any, scene: Any, pairs: Pairs, size: int) -> None:
 
 @njit(**INNER)
 def stays_awake(q: Any, a: Any, b: Any, p: int, pairs: Pairs) -> bool:
-    """False if a pair out of reach falls asleep."""
+    """Put a pair to sleep if it is out of reach; return True if it stays awake."""
     slack, lever = slack_of(q)
     if slack <= 0.0:
         return True

@@ -1,4 +1,4 @@
-"""The energy account of a column: energy of its elements and springs, and the work of its contacts."""
+"""Energy account of one case: energy of its elements and springs, and work of its contacts."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from overturning.dem.polygon.state import OPEN, THEIRS, Element, Pair
 
 @njit(**INNER)
 def energy(state: Any, j: int, scene: Any) -> float:
-    """Kinetic and gravitational energy of a column at the last half step, spring energy at the whole step before, J."""
+    """Compute the energy of a case, J: kinetic and gravitational at the last half step, springs at the step before."""
     total = 0.0
     for p in range(scene.layout.shape[0]):
         q, _, _ = rows.of_pair(state, scene, p)
@@ -22,7 +22,7 @@ def energy(state: Any, j: int, scene: Any) -> float:
 
 @njit(**INNER)
 def moving_energy(state: Any, j: int, scene: Any) -> float:
-    """Kinetic and gravitational energy of a column at the last half step, J."""
+    """Compute the kinetic and gravitational energy of a case at the last half step, J."""
     total, half = 0.0, rows.load_case(state, j).lag
     for e in range(scene.elements.shape[1]):
         item = rows.load_element(rows.of_element(state, e), j)
@@ -34,7 +34,7 @@ def moving_energy(state: Any, j: int, scene: Any) -> float:
 
 @njit(**INNER)
 def springs(pair: Pair) -> float:
-    """Energy of a pair's springs, J."""
+    """Compute the energy stored in the springs of a pair, J."""
     total, history = 0.0, pair.history
     for end in range(2):
         memory = history.one if end == 0 else history.two
@@ -46,17 +46,17 @@ def springs(pair: Pair) -> float:
 
 @njit(**INNER)
 def kinetic(e: Element) -> float:
-    """Kinetic energy of an element, J, from the velocities half a step back."""
+    """Compute the kinetic energy of an element from its velocities of half a step ago, J."""
     v, own = e.velocity, e.inertia
     return float(0.5 * (own.mass * (v.x * v.x + v.z * v.z) + v.w * v.w / own.inverse_inertia))
 
 
 @njit(**INNER)
 def closing_work(state: Any, j: int, scene: Any) -> float:
-    """Work of the contacts in the half step that separates the last forces from the last velocities, J.
+    """Compute the work of the contacts in the half step between the last velocities and the last forces, J.
 
-    The energy that the scheme gives an element is force times displacement, half of it before and half after the whole
-    step at which the force acts; `history_of` enters the second half with the next step.
+    The work of a contact force is force times displacement: half of it in the half step before the whole step at which
+    the force acts, half in the half step after it. `history_of` adds the second half only with the next step.
     """
     work = 0.0
     for p in range(scene.layout.shape[0]):

@@ -1,8 +1,9 @@
-"""The equations of a step of the centred scheme: three for the change of velocity of each element that moves.
+"""Linear equations of a step of the centred scheme: three for the velocity change of each moving element.
 
-They are scaled by half the step and the inverse masses: 1 plus what the contacts add. Elimination goes by submatrices
-of 3 × 3 in the order of the elements, without a pivot: the matrix is 1 plus something that only adds, but for sliding
-ends, which stick before they take too much away.
+The equations are multiplied by half the step and the inverse masses, so that the matrix is the unit matrix plus the
+terms of the contacts. Gaussian elimination works on 3 × 3 submatrices in the order of the elements, without pivoting:
+the terms of sticking contacts are positive semidefinite, and a sliding end is made to stick before its terms could make
+the matrix singular.
 """
 
 from typing import Any, Final, NamedTuple
@@ -17,7 +18,7 @@ from overturning.dem.polygon.state import Inertia, Plane
 
 
 class Submatrix(NamedTuple):
-    """Three by three numbers, rows of the forces' element, columns of the velocities'."""
+    """3 × 3 submatrix: one row per force component of an element, one column per velocity component of an element."""
 
     xx: float
     xz: float
@@ -37,7 +38,7 @@ minus = arithmetic(Submatrix).minus
 
 
 class Blocks(NamedTuple):
-    """The four submatrices of a pair, rows of the forces' element, columns of the velocities'."""
+    """Submatrices of a pair; the first letter is the element with the force, the second the one with the velocity."""
 
     aa: Any
     ab: Any
@@ -46,29 +47,29 @@ class Blocks(NamedTuple):
 
 
 SPARE: Final = len(Blocks._fields)
-"""Places behind the matrix, for what is entered for an element that moves with the base."""
+"""Number of spare submatrices behind the matrix; they receive the terms of elements that move with the base."""
 
 
 class Pattern(NamedTuple):
-    """Which submatrices are not 0: those of elements that touch, and what elimination adds."""
+    """Nonzero pattern of the matrix: submatrices of touching elements, and those that elimination fills in."""
 
     used: Any
-    """True where a submatrix is not 0, shape (elements, elements)."""
+    """True where a submatrix is nonzero, shape (elements, elements)."""
     later: Any
-    """Of each element the later ones with which it shares a submatrix, ascending, shape (elements, elements)."""
+    """Later elements that share a submatrix with each element, ascending, shape (elements, elements)."""
     count: Any
-    """Number of these, shape (elements,)."""
+    """Number of entries in each row of `later`, shape (elements,)."""
 
 
 @njit(**OWNER)
 def pattern_of(size: int) -> Any:
-    """No submatrix is used yet."""
+    """Return an empty pattern for `size` elements."""
     return Pattern(np.zeros((size, size), np.bool_), np.zeros((size, size), np.int64), np.zeros(size, np.int64))
 
 
 @njit(**INNER)
 def clear(pattern: Pattern) -> None:
-    """Let no submatrix be used, at a cost by the number of those that are."""
+    """Empty the pattern; the cost is proportional to the number of nonzero submatrices."""
     for k in range(pattern.count.size):
         pattern.used[k, k] = False
         for n in range(pattern.count[k]):
@@ -79,7 +80,7 @@ def clear(pattern: Pattern) -> None:
 
 @njit(**INNER)
 def use(pattern: Pattern, i: int, k: int) -> None:
-    """Let a submatrix be used; both of two elements must be, one after the other."""
+    """Mark submatrix (i, k) as nonzero; the caller must mark (k, i), too."""
     pattern.used[i, k] = True
     if i >= k:
         return
@@ -92,26 +93,26 @@ def use(pattern: Pattern, i: int, k: int) -> None:
 
 
 of_submatrix: Final = windows(SIZE)
-"""``of_submatrix(matrix, k)``: the rows of a submatrix, by its number."""
+"""``of_submatrix(matrix, k)``: return the rows of submatrix number k."""
 
 
 @njit(**INLINE)
 def scaled(p: Submatrix, own: Inertia, factor: float) -> Submatrix:
-    """Rows times a factor and the inverse masses of their element."""
+    """Multiply the rows by a factor and the inverse masses of their element."""
     m, i = factor * own.inverse_mass, factor * own.inverse_inertia
     return Submatrix(m * p.xx, m * p.xz, m * p.xw, m * p.zx, m * p.zz, m * p.zw, i * p.wx, i * p.wz, i * p.ww)
 
 
 @njit(**INLINE)
 def times(p: Submatrix, v: Plane) -> Plane:
-    """A submatrix times three numbers."""
+    """Return the product of a submatrix and a vector of three components."""
     x, z = (p.xx * v.x + p.xz * v.z) + p.xw * v.w, (p.zx * v.x + p.zz * v.z) + p.zw * v.w
     return Plane(x, z, (p.wx * v.x + p.wz * v.z) + p.ww * v.w)
 
 
 @njit(**INLINE)
 def product(p: Submatrix, q: Submatrix) -> Submatrix:
-    """Product of two submatrices."""
+    """Return the product of two submatrices."""
     x, z = times(p, Plane(q.xx, q.zx, q.wx)), times(p, Plane(q.xz, q.zz, q.wz))
     w = times(p, Plane(q.xw, q.zw, q.ww))
     return Submatrix(x.x, z.x, w.x, x.z, z.z, w.z, x.w, z.w, w.w)
@@ -119,7 +120,7 @@ def product(p: Submatrix, q: Submatrix) -> Submatrix:
 
 @njit(**INLINE)
 def inverse_of(p: Submatrix) -> Submatrix:
-    """Inverse of a submatrix, by cofactors and one division."""
+    """Return the inverse of a submatrix, from cofactors and one division."""
     xx, xz, xw = p.zz * p.ww - p.zw * p.wz, p.xw * p.wz - p.xz * p.ww, p.xz * p.zw - p.xw * p.zz
     zx, zz, zw = p.zw * p.wx - p.zx * p.ww, p.xx * p.ww - p.xw * p.wx, p.xw * p.zx - p.xx * p.zw
     wx, wz, ww = p.zx * p.wz - p.zz * p.wx, p.xz * p.wx - p.xx * p.wz, p.xx * p.zz - p.xz * p.zx
@@ -129,7 +130,7 @@ def inverse_of(p: Submatrix) -> Submatrix:
 
 @njit(**INLINE)
 def enter(submatrix: Any, j: int, fresh: bool, diagonal: float, p: Submatrix) -> None:
-    """Take numbers off those of a submatrix that are there, off the unit matrix' where it is `fresh`."""
+    """Subtract `p` from a submatrix; a `fresh` one starts as `diagonal` times the unit matrix."""
     one, old = diagonal, load(submatrix, j)
     store(submatrix, j, minus(Submatrix(
         one if fresh else old.xx, 0.0 if fresh else old.xz, 0.0 if fresh else old.xw,
@@ -140,8 +141,8 @@ def enter(submatrix: Any, j: int, fresh: bool, diagonal: float, p: Submatrix) ->
 
 @njit(**INLINE)
 def enter_pair(into: Blocks, fresh: Any, j: int, c: Outer, half: float, a: Inertia, b: Inertia) -> None:
-    """Enter what the velocities of a pair's elements add to the forces on them."""
-    # On the other element acts the opposite, and the opposite velocity counts.
+    """Add the terms of a pair to the matrix: the forces on its elements that depend on their velocities."""
+    # The force on b is opposite to the one on a, and the relative velocity contains that of b with opposite sign.
     aa = Submatrix(c.xx, c.xz, c.xa, c.zx, c.zz, c.za, c.ax, c.az, c.aa)
     ab = Submatrix(c.xx, c.xz, c.xb, c.zx, c.zz, c.zb, c.ax, c.az, c.ab)
     ba = Submatrix(c.xx, c.xz, c.xa, c.zx, c.zz, c.za, c.bx, c.bz, c.ba)
@@ -154,7 +155,7 @@ def enter_pair(into: Blocks, fresh: Any, j: int, c: Outer, half: float, a: Inert
 
 @njit(**INLINE)
 def enter_loads(on: Plane, by: Plane, c: Action, half: float, a: Inertia, b: Inertia) -> tuple[Plane, Plane]:
-    """Right-hand sides of a pair's elements with its predicted forces."""
+    """Return the right-hand sides of both elements of a pair, with its predicted forces added."""
     m, i, n, k = half * a.inverse_mass, half * a.inverse_inertia, half * b.inverse_mass, half * b.inverse_inertia
     return (
         Plane(on.x + m * c.x, on.z + m * c.z, on.w + i * c.moment_a),
@@ -164,28 +165,28 @@ def enter_loads(on: Plane, by: Plane, c: Action, half: float, a: Inertia, b: Ine
 
 @njit(**APART)
 def invert(submatrix: Any) -> None:
-    """Put the inverse in a submatrix' place."""
+    """Replace a submatrix by its inverse."""
     for j in range(rows.COLUMNS):
         store(submatrix, j, inverse_of(load(submatrix, j)))
 
 
 @njit(**APART)
 def divide(submatrix: Any, inverse: Any) -> None:
-    """Multiply a submatrix by a pivot's inverse from the right."""
+    """Multiply a submatrix from the right by the inverse of the pivot."""
     for j in range(rows.COLUMNS):
         store(submatrix, j, product(load(submatrix, j), load(inverse, j)))
 
 
 @njit(**APART)
 def eliminate(submatrix: Any, factor: Any, row: Any, fresh: bool) -> None:
-    """Take a factor times a submatrix of the pivot's row off a submatrix, off zeros where that is `fresh`."""
+    """Subtract factor × row from a submatrix; a `fresh` one starts as zero."""
     for j in range(rows.COLUMNS):
         enter(submatrix, j, fresh, 0.0, product(load(factor, j), load(row, j)))
 
 
 @njit(**APART)
 def carry(target: Any, submatrix: Any, source: Any) -> None:
-    """Take a submatrix times an element's numbers off those of another element."""
+    """Subtract submatrix × (velocity change of `source`) from the velocity change of `target`."""
     for j in range(unknown(rows.COLUMNS)):
         v, w = rows.load_change(target, j), times(load(submatrix, j), rows.load_change(source, j))
         rows.store_change(target, j, Plane(v.x - w.x, v.z - w.z, v.w - w.w))
@@ -193,17 +194,17 @@ def carry(target: Any, submatrix: Any, source: Any) -> None:
 
 @njit(**APART)
 def finish_row(e: Any, inverse: Any) -> None:
-    """An element's numbers times its pivot's inverse."""
+    """Multiply the right-hand side of an element by the inverse of its pivot."""
     for j in range(rows.COLUMNS):
         rows.store_change(e, j, times(load(inverse, j), rows.load_change(e, j)))
 
 
 @njit(**INNER)
 def solve(state: Any, matrix: Any, pattern: Pattern, size: int) -> None:
-    """Solve for the changes of all elements' velocities, which take the place of the right-hand sides.
+    """Solve the equations for the velocity changes of all elements, which replace the right-hand sides.
 
-    Submatrices that are not used are 0. In a stack each element shares one with the next alone, whatever the height:
-    the work grows with the number of elements.
+    Submatrices outside the pattern are 0. In a stack each element shares a submatrix only with the next one, so that
+    the work is proportional to the number of elements.
     """
     used, later, count = pattern.used, pattern.later, pattern.count
     for k in range(size):
@@ -233,13 +234,13 @@ def solve(state: Any, matrix: Any, pattern: Pattern, size: int) -> None:
 
 @njit(inline="always", **INNER)
 def block(matrix: Any, moves: Any, i: int, k: int, spare: int) -> Any:
-    """A submatrix, or a spare place behind the matrix where an element moves with the base: it has no equations."""
+    """Return submatrix (i, k), or a spare one if either element moves with the base and thus has no equations."""
     return of_submatrix(matrix, i * moves.size + k if moves[i] and moves[k] else moves.size * moves.size + spare)
 
 
 @njit(inline="always", **INNER)
 def place(matrix: Any, pattern: Pattern, moves: Any, i: int, k: int) -> tuple[Blocks, Any]:
-    """Where a pair is entered, and which of its submatrices are fresh: those of a, between both, and of b."""
+    """Return the submatrices of a pair, and True for each of aa, ab and bb that holds no terms yet."""
     used = pattern.used
     fresh = not used[i, i], not used[i, k], not used[k, k]
     used[i, i], used[k, k] = moves[i], moves[k]

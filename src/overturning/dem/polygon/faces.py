@@ -1,4 +1,4 @@
-"""Where the nearest faces of a pair lie to each other: depths and places of their four vertices, and the two ends."""
+"""Relative position of the nearest faces of a pair: depths and places of their four vertices, and both contact ends."""
 
 from typing import Any, NamedTuple
 
@@ -10,34 +10,42 @@ from overturning.dem.polygon.state import THEIRS, Element, Face, Memory, Pair, P
 
 
 class Levers(NamedTuple):
-    """Levers of a normal and of a tangential force about a centre, m."""
+    """Lever arms of the normal and of the tangential force about a centre, m."""
 
     n: float
     t: float
 
 
 class End(NamedTuple):
-    """One end of the faces' common stretch."""
+    """One end of the common stretch of two faces."""
 
     mine: bool
-    """Whether a's vertex carries it, else b's,"""
+    """True if the contact vertex of this end belongs to a, False if to b."""
     faces: bool
-    """whether it lies on the other face,"""
+    """True if the vertex lies opposite the other face."""
     closed: bool
-    """and whether it touches,"""
+    """True if the vertex also penetrates that face: a contact."""
     nx: float
-    """direction of the normal force on a,"""
+    """x component of the direction of the normal force on a."""
     nz: float
+    """z component of the direction of the normal force on a."""
     depth: float
-    """the rest as of the vertex."""
+    """Penetration of the vertex, m; negative while there is a gap."""
     before: float
+    """Penetration a step ago, m."""
     slip: float
+    """Slip of a over b since then, along (n_z, −n_x), m."""
     a: Levers
+    """Lever arms about the centre of a."""
     b: Levers
+    """Lever arms about the centre of b."""
 
 
 class Stretch(NamedTuple):
-    """The common stretch of two faces: how one is turned to the other, both ends, and all vertices."""
+    """Common stretch of two faces: their relative rotation, both ends, and all four vertices.
+
+    `turn_q` and `turn_r` are the cosine and sine of the rotation between both faces, as in `Facing`.
+    """
 
     turn_q: float
     turn_r: float
@@ -47,46 +55,54 @@ class Stretch(NamedTuple):
 
 
 class Facing(NamedTuple):
-    """How two faces lie to each other."""
+    """Relative position of two faces."""
 
     anx: float
-    """Outward normals of both faces in the plane,"""
+    """x component of the outward normal of a's face, in the axes of the scene."""
     anz: float
+    """z component of the outward normal of a's face."""
     bnx: float
+    """x component of the outward normal of b's face."""
     bnz: float
+    """z component of the outward normal of b's face."""
     turn_q: float
-    """how one lies in the axes of the other,"""
+    """Cosine of the rotation from one normal to the other."""
     turn_r: float
+    """Sine of that rotation, b_nz a_nx − b_nx a_nz."""
     an: float
-    """and from b's centre to a's along a's normal and tangent and along b's, m."""
+    """Distance from the centre of b to that of a along a's normal, m."""
     at: float
+    """Distance from the centre of b to that of a along a's tangent, m."""
     bn: float
+    """Distance from the centre of b to that of a along b's normal, m."""
     bt: float
+    """Distance from the centre of b to that of a along b's tangent, m."""
 
 
 class Vertex(NamedTuple):
-    """A vertex of one face seen from the other face."""
+    """Vertex of one face in the axes of the other face."""
 
     seen: Seen
-    """Depth behind the other face and place along it (along its opposite for b's vertices), m,"""
+    """Depth behind the other face and place along it, m; b's vertices are measured in the opposite direction."""
     before: float
-    """depth a step ago, m,"""
+    """Depth a step ago, m."""
     slip: float
-    """slip of a over b since then, along (n_z, −n_x), m,"""
+    """Slip of a over b since then, along (n_z, −n_x), m."""
     a: Levers
-    """levers about a's centre and about b's."""
+    """Lever arms about the centre of a."""
     b: Levers
+    """Lever arms about the centre of b."""
 
 
 @njit(**INLINE)
 def rotated(pose: Pose, x: float, z: float) -> tuple[float, float]:
-    """A vector of an element's axes in the plane."""
+    """Rotate a vector from the axes of an element to those of the scene."""
     return pose.cos * x + pose.sin * z, pose.cos * z - pose.sin * x
 
 
 @njit(**INNER)
 def face_of(shape: Any, face: int) -> Face:
-    """A face by its number."""
+    """Return a face of a shape by its index."""
     nx, nz = shape[face, 4], shape[face, 5]
     low, high = nx * shape[face, 1] - nz * shape[face, 0], nx * shape[face, 3] - nz * shape[face, 2]
     return Face(nx, nz, shape[face, 6], low, high)
@@ -94,7 +110,7 @@ def face_of(shape: Any, face: int) -> Face:
 
 @njit(**INLINE)
 def facing(face_a: Face, face_b: Face, a: Pose, b: Pose) -> Facing:
-    """How the faces of a pair lie to each other."""
+    """Compute the relative position of the faces of a pair."""
     dx, dz = a.x - b.x, a.z - b.z
     anx, anz = rotated(a, face_a.nx, face_a.nz)
     bnx, bnz = rotated(b, face_b.nx, face_b.nz)
@@ -105,13 +121,16 @@ def facing(face_a: Face, face_b: Face, a: Pose, b: Pose) -> Facing:
 
 @njit(**INLINE)
 def seen_from(off: float, along: float, q: float, r: float) -> tuple[float, float]:
-    """Place of a face's point along the other face's normal and tangent, from its own centre; q, r turn it there."""
+    """Rotate a point of a face, relative to its own centre, to the normal and tangent of the other face.
+
+    `q` and `r` are the cosine and sine of that rotation.
+    """
     return off * q + along * r, along * q - off * r
 
 
 @njit(**INLINE)
 def vertex_of_a(off: float, along: float, wall: float, f: Facing, before: Seen) -> Vertex:
-    """A vertex of a behind b's face, which lies `wall` from b's centre."""
+    """Describe a vertex of a relative to the face of b, which lies `wall` (m) from the centre of b."""
     own_n, own_t = seen_from(off, along, f.turn_q, f.turn_r)
     height, place = own_n + f.bn, own_t + f.bt
     seen = Seen(wall - height, place)
@@ -120,7 +139,7 @@ def vertex_of_a(off: float, along: float, wall: float, f: Facing, before: Seen) 
 
 @njit(**INLINE)
 def vertex_of_b(off: float, along: float, wall: float, f: Facing, before: Seen) -> Vertex:
-    """A vertex of b behind a's face; its place along the opposite of that face grows with a's slip."""
+    """Describe a vertex of b relative to the face of a; its place increases with the slip of a."""
     own_n, own_t = seen_from(off, along, -f.turn_q, f.turn_r)
     height, place = own_n + f.an, own_t + f.at
     seen = Seen(wall + height, place)
@@ -129,7 +148,7 @@ def vertex_of_b(off: float, along: float, wall: float, f: Facing, before: Seen) 
 
 @njit(**INLINE)
 def vertices(a: Face, b: Face, f: Facing, before: Vertices) -> tuple[Vertex, Vertex, Vertex, Vertex]:
-    """First and second vertex of a's face, then of b's."""
+    """Describe the first and second vertex of a's face, then those of b's."""
     return (
         vertex_of_a(a.off, a.low, b.off, f, before.a1),
         vertex_of_a(a.off, a.high, b.off, f, before.a2),
@@ -140,7 +159,7 @@ def vertices(a: Face, b: Face, f: Facing, before: Vertices) -> tuple[Vertex, Ver
 
 @njit(**INLINE)
 def end_of(mine: bool, faces: bool, f: Facing, a: Vertex, b: Vertex) -> End:
-    """The end that a's or b's vertex carries."""
+    """Return an end: with a's vertex if `mine`, else with b's."""
     depth = a.seen.depth if mine else b.seen.depth
     return End(
         mine,
@@ -158,15 +177,15 @@ def end_of(mine: bool, faces: bool, f: Facing, a: Vertex, b: Vertex) -> End:
 
 @njit(**INLINE)
 def common_stretch(pair: Pair, a: Pose, b: Pose) -> Stretch:
-    """Both ends of a pair's common stretch, of which none touches where the elements are out of reach."""
+    """Compute the common stretch of a pair; neither end touches if the elements are out of reach."""
     return stretch_of(pair, a, b, pair.nearest.ahead >= pair.nearest.reach)
 
 
 @njit(**INLINE)
 def stretch_of(pair: Pair, a: Pose, b: Pose, near: bool) -> Stretch:
-    """Both ends of a pair's common stretch; the inner vertex carries each.
+    """Compute the common stretch of a pair; the contact vertex of each end is the inner of two vertices.
 
-    Of a's first and b's second vertex end 1, of the others end 2.
+    End 1 lies at a's first or b's second vertex, end 2 at a's second or b's first.
     """
     f = facing(pair.face_a, pair.face_b, a, b)
     a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.history.before)
@@ -185,7 +204,7 @@ def stretch_of(pair: Pair, a: Pose, b: Pose, near: bool) -> Stretch:
 
 @njit(**INNER)
 def seen_before(pair: Pair, a: Element, b: Element, dt: float) -> Vertices:
-    """Depths and places of the faces' vertices a time dt ago, 0 for now."""
+    """Compute depths and places of the vertices of both faces a time `dt` (s) ago."""
     f = facing(pair.face_a, pair.face_b, pose_before(a, dt), pose_before(b, dt))
     a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.history.before)
     return Vertices(a1.seen, a2.seen, b1.seen, b2.seen)
@@ -193,14 +212,14 @@ def seen_before(pair: Pair, a: Element, b: Element, dt: float) -> Vertices:
 
 @njit(**INNER)
 def pose_before(e: Element, dt: float) -> Pose:
-    """Pose of an element a time dt ago."""
+    """Return the pose of an element a time `dt` (s) ago."""
     c, s = turned(e.pose.cos, e.pose.sin, -dt * e.velocity.w)
     return Pose(e.pose.x - dt * e.velocity.x, e.pose.z - dt * e.velocity.z, e.pose.angle, c, s)
 
 
 @njit(**INNER)
 def carried(memory: Memory, end: int, of: Vertices) -> Seen:
-    """The vertex that carries an end, 0 or 1: of a's first and second, of b's second and first."""
+    """Return the contact vertex of an end (0 or 1): a's first or second, or b's second or first."""
     if memory.carrier != THEIRS:
         return of.a1 if end == 0 else of.a2
     return of.b2 if end == 0 else of.b1

@@ -1,6 +1,6 @@
-"""What a trajectory keeps of a case: the columns of its rows, how the kernel fills them, and the path that they are.
+"""Trajectory of a scene: columns of its rows, the functions that fill them, and the conversion to a `PlanePath`.
 
-A row has time and ground acceleration, six columns for each element, and five for both ends of each pair.
+A row holds time and ground acceleration, six columns for each element, and five for each of the two ends of each pair.
 """
 
 from typing import Any, Final
@@ -19,15 +19,16 @@ from overturning.dem.polygon.state import MINE, OPEN
 
 TIME, GROUND = range(2)
 POSE_COLUMNS: Final = 6
-"""Of an element: x, z, rotation and their rates."""
+"""Columns of an element: x, z, rotation and their rates."""
 FX, FZ, LOAD, LOAD_X, LOAD_Z = range(5)
 FORCE_COLUMNS: Final = 5
-"""Of an end: mean force on its first element from this sample to the next, mean normal force, that times the place."""
+"""Columns of an end: mean force on the pair's first element until the next sample (x, z), mean normal force, and
+mean of normal force × place (x, z)."""
 
 
 @njit(**INNER)
-def note(state: Any, elements: int, interval: float, ticks: float, path: Any) -> None:
-    """Write the first lane's state at the begin of a sample into a row of its path, velocities of the whole step."""
+def record_state(state: Any, elements: int, interval: float, ticks: float, path: Any) -> None:
+    """Write the state of lane 0 at the start of a sample into a row of its path, with velocities at the whole step."""
     case = rows.load_case(state, 0)
     path[TIME] = (case.sample + case.shaking.tick / ticks) * interval
     path[GROUND] = within_sample(case.shaking.base, case.shaking.tick)
@@ -41,8 +42,8 @@ def note(state: Any, elements: int, interval: float, ticks: float, path: Any) ->
 
 
 @njit(**INNER)
-def note_forces(state: Any, scene: Any, share: float, path: Any, row: int) -> None:
-    """Add a step's share of the first lane's contact forces to the row of its path, with the places where they act."""
+def add_forces(state: Any, scene: Any, share: float, path: Any, row: int) -> None:
+    """Add the contact forces of lane 0, times the `share` of a sample in which they act, to a row of its path."""
     for p in range(scene.layout.shape[0]):
         q, first, second = rows.of_pair(state, scene, p)
         pair, a, b = rows.load_pair(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
@@ -61,19 +62,19 @@ def note_forces(state: Any, scene: Any, share: float, path: Any, row: int) -> No
 
 
 def path_columns(prepared: Prepared) -> int:
-    """Numbers in a row of a path."""
+    """Return the number of columns of a path."""
     return 2 + POSE_COLUMNS * len(prepared.placed) + 2 * FORCE_COLUMNS * len(prepared.pairs)
 
 
 def scene_path(prepared: Prepared, table: FloatArray) -> PlanePath:
-    """The path of a case, by its rows."""
+    """Convert the rows of a path to a `PlanePath`."""
     placed, ends = prepared.placed, 2 * len(prepared.pairs)
     poses_end = 2 + POSE_COLUMNS * len(placed)
     forces = table[:, poses_end:].reshape(len(table), ends, FORCE_COLUMNS)
     force, load = forces[:, :, [FX, FZ]], forces[:, :, [LOAD]]
     contacts: list[tuple[str, str]] = []
     for index, pair in enumerate(prepared.pairs):
-        # On the later element, which stands on the earlier one, unless forces do not move it.
+        # Force on the later element, which stands on the earlier one; on the earlier one if the later is fixed.
         on, by = sorted((pair.a, pair.b), key=lambda k: (placed[k].fixed, -k))
         if on == pair.b:
             force[:, 2 * index : 2 * index + 2] *= -1.0

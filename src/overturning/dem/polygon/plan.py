@@ -1,4 +1,4 @@
-"""How the general kernel is to compute each case of a scene: its variants, their steps, and what can be left out."""
+"""Plan of the cases of a scene of polygons: variants, time steps, and samples that can be skipped."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -30,13 +30,13 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 SAFE_UPLIFT: Final = 0.7
-"""Share of the uplift acceleration of all that can move as one, below which shaking leaves it standing after another
-element has fallen."""
+"""Safety factor on the uplift acceleration of a group that can rock as one: weaker shaking leaves it standing, even
+after another element has fallen."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PolygonPlan(Plan):
-    """How each of n cases of a scene of polygons is to be computed."""
+    """Plan for n cases of a scene of polygons."""
 
     halved: ClassVar[bool] = True
     step_cost: ClassVar[int] = ELEMENT_STEP
@@ -46,17 +46,17 @@ class PolygonPlan(Plan):
     model: Planes
     scheme: Scheme
     variants: list[Prepared]  # the scene at each size
-    variant: NDArray[np.int64]  # shape (n,): which of them each case is
-    stands_from: FloatArray  # as of `SceneRules`
+    variant: NDArray[np.int64]  # shape (n,): index of each case's variant
+    stands_from: FloatArray  # see `SceneRules`
     arrays: t.Arrays
 
     def tables(self, count: int) -> dict[str, NDArray[np.void]]:
-        """As of `Plan.tables`, and ``each``, shape (n, elements)."""
+        """Add ``each``, shape (count, elements), to the tables of `Plan.tables`."""
         each = (count, self.arrays.elements.shape[1])
         return {"results": np.zeros(count, t.RESULT), "each": np.zeros(each, t.ELEMENT_RESULT)}
 
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> SceneRules:
-        """As of `Plan.rules`, of cases with the same number of steps per sample."""
+        """Return the kernel's input for cases with the same number of steps per sample."""
         scheme = SCHEMES[self.scheme]
         return SceneRules(
             **self.queued(chosen, tables, finer, scheme.ticks, COLUMNS),
@@ -68,18 +68,18 @@ class PolygonPlan(Plan):
         )
 
     def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
-        """As of `Plan.answers`."""
+        """Convert the kernel's results; a case with an element past the end of the ground has no valid outcome."""
         out, every, variant = tables["results"], tables["each"], self.variant[chosen]
-        edge = np.array([item.edge for item in self.variants])[variant]
+        edge = np.array([item.slip_to_edge for item in self.variants])[variant]
         off_the_edge = (every["slip"] >= edge).any(axis=1) & (out["status"] == Status.SIMULATED)
         out["status"][off_the_edge] = Status.UNSTABLE
-        every["angle"] /= np.stack([item.unit for item in self.variants])[variant]
+        every["angle"] /= np.stack([item.rotation_unit for item in self.variants])[variant]
         free = self.variants[0].free
         each = every[:, free[0]] if len(free) == 1 else every[:, free]
         return {name: (out if column in (t.RESULT.names or ()) else each)[column] for name, column in ANSWERS.items()}
 
     def room(self, kept: bool) -> FloatArray:
-        """As of `Plan.room`."""
+        """Return zeros for the rows of a path, as a plain array."""
         if not kept:
             return np.zeros((0, 0))
         rows, columns = int(self.table[0]["after"]) - int(self.first[0]) + 3, path_columns(self.variants[0])
@@ -87,7 +87,7 @@ class PolygonPlan(Plan):
         return np.zeros((rows, columns))
 
     def resting(self, count: int) -> FloatArray:
-        """As of `Plan.resting`."""
+        """Return the first `count` rows of a path with all elements at rest."""
         prepared = self.variants[0]
         rest, poses_end = np.zeros((count, path_columns(prepared))), 2 + POSE_COLUMNS * len(prepared.placed)
         rest[:, poses_end:] = np.nan
@@ -99,12 +99,12 @@ class PolygonPlan(Plan):
         return rest
 
     def path(self, rows: FloatArray) -> PlanePath:
-        """As of `Plan.path`."""
+        """Convert the rows to the path of the only case."""
         return scene_path(self.variants[0], rows)
 
 
 def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) -> PolygonPlan:
-    """Check the arguments and work out what each case of a scene needs; errors as of `overturning.dem.run.run`."""
+    """Check the arguments and plan the cases of a scene; see `overturning.dem.run.run` for the errors."""
     scheme, scene = scheme_of(numerics.scheme), model.scene
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a scene starts at rest; rotate an element in the scene file instead")
@@ -124,29 +124,29 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
     table["amplitude"], table["friction"], table["damping"] = cases.amplitude, cases.friction, cases.damping_factor
     table["calm"], table["after"] = np.inf, motion.samples + np.ceil(AFTERMATH * slowest / motion.sampling_interval)
     table["finest"] = finest[variant]
-    # Where steps are wanted shorter, each is divided.
+    # A refined case divides each step, so that contacts last more ticks.
     table["dwell"] = np.round(SCENE.dwell_of(square, rate) * divided * numerics.refinement)[variant]
     table["standing"], table["settled"] = SCENE.whole, SCENE.settled
     first, stays_at_rest = np.zeros(cases.size, np.int64), np.zeros(cases.size, np.bool_)
     stands_from = np.full((cases.size, len(variants[0].parts)), np.inf)
     if numerics.leave_out:
-        # Under another gravity a motion is as strong as one that is so many times the other way under the earth's.
+        # Thresholds are shares of gravity: dividing amplitudes by this ratio gives the equivalent motion on Earth.
         share = scene.gravity / STANDARD_GRAVITY
         quiet = partial(quiet_windows, motion, row, np.asarray(cases.amplitude) / share, ground[:, : motion.samples])
         onset = np.zeros(cases.size)
         for number, item in enumerate(variants):
-            onset[variant == number] = item.onset(np.asarray(cases.friction)[variant == number])
+            onset[variant == number] = item.motion_onset(np.asarray(cases.friction)[variant == number])
         first, calm, stays_at_rest = quiet(onset)
         first[onset <= 0], stays_at_rest[onset <= 0] = 0, False
         if scheme == Scheme.CENTRED:
-            # A vertical motion takes the larger part of a smaller weight: there every sample is followed.
-            bears = _borne(variants, variant, cases, onset, motion.sampling_interval)
+            # Under lower gravity a vertical motion changes the weight by a larger share: do not skip samples then.
+            bears = _rest_thresholds(variants, variant, cases, onset, motion.sampling_interval)
             table["bears"] = bears * (share if motion.up is None else float(share >= 1.0))
         table["first"], table["calm"] = first, np.where(onset <= 0, np.inf, calm)
-        # What has begun to slide may slide off what carries it.
+        # An element that starts to slide may slide off its support.
         grip = np.zeros(cases.size)
         for number, item in enumerate(variants):
-            grip[variant == number] = item.grip(np.asarray(cases.friction)[variant == number])
+            grip[variant == number] = item.sliding_onset(np.asarray(cases.friction)[variant == number])
         alike = all(np.array_equal(item.parts, variants[0].parts) for item in variants)
         for part in range(len(variants[0].parts)):
             safe = np.array([item.safe[part] if alike else 0.0 for item in variants])[variant]
@@ -154,29 +154,29 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
     return PolygonPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
         steps=per_sample[variant] * numerics.refinement, first=first, stays_at_rest=stays_at_rest,
-        too_soft=np.array([item.unanswered for item in variants])[variant], variants=variants, variant=variant,
+        too_soft=np.array([item.has_no_outcome for item in variants])[variant], variants=variants, variant=variant,
         table=table, stands_from=stands_from, arrays=t.arrays_of(variants),
     )  # fmt: skip
 
 
-def _borne(
+def _rest_thresholds(
     variants: list[Prepared], variant: NDArray[np.int64], cases: Cases, onset: FloatArray, interval: float
 ) -> FloatArray:
-    """Horizontal acceleration over g up to which each case is not followed while it is at rest, as of `borne`."""
+    """Return |a|/g up to which samples are skipped while a case is at rest; see `overturning.dem.quiet.borne`."""
     lifts, slowest = (np.array([getattr(item, name) for item in variants]) for name in ("threshold", "slowest"))
     laws = [item.laws for item in variants]
     delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential)) for one in laws])[variant]
     rings = overshoot(slowest[variant], delay * np.asarray(cases.damping_factor), interval)
-    # The least of all frictions and thresholds stands for either.
+    # `onset`, the smallest of all frictions and thresholds, replaces the threshold of sliding.
     return borne(lifts[variant], onset, lifts[variant], rings, BORNE_BY_STACKS)
 
 
 def steps_of(
     scheme: Scheme, time_step: float | str, square: FloatArray, rate: FloatArray, interval: float, time: FloatArray
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Whole steps per sample of each variant, ticks of its finest step, and into how many the automatic one is divided.
+    """Return whole steps per sample, ticks of the finest step, and refinement of the automatic step of each variant.
 
-    ω² and damping rate of the highest mode, 1/s² and 1/s, and the time 1/p, s, are those of the variants.
+    `square` and `rate` are ω² (1/s²) and damping rate (1/s) of the highest mode of each variant, `time` is 1/p (s).
     """
     if scheme != Scheme.CENTRED:
         return steps_per_sample(scheme, time_step, square, rate, interval), np.ones(square.size), np.ones(square.size)
@@ -184,15 +184,17 @@ def steps_of(
     whole = np.minimum(SCENE.longest * time, interval)
     heavy = np.maximum(0.5 * rate / frequency / HEAVY_DAMPING, 1.0)
     fewest, steps = (samples_divided(whole, whole, wanted, interval) for wanted in ("auto", time_step))
-    # As often halved whatever the step: a finer one is finer throughout.
+    # The number of halvings does not depend on the time step: a shorter one makes all steps shorter.
     halvings = np.clip(np.frexp(interval / fewest * frequency * heavy / SCENE.finest)[1], 0, SCENE.halvings)
     return steps, np.ldexp(SCENE.whole, -halvings), steps / fewest
 
 
 def _check_variants(scene: Scene, variants: list[Prepared]) -> None:
     for item in variants:
-        # As of a block H high: as high as the scene.
-        check_precision(scene.gravity / (2.0 * item.sunk), np.full(item.sunk.size, item.height), 0.0)
+        # Check as for a block as high as the scene.
+        check_precision(
+            scene.gravity / (2.0 * item.static_penetration), np.full(item.static_penetration.size, item.height), 0.0
+        )
     alike = {(tuple(item.pairs), tuple(item.support.tolist()), tuple(item.sizes)) for item in variants}
     if len(alike) != 1:
         raise ArgumentError(f"scene {scene.name}: different elements can meet at different sizes; sweep them apart")

@@ -1,4 +1,4 @@
-"""What a scene at one size asks of the kernel: pairs, springs, rest, the stable step, thresholds."""
+"""Preparation of a scene at one size: pairs, contact constants, static equilibrium, time step limits, thresholds."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.limits import sinks_too_far
 from overturning.dem.polygon.statics import (
-    Laws,
-    Loaded,
+    ContactLaws,
+    LoadedEnd,
     bearing_ends,
     contact_laws,
+    find_joints,
     highest_modes,
-    joints_of,
-    rest,
     slowest_mode,
+    static_equilibrium,
 )
 from overturning.model.geometry import (
     ElementPair,
@@ -33,28 +33,28 @@ from overturning.model.scene import Scene
 
 @dataclass(frozen=True)
 class Prepared:
-    """One variant of a scene, ready to run."""
+    """Scene at one size, with everything that does not depend on the motion."""
 
     scene: Scene
     placed: list[PlacedElement]
-    pairs: list[ElementPair]  # elements that can meet
-    laws: Laws
-    displacement: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, from the places
-    loaded: list[Loaded]  # ends that carry something at rest
-    at_rest: bool  # whether the scene rests by itself
+    pairs: list[ElementPair]  # elements, or their convex pieces, that can meet
+    laws: ContactLaws
+    displacement: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, relative to `placed`
+    loaded: list[LoadedEnd]  # ends that carry load at rest
+    at_rest: bool  # True if the scene has a static equilibrium
     square: float  # largest eigenvalue of the springs, 1/s²
-    rate: float  # and of the dashpots, 1/s
+    rate: float  # largest eigenvalue of the dashpots, 1/s
     slowest: float  # smallest eigenvalue of the springs at rest, 1/s²
-    threshold: float  # horizontal acceleration over g below which nothing can start to rock; 0 where it is not known
-    parts: NDArray[np.int64]  # shape (parts, 2): lowest element of those that can move as one, and the one listed last
-    safe: FloatArray  # shape (parts,): horizontal acceleration over g below which they cannot
-    tips: FloatArray  # shape (elements, 2): rotation to −x and +x that tips it off its support, rad; infinite: none
-    critical: FloatArray  # shape (elements,): α, the smaller of both, rad; without one the angle of its fall
+    threshold: float  # |a|/g below which no element can start to rock; 0 if unknown
+    parts: NDArray[np.int64]  # shape (parts, 2): first and last element of each group that can rock as one
+    safe: FloatArray  # shape (parts,): |a|/g below which the group cannot start to rock
+    tips: FloatArray  # shape (elements, 2): tipping angles to −x and +x, rad; infinite if there is none
+    critical: FloatArray  # shape (elements,): α, the smaller of `tips`, rad; without one the angle of its fall
     barrier: FloatArray  # shape (elements,): energy to overturn each free element, J
-    support: NDArray[np.int64]  # shape (elements,): the first that carries it; itself where nothing does
+    support: NDArray[np.int64]  # shape (elements,): first element that carries it; its own index if there is none
     base: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
-    carriers: list[set[int]]  # what carries each element at rest
-    fits: bool  # whether no element overlaps another or hangs in the air at this B/H
+    carriers: list[set[int]]  # elements that carry each element at rest
+    fits: bool  # False if an element overlaps another or hangs in the air at this B/H
 
     @property
     def free(self) -> NDArray[np.int64]:
@@ -68,41 +68,41 @@ class Prepared:
 
     @property
     def alpha(self) -> FloatArray:
-        """α of each element, the smaller of both sides, rad; NaN where it has none."""
+        """Tipping angle α of each element, the smaller of both sides, rad; NaN without one."""
         return np.where(np.isfinite(self.tips).all(axis=1), self.critical, np.nan)
 
     @property
     def comes_back(self) -> FloatArray:
-        """Rotations to −x and +x up to which each element can come back, rad, shape (elements, 2).
+        """Rotations to −x and +x up to which each element can return, rad, shape (elements, 2).
 
-        The tipping angles; the angle of its fall where it has none.
+        These are the tipping angles or, without one, the angle at which the element has fallen.
         """
         return np.where(np.isfinite(self.tips), self.tips, self.critical[:, None])
 
     @property
-    def unit(self) -> FloatArray:
-        """What its largest rotation is given in, rad: its α, a degree where it has none, shape (elements,)."""
+    def rotation_unit(self) -> FloatArray:
+        """Unit of the largest rotation of each element, rad, shape (elements,): α, or one degree without one."""
         return np.where(np.isnan(self.alpha), np.radians(1.0), self.critical)
 
     @property
-    def sunk(self) -> FloatArray:
-        """Static penetration of the pairs that carry weight, both ends alike, m."""
+    def static_penetration(self) -> FloatArray:
+        """Static penetration of the pairs that carry weight, the mean of both ends, m."""
         loaded = self.laws.carried > 0.0
         return self.laws.carried[loaded] / (2.0 * self.laws.normal[loaded])
 
     @property
-    def sinks(self) -> bool:
-        """Whether its weight alone presses a pair in too far; faces may even have passed one another then."""
-        return bool(sinks_too_far(self.sunk, smallest(self.placed)).any())
+    def exceeds_penetration_limit(self) -> bool:
+        """True if the weight alone makes a pair exceed the penetration limit; its faces may even be swapped then."""
+        return bool(sinks_too_far(self.static_penetration, smallest(self.placed)).any())
 
     @property
-    def unanswered(self) -> bool:
-        """Whether there is no answer whatever the motion: weight presses a pair in too far, or an element misfits."""
-        return self.sinks or not self.fits
+    def has_no_outcome(self) -> bool:
+        """True if no case has an outcome: a pair exceeds the penetration limit at rest, or an element does not fit."""
+        return self.exceeds_penetration_limit or not self.fits
 
     @property
     def rocking_time(self) -> float:
-        """1/p of the element that rocks fastest, s: p = √(3g/4R), R its farthest vertex."""
+        """1/p of the element that rocks fastest, s: p = √(3g/4R), R the distance of its farthest vertex."""
         square = min(float((self.placed[k].shape.vertices ** 2).sum(axis=1).max()) for k in self.free)
         return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
 
@@ -113,14 +113,14 @@ class Prepared:
 
     @property
     def radius(self) -> float:
-        """Largest distance of a centre from the farthest vertex below it, m, for the time after the record."""
+        """Half the diagonal of a box as high as the scene and as wide as its widest free element, m."""
         low = min(float(self.placed[k].points[:, 1].min()) for k in self.free)
         wide = max(self.placed[k].shape.width for k in self.free)
         return 0.5 * float(np.sqrt((self.height - low) ** 2 + wide**2))
 
     @cached_property
-    def edge(self) -> FloatArray:
-        """Slip of each element that takes it past the end of the ground, m; infinite on anything else."""
+    def slip_to_edge(self) -> FloatArray:
+        """Slip that takes each element past the end of the ground, m; infinite if it stands on another element."""
         ground = ground_name(self.scene)
         far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.placed]
         return np.array(
@@ -128,20 +128,20 @@ class Prepared:
         )
 
     def stands_on(self, k: int) -> tuple[int, int]:
-        """What carries an element, and the held one on which it stands, directly or not; −1 for none."""
+        """Return the support of element k, and the held element at the bottom of its stack (−1 if none)."""
         last = k
         while not self.placed[last].fixed and self.support[last] != last:
             last = int(self.support[last])
         return int(self.support[k]), last if self.placed[last].element.kind == "held" else -1
 
-    def onset(self, friction: FloatArray) -> FloatArray:
-        """Horizontal acceleration over g below which nothing can start to move, with the friction that is swept."""
-        return np.minimum(self.threshold, self.grip(friction))
+    def motion_onset(self, friction: FloatArray) -> FloatArray:
+        """Return |a|/g below which no element can start to move, for each `friction` of a case."""
+        return np.minimum(self.threshold, self.sliding_onset(friction))
 
-    def grip(self, friction: FloatArray) -> FloatArray:
-        """Least horizontal acceleration over g that lets something slide on what carries it, 0 where it slides at rest.
+    def sliding_onset(self, friction: FloatArray) -> FloatArray:
+        """Return |a|/g at which the first element starts to slide, for each `friction`; 0 if it slides at rest.
 
-        On a level face that is µ, on one of tangent t (µ − t)/(1 + µ t); `friction` is the one that is swept.
+        This is µ on a level face, and (µ − t)/(1 + µ t) on a face with slope t.
         """
         least = np.full(friction.shape, np.inf)
         for end in self.loaded:
@@ -152,24 +152,27 @@ class Prepared:
 
 
 def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = None) -> Prepared:
-    """Prepare a scene whose reference element has a height (m) and slenderness; its own where they are not given."""
+    """Prepare a scene, with the height (m) and B/H of its reference element, by default those of the scene file."""
     placed = place_elements(scene, height, b_over_h)
     pairs = element_pairs(placed)
-    joints = joints_of(placed, pairs)
+    joints = find_joints(placed, pairs)
     laws = contact_laws(scene, placed, pairs, joints)
-    equilibrium = rest(scene, placed, joints, laws.normal, laws.tangential)
+    equilibrium = static_equilibrium(scene, placed, joints, laws.normal, laws.tangential)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
     bearing = bearing_ends(scene, placed, pairs, joints, loaded)
-    stands = _stands(placed, pairs, bearing)
-    threshold, parts, safe = _lifting(placed, stands)
-    if equilibrium is None or any(item.element.kind == "held" for item in placed):  # what is held moves alone
+    stands = _supports(placed, pairs, bearing)
+    threshold, parts, safe = _rocking_thresholds(placed, stands)
+    # A held element moves relative to the others.
+    if equilibrium is None or any(item.element.kind == "held" for item in placed):
         threshold, safe = 0.0, 0.0 * safe
     if any(
         laws.friction[k] >= 0 and laws.tangential[k] * abs(slip) > laws.friction[k] * laws.normal[k] * approach
         for k, _, _, approach, slip in loaded
     ):
-        threshold = 0.0  # it slides by itself
-    tips, critical, barrier, support, base = _single(scene, placed, stands, _upright(placed, pairs, bearing))
+        threshold = 0.0  # an element slides by its own weight
+    tips, critical, barrier, support, base = _tipping_properties(
+        scene, placed, stands, _stands_freely(placed, pairs, bearing)
+    )
     return Prepared(
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
         *highest_modes(placed, pairs, joints, laws), slowest_mode(placed, joints, laws),
@@ -179,7 +182,7 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
 
 
 def critical_angles(scene: Scene, b_over_h: FloatArray) -> FloatArray:
-    """α of each free element at each slenderness of the reference element, degrees, shape (b, free); NaN for none."""
+    """Return α of each free element at each B/H of the reference element, degrees, shape (b, free); NaN without one."""
     prepared = (prepare(scene, None, float(ratio)) for ratio in b_over_h)
     return np.stack([np.degrees(item.alpha[item.free]) for item in prepared])
 
@@ -194,22 +197,23 @@ CRITICAL: Final = {
 
 
 def smallest(placed: list[PlacedElement]) -> float:
-    """Smaller side of the smallest free element, m."""
+    """Return the smaller side of the smallest free element, m."""
     return min(item.size for item in placed if not item.fixed)
 
 
-Stands = dict[int, dict[int, list[StretchEnd]]]
+Supports = dict[int, dict[int, list[StretchEnd]]]
+"""Loaded ends, by the element that stands on them and the element that carries it."""
 
-ALIKE: Final = 0.05
-"""Sine of the angle between two directions up to which they are one."""
+MAX_PARALLEL_SINE: Final = 0.05
+"""Sine of the angle between two normals up to which they count as parallel."""
 
-LEAST_TIP: Final = 1e-6
-"""A tipping angle below this is none, rad."""
+MIN_TIPPING_ANGLE: Final = 1e-6
+"""Smallest tipping angle, rad; an element with a smaller one counts as having none."""
 
 
-def _stands(placed: list[PlacedElement], pairs: list[ElementPair], loaded: list[Loaded]) -> Stands:
-    """Of each free element: what carries it, with the loaded ends."""
-    result: Stands = {}
+def _supports(placed: list[PlacedElement], pairs: list[ElementPair], loaded: list[LoadedEnd]) -> Supports:
+    """Return the elements that carry each free element, with the loaded ends."""
+    result: Supports = {}
     for index, _, end, _, _ in loaded:
         i, j = pairs[index][:2]
         upper, lower = (i, j) if end.normal[1] > 0 else (j, i)
@@ -218,11 +222,11 @@ def _stands(placed: list[PlacedElement], pairs: list[ElementPair], loaded: list[
     return result
 
 
-def _upright(placed: list[PlacedElement], pairs: list[ElementPair], loaded: list[Loaded]) -> NDArray[np.bool_]:
-    """Which elements stand by themselves on what carries them: all that bears on them at rest bears in one direction.
+def _stands_freely(placed: list[PlacedElement], pairs: list[ElementPair], loaded: list[LoadedEnd]) -> NDArray[np.bool_]:
+    """Return True for each element that stands freely on its support: all its loads at rest have parallel normals.
 
-    An arch stone, one in a groove and one that leans on a wall are held by faces that are turned to each other; there
-    is no angle at which they tip off.
+    An arch stone, a stone in a groove and one that leans on a wall are held by faces that are not parallel; they have
+    no tipping angle.
     """
     normals: list[list[tuple[float, float]]] = [[] for _ in placed]
     for index, _, end, _, _ in loaded:
@@ -232,14 +236,16 @@ def _upright(placed: list[PlacedElement], pairs: list[ElementPair], loaded: list
     for k, found in enumerate(normals):
         directions = np.array(found).reshape(-1, 2)
         across = np.outer(directions[:, 0], directions[:, 1])
-        result[k] = not placed[k].fixed and len(found) > 0 and bool((np.abs(across - across.T) < ALIKE).all())
+        result[k] = (
+            not placed[k].fixed and len(found) > 0 and bool((np.abs(across - across.T) < MAX_PARALLEL_SINE).all())
+        )
     return result
 
 
-def _single(
-    scene: Scene, placed: list[PlacedElement], stands: Stands, upright: NDArray[np.bool_]
+def _tipping_properties(
+    scene: Scene, placed: list[PlacedElement], stands: Supports, upright: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
-    """Of each element by itself: tipping angles to both sides, α, barrier, support and middle of its base."""
+    """Compute tipping angles to both sides, α, energy barrier, support and middle of the base of each element."""
     count = len(placed)
     tips, critical, barrier = np.full((count, 2), np.inf), np.full(count, 0.5 * np.pi), np.zeros(count)
     support, base = np.arange(count), np.array([[item.x, item.z] for item in placed])
@@ -248,7 +254,7 @@ def _single(
             continue
         ends = [(lower, end.point) for lower, all_ends in stands.get(k, {}).items() for end in all_ends]
         rests = bool(ends)
-        if not ends:  # not at rest on anything: its lowest vertices take the place of the support
+        if not ends:  # no support at rest: take the lowest vertices instead
             low = item.points[:, 1].min()
             ends = [(k, (float(x), float(z))) for x, z in item.points if z < low + 0.01 * item.size]
         support[k] = ends[0][0]
@@ -260,29 +266,30 @@ def _single(
             # Rounded, since libm differs between processors in the last digit.
             reach.append(round(float(np.arctan2(max(arm, 0.0), rise)), 12))
             lift.append(np.sqrt(arm * arm + rise * rise) - rise if arm > 0 else 0.0)
-        if upright[k] and min(reach) > LEAST_TIP:
+        if upright[k] and min(reach) > MIN_TIPPING_ANGLE:
             tips[k] = reach
             critical[k], least = min(reach), min(lift)
         else:
-            critical[k], least = min(item.fallen_rotations) if rests else max(min(reach), LEAST_TIP), 0.0
+            critical[k], least = min(item.fallen_rotations) if rests else max(min(reach), MIN_TIPPING_ANGLE), 0.0
         barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.size)
     return tips, critical, barrier, support, base
 
 
-def _lifting(placed: list[PlacedElement], stands: Stands) -> tuple[float, NDArray[np.int64], FloatArray]:
-    """Horizontal acceleration over g below which no part of the scene that can move as one starts to rock.
+def _rocking_thresholds(placed: list[PlacedElement], stands: Supports) -> tuple[float, NDArray[np.int64], FloatArray]:
+    """Compute |a|/g below which no part of the scene that can move as one body starts to rock.
 
-    A part is an element with what stands on it, directly or not. It lifts off when the resultant of weight and inertia
-    leaves its base: |a|/g > arm / height of the common centre.
+    A part is an element with all elements that stand on it, directly or not. It lifts off when the resultant of weight
+    and inertia force leaves its base: |a|/g > arm / height of the common centre.
 
     Returns
     -------
     threshold : float
-        The least of the elements with all that they carry.
+        Smallest |a|/g of the elements with everything that they carry.
     parts : ndarray of int64, shape (parts, 2)
-        The lowest element of a part, and the one that the scene lists last: without either the part is none.
+        Lowest element of each part, and the one that the scene lists last; a part exists only while both stand.
     least : ndarray, shape (parts,)
-        The least of the parts with these two. All is 0 where anything bridges or leans: there is no closed form.
+        Smallest |a|/g of all parts with these two elements. All results are 0 if an element bridges or leans: there is
+        no closed form then.
     """
     free = [k for k, item in enumerate(placed) if not item.fixed]
     if any(len(stands.get(k, {})) != 1 for k in free):
@@ -293,37 +300,43 @@ def _lifting(placed: list[PlacedElement], stands: Stands) -> tuple[float, NDArra
         points = [end.point for ends in stands[k].values() for end in ends]
         for side in (-1.0, 1.0):
             edge = max(points, key=lambda point: side * point[0])
-            whole = _part(placed, stands, k, max(free), edge, side, -np.inf)
-            threshold = min(threshold, _lifts(placed, whole, edge, side))
+            whole = _moving_part(placed, stands, k, max(free), edge, side, -np.inf)
+            threshold = min(threshold, _uplift_acceleration(placed, whole, edge, side))
             for last in whole:
-                least = _lifts(placed, _part(placed, stands, k, last, edge, side, -np.inf), edge, side)
-                # What rather holds a part down at this acceleration is left away, until nothing changes.
-                while (less := _lifts(placed, _part(placed, stands, k, last, edge, side, least), edge, side)) < least:
+                least = _uplift_acceleration(
+                    placed, _moving_part(placed, stands, k, last, edge, side, -np.inf), edge, side
+                )
+                # Leave out elements that hold the part down at this acceleration, until the result no longer changes.
+                while (
+                    less := _uplift_acceleration(
+                        placed, _moving_part(placed, stands, k, last, edge, side, least), edge, side
+                    )
+                ) < least:
                     least = less
                 parts[k, last] = min(parts.get((k, last), np.inf), max(least, 0.0))
     return max(threshold, 0.0), np.array(list(parts)), np.array(list(parts.values()))
 
 
-def _lifts(placed: list[PlacedElement], part: list[int], edge: tuple[float, float], side: float) -> float:
-    """Horizontal acceleration over g at which a part starts to turn about an edge to a side."""
+def _uplift_acceleration(placed: list[PlacedElement], part: list[int], edge: tuple[float, float], side: float) -> float:
+    """Return |a|/g at which a part starts to rotate about an edge to a side (−1 or +1)."""
     mass = sum(placed[n].mass for n in part)
     x = sum(placed[n].mass * placed[n].x for n in part) / mass
     z = sum(placed[n].mass * placed[n].z for n in part) / mass
     return float(side * (edge[0] - x) / (z - edge[1]))
 
 
-def _part(
+def _moving_part(
     placed: list[PlacedElement],
-    stands: Stands,
+    stands: Supports,
     root: int,
     last: int,
     edge: tuple[float, float],
     side: float,
     level: float,
 ) -> list[int]:
-    """An element with what stands on it, up to the one listed last, that an acceleration (over g), `level`, helps turn.
+    """Return element `root` and the elements on it, up to `last`, that help to overturn it at |a|/g = `level`.
 
-    All of it where that is −infinity.
+    With `level` −infinity, all elements on it are included.
     """
 
     def grown(k: int) -> tuple[float, list[int]]:

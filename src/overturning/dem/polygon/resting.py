@@ -1,4 +1,4 @@
-"""Which elements of a scene stand where they stood, and whether all are at rest (docs/method.md)."""
+"""Tests of elements of a scene: still in place, airborne, sliding, or at rest (docs/method.md)."""
 
 from typing import Any, Final
 
@@ -12,39 +12,39 @@ from overturning.dem.polygon.faces import stretch_of
 from overturning.dem.polygon.state import OPEN, Element, Memory, Pair
 
 IN_PLACE: Final = 0.2
-"""At rest an element has slid by no more than this share of the arm that its tipping has, so that its joints bear
-nearly what they did."""
+"""Largest slip of an element at rest, as a share of α × height of its centre above the base: its joints then carry
+nearly their original load."""
 
-BOTH: Final = 2
-"""Ends of a joint."""
+ENDS_PER_JOINT: Final = 2
+"""Number of contact ends of a joint."""
 
-DRAGS: Final = 1.0 - 1e-9
-"""An end slides whose friction is at least this share of the largest."""
+SLIDING_SHARE: Final = 1.0 - 1e-9
+"""An end slides if its friction force is at least this share of µ × normal force."""
 
 
 @njit(**INNER)
 def has_tipped(e: Element, rules: Any) -> bool:
-    """Whether an element has turned past the angle from which it could come back."""
+    """True if the rotation of an element exceeds the angle from which it can return."""
     return bool(e.pose.angle > rules.tips_on or -e.pose.angle > rules.tips_back)
 
 
 @njit(**INNER)
 def has_left(e: Element, rules: Any) -> bool:
-    """Whether an element has turned past the angle from which it could come back, or is too low."""
+    """True if an element has rotated past the angle from which it can return, or is below its fall limit."""
     return bool(has_tipped(e, rules) or e.pose.z < e.home.lowest)
 
 
 @njit(**INLINE)
-def contacts(pair: Pair) -> int:
-    """Number of ends that touch."""
+def count_contacts(pair: Pair) -> int:
+    """Count the touching ends of a pair."""
     return (1 if pair.history.one.carrier != OPEN else 0) + (1 if pair.history.two.carrier != OPEN else 0)
 
 
 @njit(**INNER)
 def support_until(state: Any, j: int, scene: Any, i: int, gap: float) -> float:
-    """Infinite where an element is still on something that carried it, and that has not fallen; else until when, s.
+    """Return the time until which element i was supported, s; infinity if it is still on a support that has not fallen.
 
-    It is on it where they are no farther apart than a `gap`, m: a stone that hops a little has not left.
+    It is on its support if their distance is at most `gap` (m): a stone that hops a little has not left it.
     """
     until, had = rows.of_element(state, i)[rows.CARRIED_UNTIL + j], False
     for p in range(scene.layout.shape[0]):
@@ -66,7 +66,7 @@ def support_until(state: Any, j: int, scene: Any, i: int, gap: float) -> float:
 
 @njit(**INNER)
 def all_in_place(state: Any, j: int, scene: Any, rules: Any, gap: float) -> bool:
-    """Whether every free element of a column stands where it stood."""
+    """True if no free element of a case has tipped, sunk below its fall limit or lost its support."""
     for i in range(rules.size):
         if rules[i].is_free > 0.0 and (
             has_left(rows.load_element(rows.of_element(state, i), j), rules[i])
@@ -77,8 +77,8 @@ def all_in_place(state: Any, j: int, scene: Any, rules: Any, gap: float) -> bool
 
 
 @njit(**INNER)
-def one_hops(state: Any, j: int, scene: Any, rules: Any, gap: float) -> bool:
-    """Whether an element is in the air, higher than a `gap` over what carried it, and may come down on that again."""
+def any_airborne(state: Any, j: int, scene: Any, rules: Any, gap: float) -> bool:
+    """True if an element is in the air, more than `gap` (m) above its support, and may land on it again."""
     for i in range(rules.size):
         e = rows.of_element(state, i)
         if rules[i].is_free == 0.0 or e[rows.SIDE + j] != 0.0 or has_left(rows.load_element(e, j), rules[i]):
@@ -87,43 +87,43 @@ def one_hops(state: Any, j: int, scene: Any, rules: Any, gap: float) -> bool:
         for p in range(scene.layout.shape[0]):
             if scene.layout[p, 0] == i or scene.layout[p, 1] == i:
                 q, _, _ = rows.of_pair(state, scene, p)
-                touching += contacts(rows.load_pair(q, j))
+                touching += count_contacts(rows.load_pair(q, j))
         if touching == 0 and support_until(state, j, scene, i, gap) < np.inf:
             return True
     return False
 
 
 @njit(**INLINE)
-def drags(pair: Pair, end: Memory) -> bool:
-    """Whether friction drags on an end that touches, rather than holds it."""
-    return bool(end.carrier != OPEN and abs(end.tangent) >= DRAGS * pair.law.friction * end.normal)
+def is_sliding(pair: Pair, end: Memory) -> bool:
+    """True if a touching end slides: its friction force has reached the limit."""
+    return bool(end.carrier != OPEN and abs(end.tangent) >= SLIDING_SHARE * pair.law.friction * end.normal)
 
 
 @njit(**INLINE)
-def level_speed(e: Element, z: float) -> float:
-    """Level velocity of a point of an element as high as z over its centre, but for its tilt, m/s."""
+def horizontal_speed(e: Element, z: float) -> float:
+    """Return the horizontal velocity of an element at height z above its centre, without the part of its tilt, m/s."""
     return float(e.velocity.x + e.velocity.w * (e.pose.cos * z))
 
 
 @njit(**INNER)
-def one_slides(state: Any, j: int, scene: Any) -> bool:
-    """Whether an element has way left to slide on what carries it that is worth waiting for; no friction stops none."""
+def any_sliding(state: Any, j: int, scene: Any) -> bool:
+    """True if an element will still slide farther than `STILL_TO_SLIDE` on its support; False without friction."""
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.of_pair(state, scene, p)
         pair = rows.load_pair(q, j)
-        if pair.stands == 0.0 or not (drags(pair, pair.history.one) or drags(pair, pair.history.two)):
+        if pair.stands == 0.0 or not (is_sliding(pair, pair.history.one) or is_sliding(pair, pair.history.two)):
             continue
         upper, lower = (a, b) if pair.stands > 0.0 else (b, a)
         one, on = rows.load_element(upper, j), rows.load_element(lower, j)
-        speed = level_speed(one, one.home.base_z) - level_speed(on, one.home.support_z)
+        speed = horizontal_speed(one, one.home.base_z) - horizontal_speed(on, one.home.support_z)
         if speed * speed >= 2.0 * STILL_TO_SLIDE * scene.gravity * pair.law.friction > 0.0:
             return True
     return False
 
 
 @njit(**INNER)
-def rests(state: Any, j: int, scene: Any) -> bool:
-    """Whether all elements stand where they stood, on both ends of what carried them, and nothing moves or slides."""
+def all_at_rest(state: Any, j: int, scene: Any) -> bool:
+    """True if all elements are at rest in place, on both ends of each of their joints, and none moves or slides."""
     case, height = rows.load_case(state, j), 0.0
     elements, step = scene.elements[int(case.variant)], case.step * case.attempt.length
     if case.verdict.again > 0.0:
@@ -145,7 +145,7 @@ def rests(state: Any, j: int, scene: Any) -> bool:
     for p in range(scene.layout.shape[0]):
         q, _, _ = rows.of_pair(state, scene, p)
         pair = rows.load_pair(q, j)
-        slides = pair.slid_one != 0.0 or pair.slid_two != 0.0  # what is open may, too
-        if contacts(pair) != (0 if pair.stands == 0.0 else BOTH) or (pair.stands != 0.0 and slides):
+        slides = pair.slid_one != 0.0 or pair.slid_two != 0.0  # an open end may be marked as sliding
+        if count_contacts(pair) != (0 if pair.stands == 0.0 else ENDS_PER_JOINT) or (pair.stands != 0.0 and slides):
             return False
     return True

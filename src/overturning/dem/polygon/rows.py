@@ -1,10 +1,10 @@
-"""How the kernel of scenes keeps its cases: named tuples of one case, in rows of an array with a column per case.
+"""Memory layout of scene cases: the fields of named tuples are rows of an array that has a column per case.
 
-The array has the rows of the case itself (`Case`), then those of each element (`Element`) and of each pair (`Pair`). A
-function that computes one case takes and gives such tuples; ``load_element(rows, j)``, ``store_pose(rows, j, pose)``
-and the like fetch and keep those of column j. The innermost loops run over columns without branches, so that LLVM makes
-vector code of them; they know only ``+ - * /`` and comparisons: a column's bits depend neither on its neighbours, nor
-on the thread, nor on the width of the processor's vectors.
+The array has the rows of the case itself (`Case`), then those of each element (`Element`) and of each pair (`Pair`).
+Functions for one case take and return these tuples; ``load_element(rows, j)``, ``store_pose(rows, j, pose)`` and so on
+read and write column j. The innermost loops run over the columns without branches, so that LLVM vectorises them. They
+use only ``+ - * /`` and comparisons: the bits of a case depend neither on its neighbours, nor on the thread, nor on the
+vector width of the processor.
 """
 
 from collections.abc import Iterable
@@ -18,17 +18,17 @@ from overturning.dem.polygon.mechanics import Taken
 from overturning.dem.polygon.state import Case, Element, History, Marks, Pair
 
 COLUMNS: Final = 8
-"""Cases side by side: the widest vector, so that what a step of a stack of three touches fits into the first cache."""
+"""Number of cases computed together: one widest vector, so that the data of a stack of three fits into the L1 cache."""
 
 
 class Step(NamedTuple):
-    """A pair while a step of the centred scheme is computed."""
+    """Intermediate results of a pair in a step of the centred scheme."""
 
     ends: Stretch
     one: Taken
     two: Taken
     corrected: History
-    """At the end of the step, which may not be accepted."""
+    """History at the end of the step, used only if the step is accepted."""
 
 
 CASE: Final = Rows(COLUMNS, Case)
@@ -70,7 +70,7 @@ _, store_taken_one, _ = PAIR.access(Step, "one")
 _, store_taken_two, _ = PAIR.access(Step, "two")
 _, store_corrected, _ = PAIR.access(Step, "corrected")
 
-# Rows of numbers that are changed by themselves. Added to a column, SECOND leads from end 1's memory to end 2's.
+# Rows that are accessed singly. SECOND is the offset from a row of end 1's memory to the same row of end 2's.
 _OF_CASE = "shaking.tick sample energy variant looked attempt.length found.changed verdict.again"
 TICK, SAMPLE, ENERGY, VARIANT, LOOKED, LENGTH, CHANGED, AGAIN = (CASE.row(Case, p) for p in _OF_CASE.split())
 _OF_ELEMENT = "inertia.frame course.moved course.turned standing.upright_until standing.carried_until standing.side"
@@ -83,18 +83,18 @@ SECOND: Final = PAIR.row(Pair, "history.two.spring") - PAIR.row(Pair, "history.o
 
 
 def flat(values: Iterable[Any]) -> list[float]:
-    """The numbers of nested tuples, in the order of their rows."""
+    """Return the numbers of nested tuples, in the order of their rows."""
     return [number for value in values for number in (flat(value) if isinstance(value, tuple) else [float(value)])]
 
 
 of_element: Final = windows(ELEMENT_SIZE, CASE_SIZE)
-"""``of_element(state, i)``: the rows of an element."""
+"""``of_element(state, i)``: return the rows of element i."""
 
 _pair_at = windows(PAIR_SIZE, CASE_SIZE, 1)
 
 
 @njit(inline="always", **INNER)
 def of_pair(state: Any, scene: Any, p: int) -> tuple[Any, Any, Any]:
-    """The rows of a pair, which come after those of all elements, and of its two elements."""
+    """Return the rows of pair p and of its two elements."""
     q = _pair_at(state, scene.elements.shape[1] * ELEMENT_SIZE + p * PAIR_SIZE)
     return q, of_element(state, scene.layout[p, 0]), of_element(state, scene.layout[p, 1])

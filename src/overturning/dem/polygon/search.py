@@ -1,7 +1,8 @@
-"""Nearest faces: which two of a pair's faces can touch, and for how much motion that stays so.
+"""Search of the nearest faces of a pair: the two faces that can touch, and the motion for which this remains valid.
 
-The faces of an element, or of one of its convex pieces, come as an array, a row per face: first and second end, outward
-normal, distance from the centre, and in the last three whether either end carries and whether it is no cut.
+The faces of an element, or of one of its convex pieces, are an array with a row per face: first and second end, outward
+normal, distance from the centre; columns 9 and 10 are 1 if the first and second end can be a contact vertex, column 11
+is 1 unless the face is a cut between two pieces.
 """
 
 from typing import Any, NamedTuple
@@ -16,22 +17,24 @@ from overturning.dem.polygon.memory import forget, hand_on
 from overturning.dem.polygon.state import Bounds, Nearest, Pose
 
 
-class Candidate(NamedTuple):
-    """A face of either element, and the face of the other one that goes with it."""
+class FacePair(NamedTuple):
+    """Face of one element, and the face of the other element most nearly opposite to it."""
 
     gap: float
-    """Separation of the elements by the face, m,"""
+    """Distance between the elements along the normal of the face, m."""
     a: int
-    """both faces,"""
+    """Index of the face of a."""
     b: int
+    """Index of the face of b."""
     opposed: float
-    """product of their normals, and by how much that of the next best is worse."""
+    """Scalar product of both normals; −1 if they are opposite."""
     play: float
+    """Difference of that product to the one of the next best face."""
 
 
 @njit(**INNER)
 def separation(a: Pose, b: Pose, shape_a: Any, shape_b: Any, face: int) -> float:
-    """Signed distance of b's nearest vertex from the line of a face of a, positive outside."""
+    """Return the signed distance of the nearest vertex of b from the line of a face of a, m, positive outside."""
     nx, nz = rotated(a, shape_a[face, 4], shape_a[face, 5])
     dx, dz = b.x - a.x, b.z - a.z
     least = np.inf
@@ -43,7 +46,7 @@ def separation(a: Pose, b: Pose, shape_a: Any, shape_b: Any, face: int) -> float
 
 @njit(**INNER)
 def most_opposed(a: Pose, b: Pose, shape_a: Any, shape_b: Any, face: int) -> tuple[int, float, float]:
-    """The face of b most opposite to one of a, the product of their normals, and by how much the next is worse."""
+    """Return the face of b most opposite to one of a, the product of their normals, and the margin to the next face."""
     c, s = a.cos * b.cos + a.sin * b.sin, a.sin * b.cos - a.cos * b.sin
     nx, nz = c * shape_a[face, 4] + s * shape_a[face, 5], c * shape_a[face, 5] - s * shape_a[face, 4]
     best, least, second = 0, np.inf, np.inf
@@ -57,30 +60,30 @@ def most_opposed(a: Pose, b: Pose, shape_a: Any, shape_b: Any, face: int) -> tup
 
 
 @njit(**INNER)
-def candidate(a: Pose, b: Pose, shape_a: Any, shape_b: Any, k: int) -> Candidate:
-    """What goes with the k-th face, a's first and then b's."""
+def face_pair(a: Pose, b: Pose, shape_a: Any, shape_b: Any, k: int) -> FacePair:
+    """Return the face pair of the k-th face, counting the faces of a and then those of b."""
     of_b = k - shape_a.shape[0]
     if of_b < 0:
         other, product, clear = most_opposed(a, b, shape_a, shape_b, k)
-        return Candidate(separation(a, b, shape_a, shape_b, k), k, other, product, clear)
+        return FacePair(separation(a, b, shape_a, shape_b, k), k, other, product, clear)
     other, product, clear = most_opposed(b, a, shape_b, shape_a, of_b)
-    return Candidate(separation(b, a, shape_b, shape_a, of_b), other, of_b, product, clear)
+    return FacePair(separation(b, a, shape_b, shape_a, of_b), other, of_b, product, clear)
 
 
 @njit(**INNER)
-def nearest_of(a: Pose, b: Pose, shape_a: Any, shape_b: Any, old: Nearest) -> Candidate:
-    """The nearest faces: of the largest separation, then of the more opposite normals, then of the lower index."""
-    best = Candidate(-np.inf, int(old.face_a), int(old.face_b), np.inf, 0.0)
+def nearest_faces(a: Pose, b: Pose, shape_a: Any, shape_b: Any, old: Nearest) -> FacePair:
+    """Return the nearest faces: largest separation first, then the more opposite normals, then the lower index."""
+    best = FacePair(-np.inf, int(old.face_a), int(old.face_b), np.inf, 0.0)
     for k in range(shape_a.shape[0] + shape_b.shape[0]):
-        other = candidate(a, b, shape_a, shape_b, k)
+        other = face_pair(a, b, shape_a, shape_b, k)
         if other.gap > best.gap or (other.gap == best.gap and other.opposed < best.opposed):
             best = other
     return best
 
 
 @njit(**INNER)
-def farthest(shape: Any) -> float:
-    """Square of the distance of an element's farthest vertex from its centre, m²."""
+def squared_radius(shape: Any) -> float:
+    """Return the squared distance of the farthest vertex from the centre, m²."""
     square = 0.0
     for k in range(shape.shape[0]):
         square = max(square, shape[k, 0] * shape[k, 0] + shape[k, 1] * shape[k, 1])
@@ -88,14 +91,14 @@ def farthest(shape: Any) -> float:
 
 
 @njit(**INNER)
-def motion_left(a: Pose, b: Pose, shape_a: Any, shape_b: Any, best: Candidate, lever: float) -> float:
-    """Motion that cannot change the nearest faces, m.
+def safe_motion(a: Pose, b: Pose, shape_a: Any, shape_b: Any, best: FacePair, lever: float) -> float:
+    """Return a motion that cannot change the nearest faces, m.
 
-    Gaps change by no more than it, products of normals by no more than rotation.
+    A gap changes by at most the motion, a product of normals by at most the rotation.
     """
     limit = 0.4 * lever * best.play
     for k in range(shape_a.shape[0] + shape_b.shape[0]):
-        other = candidate(a, b, shape_a, shape_b, k)
+        other = face_pair(a, b, shape_a, shape_b, k)
         room = 0.4 * (best.gap - other.gap)
         agrees = other.a == best.a and other.b == best.b
         limit = min(limit, max(room, 0.4 * lever * other.play) if agrees else room)
@@ -104,18 +107,18 @@ def motion_left(a: Pose, b: Pose, shape_a: Any, shape_b: Any, best: Candidate, l
 
 @njit(**INNER)
 def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: Any) -> None:
-    """Find the nearest faces of a pair in a column, how much motion cannot change them, and what the springs remember.
+    """Update the nearest faces of a pair in case j, the motion for which they remain valid, and the contact history.
 
-    Of all faces the one with the largest separation from the other element is nearest; with it goes the other
-    element's face most nearly opposite. A pair that has no faces yet, those of a column at rest, keeps its memory.
+    The face with the largest separation from the other element is nearest; its partner is the most nearly opposite
+    face of the other element. A pair that has no faces yet (a case at rest) keeps its contact history.
     """
     old, first, second = rows.load_nearest(q, j), rows.load_element(a, j), rows.load_element(b, j)
     on, by = first.pose, second.pose
-    best = nearest_of(on, by, shape_a, shape_b, old)
+    best = nearest_faces(on, by, shape_a, shape_b, old)
     dx, dz = on.x - by.x, on.z - by.z
-    lever = np.sqrt(dx * dx + dz * dz) + np.sqrt(max(farthest(shape_a), farthest(shape_b)))
-    limit = motion_left(on, by, shape_a, shape_b, best, lever)
-    # Two more steps like the last one are kept clear, so that the first step in reach is still one without contact.
+    lever = np.sqrt(dx * dx + dz * dz) + np.sqrt(max(squared_radius(shape_a), squared_radius(shape_b)))
+    limit = safe_motion(on, by, shape_a, shape_b, best, lever)
+    # Leave a margin of two steps like the last one, so that the first step within reach is still without contact.
     moved, turned = first.course.moved + second.course.moved, first.course.turned + second.course.turned
     clear = 0.9 * best.gap - 2.0 * (moved + lever * turned)
     reach = clear if clear > 0.0 else -1.0
@@ -135,19 +138,19 @@ def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: A
 
 
 @njit(**INNER)
-def changes(q: Any, a: Any, b: Any, j: int, shape_a: Any, shape_b: Any) -> bool:
-    """Whether a pair's nearest faces change in the step that is predicted."""
+def nearest_faces_change(q: Any, a: Any, b: Any, j: int, shape_a: Any, shape_b: Any) -> bool:
+    """True if the nearest faces of a pair change in the predicted step."""
     pair, on, by = rows.load_pair(q, j), rows.load_element(a, j).trial.pose, rows.load_element(b, j).trial.pose
     old = pair.nearest
     if old.ahead < old.limit or old.ahead < old.reach:
         return False
-    best = nearest_of(on, by, shape_a, shape_b, old)
+    best = nearest_faces(on, by, shape_a, shape_b, old)
     return bool(best.a != old.face_a or best.b != old.face_b)
 
 
 @njit(**INNER)
 def bounds_of(shape_a: Any, a: int, shape_b: Any, b: int) -> Bounds:
-    """Where the vertices of two faces begin to carry: at the end of the other face, or nowhere."""
+    """Return the places on the other face from which the vertices of two faces carry an end; ±infinity for never."""
     on_a, on_b = face_of(shape_a, a), face_of(shape_b, b)
     a_to_b, b_to_a = shape_b[b, 11] > 0.0, shape_a[a, 11] > 0.0
     return Bounds(
@@ -160,9 +163,9 @@ def bounds_of(shape_a: Any, a: int, shape_b: Any, b: int) -> Bounds:
 
 @njit(**APART)
 def count_motion(q: Any, a: Any, b: Any) -> tuple[int, int]:
-    """Add the last step's motion; in how many columns the pair could touch, and in how many it has to be searched.
+    """Add the motion of the last step; count the cases in which the pair could touch, and those that need a search.
 
-    A step that is predicted counts twice: the contacts may change it.
+    The motion of the predicted step counts twice, because the contacts may change it.
     """
     near, due = 0, 0
     for j in range(rows.COLUMNS):
@@ -179,9 +182,9 @@ def count_motion(q: Any, a: Any, b: Any) -> tuple[int, int]:
 
 @njit(**INNER)
 def in_reach(state: Any, q: Any, a: Any, b: Any, m: int, n: int, sizes: Any, shapes: Any) -> bool:
-    """Whether a pair could touch in any column in this step; its nearest faces are searched where they may change.
+    """Search the nearest faces where they may change; return True if the pair could touch in any case in this step.
 
-    The pieces m and n of its elements have so many vertices, `sizes`, and faces, `shapes`.
+    m and n are the indices of its convex pieces in `sizes` (numbers of vertices) and `shapes` (faces).
     """
     near, due = count_motion(q, a, b)
     if due > 0:
@@ -191,7 +194,7 @@ def in_reach(state: Any, q: Any, a: Any, b: Any, m: int, n: int, sizes: Any, sha
                 v, dt = int(state[rows.VARIANT + j]), 2.0 * rows.load_case(state, j).lag
                 shape_a, shape_b = shapes[v, m, : sizes[m]], shapes[v, n, : sizes[n]]
                 search(q, a, b, j, dt, shape_a, shape_b)
-                if dt == 0.0 and changes(q, a, b, j, shape_a, shape_b):
+                if dt == 0.0 and nearest_faces_change(q, a, b, j, shape_a, shape_b):
                     state[rows.CHANGED + j] = 1.0
             near += 1 if q[rows.AHEAD + j] >= q[rows.REACH + j] else 0
     return near > 0

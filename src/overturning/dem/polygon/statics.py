@@ -1,4 +1,4 @@
-"""What each contact carries at rest, how the scene sinks into its springs, and how fast it can vibrate."""
+"""Statics of a scene: contact loads at rest, static penetration, contact constants and natural frequencies."""
 
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -12,16 +12,15 @@ from overturning.model.contact import DAMPING_RATIO
 from overturning.model.geometry import ElementPair, PlacedElement, StretchEnd, TouchingEnd, touching_ends
 from overturning.model.scene import Scene
 
-FLUSH: Final = np.radians(0.1)
-"""What leans by less stands on its face, where its tipping angle is concerned, rad."""
+MAX_FLUSH_LEAN: Final = np.radians(0.1)
+"""Lean up to which an element counts as standing flush on its face when its tipping angle is computed, rad."""
+
+ENDS_PER_FACE: Final = 2
+"""Number of contact ends of a face that stands flush."""
 
 
-BOTH: Final = 2
-"""Ends of a face that stands flush."""
-
-
-class Loaded(NamedTuple):
-    """An end that carries something at rest: its pair, which of the two ends it is, and its springs' stretches, m."""
+class LoadedEnd(NamedTuple):
+    """End that carries load at rest: its pair, its number (0 or 1), and the stretches of its springs, m."""
 
     pair: int
     side: int
@@ -31,7 +30,7 @@ class Loaded(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """An end that touches, and how its normal approach and its slip depend on all displacements, shape (3 · free,)."""
+    """Touching end, with the derivatives of its approach and its slip by all displacements, shape (3 · free,)."""
 
     touch: TouchingEnd
     approach: FloatArray
@@ -39,24 +38,24 @@ class Joint(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Laws:
-    """Contact constants of each pair at each end, shape (pairs,)."""
+class ContactLaws:
+    """Contact constants at each end of each pair, shape (pairs,)."""
 
     normal: FloatArray  # K_n, N/m
     tangential: FloatArray  # K_s, N/m
     dashpot: FloatArray  # h, N·s/m, in both directions
-    friction: FloatArray  # µ; −1 where it is the one that is swept
+    friction: FloatArray  # µ; −1 if the pair takes the friction of the case
     carried: FloatArray  # weight at rest, N
 
 
-def _numbers(placed: list[PlacedElement]) -> dict[int, slice]:
-    """Where the displacements (x, z, clockwise rotation) of each free element stand among those of all."""
+def _displacement_slices(placed: list[PlacedElement]) -> dict[int, slice]:
+    """Return the slice of each free element in the vector of displacements (x, z, clockwise rotation)."""
     free = [i for i, item in enumerate(placed) if not item.fixed]
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
-def joints_of(placed: list[PlacedElement], pairs: list[ElementPair], lean: float = 0.0) -> list[Joint]:
-    """The ends that touch; `lean` as in `overturning.model.geometry.resting`."""
+def find_joints(placed: list[PlacedElement], pairs: list[ElementPair], lean: float = 0.0) -> list[Joint]:
+    """Return the touching ends; for `lean` see `overturning.model.geometry.resting`."""
     return _joints(placed, pairs, touching_ends(placed, pairs, lean))
 
 
@@ -65,35 +64,35 @@ def _joints(placed: list[PlacedElement], pairs: list[ElementPair], ends: list[To
 
 
 def bearing_ends(
-    scene: Scene, placed: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint], loaded: list[Loaded]
-) -> list[Loaded]:
-    """Return the ends by which elements stand: the `loaded` ones, with a lean of less than `FLUSH` taken as none.
+    scene: Scene, placed: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint], loaded: list[LoadedEnd]
+) -> list[LoadedEnd]:
+    """Return the ends on which elements stand: the `loaded` ones, with a lean below `MAX_FLUSH_LEAN` ignored.
 
-    Without that, a lean of a millionth would leave the whole scene without a rest, and without tipping angles. An
-    element that leans by more is left out where it keeps the others from resting.
+    Otherwise a lean of 1e-6 would leave the whole scene without static equilibrium, and without tipping angles. An
+    element that leans by more is left out if it prevents the equilibrium of the others.
     """
-    flush = joints_of(placed, pairs, FLUSH)
+    flush = find_joints(placed, pairs, MAX_FLUSH_LEAN)
     if len(flush) == len(joints) and (loaded or not joints):
         return loaded
     upper = [pairs[pair].a if end.normal[1] > 0 else pairs[pair].b for (pair, _, end), _, _ in flush]
-    leaning = {k for k, item in enumerate(placed) if not item.fixed and upper.count(k) < BOTH}
+    leaning = {k for k, item in enumerate(placed) if not item.fixed and upper.count(k) < ENDS_PER_FACE}
     held = [
         replace(item, element=item.element.model_copy(update={"kind": "held"})) if k in leaning else item
         for k, item in enumerate(placed)
     ]
     ones = np.ones(len(pairs))
-    # A wall beside what leans carries none of its weight: without friction on faces where it has to be.
+    # A wall next to a leaning element does not carry its weight: if necessary, try again without friction on faces.
     for items, tangential in ((placed, ones), (placed, 0.0 * ones), (held, ones)):
         free = {k for k, item in enumerate(items) if not item.fixed}
         ends = [joint.touch for joint in flush if free.intersection(pairs[joint.touch.pair][:2])]
-        found = rest(scene, items, _joints(items, pairs, ends), ones, tangential) if free else None
+        found = static_equilibrium(scene, items, _joints(items, pairs, ends), ones, tangential) if free else None
         if found is not None:
             return found[1]
     return []
 
 
 def _stretches(placed: list[PlacedElement], pair: ElementPair, end: StretchEnd) -> tuple[FloatArray, FloatArray]:
-    number = _numbers(placed)
+    number = _displacement_slices(placed)
     approach, slip = np.zeros(3 * len(number)), np.zeros(3 * len(number))
     for k, sign in ((pair.a, 1.0), (pair.b, -1.0)):
         if k in number:
@@ -110,24 +109,27 @@ def _stiffness(size: int, joints: list[Joint], normal: FloatArray, tangential: F
     return matrix
 
 
-def rest(
+def static_equilibrium(
     scene: Scene, placed: list[PlacedElement], joints: list[Joint], normal: FloatArray, tangential: FloatArray
-) -> tuple[FloatArray, list[Loaded]] | None:
-    """Static equilibrium on the springs of the contacts (N/m of each pair), without tension.
+) -> tuple[FloatArray, list[LoadedEnd]] | None:
+    """Compute the static equilibrium on the contact springs (N/m for each pair); contacts carry no tension.
 
-    Displacements of the elements, shape (elements, 3), m and rad, and the loaded ends; None where the scene cannot
-    rest: something slides off or falls by itself.
+    Returns
+    -------
+    tuple of ndarray and list of LoadedEnd, or None
+        Displacements of the elements, shape (elements, 3), m and rad, and the ends that carry load. None without
+        equilibrium: an element slides off or falls by itself.
     """
-    # Without friction a tangential spring would hold for a moment only; a minute one keeps the system regular.
+    # A frictionless contact has no tangential spring; a very soft one keeps the matrix regular.
     held, joints = np.maximum(tangential, 1e-9 * normal), joints.copy()
-    number = _numbers(placed)
+    number = _displacement_slices(placed)
     load = np.concatenate([(0.0, -placed[k].mass * scene.gravity, 0.0) for k in number])
     while joints:
         solution = solve(_stiffness(load.size, joints, normal, held), load)
         if solution is None:
             return None
         ends = [
-            Loaded(*touch, float((approach * solution).sum()), float((slip * solution).sum()))
+            LoadedEnd(*touch, float((approach * solution).sum()), float((slip * solution).sum()))
             for touch, approach, slip in joints
         ]
         least = min(ends, key=lambda end: end.approach)
@@ -136,20 +138,25 @@ def rest(
             for k, at in number.items():
                 displacement[k] = solution[at]
             return displacement, ends
-        del joints[ends.index(least)]  # it is pulled
+        del joints[ends.index(least)]  # this end is in tension
     return None
 
 
-def contact_laws(scene: Scene, placed: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint]) -> Laws:
-    """Springs, dashpots and friction of each pair; stiffness auto from the weight that the pair carries at rest.
+def contact_laws(
+    scene: Scene, placed: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint]
+) -> ContactLaws:
+    """Compute springs, dashpots and friction of each pair; stiffness "auto" follows from its load at rest.
 
-    A pair that carries weight W over a common stretch of width B sinks in by δ = W/(2 K_n), a stated share of B. A
-    pair that does not touch at rest has the spring of its lighter free element standing on its smaller side.
+    A pair that carries the weight W over a common stretch of width B penetrates by δ = W/(2 K_n), which must be the
+    `static_penetration` share of B. A pair that does not touch at rest gets the spring of its lighter free element
+    standing on its smaller side.
     """
     ones = np.ones(len(pairs))
-    equilibrium = rest(scene, placed, joints, ones, ones)
+    equilibrium = static_equilibrium(scene, placed, joints, ones, ones)
     whole = [pair[:2] for pair in pairs]
-    together = np.array([whole.index(both) for both in whole], dtype=np.int64)  # all pieces of two elements
+    together = np.array(
+        [whole.index(both) for both in whole], dtype=np.int64
+    )  # pairs of pieces of the same two elements
     carried, width = np.zeros(len(pairs)), np.zeros(len(pairs))
     for end in equilibrium[1] if equilibrium is not None else ():
         carried[together[end.pair]] += end.approach
@@ -167,7 +174,7 @@ def contact_laws(scene: Scene, placed: list[PlacedElement], pairs: list[ElementP
         depth = min(a.element.depth, b.element.depth)
         lightest = min(free, key=lambda item: item.mass)
         weight = carried[index]
-        # A contact that carries next to nothing must still stop a blow.
+        # A contact with hardly any load at rest must still be stiff enough for impacts.
         if weight < 0.01 * lightest.mass * scene.gravity:
             weight = lightest.mass * scene.gravity
         stretch = width[index] if width[index] > 0.01 * lightest.size else lightest.size
@@ -182,18 +189,18 @@ def contact_laws(scene: Scene, placed: list[PlacedElement], pairs: list[ElementP
             ratio = DAMPING_RATIO if law.damping_ratio is None else law.damping_ratio
             dashpot[index] = 2.0 * ratio * np.sqrt(0.5 * normal[index] * (weight / scene.gravity))
         friction[index] = -1.0 if law.friction is None else law.friction
-    return Laws(normal, tangential, dashpot, friction, carried)
+    return ContactLaws(normal, tangential, dashpot, friction, carried)
 
 
 def highest_modes(
-    placed: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint], laws: Laws
+    placed: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint], laws: ContactLaws
 ) -> tuple[float, float]:
-    """Largest eigenvalues of springs (ω², 1/s²) and of dashpots (1/s), as `overturning.dem.time_step` takes them.
+    """Return the largest eigenvalues of the springs (ω², 1/s²) and of the dashpots (1/s) for the stable time step.
 
-    The larger of those of the scene at rest and of each pair on a single vertex at the farthest lever, K (1/m + r²/I)
-    summed over both elements; for a rectangle on a fixed one the latter is 4 K/m.
+    Each is the maximum over the scene at rest and all pairs in contact at a single, the farthest, vertex:
+    K (1/m + r²/I), summed over both elements; for a rectangle on a fixed element this is 4 K/m.
     """
-    root, values = _over_masses(placed), []
+    root, values = _inverse_root_masses(placed), []
     for normal, tangential in ((laws.normal, laws.tangential), (laws.dashpot, laws.dashpot)):
         matrix = _stiffness(root.size, joints, normal, tangential)
         highest = highest_eigenvalue(root[:, None] * matrix * root)
@@ -207,14 +214,14 @@ def highest_modes(
     return values[0], values[1]
 
 
-def slowest_mode(placed: list[PlacedElement], joints: list[Joint], laws: Laws) -> float:
-    """Smallest eigenvalue of the scene at rest on its springs, 1/s²; 0 where something can move without force."""
-    root = _over_masses(placed)
+def slowest_mode(placed: list[PlacedElement], joints: list[Joint], laws: ContactLaws) -> float:
+    """Return the smallest eigenvalue of the springs of the scene at rest, 1/s²; 0 if an element can move freely."""
+    root = _inverse_root_masses(placed)
     matrix = _stiffness(root.size, joints, laws.normal, laws.tangential)
     return lowest_eigenvalue(root[:, None] * matrix * root)
 
 
-def _over_masses(placed: list[PlacedElement]) -> FloatArray:
-    """1 over the roots of masses and moments of inertia, by displacements."""
+def _inverse_root_masses(placed: list[PlacedElement]) -> FloatArray:
+    """Return 1/√m and 1/√I for each displacement, shape (3 · free,)."""
     free = [item for item in placed if not item.fixed]
     return np.sqrt(np.concatenate([(1.0 / item.mass, 1.0 / item.mass, 1.0 / item.inertia) for item in free]))

@@ -1,4 +1,4 @@
-"""One step of all columns by the centred scheme, the trapezoidal rule: each column by steps of its own length."""
+"""Step of all cases with the centred scheme (trapezoidal rule); each case has its own step length."""
 
 from typing import Any, NamedTuple
 
@@ -18,17 +18,20 @@ from overturning.dem.polygon.state import Case, Course, Inertia, Plane, Pose, Tr
 
 
 class Centred(NamedTuple):
-    """What the kernel has to know of the scheme."""
+    """Constants of the centred scheme."""
 
     lag: float = 0.0
-    """Steps by which velocities lag behind poses;"""
+    """Lag of velocities behind poses, steps."""
     ticks: float = SCENE.whole
-    """ticks of a whole step."""
+    """Ticks in a whole step."""
 
 
 @njit(**INLINE)
-def shaken(up: Any, case: Case, own: Inertia, ticks: float) -> tuple[float, float]:
-    """Acceleration of the base under an element at the end of the step; `up` is None where the base moves level."""
+def base_acceleration(up: Any, case: Case, own: Inertia, ticks: float) -> tuple[float, float]:
+    """Return the horizontal and vertical acceleration of the base at the end of the step.
+
+    Both are 0 for an element that moves with the base; `up` is None if the base moves level.
+    """
     tick = case.shaking.tick + case.attempt.length
     past = tick - ticks
     past = past if past > 0.0 else 0.0
@@ -40,14 +43,14 @@ def shaken(up: Any, case: Case, own: Inertia, ticks: float) -> tuple[float, floa
 
 @njit(**APART)
 def predict(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
-    """The motion of an element in a step, were its acceleration to stay."""
+    """Predict the motion of an element in a step with constant acceleration."""
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(e, j), rows.load_case(own, j)
         dt, a = case.step * case.attempt.length, item.acceleration
         half = 0.5 * dt
-        ground, lift = shaken(up, case, item.inertia, ticks)
+        ground, lift = base_acceleration(up, case, item.inertia, ticks)
         v = after(item.velocity, a, half)
-        # What the solution is to add, but for the contacts.
+        # Right-hand side of the equations, still without the contacts.
         fall = gravity * item.inertia.weight + lift
         change = Plane(half * (-ground - a.x), half * (-fall - a.z), half * -a.w)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
@@ -56,13 +59,13 @@ def predict(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
 
 
 @njit(**APART)
-def arrive(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
-    """The motion of an element at the solution, kept where the step is accepted."""
+def correct_state(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
+    """Correct the state of an element with the solution of the equations, if the step is accepted."""
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(e, j), rows.load_case(own, j)
         dt, trial, old, again = case.step * case.attempt.length, item.trial, item.course, case.verdict.again > 0.0
         half, tick, d, p = 0.5 * dt, case.shaking.tick + case.attempt.length, trial.change, trial.pose
-        ground, lift = shaken(up, case, item.inertia, ticks)
+        ground, lift = base_acceleration(up, case, item.inertia, ticks)
         a = acceleration(item, ground, lift, gravity)
         v = after(trial.half, a, half)
         turn = half * d.w
@@ -83,14 +86,14 @@ def arrive(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
 
 @njit(**APART)
 def clear_marks(own: Any) -> None:
-    """Nothing has been found yet."""
+    """Reset the findings of the step."""
     for j in range(rows.COLUMNS):
         rows.store_marks(own, j, rows.no_marks())
 
 
 @njit(**INLINE)
-def found_of(case: Case) -> Found:
-    """What an attempt at a step has found, for the clock; fine steps go by the predicted forces."""
+def step_findings(case: Case) -> Found:
+    """Return the findings of an attempted step for the clock; fine steps keep the predicted contact states."""
     found, long = case.found, not is_fine(case)
     wrong, reverse, back = (found.wrong > 0.0) & long, (found.reversed > 0.0) & long, (found.back > 0.0) & long
     return Found(found.changed > 0.0, False, False, wrong, reverse, back, found.slides > 0.0, False)
@@ -98,17 +101,17 @@ def found_of(case: Case) -> Found:
 
 @njit(**APART)
 def accept_or_reject(own: Any, ticks: float) -> None:
-    """Accept the step of each lane or not, and say how the next one is to be tried."""
+    """Accept or reject the step of each lane, and choose the next one."""
     for j in range(rows.COLUMNS):
         case = rows.load_case(own, j)
         tick = case.shaking.tick + case.attempt.length
-        again, sooner, then = next_attempt(SCENE, case.clock, case.attempt, found_of(case), tick, ticks)
+        again, sooner, then = next_attempt(SCENE, case.clock, case.attempt, step_findings(case), tick, ticks)
         rows.store_verdict(own, j, Verdict(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
 
 
 @njit(**APART)
 def advance_clock(own: Any) -> None:
-    """Let the clock of each lane advance where its step is accepted."""
+    """Advance the clock of each lane whose step is accepted."""
     for j in range(rows.COLUMNS):
         case = rows.load_case(own, j)
         tick = case.shaking.tick
@@ -118,7 +121,7 @@ def advance_clock(own: Any) -> None:
 
 @njit(**INNER)
 def step(up: Any, state: Any, matrix: Any, pattern: Any, pairs: Any, moves: Any, scene: Any, ticks: float) -> None:
-    """One step of all columns; `up` is None where the base moves level."""
+    """Compute one step of all cases; `up` is None if the base moves level."""
     clear_marks(state)
     size, near = moves.size, pairs.near
     clear(pattern)
@@ -146,7 +149,7 @@ def step(up: Any, state: Any, matrix: Any, pattern: Any, pairs: Any, moves: Any,
     accept_or_reject(state, ticks)
     for i in range(size):
         if moves[i]:
-            arrive(up, rows.of_element(state, i), state, ticks, scene.gravity)
+            correct_state(up, rows.of_element(state, i), state, ticks, scene.gravity)
     for n in range(kept):
         p = pairs.awake[n]
         if near[p]:

@@ -1,6 +1,7 @@
 """Motions made of a formula or of an obspy Stream."""
 
 import warnings
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -182,8 +183,8 @@ def test_counts_are_no_accelerations() -> None:
 def test_an_offset_that_drives_the_velocity_is_warned_of() -> None:
     """Of raw counts as obspy reads them; `overturning.read` takes it off, this only warns of it."""
     found = stream("HNN", "HNE", npts=4000)
-    for trace, offset in zip(found, (0.0, 0.05), strict=True):
-        trace.data = np.sin(np.arange(4000) * 0.06) * np.hanning(4000) + offset
+    for trace, offset, speed in zip(found, (0.0, 0.05), (0.07, 0.06), strict=True):
+        trace.data = np.sin(np.arange(4000) * speed) * np.hanning(4000) + offset
     with pytest.warns(UserWarning, match="velocity towards east ends at 100 % of its peak, like raw data") as told:
         raw = Motion.from_obspy(found)
     assert len(told) == 1
@@ -218,3 +219,24 @@ def test_direction_cosines_are_those_of_the_compass(azimuth: float, north: float
 def test_an_integral_by_trapezia() -> None:
     """By hand: 0, (0 + 1)/2 · 0.5, that and (1 + 3)/2 · 0.5, that and (3 − 1)/2 · 0.5."""
     np.testing.assert_allclose(integrate(np.array([0.0, 1.0, 3.0, -1.0]), 0.5), [0.0, 0.25, 1.25, 1.75])
+
+
+@pytest.mark.parametrize(
+    ("east", "word"),
+    [
+        (lambda wave: 0.004 * wave, "stream: east is dead: its peak is 0.4 Gal, less than 1/100 of that of north"),
+        (lambda wave: -wave, "stream: north and east have the same samples"),
+        (lambda wave: np.clip(np.roll(wave, 7), -0.3, 0.3), "stream: east is clipped: "),
+    ],
+)
+def test_dead_copied_and_clipped_traces_of_a_stream_are_warned_of(
+    east: Callable[[np.ndarray], np.ndarray], word: str
+) -> None:
+    """A motion along one axis that is made of arrays is meant so."""
+    time = np.arange(1000) / 100
+    wave = np.sin(2 * np.pi * time) * np.sin(np.pi * time / 10) ** 2
+    wave /= np.abs(wave).max()
+    motion = Motion(wave, east(wave), sampling_interval=0.01)
+    with pytest.warns(UserWarning, match=word):
+        Motion.from_obspy(motion.to_obspy())
+    Motion.from_obspy(Motion(wave, np.roll(wave, 7), sampling_interval=0.01).to_obspy())

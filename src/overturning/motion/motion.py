@@ -9,7 +9,7 @@ from overturning.arrays import ArrayLike, FloatArray
 from overturning.errors import ArgumentError, OverturningError, suggest_keywords
 from overturning.motion.direction import direction_cosines
 from overturning.motion.integration import integrate
-from overturning.motion.plausible import implausibility
+from overturning.motion.plausible import axis_doubts, implausibility
 from overturning.motion.streams import components_of_stream
 
 if TYPE_CHECKING:
@@ -177,8 +177,8 @@ class Motion(Accelerogram):
         """Return the motion of an obspy Stream with three components, or two horizontal ones.
 
         The direction of a trace comes from its channel code: SEED codes that end in N, E, Z, or NS, EW, UD. A warning
-        is given if a SAC header states another direction, or if an offset makes the velocity drift. Samples are
-        multiplied by ``stats.calib``, in which readers of raw counts store m/s² per count.
+        is given if a SAC header states another direction, if an axis is dead or clipped, or if an offset makes the
+        velocity drift. Samples are multiplied by ``stats.calib``, in which readers of raw counts store m/s² per count.
 
         Parameters
         ----------
@@ -198,6 +198,9 @@ class Motion(Accelerogram):
         """
         values, interval = components_of_stream(stream, unit, sensor)
         motion = cls(**values, sampling_interval=interval)
+        # Not of every motion: one along a single axis, as of a shaking table, is made on purpose, no sensor's.
+        for why in axis_doubts(motion.components, ("north", "east", "up")):
+            warnings.warn(f"stream: {why}", stacklevel=3)
         for name, speed in zip(("north", "east", "up"), np.abs(motion.velocity), strict=False):
             if speed[-1] > _DRIFTING * speed.max():
                 share = f"{100 * speed[-1] / speed.max():.0f} %"

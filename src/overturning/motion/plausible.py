@@ -136,6 +136,27 @@ def dead_horizontal(components: Sequence[FloatArray], names: Sequence[str]) -> s
     return ""
 
 
+def axis_doubts(components: Sequence[FloatArray], names: Sequence[str]) -> list[str]:
+    """Return doubts about the axes of a recorded motion: dead, the same samples, clipped.
+
+    Parameters
+    ----------
+    components : sequence of array, shape (n,)
+        Accelerations along two horizontal axes and, where there is one, a vertical axis, m/s².
+    names : sequence of str
+        Names of the axes.
+    """
+    dead = dead_horizontal(components, names)
+    doubts = [dead] if dead else []
+    if have_same_samples(components[0], components[1]):
+        doubts.append(f"{names[0]} and {names[1]} have the same samples")
+    for name, samples in zip(names, components, strict=False):
+        count, rail = samples_at_rail(samples)
+        if count:
+            doubts.append(f"{name} is clipped: {count} samples stand at its rail, {rail / CM:.4g} Gal")
+    return doubts
+
+
 def have_same_samples(first: FloatArray, second: FloatArray) -> bool:
     """Return True if two axes are the same but for an offset and the sign: one file was read, or written, twice."""
     if first.size != second.size:

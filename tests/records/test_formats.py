@@ -238,7 +238,11 @@ def test_channels_of_several_places_in_a_structure_are_no_record(tmp_path, form)
         put(tmp_path, text("Roof - North", "3rd Floor", "Ground"))
     (told,) = put(tmp_path, text(*["3rd Floor"] * 3)).notes
     assert told == "a sensor at '3rd Floor' has the motion of a structure, not of the ground"
-    assert put(tmp_path, text(*["Ground Floor"] * 3)).notes == []
+    for place in ("Pier 3 top", "Top of tower", "Bent 2: cap", "Level 5", "Upper gallery", "Column, 20 ft below deck"):
+        (told,) = put(tmp_path, text(*[place] * 3)).notes
+        assert told == f"a sensor at {place!r} has the motion of a structure, not of the ground"
+    for place in ("Ground Floor", "Level 1", "Base of tower", "Pier 3: footing", "Top of hill", "Basement"):
+        assert put(tmp_path, text(*[place] * 3)).notes == []
     both = text(*["Ground Floor"] * 3) + text(*["Roof"] * 3)
     (tmp_path / "both.v2").write_text(both)
     assert [{c.location for c in f.components} for f in check_paths([tmp_path / "both.v2"])] == [

@@ -140,16 +140,22 @@ DEEPEST_VAULT = 3.0
 def sensor_at(depth_m: float | None = None, text: str = "") -> Sensor:
     """Which sensor it is, by its depth below the surface or its place in words; that of the surface if neither."""
     size = r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b"
-    for pattern in (rf"depth\D{{0,5}}{size}", rf"{size}\.?\s*(?:deep|depth|below)"):
+    for pattern in (
+        rf"depth\D{{0,5}}{size}",
+        rf"{size}\.?\s*(?:deep|depth|below(?! +(?:the +)?(?:deck|roof|top|girder|crest)))",
+    ):
         if stated := re.search(pattern, text, re.IGNORECASE):
             depth_m = float(stated[1]) * (1.0 if stated[2].lower() == "m" else 0.3048)
     named = re.search(r"\b(down|bore)[- ]?hole\b", text, re.IGNORECASE)
     return "borehole" if named or (depth_m is not None and depth_m > DEEPEST_VAULT) else "surface"
 
 
+_TALL: Final = "(pier|column|tower|pylon|tank|bent|arch|chimney|mast)"
+
 _RAISED: Final = re.compile(
-    r"\b(roof|penthouse|attic|mezzanine|deck|crest|girder|parapet|"
-    r"(second|third|fourth|fifth|[2-9](nd|rd|th)|[1-9]\d(st|nd|rd|th)) +(fl|level|stor))",
+    r"\b(roof|penthouse|attic|mezzanine|deck|crest|girder|parapet|gallery|mid-?height|level +([2-9]|[1-9]\d)\b|"
+    r"(second|third|fourth|fifth|[2-9](nd|rd|th)|[1-9]\d(st|nd|rd|th)) +(fl|level|stor)|"
+    rf"{_TALL}\b[^,;]*\b(top|cap)\b|top +of +(the +)?{_TALL}\b)",
     re.IGNORECASE,
 )
 

@@ -23,8 +23,8 @@ from overturning.model.cases import Cases
 from overturning.model.shapes import Circle, Rectangle
 from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior
 from overturning.statistics.bootstrap import Interval, bootstrap, unanimous_share_interval
-from overturning.surveys.inversion import NO_FIT, POWER, Inversion
-from overturning.surveys.library import Candidate, candidates
+from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER, Inversion
+from overturning.surveys.library import CandidateMotion, candidates
 from overturning.surveys.posterior import Posterior
 from overturning.surveys.responses import LEVELS, Responses, StoneKind
 from overturning.surveys.stones import Stone, read_survey
@@ -47,7 +47,7 @@ HOLDS: Final = ["pgv_holds", "pga_holds", "axis_holds"]
 class Truth:
     """A survey and the motion under which it was simulated."""
 
-    motion: Candidate
+    motion: CandidateMotion
     level: float
     axis: float
     stones: list[Stone]
@@ -58,7 +58,7 @@ def spread(generator: np.random.Generator, low: float, high: float, count: int) 
     return np.asarray(np.exp(generator.uniform(np.log(low), np.log(high), count)))
 
 
-def survey(motion: Candidate, generator: np.random.Generator) -> Truth:
+def survey(motion: CandidateMotion, generator: np.random.Generator) -> Truth:
     """Simulate a survey of 12 to 60 stones of all sizes: columns, or in one survey of three prisms of square plan."""
     draw, count = generator, int(generator.integers(12, 61))
     level, turn = float(spread(draw, LEVELS[0], LEVELS[-1], 1)[0]), draw.uniform(0, 360)
@@ -216,8 +216,8 @@ def bodies(rows: pd.DataFrame) -> dict[str, str]:
         "of which nothing is known. Widths are medians, of 90 % intervals, the end of the library "
         "standing for a missing bound; before a survey upper over lower end are "
         f"{rows['pgv_before'].median():.3g} for PGV and {rows['pga_before'].median():.3g} for PGA, and the axis takes "
-        f"162 of 180°. With the power that the package has, {POWER:g}, {100 * (fits < NO_FIT).mean():.1f} % of "
-        f"{fits.size} such surveys are said not to fit."
+        f"162 of 180°. With the power that the package has, {POWER:g}, {100 * (fits < MIN_FIT_P_VALUE).mean():.1f} % "
+        f"of {fits.size} such surveys are said not to fit."
     )
     return {"backwards-coverage": f"{wrapped(said)}\n\n{markdown(head, [line(*part) for part in parts.items()])}"}
 

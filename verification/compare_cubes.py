@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.variables import INT8_MISSING
-from overturning.study.answers import ASIDE, compare
+from overturning.study.answers import MAX_AZIMUTH_DIFFERENCE_DEG, compare
 from overturning.study.cube import open_cube
 from verification.measures import ROCKS, percent
 from verification.tables import markdown
@@ -27,9 +27,9 @@ SLIDES = 1e-3
 
 
 def apart(first: NDArray[Any], second: NDArray[Any]) -> NDArray[np.bool_]:
-    """Which of two falls in space go `ASIDE` or more apart, by their azimuths in degrees; none where one stands."""
+    """True where two 3-D falls are `MAX_AZIMUTH_DIFFERENCE_DEG` or more apart, by azimuth, degrees; NaN is False."""
     turn = np.nan_to_num(np.asarray(second, np.float64) - np.asarray(first, np.float64))
-    return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= ASIDE)
+    return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= MAX_AZIMUTH_DIFFERENCE_DEG)
 
 
 def agree(flags: xr.DataArray, towards: NDArray[Any] | None = None) -> NDArray[np.bool_]:

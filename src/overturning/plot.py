@@ -318,14 +318,14 @@ def _motion_path(one: "xr.Dataset") -> Path:
 
 def _motion_folder(cube: "xr.Dataset") -> Path:
     """Return the folder of the motions relative to the cube; `motion` for a cube that belongs to no study."""
-    from overturning.study.cube import motions_beside, study_of
+    from overturning.study.cube import motion_folder, study_of
 
     if _factor(cube) != 1.0:
         raise MissingDataError(
             f"amplitude: motions and measures exist only for the factor 1, not {_factor(cube):g}; open the cube with "
             "amplitude=1"
         )
-    return motions_beside(Path(), study_of(cube), cube.attrs["variant"]) if "study" in cube.attrs else Path("motion")
+    return motion_folder(Path(), study_of(cube), cube.attrs["variant"]) if "study" in cube.attrs else Path("motion")
 
 
 def _measures(cube: "xr.Dataset") -> "xr.Dataset":

@@ -143,7 +143,7 @@ def test_the_default_study_fits_and_is_the_same_bytes_each_time(tmp_path: Path) 
 
 
 def test_a_large_cube_has_a_file_for_each_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(explore, "MOST_CELLS", 10)
+    monkeypatch.setattr(explore, "MAX_CELLS_PER_PAGE", 10)
     write_explorer(cube(), tmp_path / "look.html")
     page, data = (tmp_path / "look.html").read_text(encoding="utf-8"), explorer_data(cube())
     assert '"folder":"look-records"' in page

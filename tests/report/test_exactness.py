@@ -14,7 +14,7 @@ from overturning.model.planes import Planes
 from overturning.report.blocks import Caution, Paragraph, Section
 from overturning.report.results import Results
 from overturning.report.sections.exactness import convergence, dependence, ensemble
-from overturning.study.convergence import NUDGE, Convergence
+from overturning.study.convergence import AMPLITUDE_PERTURBATION, Convergence
 from tests.report.reading import column, numbers, tables, text_of
 
 COUNTS = {
@@ -93,7 +93,7 @@ def test_it_warns_above_one_percent() -> None:
 def test_what_finer_steps_settle_and_what_nothing_decides(settling: dict[str, int], told: list[str]) -> None:
     text = text_of(section(settling={"settled": 0, "chaotic": 0, "block_steps": 50} | settling))
     about = text.partition("With finer steps")[2].partition("\n")[0]
-    assert numbers(about.replace(f"1 + {NUDGE:g}", "")) == told
+    assert numbers(about.replace(f"1 + {AMPLITUDE_PERTURBATION:g}", "")) == told
 
 
 def test_what_was_not_run_again() -> None:

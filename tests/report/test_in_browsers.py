@@ -295,7 +295,7 @@ def test_the_explorer_shows_the_command_of_the_selected_cell(said: dict[str, Any
 
 @pytest.mark.browser
 def test_records_beside_the_page_are_read_from_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(explore, "MOST_CELLS", 10)
+    monkeypatch.setattr(explore, "MAX_CELLS_PER_PAGE", 10)
     explore.write_explorer(cube(), tmp_path / "look around.html")
     names, options = PROGRAMS["chromium"]
     program = next((found for name in names if (found := shutil.which(name))), None) or lacking("needs Chromium")

@@ -193,7 +193,7 @@ def test_spread_is_that_of_the_members_run_one_by_one(motion: Motion, nominal: d
     assert difference == pytest.approx(halves[0].mean() - halves[1].mean())
 
 
-@pytest.mark.parametrize(("name", "most"), [("MOST_GROUND_VALUES", 2 * 8 * 400), ("MOST_MEMBERS", 2 * 8 * 10)])
+@pytest.mark.parametrize(("name", "most"), [("MAX_MOTION_SAMPLES", 2 * 8 * 400), ("MAX_MEMBER_CASES", 2 * 8 * 10)])
 def test_directions_are_run_in_pieces_that_hold_no_more_than_they_may(
     motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int
 ) -> None:
@@ -349,7 +349,7 @@ def test_the_same_in_any_portion(
 ) -> None:
     members = draw_members(Ensemble(members=4, amplitude=0.1))
     whole = run(motion, nominal, members)
-    monkeypatch.setattr("overturning.study.ensemble.MOST_GROUND_VALUES", 1)
+    monkeypatch.setattr("overturning.study.ensemble.MAX_MOTION_SAMPLES", 1)
     reports: list[tuple[int, int]] = []
     pieces = run(motion, nominal, members, progress=lambda done, total: reports.append((done, total)))
     for variable in PLANE_ENSEMBLE_VARIABLES:

@@ -14,7 +14,7 @@ from overturning.files import atomic_write, checksum_matches
 from overturning.records.record import Record
 from overturning.records.store import read_motion, write_motion
 from overturning.study.ensemble import Members, draw_members
-from overturning.study.resume import keep_cubes, lock, put_cubes_back, remove_leftovers, repair
+from overturning.study.resume import backup_cubes, lock, remove_leftovers, repair, restore_cubes
 from overturning.study.schema import Ensemble
 
 
@@ -116,16 +116,16 @@ def test_a_failed_run_does_not_cost_the_cube(tmp_path: Path) -> None:
     cubes = [tmp_path / name for name in ("cube.nc", "cube.other.nc", "cube.third.nc")]
     for cube in cubes:
         cube.write_text("earlier", encoding="utf-8")
-    keep_cubes(tmp_path)
+    backup_cubes(tmp_path)
     cubes[0].unlink()  # as Snakemake does before the step that fails
     cubes[1].unlink()
     cubes[1].write_text("new", encoding="utf-8")
-    put_cubes_back(tmp_path)
+    restore_cubes(tmp_path)
     assert [cube.read_text(encoding="utf-8") for cube in cubes] == ["earlier", "new", "earlier"]
     assert cubes[0].stat().st_mtime == 0, "the next run makes it again"
     assert min(cube.stat().st_mtime for cube in cubes[1:]) > 0
-    keep_cubes(tmp_path)
-    put_cubes_back(tmp_path)
+    backup_cubes(tmp_path)
+    restore_cubes(tmp_path)
     assert sorted(tmp_path.iterdir()) == cubes
 
 

@@ -17,15 +17,15 @@ from overturning.report.sections.surveys import backwards_sentences, cautions, d
 from overturning.study.evaluation import Population
 from overturning.surveys import responses as computed
 from overturning.surveys.inversion import Inversion, found
-from overturning.surveys.library import Candidate, candidates, shipped_records
-from overturning.surveys.posterior import TURNS, read_backwards, write_backwards
+from overturning.surveys.library import CandidateMotion, candidates, shipped_records
+from overturning.surveys.posterior import TURNS, read_inversion, write_inversion
 from overturning.surveys.responses import (
+    DIRECTION_BINS,
     FRICTIONS,
     HEIGHTS,
     LEVELS,
     SHAPES,
     STOOD,
-    WAYS,
     Responses,
     StoneKind,
     missing_cases,
@@ -38,27 +38,27 @@ SIZES = ((0.9, 0.2), (1.2, 0.25), (1.6, 0.3))
 """Heights, m, and B/H of the columns of a ruin."""
 
 
-def candidate(period: float, event: str = "", east: float = 0.0) -> Candidate:
+def candidate(period: float, event: str = "", east: float = 0.0) -> CandidateMotion:
     """One sine towards the north, 2 m/s², and one of another size at right angles a quarter of a period later."""
     time = np.arange(0, 1.25 * period + 0.05, 0.01)
     north = np.where(time <= period, 2.0 * np.sin(2 * np.pi * time / period), 0.0)
     lag = time - period / 4
     across = np.where((lag >= 0) & (lag <= period), 2.0 * east * np.sin(2 * np.pi * lag / period), 0.0)
-    return Candidate.of(f"{period:g} s", event, Motion(north, across, sampling_interval=0.01))
+    return CandidateMotion.of(f"{period:g} s", event, Motion(north, across, sampling_interval=0.01))
 
 
-def ruled(one: Candidate, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
+def ruled(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
     """A stone falls where PGV exceeds 3 m/s · B/H · √(H/m), to the north or, under a second motion, the south."""
     height, shape = (grid[np.array(nodes)[:, i]] for i, grid in enumerate((HEIGHTS, SHAPES)))
     falls = 3 * (shape * np.sqrt(height))[:, None] < LEVELS
-    way = np.where(falls, 0 if one.name == "0.5 s" else WAYS // 2, STOOD)
+    way = np.where(falls, 0 if one.name == "0.5 s" else DIRECTION_BINS // 2, STOOD)
     size = (len(nodes), len(FRICTIONS), LEVELS.size, StoneKind(aspect=aspect).orientations.size)
     return np.broadcast_to(way[:, None, :, None], size).astype(np.int8)
 
 
 @pytest.fixture
 def inversion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Inversion:
-    monkeypatch.setattr(computed, "computed_ways", ruled)
+    monkeypatch.setattr(computed, "compute_outcomes", ruled)
     kinds = [StoneKind(*size, 0.0) for size in SIZES]
     return Inversion(Responses([candidate(0.5), candidate(0.8)], kinds, folder=tmp_path))
 
@@ -78,8 +78,8 @@ def test_motions_of_one_id_are_told_apart(tmp_path: Path) -> None:
 
 
 def test_probabilities_of_a_stone_add_up(inversion: Inversion) -> None:
-    chances = inversion.chances(column(SIZES[0]))
-    assert chances.shape == (2, LEVELS.size, TURNS, WAYS + 1)
+    chances = inversion.likelihoods(column(SIZES[0]))
+    assert chances.shape == (2, LEVELS.size, TURNS, DIRECTION_BINS + 1)
     assert chances.sum(axis=-1) == pytest.approx(1, abs=1e-5)
 
 
@@ -226,11 +226,11 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
     north, east = (Stone(False, math.nan, False, face_azimuth_deg=face, **slab) for face in (0.0, 90.0))
     asked = Inversion(Responses([one], [StoneKind.of(north)], folder=tmp_path))
     level = int(np.argmin(np.abs(LEVELS * one.pga / one.pgv - 0.4 * 9.80665)))
-    stands = [asked.chances(stone)[0, level, 0, STOOD] for stone in (north, east)]
+    stands = [asked.likelihoods(stone)[0, level, 0, STOOD] for stone in (north, east)]
     assert stands[0] < 0.3
     assert stands[1] > 0.8
     # Turned by a quarter with its motion, each does the same.
-    assert asked.chances(east)[0, level, TURNS // 4, STOOD] == pytest.approx(stands[0], abs=1e-6)
+    assert asked.likelihoods(east)[0, level, TURNS // 4, STOOD] == pytest.approx(stands[0], abs=1e-6)
 
 
 @pytest.mark.long
@@ -259,11 +259,11 @@ def test_a_motion_that_is_in_no_library_lies_within_the_bounds(tmp_path: Path) -
 def test_what_is_computed_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     calls: list[int] = []
 
-    def counting(one: Candidate, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
+    def counting(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
         calls.append(len(nodes))
         return ruled(one, aspect, nodes, threads)
 
-    monkeypatch.setattr(computed, "computed_ways", counting)
+    monkeypatch.setattr(computed, "compute_outcomes", counting)
     one, kind = candidate(0.5), StoneKind(*SIZES[0], 0.0)
     first = Responses([one], [kind], folder=tmp_path).table(kind)
     assert np.array_equal(Responses([one], [kind], folder=tmp_path).table(kind), first)
@@ -299,12 +299,12 @@ def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch:
     """As many as the kernel is then asked for, and none of those that are kept; the time grows with the motion's."""
     asked: list[int] = []
 
-    def counting(one: Candidate, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
+    def counting(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
         outcome = ruled(one, aspect, nodes, threads)
         asked.append(outcome.size)
         return outcome
 
-    monkeypatch.setattr(computed, "computed_ways", counting)
+    monkeypatch.setattr(computed, "compute_outcomes", counting)
     motions, kinds = [candidate(0.5), candidate(0.8)], [StoneKind(*SIZES[0], 0.0), StoneKind(*SIZES[1], 2.0)]
     cases, seconds = missing_cases(motions, kinds, tmp_path)
     Responses(motions, kinds, folder=tmp_path)
@@ -332,8 +332,8 @@ def test_the_library_has_each_motion_once() -> None:
 
 def test_the_file_gives_the_posterior_back(tmp_path: Path, inversion: Inversion) -> None:
     asked = Inversion(inversion.responses, fixed=0.1).answer("ruin.csv", [column(SIZES[0], 0), column(SIZES[1])])
-    write_backwards(asked, tmp_path / "motion.nc")
-    back = read_backwards(tmp_path / "motion.nc")
+    write_inversion(asked, tmp_path / "motion.nc")
+    back = read_inversion(tmp_path / "motion.nc")
     assert (back.fell, back.stood, back.fixed, back.fit) == (1, 1, 0.1, asked.fit)
     assert back.posterior.probability == pytest.approx(asked.posterior.probability)
     # One sine of amplitude A and period T along an axis: PGA A, PGV A T/π.
@@ -342,4 +342,4 @@ def test_the_file_gives_the_posterior_back(tmp_path: Path, inversion: Inversion)
     draw_posterior(back, tmp_path / "motion.svg")
     assert "axis of the largest velocity" in (tmp_path / "motion.svg").read_text(encoding="utf-8")
     with pytest.raises(ResultError, match="run the study again"):
-        read_backwards(tmp_path / "nothing.nc")
+        read_inversion(tmp_path / "nothing.nc")

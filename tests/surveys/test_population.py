@@ -18,8 +18,8 @@ from overturning.surveys.population import (
     Stones,
     draw_stones,
     fragility_curves,
-    grid_places,
     population_rates,
+    random_neighbours,
     rates,
     stone_outcomes,
 )
@@ -104,10 +104,10 @@ def test_a_stone_slides_along_the_vector_of_the_shaking_so_no_plane_tells_that_i
 
 def test_places_between_two_of_the_grid_are_linear_in_the_mean() -> None:
     lot = (np.arange(1000) + 0.5) / 1000
-    place = grid_places(np.array([0.2, 0.4, 1.0]), np.full(1000, 0.55), lot)
+    place = random_neighbours(np.array([0.2, 0.4, 1.0]), np.full(1000, 0.55), lot)
     assert set(place) == {1, 2}
     assert place.mean() == pytest.approx(1.25)
-    assert (grid_places(np.array([0.2, 0.4]), np.array([0.1, 0.9]), lot[:2]) == [0, 1]).all()
+    assert (random_neighbours(np.array([0.2, 0.4]), np.array([0.1, 0.9]), lot[:2]) == [0, 1]).all()
 
 
 def cells(values: np.ndarray, **grid: list[float]) -> xr.Dataset:

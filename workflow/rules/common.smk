@@ -21,15 +21,15 @@ from overturning.study.preflight import (
     check_results,
     check_size,
     job_seconds,
-    on_one_page,
+    fits_single_page,
     size_of,
 )
 from overturning.study.load import check_study, read_study
 from overturning.study.resume import (
     DAMAGED,
-    keep_cubes,
+    backup_cubes,
     lock,
-    put_cubes_back,
+    restore_cubes,
     remove_leftovers,
     repair,
 )
@@ -77,7 +77,7 @@ def load():
             if not (workflow.output_settings.dryrun or QUERY_OPTIONS & set(sys.argv)):
                 check_results(results)
                 lock(Path(".snakemake", "run.lock"))
-                put_cubes_back(results)  # which a run that was killed has kept
+                restore_cubes(results)  # which a run that was killed has kept
                 for path in repair(results):
                     logger.warning(f"{DAMAGED}{path}")
                 for name, count in remove_leftovers(results, entries).items():
@@ -126,7 +126,7 @@ REPORT = f"{RESULTS}/report.html"
 FIGURES = f"{RESULTS}/figures"
 EXPLORER = f"{RESULTS}/explore.html"
 # Of a large cube the page is given each record's cells by a file of its own.
-CELLS_APART = [] if on_one_page(STUDY) else [directory(f"{RESULTS}/explore-records")]
+CELLS_APART = [] if fits_single_page(STUDY) else [directory(f"{RESULTS}/explore-records")]
 PAPER = f"{RESULTS}/report.pdf"
 CRATE = f"{RESULTS}/ro-crate-metadata.json"
 MEMBERS = f"{RESULTS}/members.csv"

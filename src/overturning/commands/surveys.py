@@ -9,7 +9,7 @@ import typer
 
 if TYPE_CHECKING:
     from overturning.records.record import Record
-    from overturning.surveys.standing import Hazard, Standing
+    from overturning.surveys.standing import Hazard, SurvivalEstimate
 
 NEGLIGIBLE: Final = 0.01
 """Part of the falls that shaking below the hazard's first level may add without a word."""
@@ -93,7 +93,7 @@ def backwards(
     from overturning.study.preflight import format_time
     from overturning.surveys.inversion import Inversion
     from overturning.surveys.library import candidates
-    from overturning.surveys.posterior import write_backwards
+    from overturning.surveys.posterior import write_inversion
     from overturning.surveys.responses import Responses, missing_cases, stone_kinds
     from overturning.surveys.stones import read_survey_with_notes
 
@@ -128,7 +128,7 @@ def backwards(
     if taken := sizes_taken(rows):
         print(taken)
     if output is not None:
-        write_backwards(result, output)
+        write_inversion(result, output)
     if figure is not None:
         draw_posterior(result, figure)
         print(f"figure: {figure}")
@@ -144,7 +144,7 @@ def named_apart(paths: Sequence[Path]) -> "list[Record]":
     return [replace(one, record_id=str(path)) if ids.count(one.record_id) > 1 else one for one, path in files]
 
 
-def _hazard_doubts(path: Path, hazards: "dict[str, Hazard]", outcomes: "Sequence[Standing]") -> list[str]:
+def _hazard_doubts(path: Path, hazards: "dict[str, Hazard]", outcomes: "Sequence[SurvivalEstimate]") -> list[str]:
     """Return doubts about the units of hazard curves; a ResultError where falls come from beyond the records."""
     import math
 
@@ -180,7 +180,7 @@ def stood(
     from overturning.report.text import counted, percent, share
     from overturning.study.ensemble import wilson
     from overturning.surveys.standing import (
-        BOUND,
+        BOUND_PROBABILITY,
         hazard_bound,
         rate_bound,
         read_curves,
@@ -233,8 +233,8 @@ def stood(
     if not math.isnan(bound):
         print(
             f"{counted(upright, 'stone')} stood {years:g} years: their rate of falls lies below {bound:.3g} a year "
-            f"with {percent(BOUND)} probability; they share their earthquakes and count as one. The hazard is bounded "
-            "in the line of their class alone, which is not sought by the sizes in the survey"
+            f"with {percent(BOUND_PROBABILITY)} probability; they share their earthquakes and count as one. The "
+            "hazard is bounded in the line of their class alone, which is not sought by the sizes in the survey"
         )
     elif rows is not None:
         low, high = wilson(upright, upright + fell)

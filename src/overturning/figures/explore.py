@@ -20,7 +20,7 @@ from overturning.model.planes import fall_probability, period_of
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.study.cube import shown_block, study_of
 from overturning.study.film_options import film_options
-from overturning.study.preflight import MOST_CELLS
+from overturning.study.preflight import MAX_CELLS_PER_PAGE
 from overturning.study.scenes import scene_of
 from overturning.study.schema import Study
 
@@ -218,11 +218,11 @@ def explorer_page(data: dict[str, Any]) -> str:
 def write_explorer(cube: "xr.Dataset", path: Path, study: Study | None = None) -> None:
     """Write the explorer page of a cube to a .html file.
 
-    If the cube has more than `MOST_CELLS` cells, those of each record go into a separate file, ``NAME-records/0.js``
-    and so on next to ``NAME.html``, which the page loads when the record is selected. See `explorer_data` for the
-    study.
+    If the cube has more than `MAX_CELLS_PER_PAGE` cells, those of each record go into a separate file,
+    ``NAME-records/0.js`` and so on next to ``NAME.html``, which the page loads when the record is selected. See
+    `explorer_data` for the study.
     """
-    if cube["overturned"].size <= MOST_CELLS:
+    if cube["overturned"].size <= MAX_CELLS_PER_PAGE:
         write_text(path, explorer_page(explorer_data(cube, study=study)))
         return
     folder = path.with_name(f"{path.stem}-records")

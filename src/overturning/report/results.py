@@ -31,7 +31,7 @@ from overturning.study.scenes import NOMINAL, scene_of
 from overturning.study.schema import Study
 from overturning.surveys.comparison import SurveyResult, read_survey_result
 from overturning.surveys.population import population_rates
-from overturning.surveys.posterior import Backwards, read_backwards
+from overturning.surveys.posterior import InversionResult, read_inversion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -75,7 +75,7 @@ class Results:
         Surveys of stones beside its predictions.
     populations : dict of xarray.Dataset
         Fall rates of the study's population, by the names of the cubes; empty where it has none.
-    backwards : tuple of Backwards
+    backwards : tuple of InversionResult
         Motion that each survey asks for, of those with the key `backwards`.
     """
 
@@ -89,7 +89,7 @@ class Results:
     convergence: Convergence | None
     surveys: tuple[SurveyResult, ...]
     populations: dict[str, xr.Dataset] = field(default_factory=dict)
-    backwards: tuple[Backwards, ...] = ()
+    backwards: tuple[InversionResult, ...] = ()
 
     @cached_property
     def names(self) -> tuple[RecordName, ...]:
@@ -293,5 +293,5 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
             Convergence.read(folder / "convergence.json") if study.verification != "none" else None,
             tuple(read_survey_result(file.with_suffix(".json")) for file in files),
             {name: population_rates(cube, stones) for name, cube in whole.items()} if stones else {},
-            tuple(read_backwards(file.with_suffix(".motion.nc")) for file in asked),
+            tuple(read_inversion(file.with_suffix(".motion.nc")) for file in asked),
         )

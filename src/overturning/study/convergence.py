@@ -11,13 +11,13 @@ from overturning.files import write_text
 from overturning.study.answers import Counts
 from overturning.validation import format_validation_error
 
-NUDGE: Final = 1e-9
+AMPLITUDE_PERTURBATION: Final = 1e-9
 """Share by which the motion is made stronger to see whether an answer hangs on less than is known of it."""
 
 AMPLITUDE_REACH: Final = 0.01
 """Largest change of amplitude, share, under which it is seen whether the azimuth of a fall moves."""
 
-MOVED_DEG: Final = 30.0
+MIN_AZIMUTH_SHIFT_DEG: Final = 30.0
 """Change of its azimuth, degrees, from which a fall is said to move."""
 
 WARN_ABOVE: Final = 0.01
@@ -50,7 +50,7 @@ class Repetition(BaseModel):
     refused: str = ""
 
 
-class Settling(BaseModel):
+class RefinementOfChanges(BaseModel):
     """Cases that changed with finer steps; of these, those looked at, that keep the answer, or lose it to a nudge."""
 
     changed: int
@@ -64,7 +64,7 @@ class AmplitudeChange(BaseModel):
     """Falls of bodies in space run again under motions of amplitudes within ± `AMPLITUDE_REACH`."""
 
     falls: int  # falls of the study that were run again
-    moved: int  # of these, whose azimuth moves by `MOVED_DEG` or more under one of the motions
+    moved: int  # of these, whose azimuth moves by `MIN_AZIMUTH_SHIFT_DEG` or more under one of the motions
     stood: int  # of these, that stand under one of the motions
     weight: float  # sum of the weights of these falls in direction statistics (`model.body.direction_weight`)
     weight_moved: float  # part of it that falls which move have
@@ -86,7 +86,7 @@ class Convergence(BaseModel):
     stiffer_by: float
     finer: Repetition
     stiffer: Repetition
-    settling: Settling
+    settling: RefinementOfChanges
     amplitude: AmplitudeChange | None  # none in planes
     rigid: Rigid | None  # none where no cell is of a block that cannot slide
 

@@ -24,17 +24,17 @@ from overturning.model.results import Results
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.answers import Answers, compare, differ, elsewhere
+from overturning.study.answers import CaseOutcomes, azimuths_differ, compare, outcomes_differ
 from overturning.study.convergence import (
+    AMPLITUDE_PERTURBATION,
     AMPLITUDE_REACH,
-    MOVED_DEG,
-    NUDGE,
+    MIN_AZIMUTH_SHIFT_DEG,
     AmplitudeChange,
     Convergence,
     Outcome,
+    RefinementOfChanges,
     Repetition,
     Rigid,
-    Settling,
 )
 from overturning.study.sample import Sample
 from overturning.study.scenes import grid_of, model_for, motion_of, numerics_of
@@ -47,7 +47,7 @@ FINER: Final = 8
 STIFFER: Final = 4.0
 """Stiffness of the stiffer springs over the study's; finest steps are half as long for it, whole ones are not."""
 
-PILOT: Final = 16
+PILOT_CASES: Final = 16
 """Cases that tell what a case costs before more are computed."""
 
 FINER_OVER_STIFFER: Final = 9.0
@@ -98,7 +98,7 @@ def check_convergence(
         stiffer=runs.outcome("stiffer", count),
         settling=(settling := runs.settle(count, allowed - done)),
         amplitude=runs.change_amplitude(count, allowed - done - settling.block_steps),
-        rigid=None if rigid is None else _Runs(study, records, rigid, threads, None).beside_rigid(),
+        rigid=None if rigid is None else _Runs(study, records, rigid, threads, None).compare_with_rigid(),
     )
 
 
@@ -110,7 +110,7 @@ class _Runs:
     ) -> None:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions, self.grid = [motion_of(study, record) for record in records], grid_of(study)
-        self.computations: dict[str, Callable[[Motion, Cases], Any]] = {**computations(study), "rigid": on_the_ground}
+        self.computations: dict[str, Callable[[Motion, Cases], Any]] = {**computations(study), "rigid": rigid_reference}
         self.one_component = model_for(study).one_component
         self.answers = dict.fromkeys(("finer", "stiffer"), sample.answers[:0])
         self.refused: dict[str, str] = {}
@@ -118,7 +118,7 @@ class _Runs:
     def run_affordable(self, kind: str, factor: float, allowed: int) -> bool:
         """Compute first cases, until `factor` times what they cost reaches what is allowed; False if refused."""
         most = len(self.sample.record)
-        size = min(PILOT, most, max(self.sample.computed // 12, 1))
+        size = min(PILOT_CASES, most, max(self.sample.computed // 12, 1))
         while size > 0:
             done = len(self.answers[kind]) + size
             if not self.run(kind, done):
@@ -140,7 +140,7 @@ class _Runs:
             self.progress(sum(map(len, self.answers.values())), 2 * len(self.sample.record))
         return True
 
-    def _compute(self, kind: str, rows: NDArray[np.int64], amplitude: float = 1.0) -> Answers:
+    def _compute(self, kind: str, rows: NDArray[np.int64], amplitude: float = 1.0) -> CaseOutcomes:
         """Answers to some cases under motions of an amplitude."""
         answers = np.zeros(rows.size, self.sample.answers.dtype)
 
@@ -164,11 +164,11 @@ class _Runs:
         outcomes = self._changed(self.answers[kind][:count])
         return Repetition(block_steps=int(self.answers[kind]["block_steps"].sum()), outcomes=outcomes)
 
-    def _changed(self, again: Answers) -> list[Outcome]:
+    def _changed(self, again: CaseOutcomes) -> list[Outcome]:
         """What is other in other answers to the first cases, of each element."""
         count, outcomes = len(again), []
         own = self.sample.answers[:count]
-        away = elsewhere(own, again)
+        away = azimuths_differ(own, again)
         for column, name in enumerate(self.grid.element or ("",)):
             before, after = own["overturned"][:, column], again["overturned"][:, column]
             sure = ~self.sample.divided[:count, column]
@@ -184,25 +184,25 @@ class _Runs:
             outcomes.append(Outcome(element=name, **undivided, **counts.model_dump()))
         return outcomes
 
-    def beside_rigid(self) -> Rigid:
+    def compare_with_rigid(self) -> Rigid:
         """How far the study's answers to all cases of the sample differ from those of the exact rigid block."""
         every = np.arange(len(self.sample.record))
         (found,) = self._changed(self._compute("rigid", every))
         return Rigid(cells=self.sample.computed, **found.model_dump())
 
-    def settle(self, count: int, allowed: int) -> Settling:
+    def settle(self, count: int, allowed: int) -> RefinementOfChanges:
         """What of the first cases changes with finer steps and, as far as allowed, keeps that answer or loses it."""
         own, finer = self.sample.answers[:count], self.answers["finer"][:count]
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
-        changed = np.flatnonzero(known & differ(finer, own))
+        changed = np.flatnonzero(known & outcomes_differ(finer, own))
         # Steps half as long, and those of the finer computation once more.
         rows = changed[3 * np.cumsum(finer["block_steps"][changed]) <= allowed]
-        finest, nudged = self._compute("finest", rows), self._compute("finer", rows, 1.0 + NUDGE)
-        kept = ~differ(nudged, finer[rows])
-        return Settling(
+        finest, nudged = self._compute("finest", rows), self._compute("finer", rows, 1.0 + AMPLITUDE_PERTURBATION)
+        kept = ~outcomes_differ(nudged, finer[rows])
+        return RefinementOfChanges(
             changed=changed.size,
             looked_at=rows.size,
-            settled=int((~differ(finest, finer[rows]) & kept).sum()),
+            settled=int((~outcomes_differ(finest, finer[rows]) & kept).sum()),
             chaotic=int((~kept).sum()),
             block_steps=int(finest["block_steps"].sum() + nudged["block_steps"].sum()),
         )
@@ -219,7 +219,7 @@ class _Runs:
         moved, stood, steps = np.zeros(rows.size, np.bool_), np.zeros(rows.size, np.bool_), 0
         for factor in factors:
             again = self._compute("nominal", rows, float(factor))
-            moved |= elsewhere(own[rows], again, MOVED_DEG)
+            moved |= azimuths_differ(own[rows], again, MIN_AZIMUTH_SHIFT_DEG)
             stood |= (again["overturned"] == 0).any(axis=1)
             steps += int(again["block_steps"].sum())
         weight = self.sample.weight[rows]
@@ -233,7 +233,7 @@ class _Runs:
         )
 
 
-def on_the_ground(motion: Motion, cases: Cases) -> Any:
+def rigid_reference(motion: Motion, cases: Cases) -> Any:
     """The exact rigid block, without an answer where the ground drops from under it: it never leaves the ground."""
     from overturning.dem.block.rigid import rocking  # with it comes Numba
 

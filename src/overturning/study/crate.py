@@ -1,6 +1,6 @@
-"""A study's folder of results as a research crate (RO-Crate 1.1): what is in it, from what, by what, on what terms.
+"""Write the metadata of a study's results as a research crate (RO-Crate 1.1): files, inputs, software and licences.
 
-No clock is asked and nothing is drawn by chance: the same results are described in the same bytes.
+The metadata contain no time of writing and no random ids, so equal results give equal files.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 METADATA: Final = "ro-crate-metadata.json"
 
 _TERMS: Final = {"sha256": "http://schema.org/sha256"}
-"""Words that the context of version 1.1 lacks."""
+"""Terms that the JSON-LD context of version 1.1 does not define."""
 
 _FOLDERS: Final = {
     "motion": ("Motions", "Ground motion of each record: accelerations north, east and up, as computed with."),
@@ -57,7 +57,7 @@ _FILES: Final = {
     "figures/follow.*": ("What falls follow", "Falls relative to peaks, pulse, fault normal and epicentre."),
     "figures/earthquakes.*": ("Roses by earthquake", "Azimuths of the falls of each earthquake."),
 }
-"""Name and description by the pattern of a path; of other files the name is the path."""
+"""Name and description of files by path pattern; other files are named by their path."""
 
 _MEDIA: Final = {
     ".csv": "text/csv",
@@ -104,10 +104,12 @@ def write_crate(study: Study, results: Path, made: Sequence[Path]) -> None:
     root["name"] = study.title or study.name
     root["description"] = f"{study.question} Results of the study {study.name} by overturning: {program['abstract']}"
     root["datePublished"] = str(study.crate.date or program["date-released"])
-    root["license"] = _terms(crate, study.crate.licence or _UNSAID)
+    root["license"] = _terms(crate, study.crate.licence or _NO_LICENCE)
     if study.crate.authors:
         named = enumerate(study.crate.authors, 1)
-        root["author"] = _several(_entity(crate, f"#author-{number}", "Person", name=name) for number, name in named)
+        root["author"] = _unwrap_single(
+            _entity(crate, f"#author-{number}", "Person", name=name) for number, name in named
+        )
     records = _add_records(crate, cube["records"])
     files = _add_files(crate, results, made, records)
     versions = {
@@ -116,7 +118,7 @@ def write_crate(study: Study, results: Path, made: Sequence[Path]) -> None:
     }
     overturning = versions.pop("overturning")
     overturning["license"] = _terms(crate, f"https://spdx.org/licenses/{program['license']}")
-    overturning["softwareRequirements"] = _several(versions.values())
+    overturning["softwareRequirements"] = _unwrap_single(versions.values())
     configuration = files.pop(CONFIGURATION)
     root["mentions"] = _entity(
         crate,
@@ -124,14 +126,16 @@ def write_crate(study: Study, results: Path, made: Sequence[Path]) -> None:
         "CreateAction",
         name=f"Run of the study {study.name}",
         instrument=overturning,
-        object=_several([configuration, *records.values()]),
-        result=_several(files.values()),
+        object=_unwrap_single([configuration, *records.values()]),
+        result=_unwrap_single(files.values()),
     )
     written = json.dumps(crate.metadata.generate(), indent=1, ensure_ascii=False, sort_keys=True)
     write_text(results / METADATA, written + "\n")
 
 
-_UNSAID: Final = "Not stated by those who made it (key crate.licence of a study). Records are on terms of their own."
+_NO_LICENCE: Final = (
+    "Not stated by those who made it (key crate.licence of a study). Records are on terms of their own."
+)
 
 
 def _about_cube(path: Path) -> dict[str, Any]:
@@ -148,19 +152,19 @@ def _about_cube(path: Path) -> dict[str, Any]:
 
 
 def _about_program() -> dict[str, Any]:
-    """What is said of this version of the program where it is cited."""
+    """Read the citation metadata (CITATION.cff) of this version of the program."""
     files = (root / "CITATION.cff" for root in project_folders())
     return read_mapping(next(file for file in files if file.is_file()), "citation", "citation-file-format.github.io")
 
 
-def _several(values: Iterable[Any]) -> Any:
-    """What a property is of several values; of one alone that one, as the profile wants it."""
+def _unwrap_single(values: Iterable[Any]) -> Any:
+    """Return a list of values, or the value itself if there is one only, as the RO-Crate profile requires."""
     listed = list(values)
     return listed[0] if len(listed) == 1 else listed
 
 
 def _entity(crate: "ROCrate", key: str, kind: str, **properties: Any) -> Any:
-    """An entity that is no file of the crate; properties that are empty are left out."""
+    """Add an entity that is not a file of the crate; empty properties are left out."""
     from rocrate.model.contextentity import ContextEntity
 
     stated = {name: value for name, value in properties.items() if value not in ("", [])}
@@ -168,14 +172,14 @@ def _entity(crate: "ROCrate", key: str, kind: str, **properties: Any) -> Any:
 
 
 def _terms(crate: "ROCrate", licence: str) -> Any:
-    """The entity of a licence, which is named by its address where it is one, else by what it says."""
+    """Return the entity of a licence, identified by its URL, or by a hash of its text."""
     key = licence if licence.startswith("http") else f"#licence-{hashlib.sha256(licence.encode()).hexdigest()[:8]}"
     name = key.rpartition("/")[2] if key is licence else licence
     return crate.get(key) or _entity(crate, key, "CreativeWork", name=name, description=f"Terms of use: {licence}")
 
 
 def _add_records(crate: "ROCrate", rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """The records that went in, by id. Many may not be passed on, so that none is in the crate: each has its hash."""
+    """Add the input records, by id. Many must not be redistributed, so the crate has only the hash of each."""
     return {
         row["id"]: _entity(
             crate,
@@ -192,7 +196,7 @@ def _add_records(crate: "ROCrate", rows: Sequence[dict[str, Any]]) -> dict[str, 
 
 
 def _add_files(crate: "ROCrate", results: Path, made: Sequence[Path], records: dict[str, Any]) -> dict[str, Any]:
-    """The files of the crate by their paths in it, each below the folder that it lies in."""
+    """Add the files of the crate, grouped by folder, and return them by their path in the crate."""
     paths = [below for path in made for below in (path.rglob("*") if path.is_dir() else [path])]
     names = {path.relative_to(results).as_posix(): path for path in paths if path.name[0] != "." and not path.is_dir()}
     names[CONFIGURATION] = results / CONFIGURATION
@@ -200,13 +204,13 @@ def _add_files(crate: "ROCrate", results: Path, made: Sequence[Path], records: d
     for folder in dict.fromkeys(name.partition("/")[0] for name in files if "/" in name):
         name, description = _FOLDERS.get(folder, (folder, "Further results."))
         about = {"name": name, "description": description}
-        within = _several(file for path, file in files.items() if path.startswith(f"{folder}/"))
+        within = _unwrap_single(file for path, file in files.items() if path.startswith(f"{folder}/"))
         crate.add_dataset(dest_path=f"{folder}/", properties=about | {"hasPart": within})
     return files
 
 
 def _add_file(crate: "ROCrate", path: str, file: Path, records: dict[str, Any]) -> Any:
-    """One file, with its size and hash; a motion with the record that it was made from, and on the terms of that."""
+    """Add a file with its size and hash; a motion also gets its source record and the licence of that."""
     stem, part = file.stem, file.name.removeprefix("cube.").removesuffix(".nc")
     said = {"part": part, "stem": stem, "folder": file.parent.name}
     name, description = next((both for pattern, both in _FILES.items() if fnmatch(path, pattern)), (path, ""))

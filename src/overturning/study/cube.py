@@ -32,7 +32,7 @@ IN_MEMORY: Final = 20_000_000
 _COORDINATES: Final = ("record_id", "station", "event", "fault_normal")
 
 
-def _absent(cube: "xr.Dataset") -> str:
+def _find_missing(cube: "xr.Dataset") -> str:
     """What of a cube's coordinates and variables is missing, or not over its dimensions; or nothing."""
     flags = cube["overturned"]
     grid = set(flags.dims)
@@ -67,14 +67,14 @@ def open_cube(
         raise ResultError(f"{path}: damaged, its checksum does not fit; run the study again, which makes it anew")
     spare_dask()
     try:
-        with _little_cache(read_once=chunks is not None):
+        with _small_chunk_cache(read_once=chunks is not None):
             cube = xr.open_dataset(path, engine="netcdf4", chunks=chunks, decode_timedelta=False)
     except (OSError, ValueError, RuntimeError, AttributeError, KeyError, IndexError, TypeError) as error:
         # What is wrong inside of a file comes as whatever the libraries that read it stumble over.
         raise ResultError(f"{path}: cannot be opened ({error}); run the study again") from None
     if "overturned" not in cube or not cube.attrs.keys() >= _ATTRIBUTES:
         raise ResultError(f"{path}: not a cube of this package, or an unfinished one; run the study again")
-    if absent := _absent(cube):
+    if absent := _find_missing(cube):
         raise ResultError(f"{path}: not a cube of this package: {absent}; run the study again")
     chosen = choose(cube, path, element, amplitude)
     if chosen is not cube:  # a part of it would leave the file open, to be closed at any moment
@@ -97,7 +97,7 @@ def open_records(path: Path, element: str | None = "reference", amplitude: float
 
 
 @contextmanager
-def _little_cache(read_once: bool) -> Iterator[None]:
+def _small_chunk_cache(read_once: bool) -> Iterator[None]:
     """Open files whose chunks are read whole and once: HDF5 would keep up to 64 MB of each variable."""
     import netCDF4
 
@@ -218,7 +218,7 @@ def shown_element(cube: "xr.Dataset") -> str:
     return str(cube["element"].item()) if chosen else scene_of(study_of(cube), cube.attrs["variant"]).default_element
 
 
-def motions_beside(path: Path, study: Study, variant: str) -> Path:
+def motion_folder(path: Path, study: Study, variant: str) -> Path:
     """The folder of the motions under which a cube was computed, beside it: of a variant with soil its own."""
     return path.parent / "motion" / (variant if setting_of(study, variant).site else "")
 

@@ -1,7 +1,8 @@
-"""The ensemble: each case run again in a stated neighbourhood, and how often it falls to which side.
+"""Ensemble: each case is run again in a neighbourhood of its parameters, to estimate the probability of falling.
 
-Its members are scrambled Sobol points in that neighbourhood, the same for every cell. What they give is the spread over
-it, no more: how far the answer depends on what is not known exactly, not how probable the neighbourhood is.
+The members are scrambled Sobol points in the neighbourhood, the same for every cell. The result describes how the
+outcome varies over the neighbourhood, that is, its sensitivity to parameters that are not known exactly; it does not
+describe how probable these parameters are.
 """
 
 from collections.abc import Callable, Mapping
@@ -29,43 +30,43 @@ Z_95: Final = NormalDist().inv_cdf(0.975)
 """Two-sided 95 % point of the normal distribution."""
 
 SCRAMBLES: Final = 2
-"""Independent scrambles; the difference between their means shows how well the members know the probability."""
+"""Number of independent scrambles; the difference of their means shows the sampling error of the probability."""
 
-REACH: Final = 2
-"""Cells on either side of a change of outcome along B/H that `where: boundary` runs."""
+BOUNDARY_REACH: Final = 2
+"""Number of cells on either side of a change of outcome along B/H that are run with `where: boundary`."""
 
-TURNED_DEG: Final = 30.0
-"""Angle between the falls of neighbouring 3-D cells from which they are a change of outcome, degrees."""
+MIN_AZIMUTH_CHANGE_DEG: Final = 30.0
+"""Smallest angle between the falls of neighbouring 3-D cells that counts as a change of outcome, degrees."""
 
 BATCH: Final = 8
-"""Members that are run together, half of them of each scramble; after each batch a cell may be is_converged."""
+"""Number of members in a batch, half from each scramble; convergence of a cell is tested after each batch."""
 
-MOST_GROUND_VALUES = 20_000_000
-"""Samples of rotated motion held at a time (160 MB)."""
+MAX_MOTION_SAMPLES = 20_000_000
+"""Largest number of samples of rotated motions in memory (160 MB)."""
 
-MOST_MEMBERS: Final = 1_000_000
-"""Cases of members run at a time (300 MB)."""
+MAX_MEMBER_CASES: Final = 1_000_000
+"""Largest number of member cases that are run together (300 MB)."""
 
 Runner = Callable[[Any, Progress | None], Any]
-"""What runs cases under the motion of the nominal ones."""
+"""Function that runs cases under the motion of the nominal cases."""
 
 Arrays = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
 class Members:
-    """What each member changes, the same for every cell.
+    """Parameter changes of each member, the same for every cell.
 
     Attributes
     ----------
     scramble : ndarray of int, shape (n,)
-        Which scramble the member belongs to, 0 or 1.
+        Scramble of the member, 0 or 1.
     amplitude, b_over_h, friction, damping : ndarray, shape (n,)
-        Factors.
+        Factors on the nominal values.
     azimuth_deg : ndarray, shape (n,)
-        Turn of the sensor, degrees, added to the azimuth.
+        Rotation of the sensor, added to the azimuth, degrees.
     initial_tilt : ndarray, shape (n,)
-        Rotation at the start, rad.
+        Initial rotation, rad.
     """
 
     scramble: NDArray[np.int64]
@@ -82,11 +83,11 @@ class Members:
         return int(self.scramble.size)
 
     def some(self, chosen: NDArray[np.intp]) -> "Members":
-        """Some of the members."""
+        """Select a subset of the members."""
         return Members(*(getattr(self, name)[chosen] for name in COLUMNS))
 
     def batches(self, size: int) -> list[NDArray[np.intp]]:
-        """The members in the order in which they are run: batches of `size`, the next ones of each scramble in turn."""
+        """Return the members in running order: batches of `size`, half from each scramble."""
         own = [np.flatnonzero(self.scramble == scramble) for scramble in range(SCRAMBLES)]
         each = size // SCRAMBLES
         starts = range(0, max(places.size for places in own), each)
@@ -101,7 +102,7 @@ class Members:
 
     @classmethod
     def read(cls, path: Path) -> Self:
-        """Read what `write` wrote; a `ResultError` if the file is missing, damaged or none of these."""
+        """Read a file written by `write`; a `ResultError` if it is missing, damaged, or another kind of file."""
         try:
             header, *rows = [line.split(",") for line in path.read_text("utf-8").split("\n#")[0].splitlines()]
             if tuple(header) != COLUMNS or not checksum_matches(path):
@@ -120,12 +121,12 @@ COLUMNS: Final = tuple(item.name for item in fields(Members))
 def draw_members(settings: Ensemble) -> Members:
     """Draw the members: two scrambles of one Sobol sequence (Owen 1998, ACM TOMACS 8).
 
-    They are rounded to 1e-9, so that the file they are kept in holds the very same numbers.
+    Values are rounded to 1e-9, so that the file has exactly the same numbers.
     """
     from scipy.stats import qmc
 
     half = settings.members // SCRAMBLES
-    power = max(half - 1, 0).bit_length()  # the sequence is made in powers of two; its beginning is the same in each
+    power = max(half - 1, 0).bit_length()  # the sequence has a length of a power of two
     generators = (
         np.random.Generator(np.random.PCG64(stream))
         for stream in np.random.SeedSequence(settings.seed).spawn(SCRAMBLES)
@@ -140,12 +141,12 @@ def draw_members(settings: Ensemble) -> Members:
 def cells_to_run(
     overturned: NDArray[np.int8], everywhere: bool, dimensions: int = 4, azimuth_deg: FloatArray | None = None
 ) -> NDArray[np.bool_]:
-    """Which cells of a grid of so many `dimensions` the ensemble runs, bool of shape (a, h, b, …).
+    """Return True for the cells that the ensemble runs, shape (a, h, b, …) with `dimensions` dimensions.
 
-    All `everywhere`, or where there is a single B/H; else those within two steps along B/H of a change of any element's
-    nominal flag, shape (a, h, b, …) or (a, h, b, …, elements), of which a missing one differs from every other. In 3-D
-    a change of the fall azimuth (`azimuth_deg`, shape (a, h, b, …), NaN without a fall) by `TURNED_DEG` or more is one,
-    too: a flag has the side of a fall in planes only.
+    These are all cells with `everywhere`, or if there is a single B/H. Otherwise, cells within two steps along B/H of a
+    change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag differs from
+    every other. In the 3-D model, where flags do not show the direction, a change of the fall azimuth (`azimuth_deg`,
+    shape (a, h, b, …), NaN without a fall) by `MIN_AZIMUTH_CHANGE_DEG` or more counts, too.
     """
     shape = overturned.shape[:dimensions]
     if everywhere or shape[2] == 1:
@@ -154,17 +155,17 @@ def cells_to_run(
     change = change.any(axis=dimensions) if change.ndim > dimensions else change
     if azimuth_deg is not None:
         turn = np.diff(azimuth_deg.astype(np.float64), axis=2)
-        change = change | (np.abs((turn + 180.0) % 360.0 - 180.0) >= TURNED_DEG)
-    # A change between i and i + 1 concerns i − 1 to i + 2.
-    padded = np.pad(change, [(REACH, REACH) if axis == 2 else (0, 0) for axis in range(dimensions)])
-    return np.asarray(sliding_window_view(padded, 2 * REACH, axis=2).any(axis=-1))
+        change = change | (np.abs((turn + 180.0) % 360.0 - 180.0) >= MIN_AZIMUTH_CHANGE_DEG)
+    # A change between i and i + 1 selects i − 1 to i + 2.
+    padded = np.pad(change, [(BOUNDARY_REACH, BOUNDARY_REACH) if axis == 2 else (0, 0) for axis in range(dimensions)])
+    return np.asarray(sliding_window_view(padded, 2 * BOUNDARY_REACH, axis=2).any(axis=-1))
 
 
 def wilson(count: ArrayLike, total: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """95 % interval (low, high) of the share of `count` among `total` cases; 0 and 1 without cases.
+    """Compute the 95 % interval (low, high) of the share of `count` among `total` cases; 0 and 1 without cases.
 
-    Wilson (1927), Journal of the American Statistical Association 22; written out because scipy's takes one share at a
-    time, and a sweep should not wait for it.
+    Wilson (1927), Journal of the American Statistical Association 22. Implemented here because the function of SciPy
+    takes one share at a time, which is too slow for a sweep.
     """
     n, k = np.asarray(total, np.float64), np.asarray(count, np.float64)
     known = np.maximum(n, 1.0)
@@ -175,10 +176,11 @@ def wilson(count: ArrayLike, total: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
 
 def is_converged(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
-    """Which cells need no further members, shape (cells,): a function of each cell's own flags.
+    """True for cells that need no further members, shape (cells,).
 
-    Both probabilities of every element are known to within ±`widest` (`wilson`). Of flags, shape (cells, members) or
-    (cells, members, elements), those without an outcome, or not run yet, are missing.
+    For every element the `wilson` intervals of both probabilities (fall to +1 and to −1) are within ±`widest`. Flags,
+    shape (cells, members) or (cells, members, elements), are missing if the member has no outcome or was not run yet.
+    The result depends on the flags of the cell only.
     """
     known = (flags != INT8_MISSING).sum(axis=1)
     known_well = intervals_within((flags == 1).sum(axis=1), (flags == -1).sum(axis=1), known, widest)
@@ -186,13 +188,13 @@ def is_converged(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
 
 
 def intervals_within(towards: NDArray[Any], away: NDArray[Any], known: ArrayLike, widest: float) -> NDArray[np.bool_]:
-    """Whether the intervals of both shares of so many known outcomes are no wider than ±`widest`."""
+    """True if the `wilson` intervals of both shares, of `known` outcomes, are no wider than ±`widest`."""
     ends = [wilson(count, known) for count in (towards, away)]
     return np.asarray(np.logical_and(*(high - low <= 2.0 * widest for low, high in ends)))
 
 
-def part_of(progress: Progress | None, begin: float, end: float) -> Progress | None:
-    """Progress of one part of a work, between two shares of it, as progress of the whole, in millionths."""
+def progress_of_part(progress: Progress | None, begin: float, end: float) -> Progress | None:
+    """Wrap a progress callback for the part of a task between the shares `begin` and `end`; counts in millionths."""
     if progress is None:
         return None
     return lambda done, total: progress(round(1e6 * (begin + (end - begin) * (done / total if total else 1.0))), 10**6)
@@ -202,10 +204,10 @@ def part_of(progress: Progress | None, begin: float, end: float) -> Progress | N
 class CellEnsemble:
     """The ensemble of a study."""
 
-    model: Model  # what it runs again
-    members: Members  # what each member changes
+    model: Model
+    members: Members
     everywhere: bool = True  # run all cells, not only those near a change of outcome
-    widest: float = 0.0  # a cell gets no further members once it is `is_converged` to within this; 0: it gets all
+    widest: float = 0.0  # half-width for `is_converged`; 0: every cell gets all members
 
     def run(
         self,
@@ -215,12 +217,11 @@ class CellEnsemble:
         run: Runner,
         progress: Progress | None = None,
     ) -> tuple[Arrays, int]:
-        """Run the ensemble beside a nominal outcome, and return its variables and the block steps done.
+        """Run the ensemble, and return its variables and the number of block steps.
 
-        Of the nominal outcome, `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and what marks cells for
-        which others answer count: these are not run, they mirror their member's tilt with everything else. `run` runs
-        the members' cases. The variables have shape (a, h, b, …), and the elements where `overturned` has them;
-        missing floats are NaN.
+        `nominal` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark of cells that are copied
+        from others by symmetry; these are not run. `run` runs the cases of members. The variables have shape
+        (a, h, b, …), with elements if `overturned` has them; missing floats are NaN.
         """
         overturned, marked, members = nominal["overturned"], nominal[self.model.copied], self.members
         azimuths = nominal.get("fall_azimuth")
@@ -232,7 +233,7 @@ class CellEnsemble:
         directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
         together = max(1, min(BATCH, members.size))
         cells_of_each = max(1, int(np.prod(chosen.shape[1:])))
-        most = min(MOST_GROUND_VALUES // motion.samples, MOST_MEMBERS // cells_of_each)
+        most = min(MAX_MOTION_SAMPLES // motion.samples, MAX_MEMBER_CASES // cells_of_each)
         group = max(1, most // together)
         work, done, block_steps = max(1, int(chosen.sum())), 0, 0
         for start in range(0, directions.size, group):
@@ -241,7 +242,7 @@ class CellEnsemble:
             cells = np.argwhere(chosen & some)
             flags = np.full((len(cells), members.size, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
             azimuth = np.full((len(cells), members.size), np.nan)
-            of_group = part_of(progress, done / work, (done + len(cells)) / work)
+            of_group = progress_of_part(progress, done / work, (done + len(cells)) / work)
             block_steps += self._run_batches(grid, cells, run, flags, azimuth, of_group)
             found = self.model.tally(flags, azimuth - members.azimuth_deg, members.scramble)
             for name, values in found.items():
@@ -259,11 +260,11 @@ class CellEnsemble:
         azimuth: FloatArray,
         progress: Progress | None,
     ) -> int:
-        """Fill in flags and, in space, fall azimuths of some cells, until they are is_converged; return block steps."""
+        """Fill in flags and (3-D) fall azimuths of cells batch by batch until they converge; return block steps."""
         batches, block_steps = self.members.batches(BATCH), 0
         unsettled = np.arange(len(cells))
         for index, batch in enumerate(batches):
-            of_batch = part_of(progress, index / len(batches), (index + 1) / len(batches))
+            of_batch = progress_of_part(progress, index / len(batches), (index + 1) / len(batches))
             results = run(self._cases(grid, cells[unsettled], self.members.some(batch)), of_batch)
             block_steps += int(results.block_steps.sum())
             new = results.overturned.reshape(unsettled.size, batch.size, *flags.shape[2:])
@@ -278,7 +279,7 @@ class CellEnsemble:
         return block_steps
 
     def _cases(self, grid: Grid, cells: NDArray[np.int64], members: Members) -> Cases:
-        """Every member of every cell, the members of a cell together."""
+        """Create the cases of all members of the cells; members of a cell are contiguous."""
         direction, *rest = (grid[name][cells[:, at], None].astype(np.float64) for at, name in enumerate(grid.names))
         same = np.ones(members.size)
         sizes = {name: at * getattr(members, name, same) for name, at in zip(grid.names[1:], rest, strict=True)}
@@ -288,17 +289,17 @@ class CellEnsemble:
             "initial_tilt": members.initial_tilt,
         }
         return Cases(
-            # In the frame of a sensor that is turned the other way a plane, or a body, faces as much further clockwise.
+            # Rotating the sensor anticlockwise is equivalent to rotating plane or body clockwise by the same angle.
             (direction + members.azimuth_deg).ravel(),
             **{name: values.ravel() for name, values in sizes.items()},
             **{name: np.tile(one, len(cells)) for name, one in alike.items()},
         )
 
     def _copy(self, grid: Grid, arrays: Arrays, marked: NDArray[Any]) -> None:
-        """Fill the marked cells from those that answer for them."""
+        """Copy the marked cells from their symmetric counterparts."""
         source = self.model.sources(grid).cell
         for column in range(source.shape[1]):
-            # In space the period depends on the aspect, the dimension before friction.
+            # In the 3-D model the period depends on the aspect, the dimension before friction.
             rest = (slice(None), slice(None), column) if source.shape[1] > 1 else ()
             alike = marked[(slice(None), *rest)]
             behind = np.flatnonzero(alike.any(axis=tuple(range(1, alike.ndim))))

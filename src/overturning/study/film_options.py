@@ -11,7 +11,7 @@ from overturning.model.contact import DAMPING_RATIO
 from overturning.model.planes import Planes
 from overturning.model.scene import Scene, gravestone, load_scene
 from overturning.study.cube import study_of
-from overturning.study.scenes import Sizes, applies_vertical, contact_of, model_for, setting_of
+from overturning.study.scenes import Sizes, contact_of, model_for, setting_of, uses_vertical
 from overturning.study.schema import Study
 from overturning.study.sections import Records, Simulation
 from overturning.units import GRANITE_DENSITY
@@ -58,7 +58,7 @@ def _of_motion(study: Study, variant: str) -> tuple[list[str], list[str]]:
         missing.append("the motion goes through soil")
     if study.simulation.model_copy(update={"vertical": True}) != Simulation():
         missing.append("the study has numerical settings of its own")
-    options = [] if applies_vertical(study, variant) else ["--no-vertical"]
+    options = [] if uses_vertical(study, variant) else ["--no-vertical"]
     for name in ("table", "folder"):
         if (given := getattr(study.records, name)) != Records.model_fields[name].default:
             options += [f"--{name}", shlex.quote(given)]

@@ -21,8 +21,8 @@ from overturning.records.earthquakes import earthquakes_of
 from overturning.records.record import Record, provenance
 from overturning.study.load import portable
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
-from overturning.study.parts import opened_part, record_of
-from overturning.study.scenes import NOMINAL, Sizes, applies_vertical, grid_of, model_for, size_note
+from overturning.study.parts import open_part, record_of
+from overturning.study.scenes import NOMINAL, Sizes, grid_of, model_for, size_note, uses_vertical
 from overturning.study.schema import Study
 from overturning.study.sweep import variables_of
 
@@ -71,7 +71,7 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
     model, grid = model_for(study, variant), grid_of(study, variant)
     cube.setncatts(_attributes(study, records, variant))
     cube.createDimension("record", len(records))
-    _add_records(cube, records, applies_vertical(study, variant))
+    _add_records(cube, records, uses_vertical(study, variant))
     add_grid(cube, grid)
     cube[model.direction].setncatts(model.direction_attributes)
     if said := size_note(study, variant):
@@ -91,7 +91,7 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
 def _copy_record(paths: Sequence[Path], cube: Any, index: int, grid: Grid, variables: Sequence[Variable]) -> bool:
     """Copy a record's parts, one variable at a time, and add up their block steps; whether they hold all cells."""
     with ExitStack() as stack:
-        parts = [stack.enter_context(opened_part(path, grid, variables)) for path in paths]
+        parts = [stack.enter_context(open_part(path, grid, variables)) for path in paths]
         filled = np.zeros(grid.shape, dtype=bool)
         for part in parts:
             filled[np.ix_(*part.places)] = True

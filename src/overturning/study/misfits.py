@@ -9,7 +9,7 @@ from overturning.study.evaluation import CONTRASTS, Population
 from overturning.study.sections import BodySettings, ContactSettings, Ensemble, Orientations, Variant
 from overturning.units import GRANITE_DENSITY
 
-_IN_PLANES_ONLY: Final = {
+_PLANAR_ONLY: Final = {
     "scene": "a study has a scene in planes or a body in space; keep one",
     "azimuth": "a body in space moves in all directions at once; give orientation, the azimuths that it faces",
     "published": "a body in space faces no single azimuth; compare in a study in planes",
@@ -19,7 +19,7 @@ _IN_PLANES_ONLY: Final = {
 """Keys that a study in space refuses, with the reason."""
 
 
-def misfits(study: Any) -> Iterator[str]:
+def incompatible_settings(study: Any) -> Iterator[str]:
     """What does not go together in an `overturning.study.schema.Study`, the key first."""
     named = [name for name, variant in study.variants.items() if variant.scene is not None]
     if named and (study.body is not None or "scene" not in study.model_fields_set):
@@ -66,7 +66,7 @@ def _of_observations(study: Any) -> Iterator[str]:
 
 
 def _of_body(study: Any, body: BodySettings, contacts: dict[str, ContactSettings]) -> Iterator[str]:
-    for key, reason in _IN_PLANES_ONLY.items():
+    for key, reason in _PLANAR_ONLY.items():
         if getattr(study, key) != (gravestone() if key == "scene" else type(study).model_fields[key].default):
             yield f"{key}: {reason}"
     if study.population is not None and (body.plan != "rectangle" or 1.0 not in body.aspect):

@@ -110,18 +110,18 @@ def record_of(path: Path) -> tuple[str, str]:
 
 
 @contextmanager
-def opened_part(path: Path, grid: Grid, variables: Sequence[Variable]) -> Iterator[Part]:
+def open_part(path: Path, grid: Grid, variables: Sequence[Variable]) -> Iterator[Part]:
     """Open a part and check that its cells are some of a grid; a `ResultError` where they are not."""
     with open_raw(path, "read", _REMEDY, sealed=True) as file:
         if not file.dimensions:  # of a chunk without cells
             yield Part(file, [np.zeros(0, np.intp)] * len(grid.names))
             return
-        if wrong := _misfit(file, grid, variables):
+        if wrong := _find_mismatch(file, grid, variables):
             raise ResultError(f"{path}: {wrong}; it is of another study or version: remove it and run again")
         yield Part(file, [np.searchsorted(grid[name], file[name][:]) for name in grid.names])
 
 
-def _misfit(file: Any, grid: Grid, variables: Sequence[Variable]) -> str:
+def _find_mismatch(file: Any, grid: Grid, variables: Sequence[Variable]) -> str:
     """What of an open part is not of a grid; empty where nothing is."""
     factors = {"amplitude": np.array(grid.amplitude)} if grid.amplitude else {}
     needed = [*(variable.name for variable in variables), *grid.names, *factors]

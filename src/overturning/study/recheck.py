@@ -13,7 +13,7 @@ from overturning.model.grid import Grid
 from overturning.model.results import COUNTS
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
-from overturning.study.cube import motions_beside, open_cube, study_of
+from overturning.study.cube import motion_folder, open_cube, study_of
 from overturning.study.netcdf import content_hash, open_raw
 from overturning.study.scenes import grid_of, model_for, motion_of, numerics_of
 from overturning.study.schema import Study
@@ -51,7 +51,7 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
         whole = grid.rows | ({"amplitude": np.array(grid.amplitude)} if grid.amplitude else {})
         if any(cube.sizes.get(name) != row.size or not np.allclose(cube[name], row) for name, row in whole.items()):
             raise ResultError(f"{path}: a part of its study's cube; recheck the cube that the run made")
-    folder = motions or motions_beside(path, study, variant)
+    folder = motions or motion_folder(path, study, variant)
     # Under each motion as recorded, and at each of the study's amplitudes where there are several.
     scales = grid.amplitude or (1.0,)
     shape = (len(names), len(scales), *grid.shape)
@@ -70,7 +70,7 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
             cell = (index, *((scale,) if grid.amplitude else ()), *place)
             with_ensemble = "members" in file.variables and bool(file["members"][cell] > 0)
             motion = scaled(motion_named(names[index]), scales[scale])
-            again = _again(motion, grid, place, study, variant, with_ensemble)
+            again = _recompute_cell(motion, grid, place, study, variant, with_ensemble)
             result.ensemble_cells += with_ensemble
             result.cells += 1
             where = ", ".join(f"{d} {grid[d][i]:g}" for d, i in zip(grid.names, place, strict=True))
@@ -83,7 +83,7 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
     return result
 
 
-def _again(
+def _recompute_cell(
     motion: Motion, grid: Grid, place: list[int], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
     """The cell's values by name, computed from its direction and, before it, the one that may answer for it."""

@@ -28,7 +28,7 @@ _TABLES: Final[dict[str, Callable[[Path], Any]]] = {
     "members.csv": Members.read,
     "convergence.json": Convergence.read,
 }
-_OF_A_RECORD: Final = (
+_RECORD_FILES: Final = (
     *("read/{}.nc", "read/*/{}.nc", "motion/{}.nc", "motion/*/{}.nc", "sweep/*/{}.*-of-*.nc"),
     *(f"figures/{kind}/{{}}.{end}" for kind in ("polar", "blocks", "intensity", "history") for end in FORMATS),
     *("logs/read/{}.log", "logs/sweep/*/{}.*-of-*.log"),
@@ -133,7 +133,7 @@ def remove_leftovers(results: Path, records: Collection[str]) -> dict[str, int]:
     gone = {name for name, path in _written_records(results) if name not in records and _is_of_record(path, name)}
     inside, removed = results.resolve(), {}
     for name in sorted(gone):
-        found = [path for pattern in _OF_A_RECORD for path in results.glob(pattern.format(name))]
+        found = [path for pattern in _RECORD_FILES for path in results.glob(pattern.format(name))]
         ours = [path for path in found if path.is_file() and path.parent.resolve().is_relative_to(inside)]
         for path in ours:
             path.unlink()
@@ -157,7 +157,7 @@ def _is_of_record(path: Path, name: str) -> bool:
         return False
 
 
-def keep_cubes(results: Path) -> None:
+def backup_cubes(results: Path) -> None:
     """Keep the cubes of a study under other names: Snakemake takes a result away before it makes it again."""
     for path in results.glob("cube*.nc"):
         kept = path.with_name(f".{path.name}.kept")
@@ -166,7 +166,7 @@ def keep_cubes(results: Path) -> None:
             os.link(path, kept)
 
 
-def put_cubes_back(results: Path) -> None:
+def restore_cubes(results: Path) -> None:
     """Put cubes back that a run has taken away and not made anew, as old as can be: the next run makes them."""
     for kept in results.glob(".cube*.nc.kept"):
         path = kept.with_name(kept.name.removeprefix(".").removesuffix(".kept"))

@@ -1,4 +1,4 @@
-"""A random part of a study: which cells of its cube a convergence check computes again, with the study's answers."""
+"""Random sample of the cells of a cube, with the outcomes of the study, for the convergence check."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,19 +9,19 @@ from numpy.typing import NDArray
 
 from overturning.model.body import MIN_AGREEMENT, direction_weight
 from overturning.model.planes import Planes
-from overturning.study.answers import Answers, unanswered
+from overturning.study.answers import CaseOutcomes, empty_outcomes
 from overturning.study.netcdf import open_raw
 from overturning.study.scenes import grid_of, model_for
 from overturning.study.schema import Study
 from overturning.study.sections import Verification
 
-HOLDS: Final = 1.0
-"""Friction from which a rectangular block with a smaller B/H is compared with one that cannot slide."""
+NO_SLIP_FRICTION: Final = 1.0
+"""Smallest friction of a rectangular block (with B/H below it) that is compared with a block that cannot slide."""
 
-MOST_RIGID: Final = 25_000
-"""Cells that are, at most: two or three seconds of processor time."""
+MAX_RIGID_CELLS: Final = 25_000
+"""Largest number of cells compared with the rigid block (two or three seconds of processor time)."""
 
-_CHANCES: Final = ("probability_towards", "probability_away", "probability_falls")
+_FALL_PROBABILITIES: Final = ("probability_towards", "probability_away", "probability_falls")
 """Variables whose sum is the share of members that fall."""
 
 _ROUNDING: Final = 1e-6
@@ -29,26 +29,26 @@ _ROUNDING: Final = 1e-6
 
 @dataclass(frozen=True)
 class Sample:
-    """Cases in the random order in which they are computed again, with the study's answers."""
+    """Cases in the random order in which they are run again, with the outcomes of the study."""
 
     record: NDArray[np.int64]  # position of the record, shape (n,)
     index: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
-    answers: Answers
-    at_rest: NDArray[np.bool_]  # those below the thresholds of rocking and sliding, shape (n,)
+    answers: CaseOutcomes
+    at_rest: NDArray[np.bool_]  # below the thresholds of rocking and sliding, shape (n,)
     divided: NDArray[np.bool_]  # some members of the ensemble fall and others stand, shape (n, elements)
-    apart: NDArray[np.bool_]  # divided, or members fall to both sides (3-D: spread beyond `MIN_AGREEMENT`), same shape
-    weight: NDArray[np.float64]  # of a fall of each case in direction statistics (`direction_weight`), shape (n,)
-    computed: int  # cases of the study that were not mirrored, nor repeated in space
+    apart: NDArray[np.bool_]  # divided, or falls to both sides (3-D: agreement < `MIN_AGREEMENT`), same shape
+    weight: NDArray[np.float64]  # weight of a fall in direction statistics (`direction_weight`), shape (n,)
+    computed: int  # number of cases of the study that were computed, not copied by symmetry
     block_steps: int  # of the whole study
 
 
 def choose(
     settings: Verification, records: int, computed: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Choose cells of a study at random, each at most once: of each its record, shape (n,), and its index.
+    """Choose distinct cells of a study at random, and return their records, shape (n,), and indices, shape (n, dims).
 
-    Any first part of the choice is a random choice too. Cells that are not `computed`, an array like the grid, the same
-    for every record, are not chosen: they mirror others and would be the same computation again.
+    The first cells of the choice are a random choice, too. `computed` has the shape of the grid and holds for every
+    record; cells that are False are copies of others by symmetry and are not chosen.
     """
     cells = np.argwhere(computed)
     wanted = max(settings.at_least, round(settings.share * records * computed.size))
@@ -56,25 +56,25 @@ def choose(
     return order // len(cells), cells[order % len(cells)]
 
 
-def cannot_slide(study: Study) -> NDArray[np.bool_]:
-    """Of which cells of the grid Housner's block is the rigid limit: rectangles of a friction from `HOLDS` on."""
+def rigid_applicable(study: Study) -> NDArray[np.bool_]:
+    """True for grid cells whose rigid limit is Housner's block: rectangles with friction ≥ `NO_SLIP_FRICTION`."""
     model, grid = model_for(study), grid_of(study)
     if not (isinstance(model, Planes) and model.scene.single_block):
         return np.zeros(grid.shape, np.bool_)
     own = model.scene.law(*model.scene.elements).friction
     friction = grid["friction"] if own is None else np.full(grid["friction"].size, own)
-    holds = (friction >= HOLDS) & (friction > grid["b_over_h"][:, None])
+    holds = (friction >= NO_SLIP_FRICTION) & (friction > grid["b_over_h"][:, None])
     return np.broadcast_to(holds, grid.shape)
 
 
 def read_sample(cube: Path, settings: Verification, among: NDArray[np.bool_] | None = None) -> Sample:
-    """Choose cells of a cube and read the study's answers to them; a ResultError where the cube cannot be read.
+    """Choose cells of a cube and read their outcomes; a ResultError if the cube cannot be read.
 
-    Of those that are computed, or of those of them that are also `among` some, an array like the grid.
+    Cells are chosen among those that were computed and, if given, are True in `among`, an array like the grid.
     """
     with open_raw(cube, "opened", "run the study again") as file:
         records = file.dimensions["record"].size
-        # The answers as recorded, where a study has its motions at several amplitudes.
+        # With several amplitudes, use the outcomes for the motions as recorded.
         recorded = (int(np.flatnonzero(file["amplitude"][:] == 1.0)[0]),) if "amplitude" in file.dimensions else ()
         computed = file["mirrored" if "mirrored" in file.variables else "repeated"][(0, *recorded)] == 0
         computed = computed if among is None else computed & among
@@ -82,17 +82,17 @@ def read_sample(cube: Path, settings: Verification, among: NDArray[np.bool_] | N
         place = np.argsort(np.argsort(record, kind="stable"))
 
         def cells(name: str) -> NDArray[Any]:
-            """Values of the chosen cells, shape (n, elements or 1); one record is in memory at a time."""
+            """Read values of the chosen cells, shape (n, elements or 1); one record is in memory at a time."""
             of = [file[name][(at, *recorded)][tuple(index[record == at].T)] for at in range(records)]
             return np.concatenate(of)[place].reshape(record.size, -1)
 
         overturned = cells("overturned")
-        answers = unanswered(*overturned.shape)
+        answers = empty_outcomes(*overturned.shape)
         answers["overturned"] = overturned
         if "fall_azimuth" in file.variables:
             answers["azimuth"] = cells("fall_azimuth")[:, 0]
         falls = np.zeros(overturned.shape, np.float32)
-        falls += sum(cells(name) for name in _CHANCES if name in file.variables)
+        falls += sum(cells(name) for name in _FALL_PROBABILITIES if name in file.variables)
         divided, at_rest = (falls > 0) & (falls < 1 - _ROUNDING), cells("status")[:, 0] == 1
         apart = divided.copy()
         if "probability_towards" in file.variables:
@@ -108,9 +108,9 @@ def read_sample(cube: Path, settings: Verification, among: NDArray[np.bool_] | N
 
 
 def read_rigid(cube: Path, study: Study) -> Sample | None:
-    """Cells of a study's cube to compare with the exact rigid block, `MOST_RIGID` or all of fewer; none without any."""
-    among = cannot_slide(study)
+    """Choose at most `MAX_RIGID_CELLS` cells to compare with the exact rigid block; None if no cell qualifies."""
+    among = rigid_applicable(study)
     settings = study.verification
     if not among.any() or isinstance(settings, str):
         return None
-    return read_sample(cube, settings.model_copy(update={"share": 0.0, "at_least": MOST_RIGID}), among)
+    return read_sample(cube, settings.model_copy(update={"share": 0.0, "at_least": MAX_RIGID_CELLS}), among)

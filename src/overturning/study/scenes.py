@@ -129,7 +129,7 @@ def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None
     return Numerics(scheme=scheme, time_step=given.time_step, leave_out=given.leave_out, **taken)
 
 
-def applies_vertical(study: Study, variant: str = NOMINAL) -> bool:
+def uses_vertical(study: Study, variant: str = NOMINAL) -> bool:
     """Whether a variant applies the vertical motion of the records that have one."""
     own = setting_of(study, variant).vertical
     return study.simulation.vertical if own is None else own
@@ -137,4 +137,4 @@ def applies_vertical(study: Study, variant: str = NOMINAL) -> bool:
 
 def motion_of(study: Study, record: Record, variant: str = NOMINAL) -> Motion:
     """The motion of a record as a variant applies it: without the vertical component where it leaves that out."""
-    return Motion.of(record if applies_vertical(study, variant) else replace(record, up=None))
+    return Motion.of(record if uses_vertical(study, variant) else replace(record, up=None))

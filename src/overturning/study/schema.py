@@ -21,7 +21,7 @@ from overturning.model.scene import Scene, gravestone
 from overturning.records.site import Site
 from overturning.records.steps import Steps
 from overturning.study.evaluation import Asks, Crate, Figures, Population, Primary, Published, Survey
-from overturning.study.misfits import misfits
+from overturning.study.misfits import incompatible_settings
 from overturning.study.sections import (
     BodySettings,
     ContactSettings,
@@ -188,7 +188,7 @@ class Study(StrictModel):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
-        if wrong := next(misfits(self), ""):
+        if wrong := next(incompatible_settings(self), ""):
             raise ValueError(wrong)
         return self
 

@@ -17,7 +17,7 @@ from overturning.model.results import COUNTS, Results
 from overturning.model.variables import Variable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.ensemble import CellEnsemble, Members, Runner, draw_members, part_of
+from overturning.study.ensemble import CellEnsemble, Members, Runner, draw_members, progress_of_part
 from overturning.study.parts import WHOLE, Chunk, piece_of, write_part
 from overturning.study.scenes import NOMINAL, Sizes, grid_of, model_for, motion_of, numerics_of
 from overturning.study.schema import Study
@@ -96,7 +96,7 @@ def sweep_record(
     factors = grid.amplitude or (1.0,)
     work = [*(NOMINAL_SHARE for _ in factors), *([1.0 - NOMINAL_SHARE] if study.ensemble.members else [])]
     ends = (np.cumsum([0.0, *work]) / sum(work)).tolist()
-    reports = [part_of(numerics.progress, *between) for between in pairwise(ends)]
+    reports = [progress_of_part(numerics.progress, *between) for between in pairwise(ends)]
     answers = [
         simulate_variant(study, variant, scaled(motion, factor), grid, replace(numerics, progress=progress))
         for factor, progress in zip(factors, reports, strict=False)  # the last is then the ensemble's
@@ -109,7 +109,7 @@ def sweep_record(
         outcome |= spread
         block_steps += more
     if grid.amplitude:
-        outcome = _stacked(answers, variables_of(study), outcome)
+        outcome = _stack_amplitudes(answers, variables_of(study), outcome)
     write_part(path, grid, outcome, attributes | {"block_steps": block_steps}, variables_of(study))
 
 
@@ -118,7 +118,7 @@ def scaled(motion: Motion, factor: float) -> Motion:
     return motion if factor == 1.0 else motion.times(factor)
 
 
-def _stacked(
+def _stack_amplitudes(
     answers: list[dict[str, NDArray[Any]]], variables: tuple[Variable, ...], recorded: dict[str, NDArray[Any]]
 ) -> dict[str, NDArray[Any]]:
     """Answers under the motion times each factor in one array; the ensemble is run as recorded only."""

@@ -165,7 +165,7 @@ def compare_survey(
         without_face=sum(1 for stone, *_ in fallen if math.isnan(stone.face_azimuth_deg)),
         without_b_over_h=sum(1 for stone, *_ in fallen if math.isnan(stone.slenderness[0])),
         without_direction=sum(stone.count for stone in stones if stone.fell and not stone.has_direction),
-        beyond=sum(stone.count for stone in stones if site.is_beyond(stone)),
+        beyond=sum(stone.count for stone in stones if site.is_outside_grid(stone)),
         background=background,
         never=sum(stone.count for stone in stones if stone.has_direction and site.never_falls(stone)),
     )

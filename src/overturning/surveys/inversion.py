@@ -10,16 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import sector
-from overturning.surveys.posterior import TURN_DEG, TURNS, Backwards, Posterior
+from overturning.surveys.posterior import TURN_DEG, TURNS, InversionResult, Posterior
 from overturning.surveys.responses import (
+    BIN_WIDTH_DEG,
+    DIRECTION_BINS,
     LEVELS,
     ORIENTATION_STEP_DEG,
     STOOD,
-    WAY_DEG,
-    WAYS,
     Responses,
     StoneKind,
-    blind,
+    uninformative_outcome,
 )
 from overturning.surveys.stones import BACKGROUND, Stone
 
@@ -30,16 +30,16 @@ Those of one survey share what is wrong with a motion that is not the true one, 
 independent ones; how much less `verification/backwards_coverage.py` finds.
 """
 
-EVERY: Final = np.arange(WAYS + 1)
+ALL_OUTCOMES: Final = np.arange(DIRECTION_BINS + 1)
 """All ways, and standing."""
 
-_OCTANT: Final = np.append(sector(WAY_DEG * np.arange(WAYS), 8), 8)
+_OCTANT: Final = np.append(sector(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS), 8), 8)
 """Compass octant of each way; standing comes after them."""
 
 REPLICATES: Final = 200
 """Surveys that are drawn to see whether the library fits."""
 
-NO_FIT: Final = 0.01
+MIN_FIT_P_VALUE: Final = 0.01
 """p of that check below which a survey is said not to fit."""
 
 
@@ -61,7 +61,7 @@ class Inversion:
     background: float = BACKGROUND
     fixed: float = 0.0
 
-    def chances(self, stone: Stone, ways: NDArray[np.intp] = EVERY) -> NDArray[np.float32]:
+    def likelihoods(self, stone: Stone, ways: NDArray[np.intp] = ALL_OUTCOMES) -> NDArray[np.float32]:
         """Probability that a stone is found to have fallen each of some ways, or to stand, shape (s, l, r, ways)."""
         table = self.responses.table(StoneKind.of(stone))
         turn, face = TURN_DEG * np.arange(TURNS), stone.narrow_face_deg
@@ -72,9 +72,11 @@ class Inversion:
             place = np.round((face - turn) / ORIENTATION_STEP_DEG).astype(np.intp)
             apart = np.asarray(face - turn - ORIENTATION_STEP_DEG * place, np.float64)
         # A way counted from true north, as seen from the north of the motion and from the face that was computed.
-        back = np.round((turn + apart) / WAY_DEG).astype(np.intp)[:, None]
-        seen = table[:, :, (place % table.shape[2])[:, None], np.where(ways == STOOD, STOOD, (ways - back) % WAYS)]
-        free = (1 - self.background) * seen + self.background * blind()[ways].astype(np.float32)
+        back = np.round((turn + apart) / BIN_WIDTH_DEG).astype(np.intp)[:, None]
+        seen = table[
+            :, :, (place % table.shape[2])[:, None], np.where(ways == STOOD, STOOD, (ways - back) % DIRECTION_BINS)
+        ]
+        free = (1 - self.background) * seen + self.background * uninformative_outcome()[ways].astype(np.float32)
         return np.asarray((1 - self.fixed) * free + np.float32(self.fixed) * (ways == STOOD))
 
     def log_likelihood(self, stones: Sequence[Stone]) -> FloatArray:
@@ -84,7 +86,7 @@ class Inversion:
         """
         total = np.zeros((2, len(self.responses.motions), LEVELS.size, TURNS))
         for stone in stones:
-            chance = self.chances(stone, np.append(found(stone), STOOD))
+            chance = self.likelihoods(stone, np.append(matching_direction_bins(stone), STOOD))
             stands, falls = chance[..., -1], 1 - chance[..., -1]
             total[0] += stone.count * np.log(falls if stone.fell else stands)
             if stone.has_direction:
@@ -116,11 +118,11 @@ class Inversion:
             axis=np.array([one.axis for one in motions]),
         )
 
-    def answer(self, name: str, stones: Sequence[Stone]) -> Backwards:
+    def answer(self, name: str, stones: Sequence[Stone]) -> InversionResult:
         """What a survey, of that name, says of its motion."""
         posterior = self.posterior(self.log_likelihood(stones))
         fell, stood = (sum(one.count for one in stones if one.fell is kind) for kind in (True, False))
-        return Backwards(name, fell, stood, self.fixed, self.fit(stones, posterior), posterior)
+        return InversionResult(name, fell, stood, self.fixed, self.fit(stones, posterior), posterior)
 
     def fit(self, stones: Sequence[Stone], posterior: Posterior, seed: int = 1) -> float:
         """Posterior predictive p-value: how often a survey drawn from the answer fits its best motion no better.
@@ -136,8 +138,8 @@ class Inversion:
         drawn = generator.choice(possible.size, REPLICATES, p=share / share.sum())
         totals = np.zeros((possible.size, 1 + REPLICATES), np.float32)
         for stone in stones:
-            chance = self.chances(stone).reshape(-1, WAYS + 1)[possible]
-            own = int(found(stone)[0])
+            chance = self.likelihoods(stone).reshape(-1, DIRECTION_BINS + 1)[possible]
+            own = int(matching_direction_bins(stone)[0])
             if stone.octant:
                 chance = np.stack([chance[:, place == _OCTANT].sum(axis=1) for place in range(9)], axis=1)
                 own = int(sector(stone.azimuth_deg, 8))
@@ -153,12 +155,12 @@ class Inversion:
         return float((1 + (best[1:] <= best[0] + 1e-4).sum()) / (1 + REPLICATES))
 
 
-def found(stone: Stone) -> NDArray[np.intp]:
+def matching_direction_bins(stone: Stone) -> NDArray[np.intp]:
     """The ways that are what a stone did: standing, the way of its direction, those of its octant, or every fall."""
     if not stone.fell:
         return np.array([STOOD])
     if not stone.has_direction:
-        return np.arange(WAYS)
+        return np.arange(DIRECTION_BINS)
     if stone.octant:
         return np.flatnonzero(_OCTANT[:STOOD] == sector(stone.azimuth_deg, 8))
-    return np.array([round(stone.azimuth_deg / WAY_DEG) % WAYS])
+    return np.array([round(stone.azimuth_deg / BIN_WIDTH_DEG) % DIRECTION_BINS])

@@ -36,7 +36,7 @@ SHIPPED: Final = (
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class CandidateMotion:
     """A motion that could have been it, as recorded.
 
     Attributes
@@ -59,7 +59,7 @@ class Candidate:
     axis: float
 
     @classmethod
-    def of(cls, name: str, event: str, motion: Motion) -> "Candidate":
+    def of(cls, name: str, event: str, motion: Motion) -> "CandidateMotion":
         """A motion with its peaks; an `ArgumentError` where nothing moves."""
         azimuth = np.arange(0.0, 180.0, AXIS_STEP_DEG)
         cosines, acceleration = cosines_of(azimuth), motion.horizontal
@@ -77,7 +77,7 @@ class Candidate:
         return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()
 
 
-def shipped_records() -> list[Candidate]:
+def shipped_records() -> list[CandidateMotion]:
     """Near-field and far-field records of FEMA P-695 and GeoNet's Te Mara Farm, processed as in a study."""
     found = []
     for source in SHIPPED:
@@ -85,26 +85,28 @@ def shipped_records() -> list[Candidate]:
         record = rounded(process(read_record(RecordEntry(id="x", format=form, source=source), Path()), None))
         # One earthquake is "Northridge-01" in one set and "Northridge" in another; GeoNet gives a sentence.
         event = "Kaikoura" if form == "geonet" else re.sub(r"-\d+$", "", record.event.split(",")[0])
-        found.append(Candidate.of(f"{event}, {record.station}", event, Motion.of(record)))
+        found.append(CandidateMotion.of(f"{event}, {record.station}", event, Motion.of(record)))
     return found
 
 
-def pulses() -> list[Candidate]:
+def pulses() -> list[CandidateMotion]:
     """One-cycle sine and cosine pulses towards the north."""
     line = "{} amplitude_gal=400 period_s={} sampling_interval_s=0.01"
     return [
-        Candidate.of(f"{shape} {period:g} s", "", Motion.of(pulse_record(parse_pulse(line.format(shape, period)))))
+        CandidateMotion.of(
+            f"{shape} {period:g} s", "", Motion.of(pulse_record(parse_pulse(line.format(shape, period))))
+        )
         for shape in ("sine", "cosine")
         for period in PERIODS
     ]
 
 
-def candidates(own: Iterable[Record] = (), *, alone: bool = False) -> list[Candidate]:
+def candidates(own: Iterable[Record] = (), *, alone: bool = False) -> list[CandidateMotion]:
     """Every motion to ask about, each once: the user's own processed records, then what comes with the package.
 
     ``alone`` leaves the latter out; an `ArgumentError` where there is none, or one never moves.
     """
-    every = [Candidate.of(one.record_id, one.event, Motion.of(one)) for one in own]
+    every = [CandidateMotion.of(one.record_id, one.event, Motion.of(one)) for one in own]
     every += [] if alone else [*shipped_records(), *pulses()]
     if not every:
         raise ArgumentError("--alone: no motion; name one by --motion, or leave --alone out")

@@ -87,7 +87,7 @@ def draw_stones(population: Population) -> Stones:
     return Stones(height, width / height, between(population.friction, unit[2]), face % 360, unit[4:])
 
 
-def grid_places(grid: FloatArray, values: FloatArray, lot: FloatArray) -> NDArray[np.intp]:
+def random_neighbours(grid: FloatArray, values: FloatArray, lot: FloatArray) -> NDArray[np.intp]:
     """Places of values in an ascending grid: of two neighbours the nearer one the more often, so that means are linear.
 
     Beyond the grid it is the end.
@@ -113,7 +113,7 @@ def stone_outcomes(site: xr.Dataset, stones: Stones) -> Outcomes:
     there is one.
     """
     cells = {
-        name: grid_places(site[name].to_numpy(), getattr(stones, name), lot)
+        name: random_neighbours(site[name].to_numpy(), getattr(stones, name), lot)
         for name, lot in zip(_SIZES, stones.lot, strict=True)
     }
     grid, ratio = site["friction"].to_numpy(), site["b_over_h"].to_numpy()[cells["b_over_h"]]

@@ -136,7 +136,7 @@ class Posterior:
 
 
 @dataclass(frozen=True)
-class Backwards:
+class InversionResult:
     """The answer to a survey, with what a reader has to know of the survey.
 
     Attributes
@@ -177,7 +177,7 @@ class Backwards:
         return {"PGV, cm/s": pgv / CM, "PGA, g": self.posterior.pga[:, None] * pgv / STANDARD_GRAVITY}
 
 
-def write_backwards(answer: Backwards, path: Path) -> None:
+def write_inversion(answer: InversionResult, path: Path) -> None:
     """Write an answer (NetCDF)."""
     table = xr.Dataset(
         {name: (dims, getattr(answer.posterior, name)) for name, dims in _STORED.items()},
@@ -188,14 +188,14 @@ def write_backwards(answer: Backwards, path: Path) -> None:
         table.to_netcdf(part, engine="netcdf4")
 
 
-def read_backwards(path: Path) -> Backwards:
-    """Read what `write_backwards` wrote; a ResultError where it is missing or of another kind."""
+def read_inversion(path: Path) -> InversionResult:
+    """Read what `write_inversion` wrote; a ResultError where it is missing or of another kind."""
     try:
         with xr.open_dataset(path, engine="netcdf4") as stored:
             table = stored.load()
         sources, about = tuple(str(name) for name in table["source"].to_numpy()), table.attrs
         posterior = Posterior(sources, **{name: np.asarray(table[name]) for name in _STORED})
         numbers = (int(about["fell"]), int(about["stood"]), float(about["fixed"]), float(about["fit"]))
-        return Backwards(str(about["survey"]), *numbers, posterior)
+        return InversionResult(str(about["survey"]), *numbers, posterior)
     except (OSError, ValueError, KeyError) as error:
         raise ResultError(f"{path}: cannot be read ({error}); run the study again") from None

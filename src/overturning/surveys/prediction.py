@@ -80,7 +80,7 @@ class SitePrediction:
         cell = nearest(self.plane, azimuth_deg, FULL_TURN).cell
         return p.reshape(*by_azimuth.shape[1:], -1), self.times[cell, round(float(place))].T
 
-    def is_beyond(self, stone: Stone) -> bool:
+    def is_outside_grid(self, stone: Stone) -> bool:
         """Whether a B/H of a stone lies outside of the cube's, which has its nearest value there."""
         least, most = self.b_over_h[[0, -1]].tolist()
         return min(stone.slenderness) < least - 1e-9 or max(stone.slenderness) > most + 1e-9

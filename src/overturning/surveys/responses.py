@@ -22,7 +22,7 @@ from overturning.files import atomic_write
 from overturning.model.cases import Cases
 from overturning.study.evaluation import Population
 from overturning.study.sources import source_hash
-from overturning.surveys.library import Candidate
+from overturning.surveys.library import CandidateMotion
 from overturning.surveys.stones import Stone
 
 LEVELS: Final[FloatArray] = np.asarray(np.geomspace(0.2, 3.2, 13), np.float64)
@@ -43,21 +43,21 @@ FRICTIONS: Final = (0.45, 0.65, 0.9)
 ORIENTATION_STEP_DEG: Final = 15
 """Step of a rectangular stone's face against the motion, degrees; a fall turns with the face to the nearest one."""
 
-WAY_DEG: Final = 5
+BIN_WIDTH_DEG: Final = 5
 """Width of the ways in which a stone can fall, degrees."""
 
-WAYS: Final = 360 // WAY_DEG
-STOOD: Final = WAYS
+DIRECTION_BINS: Final = 360 // BIN_WIDTH_DEG
+STOOD: Final = DIRECTION_BINS
 """Place of standing after the ways in which a stone can fall."""
-UNKNOWN: Final = WAYS + 1
+UNKNOWN: Final = DIRECTION_BINS + 1
 
-ALIKE: Final = 0.15
+LN_SHAPE_DEVIATION: Final = 0.15
 """Standard deviation of ln B/H among stones that are written down alike: worn edges, footings, restitution."""
 
-SITE: Final = 0.15
+LN_PGV_DEVIATION: Final = 0.15
 """Standard deviation of ln PGV over the site of one survey."""
 
-CONCENTRATION, ANY_WAY = 8.0, 0.2
+CONCENTRATION, UNIFORM_SHARE = 8.0, 0.2
 """Falls scatter about the computed direction by a von Mises distribution, but for a share that goes any way."""
 
 CASE_S: Final = 1.5e-4
@@ -118,7 +118,7 @@ class StoneKind:
         shape = width / height if self.b_over_h is None else np.full(DRAWS, self.b_over_h)
         place = np.interp(np.log(height), np.log(HEIGHTS), np.arange(HEIGHTS.size))
         of_height = np.maximum(0.0, 1 - np.abs(place[:, None] - np.arange(HEIGHTS.size)))
-        apart = np.abs(np.log(SHAPES / np.clip(shape, SHAPES[0], SHAPES[-1])[:, None])) / ALIKE
+        apart = np.abs(np.log(SHAPES / np.clip(shape, SHAPES[0], SHAPES[-1])[:, None])) / LN_SHAPE_DEVIATION
         of_shape = np.where(apart <= 2.0, np.exp(-0.5 * apart**2), 0.0)
         return np.asarray(of_height.T @ (of_shape / of_shape.sum(axis=1, keepdims=True)) / DRAWS)
 
@@ -141,7 +141,7 @@ class Responses:
 
     Parameters
     ----------
-    motions, kinds : sequence of Candidate, sequence of StoneKind
+    motions, kinds : sequence of CandidateMotion, sequence of StoneKind
         The motions and the stones' kinds; an `ArgumentError` where there is none of either.
     population : Population, optional
         From which height and B/H are drawn where they are not known.
@@ -155,7 +155,7 @@ class Responses:
 
     def __init__(
         self,
-        motions: Sequence[Candidate],
+        motions: Sequence[CandidateMotion],
         kinds: Sequence[StoneKind],
         population: Population | None = None,
         *,
@@ -174,7 +174,7 @@ class Responses:
             if progress:
                 progress(done, len(motions))
             for aspect, nodes in needed.items():
-                self._ways[aspect].append(stored_ways(one, aspect, nodes, folder, threads))
+                self._ways[aspect].append(load_or_compute_outcomes(one, aspect, nodes, folder, threads))
         if progress:
             progress(len(motions), len(motions))
         self.table = lru_cache(64)(self._table)
@@ -184,7 +184,7 @@ class Responses:
 
         Shape (motions, levels, orientations, ways + 1).
         """
-        return np.stack([_shares(one, self._weights[kind]) for one in self._ways[kind.aspect]])
+        return np.stack([_outcome_probabilities(one, self._weights[kind]) for one in self._ways[kind.aspect]])
 
 
 def cache_folder() -> Path:
@@ -206,7 +206,7 @@ def needed_nodes(weights: dict[StoneKind, FloatArray]) -> dict[float, NDArray[np
 
 
 def missing_cases(
-    motions: Sequence[Candidate], kinds: Sequence[StoneKind], folder: Path | None = None
+    motions: Sequence[CandidateMotion], kinds: Sequence[StoneKind], folder: Path | None = None
 ) -> tuple[int, float]:
     """Count the cases that `Responses` would compute, those kept from before left out, and estimate the time.
 
@@ -231,17 +231,26 @@ def missing_cases(
     return cases, seconds
 
 
-def _stored_file(one: Candidate, aspect: float, folder: Path) -> Path:
+def _stored_file(one: CandidateMotion, aspect: float, folder: Path) -> Path:
     """Return the file that keeps the responses to a motion, named after all that they depend on."""
     grid = repr(
-        (one.pgv, WAY_DEG, LEVELS.tolist(), FRICTIONS, HEIGHTS.tolist(), SHAPES.tolist(), ORIENTATION_STEP_DEG, aspect)
+        (
+            one.pgv,
+            BIN_WIDTH_DEG,
+            LEVELS.tolist(),
+            FRICTIONS,
+            HEIGHTS.tolist(),
+            SHAPES.tolist(),
+            ORIENTATION_STEP_DEG,
+            aspect,
+        )
     )
     key = hashlib.sha256(f"{_kernel()} {one.digest} {grid}".encode()).hexdigest()[:24]
     return folder / f"{key}.npz"
 
 
-def stored_ways(
-    one: Candidate, aspect: float, nodes: NDArray[np.bool_], folder: Path, threads: int
+def load_or_compute_outcomes(
+    one: CandidateMotion, aspect: float, nodes: NDArray[np.bool_], folder: Path, threads: int
 ) -> dict[str, NDArray[np.int8]]:
     """What stones do under a motion: kept from before, or computed and kept in a file, see `_stored_file`.
 
@@ -258,8 +267,10 @@ def stored_ways(
         path.unlink(missing_ok=True)
     missing = [(h, b) for h, b in np.argwhere(nodes).tolist() if f"{h}-{b}" not in known]
     if missing:
-        known |= dict(zip((f"{h}-{b}" for h, b in missing), computed_ways(one, aspect, missing, threads), strict=True))
-        # Not kept costs time, not the answer.
+        known |= dict(
+            zip((f"{h}-{b}" for h, b in missing), compute_outcomes(one, aspect, missing, threads), strict=True)
+        )
+        # A cache that cannot be written costs time only.
         with suppress(OSError), atomic_write(path) as part, part.open("wb") as file:
             np.savez_compressed(file, allow_pickle=False, **known)
     return known
@@ -271,8 +282,13 @@ def _kernel() -> str:
     return source_hash("dem", "model", "motion", "surveys/responses.py")
 
 
-def computed_ways(one: Candidate, aspect: float, nodes: Sequence[tuple[int, int]], threads: int) -> NDArray[np.int8]:
-    """What stones do under a motion at places of height and B/H, shape (nodes, frictions, levels, orientations)."""
+def compute_outcomes(
+    one: CandidateMotion, aspect: float, nodes: Sequence[tuple[int, int]], threads: int
+) -> NDArray[np.int8]:
+    """Simulate stones at grid nodes of height and B/H, shape (nodes, frictions, levels, orientations).
+
+    An outcome is the direction bin of the fall, `STOOD` or `UNKNOWN`.
+    """
     kind = StoneKind(aspect=aspect)
     axes = (np.arange(len(nodes)), np.array(FRICTIONS), LEVELS / one.pgv, kind.orientations)
     node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
@@ -280,16 +296,16 @@ def computed_ways(one: Candidate, aspect: float, nodes: Sequence[tuple[int, int]
     node = node.astype(np.intp)
     cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(aspect, 1.0))
     found = run("rectangle" if aspect else "circle", one.motion, cases, Numerics(threads=threads))
-    way = np.round(np.nan_to_num(found.fall_azimuth) / WAY_DEG).astype(np.int8) % WAYS
+    way = np.round(np.nan_to_num(found.fall_azimuth) / BIN_WIDTH_DEG).astype(np.int8) % DIRECTION_BINS
     outcome = np.where(found.overturned == 1, way, np.where(found.overturned == 0, STOOD, UNKNOWN))
     return outcome.astype(np.int8).reshape([axis.size for axis in axes])
 
 
-def _shares(ways: dict[str, NDArray[np.int8]], weight: FloatArray) -> NDArray[np.float32]:
-    """Probability of each way and of standing under one motion, shape (levels, orientations, ways + 1).
+def _outcome_probabilities(ways: dict[str, NDArray[np.int8]], weight: FloatArray) -> NDArray[np.float32]:
+    """Compute the probability of each direction bin and of standing, shape (levels, orientations, bins + 1).
 
-    The ``ways`` of `stored_ways` smoothed over what differs between stones, by a ``weight`` of `StoneKind.weights`, and
-    over the site.
+    The outcomes ``ways`` of `load_or_compute_outcomes` under one motion are averaged over stones, with a ``weight`` of
+    `StoneKind.weights`, and over the peak velocities at the site.
     """
     nodes = np.argwhere(weight > 0).tolist()
     outcome = np.stack([ways[f"{h}-{b}"] for h, b in nodes])
@@ -297,24 +313,24 @@ def _shares(ways: dict[str, NDArray[np.int8]], weight: FloatArray) -> NDArray[np
     place = np.arange(levels * orientations).reshape(levels, orientations) * (UNKNOWN + 1) + outcome
     mass = np.broadcast_to(weight[weight > 0][:, None, None, None] / frictions, outcome.shape)
     counts = np.bincount(place.ravel(), mass.ravel(), levels * orientations * (UNKNOWN + 1)).reshape(levels, -1)
-    near = np.exp(-0.5 * (np.log(LEVELS[:, None] / LEVELS) / SITE) ** 2)
+    near = np.exp(-0.5 * (np.log(LEVELS[:, None] / LEVELS) / LN_PGV_DEVIATION) ** 2)
     shares = (near / near.sum(axis=1, keepdims=True) @ counts).reshape(levels, orientations, UNKNOWN + 1)[..., :UNKNOWN]
     # Where nothing is known a stone may do anything.
-    shares += 1e-6 * blind()
+    shares += 1e-6 * uninformative_outcome()
     shares /= shares.sum(axis=-1, keepdims=True)
-    shares[..., :WAYS] = shares[..., :WAYS] @ scatter()
+    shares[..., :DIRECTION_BINS] = shares[..., :DIRECTION_BINS] @ scatter()
     return shares.astype(np.float32)
 
 
-def blind() -> FloatArray:
+def uninformative_outcome() -> FloatArray:
     """Probability of each way and of standing of a stone of which nothing is known, shape (ways + 1,)."""
-    return np.append(np.full(WAYS, 0.5 / WAYS), 0.5)
+    return np.append(np.full(DIRECTION_BINS, 0.5 / DIRECTION_BINS), 0.5)
 
 
 @cache
 def scatter() -> FloatArray:
     """Probability that a fall each way (rows) is found as each other one, shape (ways, ways)."""
-    angle = np.radians(WAY_DEG * np.arange(WAYS))
+    angle = np.radians(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS))
     density = scipy.stats.vonmises.pdf(angle, CONCENTRATION)
-    row = (1 - ANY_WAY) * density / density.sum() + ANY_WAY / WAYS
-    return np.asarray(row[(np.arange(WAYS) - np.arange(WAYS)[:, None]) % WAYS])
+    row = (1 - UNIFORM_SHARE) * density / density.sum() + UNIFORM_SHARE / DIRECTION_BINS
+    return np.asarray(row[(np.arange(DIRECTION_BINS) - np.arange(DIRECTION_BINS)[:, None]) % DIRECTION_BINS])

@@ -19,10 +19,10 @@ from overturning.tables import read_rows
 CAPACITIES: Final = np.linspace(-6.0, 6.0, 241)
 """Capacities of single stones about their class's, in standard deviations, over which those are averaged."""
 
-LEAST_SPREAD: Final = 1e-3
+MIN_SPREAD: Final = 1e-3
 """Least spread of a logarithm that is integrated over: a smaller one is a step."""
 
-BOUND: Final = 0.95
+BOUND_PROBABILITY: Final = 0.95
 """Probability with which the rate of stones that stood lies below its bound."""
 
 LARGEST_FACTOR: Final = 1e6
@@ -110,7 +110,7 @@ class Hazard:
             return np.zeros(np.size(median))
         level = np.concatenate([[low], self.level[(self.level > low) & (self.level < high)], [high]])
         x, rate = np.log(level), np.log(self.rate_at(level))
-        m, spread = np.log(np.atleast_1d(median))[:, None], max(spread, LEAST_SPREAD)
+        m, spread = np.log(np.atleast_1d(median))[:, None], max(spread, MIN_SPREAD)
         k = -np.diff(rate) / np.diff(x)
         below, above = ((x[part] - m) / spread + k * spread for part in (slice(None, -1), slice(1, None)))
         below, above = np.where(below > 0, -above, below), np.where(below > 0, -below, above)  # where Φ keeps digits
@@ -121,7 +121,7 @@ class Hazard:
 
 
 @dataclass(frozen=True)
-class Standing:
+class SurvivalEstimate:
     """How a class of stones stands under a hazard.
 
     Attributes
@@ -153,12 +153,12 @@ class Standing:
     first: float
 
 
-def standing(curve: CurveRow, hazard: Hazard, years: float) -> Standing:
+def standing(curve: CurveRow, hazard: Hazard, years: float) -> SurvivalEstimate:
     """How the stones of a fragility curve stand under a hazard for so many years; its median must be known."""
     last, seldom = float(hazard.level[-1]), float(hazard.rate[-1])
 
     def chance(level: float, median: ArrayLike, spread: float) -> FloatArray:
-        return np.asarray(ndtr(np.log(level / np.atleast_1d(median)) / max(spread, LEAST_SPREAD)))
+        return np.asarray(ndtr(np.log(level / np.atleast_1d(median)) / max(spread, MIN_SPREAD)))
 
     def rates(median: ArrayLike, spread: float) -> FloatArray:
         return np.asarray(hazard.falls(median, spread) + seldom * chance(last, median, spread))
@@ -179,7 +179,7 @@ def standing(curve: CurveRow, hazard: Hazard, years: float) -> Standing:
     first = float(chance(float(hazard.level[0]), curve.median, spread)[0])
     stands, low, high = (math.exp(-one * years) for one in (rate, strong, weak))
     beyond = 1 - known / rate if rate > 0 else math.nan
-    return Standing(curve.stones, curve.measure, rate, stands, low, high, share, beyond, first)
+    return SurvivalEstimate(curve.stones, curve.measure, rate, stands, low, high, share, beyond, first)
 
 
 def implausible_levels(hazard: Hazard) -> str:
@@ -200,13 +200,13 @@ def implausible_levels(hazard: Hazard) -> str:
 
 
 def rate_bound(years: float) -> float:
-    """Rate of falls a year below which it lies with the probability `BOUND` where stones of one place stood all along.
+    """Return the upper bound (probability `BOUND_PROBABILITY`) of the annual rate of falls at a place without any fall.
 
     The posterior of λ after T years without a fall is T exp(−λT), from a flat prior; stones of one place share
     their earthquakes and count as one (Gelman et al. 2013, Bayesian Data Analysis, section 2.6: gamma posterior of a
     rate).
     """
-    return -math.log1p(-BOUND) / years
+    return -math.log1p(-BOUND_PROBABILITY) / years
 
 
 def hazard_bound(curve: CurveRow, hazard: Hazard, years: float, bound: float) -> float:
@@ -221,7 +221,7 @@ def hazard_bound(curve: CurveRow, hazard: Hazard, years: float, bound: float) ->
         return math.nan
 
     def too_many(log_factor: float) -> float:
-        return standing(curve, hazard, years * math.exp(log_factor)).share - (1 - BOUND)
+        return standing(curve, hazard, years * math.exp(log_factor)).share - (1 - BOUND_PROBABILITY)
 
     # Years count as the hazard does: twice the time is twice the hazard.
     first, last = math.log(bound / rate), math.log(LARGEST_FACTOR * max(1.0, bound / rate))

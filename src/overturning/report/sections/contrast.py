@@ -13,7 +13,7 @@ from overturning.report.text import counted, decimals, share
 from overturning.statistics.bootstrap import Mean, share_over_earthquakes
 from overturning.statistics.elements import Contrast, compare_stones, contrast
 from overturning.statistics.falls import shares_by_record
-from overturning.study.scenes import NOMINAL, applies_vertical, contact_of, setting_of, size_note
+from overturning.study.scenes import NOMINAL, contact_of, setting_of, size_note, uses_vertical
 from overturning.study.schema import Study
 
 NO_VERTICAL: Final = "None of these records has vertical motion: with and without it all cases are the same."
@@ -25,7 +25,7 @@ def _differences(study: Study, variant: str, against: str) -> list[str]:
     differing = {
         "scene": (one.scene or study.scene) != (other.scene or study.scene),
         "contact": contact_of(study, variant) != contact_of(study, against),
-        "vertical": applies_vertical(study, variant) != applies_vertical(study, against),
+        "vertical": uses_vertical(study, variant) != uses_vertical(study, against),
         "site": one.site != other.site,
     }
     return [name for name, differs in differing.items() if differs]
@@ -39,7 +39,7 @@ def setting_said(results: Results, variant: str, against: str) -> str:
     if differ == ["scene"]:
         return itself if own.name == other.name else f"in the {own.name} scene"
     if differ == ["vertical"]:
-        return f"{'with' if applies_vertical(study, variant) else 'without'} vertical motion"
+        return f"{'with' if uses_vertical(study, variant) else 'without'} vertical motion"
     return "on the ground as recorded" if differ == ["site"] and variant == NOMINAL else itself
 
 

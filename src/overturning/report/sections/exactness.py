@@ -13,18 +13,18 @@ from overturning.report.results import Results
 from overturning.report.text import counted, percent
 from overturning.statistics.by_record import by_record
 from overturning.statistics.spread import Statistic, falls_to_both_sides, first_batch_estimate, runs_disagree
-from overturning.study.answers import ASIDE
+from overturning.study.answers import MAX_AZIMUTH_DIFFERENCE_DEG
 from overturning.study.convergence import (
+    AMPLITUDE_PERTURBATION,
     AMPLITUDE_REACH,
-    MOVED_DEG,
-    NUDGE,
+    MIN_AZIMUTH_SHIFT_DEG,
     WARN_ABOVE,
     Convergence,
     Repetition,
     Rigid,
 )
 from overturning.study.ensemble import BATCH, cells_to_run, wilson
-from overturning.study.sample import HOLDS
+from overturning.study.sample import NO_SLIP_FRICTION
 from overturning.study.sections import Ensemble
 
 _SETTINGS: Final = {"finer": "a smaller simulation.time_step", "stiffer": "a larger contact.stiffness"}
@@ -64,7 +64,7 @@ def convergence(results: Results) -> Said:
         text += " The variants were not run again." if results.study.variants else ""
     agreed = bool(results.study.ensemble.members)
     yield text + (_beside_rigid(rigid, agreed) if rigid else "")
-    way = "side" if results.model.one_component else f"azimuth, by {ASIDE:g}° or more"
+    way = "side" if results.model.one_component else f"azimuth, by {MAX_AZIMUTH_DIFFERENCE_DEG:g}° or more"
     drawn = Sampling(f"{way}, where it falls", agreed, found.chosen < found.computed)
     rows = [row for name, part in repetitions for row in _rows(name, part, found.study_block_steps, drawn)]
     if rigid:
@@ -99,7 +99,9 @@ def dependence(results: Results) -> Paragraph | None:
         return None
     text = f"{found.chosen:,} cases were run again."
     if ways:
-        where = "to the other side" if results.model.one_component else f"{ASIDE:g}° or more elsewhere"
+        where = (
+            "to the other side" if results.model.one_component else f"{MAX_AZIMUTH_DIFFERENCE_DEG:g}° or more elsewhere"
+        )
         (first, with_it), *more = ways
         text += f" Of the falls {' and '.join([f'{first} go {where} {with_it}', *map(' '.join, more)])}."
     text += f"{_moved(results, found)} Whether a block falls at all changes {' and '.join(flags)}"
@@ -142,8 +144,8 @@ def _moved(results: Results, found: Convergence) -> str:
             f"each fall counts in directions with its resultant over the ensemble, these with {of_all} of the weight"
         )
     return (
-        f" Of {counted(one.falls, 'fall')} {percent(one.moved / one.falls, 1)}{bounds} go {MOVED_DEG:g}° or more "
-        f"elsewhere under motions within ± {percent(AMPLITUDE_REACH)} of the amplitude; {weight}."
+        f" Of {counted(one.falls, 'fall')} {percent(one.moved / one.falls, 1)}{bounds} go {MIN_AZIMUTH_SHIFT_DEG:g}° "
+        f"or more elsewhere under motions within ± {percent(AMPLITUDE_REACH)} of the amplitude; {weight}."
     )
 
 
@@ -164,9 +166,9 @@ def _settled(found: Convergence) -> str:
     decided = f"{undecided}{share if all_of_them else ''}" if chaotic else ""
     return (
         f"{head}{which} {were} computed twice more, in steps half as long as those, and in those under a motion "
-        f"stronger by a factor of 1 + {NUDGE:g}, far less than any record is known to. {settled} kept the answer of "
-        f"the finer steps, which is thereby settled; {looked - settled - chaotic} changed with the shorter steps only "
-        f"and would need finer ones still; {chaotic or 'none'} changed with the motion{decided}."
+        f"stronger by a factor of 1 + {AMPLITUDE_PERTURBATION:g}, far less than any record is known to. {settled} kept "
+        f"the answer of the finer steps, which is thereby settled; {looked - settled - chaotic} changed with the "
+        f"shorter steps only and would need finer ones still; {chaotic or 'none'} changed with the motion{decided}."
     )
 
 
@@ -177,7 +179,7 @@ def _beside_rigid(found: Rigid, agreed: bool) -> str:
         return tuple(percent(1 - wrong / cases, 2) for wrong in (changed, changed + sides))
 
     drawn = f", {found.cases + found.unanswered:,} of them drawn at random" if _is_sampled(found) else ""
-    text = f" Blocks of µ ≥ {HOLDS:g} with B/H below µ do not slide ({found.cells:,} cases{drawn})."
+    text = f" Blocks of µ ≥ {NO_SLIP_FRICTION:g} with B/H below µ do not slide ({found.cells:,} cases{drawn})."
     if found.unanswered:
         text += (
             f" In {counted(found.unanswered, 'case')} there is nothing to compare: an answer is missing, as that of "

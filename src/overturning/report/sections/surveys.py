@@ -15,8 +15,8 @@ from overturning.report.results import Results
 from overturning.report.text import counted, degrees, number, percent
 from overturning.study.evaluation import Population
 from overturning.surveys.comparison import SurveyComparison, SurveyResult
-from overturning.surveys.inversion import NO_FIT, POWER
-from overturning.surveys.posterior import LEVEL, Backwards
+from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER
+from overturning.surveys.posterior import LEVEL, InversionResult
 from overturning.surveys.prediction import SIDES
 from overturning.surveys.stones import OCTANTS, Stone
 from overturning.units import CM
@@ -193,7 +193,7 @@ def backwards(results: Results) -> Said:
         yield backwards_section(found, draw_posterior(found, results.drawings / f"backwards-{place}.svg"))
 
 
-def draw_posterior(found: Backwards, path: Path) -> Path:
+def draw_posterior(found: InversionResult, path: Path) -> Path:
     """Draw a posterior into a file."""
     from overturning.figures.backwards import posterior_figure
 
@@ -222,12 +222,12 @@ def sizes_taken(stones: Sequence[Stone]) -> str:
     return f"The strength hangs on sizes that the survey does not give: {', '.join(parts)}." if parts else ""
 
 
-def backwards_section(found: Backwards, figure: Path | None = None) -> Section:
+def backwards_section(found: InversionResult, figure: Path | None = None) -> Section:
     """What a survey says of the motion, with its figure where it has one."""
     return Section(f"What moved the ground: {found.name}", blocks_of(_of_motion(found, figure)))
 
 
-def _of_motion(found: Backwards, figure: Path | None) -> Said:
+def _of_motion(found: InversionResult, figure: Path | None) -> Said:
     one = found.posterior
     yield Answer(tuple(backwards_sentences(found)))
     yield from map(Caution, cautions(found))
@@ -252,7 +252,7 @@ def _of_motion(found: Backwards, figure: Path | None) -> Said:
     )
 
 
-def backwards_sentences(found: Backwards) -> list[str]:
+def backwards_sentences(found: InversionResult) -> list[str]:
     """Bounds on PGV and PGA, and the axis of the motion."""
     one, parts = found.posterior, []
     for name, values in found.strengths.items():
@@ -274,7 +274,7 @@ def backwards_sentences(found: Backwards) -> list[str]:
     return [f"{seen}, with {percent(LEVEL)} probability: {'; '.join(parts)}.", axis]
 
 
-def cautions(found: Backwards) -> list[str]:
+def cautions(found: InversionResult) -> list[str]:
     """What is to be said where the library ends before the answer, or does not fit the survey."""
     weakest, strongest = found.posterior.edges()
     tail, levels = (1 - LEVEL) / 2, found.posterior.level
@@ -287,7 +287,7 @@ def cautions(found: Backwards) -> list[str]:
         )
         if share > tail
     ]
-    if found.fit < NO_FIT:
+    if found.fit < MIN_FIT_P_VALUE:
         said.append(
             "No motion here fits this survey: of surveys drawn from the answer, so few fit as badly that p is "
             f"{found.fit:.2g} (posterior predictive check). The bounds above do not hold; look for stones that were "

@@ -36,7 +36,7 @@ def test_an_interrupt_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("overturning.study.document.write_documentation", stopped)
-    assert said("study", "document", status=130) == "Stopped; nothing half-written was kept.\n"
+    assert said("study", "document", status=130) == "Stopped; no incomplete file was kept.\n"
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,7 @@ def test_a_place_that_cannot_be_written_is_named_in_a_line(arguments: list[str])
 
 
 def test_a_folder_that_is_not_there_is_not_made(tmp_path: Path) -> None:
-    with pytest.raises(ArgumentError, match=r"--animate .*there is no folder .*gone; make it first"):
+    with pytest.raises(ArgumentError, match=r"--animate .*there is no folder .*gone; create it first"):
         check_output(tmp_path / "gone" / "fall.html", "--animate")
     with pytest.raises(ArgumentError, match="is a folder"):
         check_output(tmp_path, "--animate")

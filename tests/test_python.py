@@ -345,7 +345,7 @@ def test_letters_that_do_not_fit_are_told(cube_file: Path, tmp_path: Path, capsy
     words = ["figure", "boundary", str(cube_file), "--record", "b", "-o", str(tmp_path / "b.pdf"), "--width", "80mm"]
     for font, told in (("4", False), ("12", True)):
         assert drawn(*words, "--font", font) == 0
-        assert ("letters are cut off" in capsys.readouterr().out) == told
+        assert ("text is cut off" in capsys.readouterr().out) == told
 
 
 @pytest.mark.parametrize(
@@ -355,12 +355,12 @@ def test_letters_that_do_not_fit_are_told(cube_file: Path, tmp_path: Path, capsy
         (("rose", "--record", "b"), "--record: rose is of all records"),
         (
             ("intensity", "--record", "b", "--height", "0.6"),
-            "--height, --friction: intensity is of the ground's",
+            "--height, --friction: intensity shows the ground",
         ),
         (("polar", "--record", "c"), "no record 'c'; it has a, b"),
         (("polar", "--record", "b", "--width", "80mn"), "--width '80mn': unit 'mn' does not fit"),
         (("polar", "--record", "b", "--height", "0.7"), "--height 0.7: not in"),
-        (("polar", "--record", "b", "--width", "20mm", "--font", "30"), "no room left beside the letters"),
+        (("polar", "--record", "b", "--width", "20mm", "--font", "30"), "the text leaves no room"),
     ],
 )
 def test_a_wrong_word_of_a_figure_is_answered(
@@ -503,8 +503,8 @@ def test_one_thing_has_one_word_on_the_command_line_in_python_and_in_a_study() -
         return {field.name for kind in kinds for field in fields(kind)}
 
     study, body, contact = (set(one.model_fields) for one in (Study, BodySettings, ContactSettings))
-    assert names(declared.InSpace, declared.InPlane, declared.Stone) <= study | body | contact
-    assert names(declared.Declared) <= names(Declarations) & set(RecordEntry.model_fields)
+    assert names(declared.BodyOptions, declared.PlaneOptions, declared.StoneOptions) <= study | body | contact
+    assert names(declared.FileOptions) <= names(Declarations) & set(RecordEntry.model_fields)
     assert {"scheme", "time_step", "leave_out"} == names(Numerics) & set(Simulation.model_fields)
     given = {name.removesuffix("_deg") for name in inspect.signature(overturning.simulate).parameters}
     assert given - {"motion", "model", "options"} <= study | body

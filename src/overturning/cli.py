@@ -2,9 +2,11 @@
 
 import sys
 from collections.abc import Callable, Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
+from typing_extensions import override
 
 from overturning.commands import cube, records, study, surveys, workflow
 from overturning.commands.explore import explore
@@ -13,23 +15,47 @@ from overturning.errors import OverturningError
 from overturning.files import os_error_message
 
 _INTERRUPTED = 130
+"""Exit status of a command stopped by Ctrl-C."""
+
+_STEPS = "Steps of the workflow (run by Snakemake)"
+"""Heading of the list of commands that the workflow calls."""
+
+
+class _PanelGroup(TyperGroup):
+    """Group whose help lists the commands with a `rich_help_panel` apart, under that heading, also without rich."""
+
+    @override
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        panels: dict[str, list[tuple[str, str]]] = {"Commands": []}
+        for name in self.list_commands(ctx):
+            command = self.get_command(ctx, name)
+            if command is not None and not command.hidden:
+                panel = getattr(command, "rich_help_panel", None)
+                rows = panels.setdefault(panel if isinstance(panel, str) else "Commands", [])
+                rows.append((name, command.get_short_help_str(formatter.width)))
+        for panel, rows in panels.items():
+            if rows:
+                with formatter.section(panel):
+                    formatter.write_dl(rows)
+
 
 app = typer.Typer(
+    cls=_PanelGroup,
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,  # plain help: importing rich would take half of the time
     pretty_exceptions_enable=False,
-    help="Which way gravestones fall in an earthquake, and how sure one can be.",
+    help="Simulate the directions in which gravestones fall in earthquakes, with their uncertainty.",
 )
 
 
 def _first_paragraph(command: Callable[..., None] | None) -> str:
-    """What a list of commands says of one, whole: Typer would cut it."""
+    """Return the first paragraph of a command's docstring, which Typer would shorten in the list of commands."""
     return " ".join((command.__doc__ or "").partition("\n\n")[0].split())
 
 
 def _add(group: typer.Typer, name: str) -> None:
-    """Add a group, whose lists of commands say of each the same as the list of all."""
+    """Add a group of subcommands, and set the short help of each of its commands."""
     groups = [group, *(each.typer_instance for each in group.registered_groups if each.typer_instance)]
     for each in groups:
         for below in each.registered_commands:
@@ -37,10 +63,12 @@ def _add(group: typer.Typer, name: str) -> None:
     app.add_typer(group, name=name, short_help=group.info.help)
 
 
-# What a subcommand needs is imported inside its function, so that this is quick.
-_OF_CUBES, _OF_STONES = (cube.figure, explore), (surveys.survey, surveys.backwards, surveys.stood)
-for _command in (study.init, one, *_OF_CUBES, *_OF_STONES, cube.recheck, *workflow.STEPS):
+# Subcommands import what they need inside their functions, so that this module is imported quickly.
+_CUBE_COMMANDS, _SURVEY_COMMANDS = (cube.figure, explore), (surveys.survey, surveys.backwards, surveys.stood)
+for _command in (study.init, one, *_CUBE_COMMANDS, *_SURVEY_COMMANDS, cube.recheck):
     app.command(short_help=_first_paragraph(_command))(_command)
+for _command in workflow.STEPS:
+    app.command(short_help=_first_paragraph(_command), rich_help_panel=_STEPS)(_command)
 for _name, _group in {"study": study.app, "records": records.app, "cube": cube.app}.items():
     _add(_group, _name)
 
@@ -56,7 +84,7 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def _root(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say which version this is.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
     pass
@@ -65,8 +93,8 @@ def _root(
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line.
 
-    An error that a user can cause ends in one or two lines on standard error and exit status 1; a traceback is a bug of
-    this package.
+    For an error that a user can cause, it prints one or two lines on standard error and exits with status 1; a
+    traceback is a bug of this package.
     """
     try:
         app(args=None if arguments is None else list(arguments))
@@ -79,14 +107,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"error: {said}", file=sys.stderr)
         sys.exit(1)
     except RuntimeError as error:
-        # Met where the cells of a cube from elsewhere are read, which may be at any time after it was opened.
+        # A damaged cube may raise this at any time after it was opened, when its cells are read.
         if not str(error).startswith("NetCDF: "):
             raise
-        print(f"error: a cube that the command names is damaged ({error}); get it, or make it, again", file=sys.stderr)
+        print(f"error: a cube of this command is damaged ({error}); copy or compute it again", file=sys.stderr)
         sys.exit(1)
     except SystemExit as end:
         if end.code == _INTERRUPTED:
-            print("Stopped; nothing half-written was kept.", file=sys.stderr)
+            print("Stopped; no incomplete file was kept.", file=sys.stderr)
         raise
 
 

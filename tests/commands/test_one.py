@@ -96,14 +96,14 @@ IN_SPACE = (*AT_RINALDI, "--body")
         ((*IN_SPACE, "--height", "60"), "height: 60 m; a stone is 0.01 to 50 m high"),
         ((*IN_PLANE, "--scene", "gone"), "scene gone: no file"),
         ((*IN_PLANE, "--scene", "boulder", "--damping", "3"), "set them in the scene file"),
-        (AT_RINALDI, "--azimuth: not given; name the plane of motion, or take --body"),
-        ((*IN_SPACE, "--azimuth", "3"), "--body: takes --orientation"),
+        (AT_RINALDI, "--azimuth: not given; give the azimuth of the motion, or use --body"),
+        ((*IN_SPACE, "--azimuth", "3"), "--body: accepts --orientation"),
         ((*IN_SPACE, "--animate", "a.gif"), "a.gif: a film of a 3-D body is an HTML page; use the extension .html"),
         ((*IN_SPACE, "--plan", "oval"), "body: 'oval'"),
         ((*IN_SPACE, "--plan", "²"), "body: '²'"),
-        ((*IN_SPACE, "--plan", "circle", "--mesh", "a.obj"), "--plan, --mesh: a body has one of them"),
+        ((*IN_SPACE, "--plan", "circle", "--mesh", "a.obj"), "--plan, --mesh: both given; leave one out"),
         ((*IN_SPACE, "--mesh", "a.obj"), "a.obj: No such file"),
-        ((*IN_PLANE, "--plan", "circle"), "a body in space has them; add --body"),
+        ((*IN_PLANE, "--plan", "circle"), "only for a 3-D body; add --body"),
         (
             (*IN_SPACE, "--orientation=1", "--orientation=2", "--response", "a.svg"),
             "one orientation at a time",
@@ -187,7 +187,7 @@ elements:
     )
     given = ("--record", "sine amplitude_gal=600 period_s=1", "--azimuth", "0", "--scene", scene)
     assert "µ = that of the scene\n  motion along N: stands (largest rotation 0.00 α)" in run(*given)
-    assert "--friction: the scene has coefficients of its own" in run(*given, "--friction", "1", status=1)
+    assert "--friction: the scene defines its own coefficients" in run(*given, "--friction", "1", status=1)
 
 
 def test_a_body(tmp_path: Path) -> None:

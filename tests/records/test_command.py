@@ -251,7 +251,7 @@ def test_check_goes_into_folders_and_passes_over_what_is_no_record(tmp_path, cap
     out = capsys.readouterr().out
     assert "geonet, processed by GNS Science" in out
     assert "by the agency: band-pass filter, transition bands .10-.25 Hz and 24.50-25.50 Hz" in out
-    assert "passed over, no records by their names: 3 (.hidden, event.json, study.yaml)" in out
+    assert "skipped because of their extensions: 3 (.hidden, event.json, study.yaml)" in out
     assert run("records", "check", inside / "good.V2A", tmp_path / "a" / "study.yaml") == 0
     assert "1 (study.yaml)" in capsys.readouterr().out
     assert "1 read, 0 refused" in out
@@ -311,7 +311,7 @@ def test_one_takes_what_check_takes_and_a_pulse(tmp_path, capsys):
     for record, what in ((path, "a file"), ("sine amplitude_gal=800 period_s=1", "a pulse")):
         for option in ("--table", "--folder"):
             assert run(*given, "--record", record, option, tmp_path) == 1
-            assert f"is {what}, and of no record table; leave them out" in capsys.readouterr().err
+            assert f"is {what}, not in a record table; leave them out" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

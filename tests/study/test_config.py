@@ -306,7 +306,7 @@ def test_wrong_unit_or_no_number_is_refused(value: object) -> None:
 
 def test_a_step_for_a_record_that_the_study_lacks_is_named(tmp_path: Path) -> None:
     study = '{"name": "small", "records": {"use": ["rinaldi"]}}'
-    with refused(ArgumentError, "--record gone: not of the study small; it has rinaldi"):
+    with refused(ArgumentError, "--record gone: not in the study small; it has rinaldi"):
         read(study, "gone", tmp_path / "gone.nc")
 
 

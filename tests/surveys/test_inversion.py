@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.commands.surveys import named_apart
+from overturning.commands.surveys import motions_with_unique_ids
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ResultError
 from overturning.model.cases import Cases
@@ -74,7 +74,7 @@ def test_motions_of_one_id_are_told_apart(tmp_path: Path) -> None:
     paths = [tmp_path / name for name in ("a.nc", "soft/a.nc", "b.nc")]
     for path, peak in zip(paths, (3.0, 5.0, 4.0), strict=True):
         write_motion(pulse(path.stem, peak), path)
-    assert [one.name for one in candidates(named_apart(paths), alone=True)] == [*map(str, paths[:2]), "b"]
+    assert [one.name for one in candidates(motions_with_unique_ids(paths), alone=True)] == [*map(str, paths[:2]), "b"]
 
 
 def test_probabilities_of_a_stone_add_up(inversion: Inversion) -> None:

@@ -128,7 +128,7 @@ def test_where_no_curve_fits_no_median_is_said_to_lie_beyond(
     tables: tuple[Path, Path], stood: Callable[..., str]
 ) -> None:
     tables[1].write_text("measure,unit,level,annual_rate\nPGV/PGA,s,0.01,1\nPGV/PGA,s,1,0.1\n", encoding="utf-8")
-    assert stood(*tables, years=1000) == "stout, PGV/PGA: no curve fits the falls, so nothing is said\n"
+    assert stood(*tables, years=1000) == "stout, PGV/PGA: no curve fits the falls; no result\n"
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""`overturning figure`, `recheck` and `cube`: what is made of a cube alone."""
+"""`overturning figure`, `recheck` and `cube`: figures, checks and tables of a cube."""
 
 from pathlib import Path
 from typing import Annotated
@@ -16,17 +16,21 @@ def figure(
     kind: Annotated[str, typer.Argument(help=", ".join(KINDS))],
     cube: Cube,
     output: Annotated[Path, typer.Option("--output", "-o", help="figure to draw: .svg, .png or .pdf")],
-    record: Annotated[str | None, typer.Option(help="id of the record; not needed where the cube has one")] = None,
-    height: Annotated[list[float] | None, typer.Option(help="show this height alone, m; or several")] = None,
-    friction: Annotated[list[float] | None, typer.Option(help="show this friction alone; or several")] = None,
-    width: Annotated[str, typer.Option(help="of a column of print: 80mm, 17cm; default: the figure's own")] = "",
+    record: Annotated[str | None, typer.Option(help="id of the record; optional if the cube has only one")] = None,
+    height: Annotated[
+        list[float] | None, typer.Option(help="show only this height, m; may be given several times")
+    ] = None,
+    friction: Annotated[
+        list[float] | None, typer.Option(help="show only this friction; may be given several times")
+    ] = None,
+    width: Annotated[str, typer.Option(help="width of the figure, such as 80mm or 17cm; default: its own width")] = "",
     font: Annotated[
         float | None,
-        typer.Option(min=1, max=72, help="size of the letters, pt; default: those of the figure, scaled"),
+        typer.Option(min=1, max=72, help="font size, pt; default: that of the figure, scaled to the width"),
     ] = None,
-    dpi: Annotated[int, typer.Option(min=50, max=1200, help="dots per inch, of PNG and of cells of maps")] = 200,
+    dpi: Annotated[int, typer.Option(min=50, max=1200, help="dots per inch of PNG files and of map cells")] = 200,
 ) -> None:
-    """Draw one figure of the report alone, from the cube and what a study has beside it."""
+    """Draw a single figure of the report from a cube and the other results of its study."""
     import inspect
     import warnings
 
@@ -50,9 +54,9 @@ def figure(
     draw = KINDS[kind]
     of_one = "record" in inspect.signature(draw).parameters
     if record is not None and not of_one:
-        raise ArgumentError(f"--record: {kind} is of all records; leave it out")
+        raise ArgumentError(f"--record: {kind} shows all records; leave it out")
     if kind in MOTION_KINDS and (height or friction):
-        raise ArgumentError(f"--height, --friction: {kind} is of the ground's motion; leave them out")
+        raise ArgumentError(f"--height, --friction: {kind} shows the ground motion; leave them out")
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
         for name, chosen in (("height", height), ("friction", friction)):
             known = data[name].to_numpy().tolist()
@@ -61,7 +65,9 @@ def figure(
                     f"--{name} {unknown[0]:g}: not in {cube}; it has {', '.join(f'{v:g}' for v in known)}"
                 )
             data = data.sel({name: chosen}) if chosen else data
-        if kind == "polar" and (height or friction):  # all that is named, and of what is not the block shown first
+        if kind == "polar" and (
+            height or friction
+        ):  # the named values, and for the other dimension that of the block shown first
             named = {"height": height, "friction": friction}
             data = data.sel({name: shown for name, shown in shown_block(data).items() if not named[name]})
             draw = KINDS["blocks"]
@@ -72,26 +78,26 @@ def figure(
         try:
             save(drawn, output, dpi=dpi, width=None if metres is None else metres / 0.0254, font=font)
         except UserWarning:
-            raise ArgumentError(f"{output.name}: no room left beside the letters; {helps}") from None
+            raise ArgumentError(f"{output.name}: the text leaves no room for the panels; {helps}") from None
     print(output)
     if has_overlapping_text(drawn):
-        print(f"letters are cut off or lie on one another; {helps}")
+        print(f"warning: text is cut off or overlaps; {helps}")
 
 
 def recheck(
     cube: Annotated[Path, typer.Argument(help="the cube (NetCDF)")],
     motions: Annotated[
-        Path | None, typer.Option(help="folder of the motions (default: motion beside the cube)")
+        Path | None, typer.Option(help="folder of the motions (default: motion, next to the cube)")
     ] = None,
-    cells: Annotated[int, typer.Option(min=1, help="cells to compute again")] = 200,
+    cells: Annotated[int, typer.Option(min=1, help="number of cells to compute again")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="seed of the sample")] = 1,
 ) -> None:
-    """Compute a random sample of cells again and say whether they are the same, bit for bit, on this machine."""
+    """Compute a random sample of cells again and report whether the results are identical on this machine."""
     from overturning.study.recheck import recheck as compute_again
 
     result = compute_again(cube, motions, cells=cells, seed=seed)
     if not result.content_as_stated:
-        print(f"{cube}: its numbers do not have the hash that it states; the file was changed after it was made")
+        print(f"{cube}: its numbers do not match its content hash; the file was changed after it was written")
     for line in result.differences[:10]:
         print(line)
     if len(result.differences) > 10:
@@ -99,7 +105,7 @@ def recheck(
     with_ensemble = f", {result.ensemble_cells} of them with their ensemble" if result.ensemble_cells else ""
     print(
         f"{result.cells} of {result.of} cells computed again{with_ensemble}: "
-        + ("all the same, bit for bit" if not result.differences else f"{len(result.differences)} values differ")
+        + ("all identical, bit for bit" if not result.differences else f"{len(result.differences)} values differ")
     )
     if not result.same:
         raise typer.Exit(1)
@@ -110,7 +116,7 @@ def export(
     cube: Cube,
     output: Annotated[Path, typer.Argument(help="table to write: .parquet (needs pyarrow) or .csv")],
 ) -> None:
-    """Write the cases of a cube as a table, a row each, with all elements and factors on the motions."""
+    """Write the cases of a cube as a table, one row per case, with all elements and factors on the motions."""
     from overturning.files import check_output
     from overturning.labels import variant_label
     from overturning.study.small import open_cube, write_table

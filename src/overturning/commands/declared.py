@@ -1,4 +1,4 @@
-"""Options that belong together, each group declared once and spread over the subcommands that take it."""
+"""Groups of options that several subcommands share."""
 
 import inspect
 from collections.abc import Callable
@@ -12,17 +12,17 @@ if TYPE_CHECKING:
     from overturning.records.source import Declarations
 
 TABLE: Final = Path("config/records.tsv")
-"""Record table, where no other is named."""
+"""Default record table."""
 
 RESOURCES: Final = Path("resources/records")
-"""Folder of the record files of a table."""
+"""Default folder of the record files."""
 
 
-def grouped(command: Callable[..., None]) -> Callable[..., None]:
-    """Spread each parameter of a command that is a dataclass into one option for each of its fields.
+def spread_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Decorate a command so that each field of its dataclass parameters becomes an option.
 
-    Typer makes options of a function's signature, one for each parameter. What is returned has the signature with the
-    fields in place of their group, and hands the command the groups, made of what was given.
+    Typer makes one option for each parameter in the signature of a function. The returned function has the fields of
+    the dataclasses as parameters; it builds the dataclasses and passes them to the command.
     """
     hints = get_type_hints(command, include_extras=True)
     groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}
@@ -44,12 +44,12 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 
 
 @dataclass(frozen=True)
-class Declared:
-    """What record files do not say themselves, of the subcommands that read them."""
+class FileOptions:
+    """Options for properties that a record file does not state itself."""
 
     azimuths_deg: Annotated[
         str,
-        typer.Option("--azimuths", help="azimuths of the two horizontal axes where the files do not state them: 0,90"),
+        typer.Option("--azimuths", help="azimuths of the two horizontal axes if the files do not state them: 0,90"),
     ] = ""
     columns: Annotated[
         str,
@@ -57,33 +57,35 @@ class Declared:
             help="read as columns: 'time:s north:gal east:gal up:gal'; by file: 'x_n.txt=north:gal x_e.txt=east:gal'"
         ),
     ] = ""
-    format: Annotated[str, typer.Option(help="the only format allowed; otherwise by content")] = ""
+    format: Annotated[
+        str, typer.Option(help="the only accepted format; by default it is detected from the content")
+    ] = ""
     sampling_interval_s: Annotated[
         float | None, typer.Option("--sampling-interval", help="sampling interval of columns without a time, s")
     ] = None
     processed: Annotated[
         bool | None,
         typer.Option(
-            "--processed/--raw", help="whether samples of columns or SAC are corrected already", show_default=False
+            "--processed/--raw", help="samples of columns or SAC are (not) corrected already", show_default=False
         ),
     ] = None
-    sensor: Annotated[str, typer.Option(help="surface, or borehole, which must be declared")] = ""
+    sensor: Annotated[str, typer.Option(help="surface (default) or borehole")] = ""
     trust_data: Annotated[
         bool,
-        typer.Option(
-            "--trust-data", help="go on where header and data contradict each other, or the size is no motion's"
-        ),
+        typer.Option("--trust-data", help="accept contradictions of header and data, and implausible amplitudes"),
     ] = False
     unit: Annotated[
-        str, typer.Option(help="unit of the samples where the format leaves it open (SAC): m/s2, gal, g…")
+        str, typer.Option(help="unit of the samples if the format does not define it (SAC): m/s2, gal, g…")
     ] = ""
     vertical_sense: Annotated[
         str,
-        typer.Option(help="up or down, for a vertical axis that does not say which way it points; none leaves any out"),
+        typer.Option(
+            help="up or down, if the file does not state the sense of its vertical axis; none leaves the axis out"
+        ),
     ] = ""
 
     def declarations(self) -> "Declarations":
-        """What was declared, as the readers take it; an ArgumentError names a wrong option."""
+        """Return the options as `Declarations` for the readers; raise an ArgumentError that names a wrong option."""
         from overturning.errors import ArgumentError
         from overturning.records.formats.table import format_named
         from overturning.records.source import Declarations
@@ -102,14 +104,14 @@ class Declared:
 
 
 @dataclass(frozen=True)
-class Shaking:
-    """The motion of `overturning one`."""
+class MotionOptions:
+    """Options of `overturning one` for the motion."""
 
     record: Annotated[
         str, typer.Option(help="id in the record table, a record file, or a pulse: 'sine amplitude_gal=800 period_s=1'")
     ]
     amplitude: Annotated[float, typer.Option(help="factor on the motion")] = 1.0
-    vertical: Annotated[bool, typer.Option(help="apply the vertical motion where the record has one")] = True
+    vertical: Annotated[bool, typer.Option(help="apply the vertical motion, if the record has one")] = True
     table: Annotated[Path | None, typer.Option(help=f"record table (default {TABLE})")] = None
     folder: Annotated[
         Path | None, typer.Option(help=f"folder of the record files of the table (default {RESOURCES})")
@@ -117,8 +119,8 @@ class Shaking:
 
 
 @dataclass(frozen=True)
-class Stone:
-    """Size, m, and contact of what stands on the ground in `overturning one`."""
+class StoneOptions:
+    """Options of `overturning one` for the size and contact of the stone."""
 
     b_over_h: Annotated[float | None, typer.Option(help="slenderness B/H (default 0.4, or the scene's)")] = None
     height: Annotated[float | None, typer.Option(help="height H, m (default 0.6, or the scene's)")] = None
@@ -127,20 +129,20 @@ class Stone:
 
     @property
     def coefficient(self) -> float:
-        """Friction coefficient of a stone whose scene has none of its own: as given, or 1."""
+        """Friction coefficient, by default 1, if the scene does not define its own."""
         return 1.0 if self.friction is None else self.friction
 
 
 @dataclass(frozen=True)
-class InPlane:
-    """What only a block or scene in a vertical plane has in `overturning one`."""
+class PlaneOptions:
+    """Options of `overturning one` for a 2-D block or scene."""
 
     azimuth: Annotated[
         list[float] | None, typer.Option(help="degrees clockwise from north; may be given several times")
     ] = None
     scene: Annotated[
         str | None,
-        typer.Option(help="scene of config/scenes, or a scene file; height and B/H are its reference element's"),
+        typer.Option(help="scene in config/scenes, or a scene file; height and B/H are those of its reference element"),
     ] = None
     density: Annotated[float | None, typer.Option(help="density, kg/m³ (default 2650)")] = None
     damping: Annotated[float | None, typer.Option(help="dashpot per corner instead of the ratio, N·s/m")] = None
@@ -150,34 +152,34 @@ class InPlane:
 
 
 @dataclass(frozen=True)
-class InSpace:
-    """What only a free body in space has in `overturning one`."""
+class BodyOptions:
+    """Options of `overturning one` for a 3-D body."""
 
-    body: Annotated[bool, typer.Option("--body", help="a free body in space instead of a scene in a plane")] = False
+    body: Annotated[bool, typer.Option("--body", help="simulate a 3-D body instead of a 2-D scene")] = False
     orientation: Annotated[
         list[float] | None,
-        typer.Option(help="of a body: azimuth that it faces; may be given several times (default 0)"),
+        typer.Option(help="3-D body: azimuth of its front face; may be given several times (default 0)"),
     ] = None
     plan: Annotated[
-        str | None, typer.Option(help="of a body: rectangle, circle, or number of sides (default rectangle)")
+        str | None, typer.Option(help="3-D body: rectangle, circle, or number of sides (default rectangle)")
     ] = None
-    mesh: Annotated[Path | None, typer.Option(help="of a body, instead of a plan: its file (OBJ, PLY, STL)")] = None
-    aspect: Annotated[float, typer.Option(help="of a rectangle: D/B, width across over that along")] = 1.0
+    mesh: Annotated[Path | None, typer.Option(help="3-D body: mesh file (OBJ, PLY, STL) instead of a plan")] = None
+    aspect: Annotated[
+        float, typer.Option(help="3-D body with a rectangular plan: D/B, ratio of its width across to its width along")
+    ] = 1.0
 
 
 @dataclass(frozen=True)
-class Outputs:
-    """Files that `overturning one` writes."""
+class OutputOptions:
+    """Options of `overturning one` for output files."""
 
     animate: Annotated[
         Path | None,
-        typer.Option(
-            help="film to write: .html (one self-contained page, with the contact forces on demand), .gif or .mp4"
-        ),
+        typer.Option(help="film to write: .html (a self-contained page, optionally with contact forces), .gif or .mp4"),
     ] = None
     response: Annotated[
         Path | None,
         typer.Option(
-            help="figure of rotation, slip and uplift against time, of a body of its axis: .svg, .png or .pdf"
+            help="figure of rotation, slip and uplift against time (3-D body: of its axis): .svg, .png or .pdf"
         ),
     ] = None

@@ -1,4 +1,4 @@
-"""`overturning explore`: a cube as a page to look around in."""
+"""`overturning explore`: an interactive page of a cube."""
 
 from pathlib import Path
 from typing import Annotated
@@ -10,21 +10,23 @@ def explore(
     cube: Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="page to make (default: beside the cube, explore.html of cube.nc)"),
+        typer.Option("--output", "-o", help="page to write (default: next to the cube, explore.html for cube.nc)"),
     ] = None,
     record: Annotated[list[str] | None, typer.Option(help="id of a record to show; may be given several times")] = None,
     study: Annotated[
         str | None,
-        typer.Option(help="study file or JSON whose block is shown first (default: study.yaml beside the cube)"),
+        typer.Option(
+            help="study file or JSON that chooses the block shown first (default: study.yaml next to the cube)"
+        ),
     ] = None,
 ) -> None:
-    """Write a page with the maps of a cube: the outcome of each cell, and the command that films it."""
+    """Write an interactive page with the maps of a cube, the outcome of each cell, and the command for its film."""
     from overturning.figures.explore import write_explorer
     from overturning.files import check_output
     from overturning.study.cube import open_cube, record_number
     from overturning.study.load import study_from
 
-    # That of a variant, explore.NAME.html, does not take the place of the study's own.
+    # The page of a variant is explore.NAME.html, so that it does not replace that of the study.
     path = output or cube.with_name(cube.name.replace("cube", "explore", 1)).with_suffix(".html")
     check_output(path, "--output", ".html")
     with open_cube(cube, element=None) as data:

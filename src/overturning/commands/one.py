@@ -1,10 +1,20 @@
-"""`overturning one`: a block, a scene or a body in space under one record, and the film of it."""
+"""`overturning one`: simulation of a 2-D block or scene, or of a 3-D body, under one record, with film and figure."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from overturning.commands.declared import RESOURCES, TABLE, Declared, InPlane, InSpace, Outputs, Shaking, Stone, grouped
+from overturning.commands.declared import (
+    RESOURCES,
+    TABLE,
+    BodyOptions,
+    FileOptions,
+    MotionOptions,
+    OutputOptions,
+    PlaneOptions,
+    StoneOptions,
+    spread_options,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -14,9 +24,16 @@ if TYPE_CHECKING:
     from overturning.records.record import Record
 
 
-@grouped
-def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs: Outputs, given: Declared) -> None:
-    """Simulate one block or scene, print what it does, and make a film or a figure of it."""
+@spread_options
+def one(
+    shaking: MotionOptions,
+    space: BodyOptions,
+    plane: PlaneOptions,
+    stone: StoneOptions,
+    outputs: OutputOptions,
+    given: FileOptions,
+) -> None:
+    """Simulate one block or scene, print the outcome, and write a film or a figure of it."""
     from overturning.errors import ArgumentError
     from overturning.motion.motion import Motion
     from overturning.records.record import file_time
@@ -24,22 +41,22 @@ def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs:
     _check_outputs(outputs, space)
     record = _record(shaking, given)
     motion = Motion.of(record if shaking.vertical else replace(record, up=None))
-    if space.body and plane != InPlane():
+    if space.body and plane != PlaneOptions():
         raise ArgumentError(
-            "--body: takes --orientation and --damping-ratio; leave out azimuth, scene, density, damping, stiffness"
+            "--body: accepts --orientation and --damping-ratio; leave out azimuth, scene, density, damping, stiffness"
         )
-    if not space.body and space != InSpace():
-        raise ArgumentError("--orientation, --plan, --mesh, --aspect: a body in space has them; add --body")
+    if not space.body and space != BodyOptions():
+        raise ArgumentError("--orientation, --plan, --mesh, --aspect: only for a 3-D body; add --body")
     if not space.body and not plane.azimuth:
-        raise ArgumentError("--azimuth: not given; name the plane of motion, or take --body with --orientation")
+        raise ArgumentError("--azimuth: not given; give the azimuth of the motion, or use --body with --orientation")
     shift = file_time(record)
     found = (
-        _in_space(motion, shaking.amplitude, space, stone, shift)
+        _simulate_body(motion, shaking.amplitude, space, stone, shift)
         if space.body
-        else _in_planes(motion, shaking.amplitude, plane, stone, shift)
+        else _simulate_planar(motion, shaking.amplitude, plane, stone, shift)
     )
     place = ", ".join(part for part in (record.station or record.record_id, record.event) if part)
-    # A figure of another motion than the recorded one must not stand for it.
+    # The title must state that the motion differs from the recorded one.
     times = f", motion × {shaking.amplitude:g}" if shaking.amplitude != 1 else ""
     level = ", vertical motion left out" if motion.up is None and record.up is not None else ""
     title = f"{place}{times}{level}: {found.what}"
@@ -89,16 +106,18 @@ def _motion_in_file_time(motion: "Motion", shift: float) -> "Motion":
 
 
 @dataclass(frozen=True)
-class _Found:
-    """What was simulated, what each of its trajectories is, and these."""
+class _Simulated:
+    """Simulated trajectories with a description of the stone and a line of text for each outcome."""
 
     what: str
     lines: "list[str]"
     paths: "list[xr.Dataset]"
 
 
-def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone, shift: float) -> _Found:
-    """A scene along each azimuth; ``shift`` turns times of the motion into those of the file, s."""
+def _simulate_planar(
+    motion: "Motion", amplitude: float, plane: PlaneOptions, stone: StoneOptions, shift: float
+) -> _Simulated:
+    """Simulate a scene along each azimuth; ``shift``, s, is added to times of the motion to give those of the file."""
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import outcome
@@ -110,7 +129,7 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone,
     height = own_height if stone.height is None else stone.height
     b_over_h = own_ratio if stone.b_over_h is None else stone.b_over_h
     if stone.friction is not None and not stones.sweeps_friction:
-        raise ArgumentError("--friction: the scene has coefficients of its own; set them in the scene file")
+        raise ArgumentError("--friction: the scene defines its own coefficients; set them in the scene file")
     friction = stone.coefficient
     paths = [
         _in_file_time(
@@ -131,11 +150,13 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone,
         lines.append(f"motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")
     what = "" if plane.scene is None else f"{stones.title or stones.name}, "
     coefficient = f"{friction:g}" if stones.sweeps_friction else "that of the scene"
-    return _Found(f"{what}B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {coefficient}", lines, paths)
+    return _Simulated(f"{what}B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {coefficient}", lines, paths)
 
 
-def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone, shift: float) -> _Found:
-    """A body at each orientation; ``shift`` turns times of the motion into those of the file, s."""
+def _simulate_body(
+    motion: "Motion", amplitude: float, space: BodyOptions, stone: StoneOptions, shift: float
+) -> _Simulated:
+    """Simulate a body at each orientation; ``shift``, s, is added to times of the motion to give those of the file."""
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import heading_of, outcome
@@ -145,7 +166,7 @@ def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone, 
     from overturning.model.shapes import shape_of
 
     if space.plan is not None and space.mesh is not None:
-        raise ArgumentError("--plan, --mesh: a body has one of them; leave one out")
+        raise ArgumentError("--plan, --mesh: both given; leave one out")
     plan: Any = space.plan or "rectangle"
     shape = shape_of(read_mesh(space.mesh) if space.mesh else int(plan) if plan.isdecimal() else plan)
     height, b_over_h, friction = stone.height, stone.b_over_h, stone.coefficient
@@ -164,15 +185,15 @@ def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone, 
     ]  # fmt: skip
     level = ["the motion has two components: the base moves level"] if motion.up is None else []
     sizes, oblong = paths[0].attrs, f", D/B = {space.aspect:g}" if shape.oblong else ""
-    return _Found(
+    return _Simulated(
         f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {friction:g}",
         [*level, *(f"{heading_of(path)}: {outcome(path)}" for path in paths)],
         paths,
     )
 
 
-def _check_outputs(wanted: Outputs, space: InSpace) -> None:
-    """Refuse files that could not be written, before anything is computed for them."""
+def _check_outputs(wanted: OutputOptions, space: BodyOptions) -> None:
+    """Raise an error if an output file cannot be written, before the simulation."""
     from overturning.errors import ArgumentError
     from overturning.files import check_output
 
@@ -186,8 +207,8 @@ def _check_outputs(wanted: Outputs, space: InSpace) -> None:
         raise ArgumentError(f"{wanted.response.name}: one orientation at a time; give --orientation once")
 
 
-def _scene(plane: InPlane, damping_ratio: float | None) -> "Scene":
-    """The scene that is named, or the gravestone of this density and contact."""
+def _scene(plane: PlaneOptions, damping_ratio: float | None) -> "Scene":
+    """Return the named scene, or the default gravestone with the given density and contact."""
     from overturning.errors import ArgumentError
     from overturning.model.contact import Contact
     from overturning.model.scene import gravestone, load_scene
@@ -199,12 +220,12 @@ def _scene(plane: InPlane, damping_ratio: float | None) -> "Scene":
         )
         return gravestone(contact, GRANITE_DENSITY if plane.density is None else plane.density)
     if any(value is not None for value in (plane.density, plane.stiffness, damping_ratio, plane.damping)):
-        raise ArgumentError("--scene has density, stiffness and damping of its own; set them in the scene file")
+        raise ArgumentError("--scene: the scene defines density, stiffness and damping; set them in the scene file")
     return load_scene(plane.scene)
 
 
-def _record(shaking: Shaking, given: Declared) -> "Record":
-    """A record of the table, a file or a pulse, processed as a study would by default."""
+def _record(shaking: MotionOptions, given: FileOptions) -> "Record":
+    """Return a record of the table, a file or a pulse, with the default processing of a study."""
     from overturning.errors import ArgumentError, ConfigError, did_you_mean
     from overturning.files import project_file
     from overturning.records.catalogue import read_catalogue
@@ -217,13 +238,11 @@ def _record(shaking: Shaking, given: Declared) -> "Record":
     is_pulse = bool(name.split()) and name.split()[0] in SHAPES
     if (is_pulse or Path(name).is_file()) and (shaking.table, shaking.folder) != (None, None):
         what = "a pulse" if is_pulse else "a file"
-        raise ArgumentError(f"--table, --folder: --record {name!r} is {what}, and of no record table; leave them out")
+        raise ArgumentError(f"--table, --folder: --record {name!r} is {what}, not in a record table; leave them out")
     if Path(name).is_file():
         return rounded(process(read_path(Path(name), given.declarations()), None))
-    if given != Declared():
-        raise ArgumentError(
-            f"--record {name!r}: no file of that name; what is said of files cannot be said of anything else"
-        )
+    if given != FileOptions():
+        raise ArgumentError(f"--record {name!r}: no such file; options that describe a file, such as --unit, need one")
     if is_pulse:
         return rounded(pulse_record(parse_pulse(name)))
     if " " not in name and (Path(name).suffix or len(Path(name).parts) > 1):

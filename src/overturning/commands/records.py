@@ -1,4 +1,4 @@
-"""`overturning records`: say what record files are, and fetch new ones."""
+"""`overturning records`: check, plot and add record files, and fetch new ones."""
 
 from collections.abc import Iterable
 from dataclasses import astuple, dataclass, replace
@@ -8,23 +8,25 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from overturning.commands.declared import RESOURCES, TABLE, Declared, grouped
+from overturning.commands.declared import RESOURCES, TABLE, FileOptions, spread_options
 
 if TYPE_CHECKING:
     from overturning.records.catalogue import RecordEntry
     from overturning.records.record import Record
 
-Paths = Annotated[list[Path], typer.Argument(help="files, or folders; of one file the others of its record are found")]
+Paths = Annotated[
+    list[Path], typer.Argument(help="files or folders; for one file, the other files of its record are found")
+]
 
 app = typer.Typer(no_args_is_help=True, help="Check record files, or fetch them.")
 
 
 @app.command()
-@grouped
-def check(paths: Paths, given: Declared) -> None:
-    """Read files of any known format and print what was found, or why they are refused.
+@spread_options
+def check(paths: Paths, given: FileOptions) -> None:
+    """Read files of any known format, and print their records or the reasons why they are refused.
 
-    Folders are read with the folders in them. Exit status 1 if anything was refused.
+    Folders are read recursively. The exit status is 1 if a file was refused.
     """
     from overturning.records.check import check_paths, describe, no_records_of
     from overturning.records.duplicates import duplicate_texts, duplicates_of, fingerprint
@@ -40,7 +42,7 @@ def check(paths: Paths, given: Declared) -> None:
     read = sum(f.record is not None for f in findings)
     if no_records := no_records_of(paths):
         shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")
-        typer.echo(f"passed over, no records by their names: {len(no_records)} ({shown})")
+        typer.echo(f"skipped because of their extensions: {len(no_records)} ({shown})")
     refused = sum(f.record is None and not f.skipped for f in findings)
     typer.echo(f"{read} read, {refused} refused")
     if refused:
@@ -60,25 +62,25 @@ def _echo_record_notes(record: "Record") -> None:
 
 
 @app.command()
-@grouped
+@spread_options
 def plot(
     paths: Paths,
-    given: Declared,
+    given: FileOptions,
     output: Annotated[
         Path,
         typer.Option(
             "--output",
             "-o",
-            help="folder for the pages, each named as its file; or the page, .svg, .png or .pdf, of one record",
+            help="folder for the figures, named after the record files; or a file .svg, .png or .pdf for one record",
         ),
     ] = Path(),
     corner: Annotated[
-        str, typer.Option(help="corner of the default high-pass filter, Hz; auto: by the noise before the onset")
+        str, typer.Option(help="corner of the default high-pass filter, Hz; auto: from the noise before the onset")
     ] = "auto",
 ) -> None:
-    """Draw time histories of records before and after the default processing, spectra, and what was taken away.
+    """Draw time histories before and after the default processing, spectra, and the removed acceleration.
 
-    Exit status 1 if anything was refused.
+    The exit status is 1 if a file was refused.
     """
     from overturning.errors import ArgumentError
     from overturning.figures.history import history_figure
@@ -94,7 +96,7 @@ def plot(
     except ValueError:
         frequency = 0.0
     if frequency != "auto" and not 0 < frequency < float("inf"):
-        raise ArgumentError(f"--corner: {corner!r}; a frequency in Hz, or auto")
+        raise ArgumentError(f"--corner: {corner!r}; give a frequency in Hz, or auto")
     findings = check_paths(paths, declared)
     records = [(finding.files[0], finding.record) for finding in findings if finding.record is not None]
     unread = [finding for finding in findings if finding.record is None]
@@ -106,12 +108,12 @@ def plot(
         used = process(record, default_steps(record, frequency))
         name = file.replace(":", "-")
         numbered = (output / f"{name}-{number}.svg" for number in count(2))
-        # Of files of one name in several folders each has its page.
+        # Files with the same name in several folders get numbered figures.
         target = output if page else next(one for one in chain([output / f"{name}.svg"], numbered) if one not in made)
         made.add(target)
         with style():
             save(history_figure(record, used), target)
-        typer.echo(f"{target}: {', '.join(map(summary, used.processing)) or 'left alone'}")
+        typer.echo(f"{target}: {', '.join(map(summary, used.processing)) or 'not processed'}")
         _echo_record_notes(record)
     for finding in unread:
         typer.echo(describe(finding))
@@ -122,21 +124,19 @@ def plot(
 @app.command()
 def add(
     paths: Annotated[
-        list[Path], typer.Argument(help="the files of one record; of one file the others of its record are found")
+        list[Path], typer.Argument(help="files of one record; for one file, the other files of its record are found")
     ],
     record_id: Annotated[
-        str, typer.Option("--id", help="short name, lower case; default: that of the first file")
+        str, typer.Option("--id", help="short name, lower case; default: from the first file name")
     ] = "",
     values: Annotated[
         list[str] | None,
-        typer.Option(
-            "--set", help="a column of the table: event='Kaikoura 2016', unit=gal; may be given several times"
-        ),
+        typer.Option("--set", help="value of a column: event='Kaikoura 2016', unit=gal; may be given several times"),
     ] = None,
     table: Annotated[Path, typer.Option(help="record table")] = TABLE,
-    folder: Annotated[Path, typer.Option(help="folder of the record files, to which they are copied")] = RESOURCES,
+    folder: Annotated[Path, typer.Option(help="folder to which the files are copied")] = RESOURCES,
 ) -> None:
-    """Read the files of a record, put them into the folder, and write the table's line."""
+    """Read the files of a record, copy them into the folder, and add a line to the record table."""
     from overturning.errors import ArgumentError
     from overturning.records.catalogue import read_catalogue
     from overturning.records.duplicates import duplicate_texts, duplicates_of, fingerprint
@@ -166,7 +166,7 @@ def add(
 
 
 def _as_read(entry: "RecordEntry", folder: Path) -> "Record | RecordEntry":
-    """A record of the table, whose header may state an origin; its line alone where the files are not at hand."""
+    """Return a record of the table (its header may state an origin), or its entry if the files cannot be read."""
     from overturning.errors import OverturningError
     from overturning.records.read import read_record
 
@@ -176,10 +176,10 @@ def _as_read(entry: "RecordEntry", folder: Path) -> "Record | RecordEntry":
         return entry
 
 
-fetch = typer.Typer(no_args_is_help=True, help="Fetch records into a folder, checked and whole.")
+fetch = typer.Typer(no_args_is_help=True, help="Download record files into a folder.")
 app.add_typer(fetch, name="fetch")
 
-Folder = Annotated[Path, typer.Option(help="where files go; what is there already is not fetched again")]
+Folder = Annotated[Path, typer.Option(help="folder for the files; existing files are not downloaded again")]
 
 
 @fetch.command()
@@ -187,10 +187,10 @@ def url(
     address: Annotated[str, typer.Argument(help="http or https, without credentials")],
     sha256: Annotated[str, typer.Option(help="SHA-256 of the file")],
     folder: Folder = RESOURCES,
-    name: Annotated[str, typer.Option(help="file name; default: as the address ends")] = "",
-    timeout: Annotated[float, typer.Option(help="longest silence of the server, s")] = 30.0,
+    name: Annotated[str, typer.Option(help="file name; default: the end of the address")] = "",
+    timeout: Annotated[float, typer.Option(help="longest time without data from the server, s")] = 30.0,
 ) -> None:
-    """Fetch a file by address and hash.
+    """Download a file and check its SHA-256.
 
     Credentials come from OVERTURNING_FETCH_USER and OVERTURNING_FETCH_PASSWORD in the environment.
     """
@@ -200,29 +200,33 @@ def url(
 
 
 @dataclass(frozen=True)
-class Window:
-    """When the motion was recorded: a window of time, or one about an event."""
+class TimeWindow:
+    """Options for the time of the motion: a time window, or a window around an event."""
 
     start: Annotated[str, typer.Option(help="start of the window, UTC: 2016-11-13T11:02:00")] = ""
     end: Annotated[str, typer.Option(help="end of the window, UTC")] = ""
-    event: Annotated[str, typer.Option(help="event id of the server instead of a window")] = ""
-    before: Annotated[float | None, typer.Option(help="seconds before the event's origin (default 30)")] = None
-    after: Annotated[float | None, typer.Option(help="seconds after it (default 270)")] = None
+    event: Annotated[str, typer.Option(help="event id of the server, instead of start and end")] = ""
+    before: Annotated[float | None, typer.Option(help="time before the origin time of the event, s (default 30)")] = (
+        None
+    )
+    after: Annotated[float | None, typer.Option(help="time after the origin time of the event, s (default 270)")] = None
 
 
 @fetch.command()
-@grouped
+@spread_options
 def fdsn(
     server: Annotated[str, typer.Argument(help="address of FDSN services, or a name that obspy knows")],
     network: Annotated[str, typer.Option(help="network code")],
     station: Annotated[str, typer.Option(help="station code")],
-    window: Window,
-    channel: Annotated[str, typer.Option(help="channel codes; HN? is an accelerometer's three")] = "HN?",
+    window: TimeWindow,
+    channel: Annotated[
+        str, typer.Option(help="channel codes; HN? selects the three components of an accelerometer")
+    ] = "HN?",
     location: Annotated[str, typer.Option(help="location code")] = "*",
     folder: Folder = RESOURCES,
-    timeout: Annotated[float, typer.Option(help="longest wait for an answer, s")] = 60.0,
+    timeout: Annotated[float, typer.Option(help="longest time without an answer, s")] = 60.0,
 ) -> None:
-    """Fetch waveforms and StationXML from FDSN web services, then say what they are."""
+    """Download waveforms and StationXML from FDSN web services, and check them."""
     from overturning.records.check import check_paths, describe
     from overturning.records.fdsn import Request, fetch_fdsn
 

@@ -1,4 +1,4 @@
-"""`overturning init` and `study`: a folder for studies; write or check a study file; write schema and key table."""
+"""`overturning init` and `study`: create a project folder, write or check a study file, write schema and key table."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,15 +10,15 @@ if TYPE_CHECKING:
     from overturning.surveys.responses import StoneKind
 
 WORKFLOW = ("Snakefile", "profiles", "workflow")
-"""What Snakemake needs beside a study, at the top of the repository and of any project."""
+"""Files and folders of the workflow, at the top of the repository and of each project."""
 
-PARTS = (*WORKFLOW, "config/records.tsv", "config/scenes", "config/schema.json", "config/README.md")
+PROJECT_FILES = (*WORKFLOW, "config/records.tsv", "config/scenes", "config/schema.json", "config/README.md")
 
 app = typer.Typer(no_args_is_help=True, help="Write or check a study file; write schema and key table.")
 
 
-def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None:
-    """Make a folder with a study, the record table, scenes, and the workflow that runs it."""
+def init(folder: Annotated[Path, typer.Argument(help="folder to create")]) -> None:
+    """Create a folder with a study, the record table, scenes and the workflow."""
     import re
     import shlex
     import shutil
@@ -28,9 +28,9 @@ def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None
     from overturning.study.document import project_readme, study_template
 
     if folder.exists() and any(folder.iterdir() if folder.is_dir() else [folder]):
-        raise ArgumentError(f"{folder}: is there already and not empty; name a folder to make")
-    project = next(root for root in project_folders() if (root / PARTS[0]).is_file())
-    for part in PARTS:
+        raise ArgumentError(f"{folder}: exists and is not empty; name a new folder")
+    project = next(root for root in project_folders() if (root / PROJECT_FILES[0]).is_file())
+    for part in PROJECT_FILES:
         source, target = project / part, folder / part
         target.parent.mkdir(parents=True, exist_ok=True)
         if source.is_dir():
@@ -42,10 +42,10 @@ def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None
     write_text(readme, project_readme(readme.read_text(encoding="utf-8")))
     name = re.sub("[^a-z0-9]+", "-", folder.resolve().name.lower()).strip("-") or "study"
     study = f"config/{name}.yaml"
-    # Both records have a fault strike, on which the alignment depends.
+    # Both records have a fault strike, which the alignment needs.
     write_text(folder / study, study_template(name, ["rinaldi", "petrolia"], statistic="alignment"))
     print(
-        f"{folder}: study {study}, record table, scenes, workflow. Go on with\n"
+        f"{folder}: study {study}, record table, scenes, workflow. Continue with\n"
         f"  cd {shlex.quote(str(folder))}\n  overturning study check {study}\n"
         f"  snakemake --cores 2 --configfile {study}"
     )
@@ -53,7 +53,7 @@ def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None
 
 @app.command()
 def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
-    """Find what a run would find: wrong keys, missing and damaged files, too many cases; and about what it takes."""
+    """Check a study before a run: keys, missing or damaged files, number of cases; and estimate time and memory."""
     from overturning.study.doubts import doubtful_settings
     from overturning.study.load import load_study
     from overturning.study.preflight import check_files, check_packages, check_primary, check_records, check_size
@@ -71,38 +71,42 @@ def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> No
         stones, notes, doubts = read_survey_with_notes(Path(survey.stones))
         searched += stone_kinds(stones, survey.stones) if survey.backwards else []
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
-    for said in (*check_records(study, entries), *check_primary(study, entries)):
-        print(said)
+    for note in (*check_records(study, entries), *check_primary(study, entries)):
+        print(note)
     print(f"{path}: study {study.name!r}, {size}")
     if searched:
-        print(_time_of_search(searched, len(entries)))
+        print(_search_time_note(searched, len(entries)))
 
 
-def _time_of_search(kinds: "Sequence[StoneKind]", records: int) -> str:
-    """State the time of the search for the motion of surveys, under the motions of the package and own records."""
+def _search_time_note(kinds: "Sequence[StoneKind]", records: int) -> str:
+    """Return a note on the time of the search for the motion of the surveys, among library motions and own records."""
     from overturning.study.preflight import format_time
     from overturning.surveys.library import candidates
     from overturning.surveys.responses import missing_cases
 
     library = candidates()
     _, seconds = missing_cases(library, kinds)
-    # The study's own records are not read here: each counts as the mean of the others.
+    # The study's own records are not read here: assume the mean time of the library motions for each.
     seconds *= 1 + records / len(library)
     return (
-        f"search for the motion that its surveys ask for: about {format_time(seconds)} of processor time more, once "
-        "for stones of such sizes; `backwards: false` in a survey leaves it out"
+        f"search for the motion of the surveys: about {format_time(seconds)} of additional processor time, once for "
+        "stones of these sizes; `backwards: false` in a survey skips it"
     )
 
 
 @app.command()
 def new(
-    name: Annotated[str, typer.Option(prompt="Name of the study", help="of its file and its folder of results")],
-    records: Annotated[str, typer.Option(prompt="Records, ids of the table with commas between", help="ids: a,b")],
+    name: Annotated[
+        str, typer.Option(prompt="Name of the study", help="name of the study, of its file and its result folder")
+    ],
+    records: Annotated[
+        str, typer.Option(prompt="Record ids, separated by commas", help="ids in the record table: a,b")
+    ],
     title: Annotated[str, typer.Option(help="title of the report")] = "",
     step: Annotated[float, typer.Option(help="step of the azimuth, degrees")] = 15.0,
     folder: Annotated[Path, typer.Option(help="folder of the file")] = Path("config"),
 ) -> None:
-    """Write a new study file, asking for what is not given."""
+    """Write a new study file; options that are not given are asked for."""
     from overturning.errors import ArgumentError, ConfigError
     from overturning.files import atomic_write, check_output
     from overturning.study.document import study_template
@@ -111,14 +115,14 @@ def new(
 
     path = folder / f"{name}.yaml"
     if path.exists():
-        raise ArgumentError(f"{path}: is there already; choose another name")
+        raise ArgumentError(f"{path}: exists already; choose another name")
     check_output(path, "--folder")
     ids = records.replace(",", " ").split()
     with atomic_write(path) as part:
         part.write_text(study_template(name, ids, title, step), encoding="utf-8")
         try:
             entries = entries_of(load_study(part), str(path))
-        except ConfigError as error:  # names the file that will not be there
+        except ConfigError as error:  # name the requested file, not the temporary one
             raise ConfigError(str(error).replace(str(part), str(path))) from None
         if has_alignment(entries.values()):
             part.write_text(study_template(name, ids, title, step, "alignment"), encoding="utf-8")
@@ -127,9 +131,9 @@ def new(
 
 @app.command()
 def document(
-    folder: Annotated[Path, typer.Argument(help="folder of schema.json and README.md")] = Path("config"),
+    folder: Annotated[Path, typer.Argument(help="folder for schema.json and README.md")] = Path("config"),
 ) -> None:
-    """Write config/schema.json and the key table in config/README.md from the model."""
+    """Write config/schema.json and the key table in config/README.md from the study model."""
     from overturning.study.document import write_documentation
 
     write_documentation(folder)

@@ -1,4 +1,4 @@
-"""`overturning survey`, `backwards` and `stood`: what stones that fell, or still stand, say of the shaking."""
+"""`overturning survey`, `backwards` and `stood`: inference from stones that fell or still stand."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,22 +12,22 @@ if TYPE_CHECKING:
     from overturning.surveys.standing import Hazard, SurvivalEstimate
 
 NEGLIGIBLE: Final = 0.01
-"""Part of the falls that shaking below the hazard's first level may add without a word."""
+"""Share of the falls from shaking below the hazard's first level up to which no note is printed."""
 
 
 def survey(
     stones: Annotated[Path, typer.Argument(help="the survey (CSV): azimuth_deg or octant, count, …")],
     cube: Annotated[Path, typer.Option(help="cube of a study that holds the site's record (NetCDF)")],
     record: Annotated[
-        str | None, typer.Option(help="id of the site's record; not needed where the cube has one")
+        str | None, typer.Option(help="id of the site's record; optional if the cube has only one")
     ] = None,
-    background: Annotated[float, typer.Option(help="share of stones taken to fall any way")] = 0.05,
+    background: Annotated[float, typer.Option(help="share of stones assumed to fall in a random direction")] = 0.05,
     figure: Annotated[Path | None, typer.Option(help="figure to draw: .svg, .png or .pdf")] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="the comparison as a file (JSON), for a report")
+        Path | None, typer.Option("--output", "-o", help="file for the comparison (JSON), used by the report")
     ] = None,
 ) -> None:
-    """Compare the directions in which stones fell with those that the cube predicts."""
+    """Compare the observed fall directions of a survey with those that the cube predicts."""
     from overturning.files import check_output
     from overturning.labels import azimuth_gap_label, variant_label
     from overturning.report.plain import plain_lines
@@ -67,21 +67,21 @@ def backwards(
     ],
     motion: Annotated[
         list[Path] | None,
-        typer.Option(help="motion of a study (NetCDF), once for each, beside the records and pulses that come along"),
+        typer.Option(help="motion of a study (NetCDF), in addition to the built-in ones; may be given several times"),
     ] = None,
-    alone: Annotated[bool, typer.Option("--alone", help="ask among the named motions only")] = False,
+    alone: Annotated[bool, typer.Option("--alone", help="use only the motions given by --motion")] = False,
     fixed: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones fixed to their base")] = 0.0,
-    background: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones that do anything")] = 0.05,
+    background: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones with a random outcome")] = 0.05,
     figure: Annotated[Path | None, typer.Option(help="figure to draw: .svg or .png")] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="the posterior as a file (NetCDF), for a report")
+        Path | None, typer.Option("--output", "-o", help="file for the posterior (NetCDF), used by the report")
     ] = None,
     threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 2,
 ) -> None:
-    """Say how strong the motion was that made stones fall, along which axis, and which motions could have been it.
+    """Infer strength and axis of the motion that overturned stones, and the probability of each candidate motion.
 
-    What stones of these sizes do under each motion is computed once, in minutes, or in an hour for many sizes, and kept
-    in the user's cache folder.
+    The responses of stones of these sizes to each motion are computed once, in minutes (up to an hour for many sizes),
+    and stored in the user's cache folder.
     """
     import sys
     import time
@@ -103,7 +103,7 @@ def backwards(
     for note in (*notes, *doubts):
         print(note)
     kinds = stone_kinds(rows, str(stones))
-    library = candidates(named_apart(motion or ()), alone=alone)
+    library = candidates(motions_with_unique_ids(motion or ()), alone=alone)
     cases, seconds = missing_cases(library, kinds)
     if cases:
         under, expected = counted(len(library), "motion"), format_time(seconds / threads)
@@ -119,8 +119,8 @@ def backwards(
         now = time.monotonic()
         if 0 < done < total and now - said > 2:
             said, left = now, (now - began) * (total - done) / done
-            computed = f"{done} of {total} motions computed, {100 * done // total}%"  # a run reads the per cents
-            print(f"{computed}, about {left:.0f} s to go", file=sys.stderr, flush=True)
+            computed = f"{done} of {total} motions computed, {100 * done // total}%"  # a run reads the percentage
+            print(f"{computed}, about {left:.0f} s remaining", file=sys.stderr, flush=True)
 
     responses = Responses(library, kinds, threads=threads, progress=progress)
     result = Inversion(responses, background, fixed).answer(stones.name, rows)
@@ -134,8 +134,8 @@ def backwards(
         print(f"figure: {figure}")
 
 
-def named_apart(paths: Sequence[Path]) -> "list[Record]":
-    """Motions of a study by the ids of their records, those of one id, as a record's on rock and on soil, by files."""
+def motions_with_unique_ids(paths: Sequence[Path]) -> "list[Record]":
+    """Return motions named by their record ids; motions with the same id (on rock and on soil) are named by file."""
     from overturning.records.store import read_motion
 
     records = [read_motion(path) for path in paths]
@@ -145,7 +145,7 @@ def named_apart(paths: Sequence[Path]) -> "list[Record]":
 
 
 def _hazard_doubts(path: Path, hazards: "dict[str, Hazard]", outcomes: "Sequence[SurvivalEstimate]") -> list[str]:
-    """Return doubts about the units of hazard curves; a ResultError where falls come from beyond the records."""
+    """Return doubts about the units of hazard curves; raise a ResultError if falls come from beyond the records."""
     import math
 
     from overturning.errors import ResultError
@@ -163,12 +163,12 @@ def _hazard_doubts(path: Path, hazards: "dict[str, Hazard]", outcomes: "Sequence
 def stood(
     fragility: Annotated[Path, typer.Argument(help="fragility curves of a run (CSV)")],
     hazard: Annotated[Path, typer.Argument(help="hazard curves (CSV): measure, unit, level, annual_rate")],
-    years: Annotated[float, typer.Option(min=1e-3, max=1e7, help="how long the stones are exposed: their age")],
+    years: Annotated[float, typer.Option(min=1e-3, max=1e7, help="exposure time of the stones (their age), years")],
     stones: Annotated[
-        Path | None, typer.Option(help="survey (CSV): where none of its stones fell it bounds the rate of falls")
+        Path | None, typer.Option(help="survey (CSV); if none of its stones fell, it bounds the rate of falls")
     ] = None,
 ) -> None:
-    """Say how probable it is that stones still stand after years of a hazard, and what stones that do stand say of it.
+    """Compute the probability that stones survive years of a hazard, and the bound that standing stones put on it.
 
     Earthquakes are a Poisson process: λ = ∫ P(fall | x) |dν(x)|, P(stands) = exp(−λT).
     """
@@ -211,7 +211,7 @@ def stood(
     for row in shared:
         if not math.isfinite(row.log_spread):
             why = "no curve fits the falls" if math.isnan(row.median) else "the median lies beyond the records"
-            print(f"{row.stones}, {row.measure}: {why}, so nothing is said")
+            print(f"{row.stones}, {row.measure}: {why}; no result")
     lines = [
         (
             *(one.stones, one.measure, f"{one.rate:.3g}", share(one.stands, one.low, one.high)),

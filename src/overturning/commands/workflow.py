@@ -1,6 +1,6 @@
-"""The steps of the workflow: each subcommand does the work of one rule, from a study given as JSON.
+"""Steps of the workflow: each subcommand does the work of one rule, for a study given as a file or as JSON.
 
-Each step imports what it needs inside its function, so that it starts quickly.
+Imports are inside the functions, so that each command starts quickly.
 """
 
 import sys
@@ -12,25 +12,23 @@ from typing import Annotated, Any
 import typer
 
 Study = Annotated[str, typer.Option(help="study file, or its content as JSON")]
-Beside = Annotated[
+StudySettings = Annotated[
     str | None,
-    typer.Option(
-        "--study", help="study file or JSON whose figures, surveys and population count instead of the cube's"
-    ),
+    typer.Option("--study", help="study file or JSON; its figures, surveys and population replace those of the cube"),
 ]
 Motions = Annotated[Path, typer.Option(help="folder of the motions")]
 Variant = Annotated[str, typer.Option(help="name of the contact setting")]
 Threads = Annotated[int, typer.Option(min=1, help="number of threads or processes")]
-Chunks = Annotated[int, typer.Option(min=1, help="number of chunks into which each record's cases are shared out")]
+Chunks = Annotated[int, typer.Option(min=1, help="number of chunks into which the cases of each record are split")]
 Parts = Annotated[Path, typer.Option(help="folder of the parts")]
 Cube = Annotated[Path, typer.Option(help="the study's cube (NetCDF)")]
 Intensity = Annotated[Path, typer.Option(help="intensity measures of the study's records (NetCDF)")]
 Figures = Annotated[Path, typer.Option(help="folder for the figures")]
-NetCDF = Annotated[Path, typer.Option(help="NetCDF file to make")]
+NetCDF = Annotated[Path, typer.Option(help="NetCDF file to write")]
 
 
-def _per_cents() -> Callable[[int, int], None]:
-    """Progress as lines on standard error, each per cent but one a second; a run reads them from the step's log."""
+def _percent_lines() -> Callable[[int, int], None]:
+    """Return a function that prints progress in per cent on standard error, at most once a second, for the log."""
     last, said = time.monotonic(), 0
 
     def progress(done: int, total: int) -> None:
@@ -48,7 +46,7 @@ def read(
     record: Annotated[str, typer.Option(help="id in the record table")],
     output: NetCDF,
 ) -> None:
-    """Read one record of the table, process it, and write its motion, still without the labels of the table."""
+    """Read and process one record of the table, and write its motion without the labels of the table."""
     from overturning.errors import ArgumentError
     from overturning.records.processing import process
     from overturning.records.read import read_samples
@@ -58,7 +56,7 @@ def read(
     settings = study_from(study)
     entries = entries_of(settings, settings.name)
     if record not in entries:
-        raise ArgumentError(f"--record {record}: not of the study {settings.name}; it has {', '.join(entries)}")
+        raise ArgumentError(f"--record {record}: not in the study {settings.name}; it has {', '.join(entries)}")
     entry = entries[record]
     raw = read_samples(entry, Path(settings.records.folder))
     done = process(raw, settings.processing, settings.site)
@@ -66,7 +64,7 @@ def read(
 
 
 def _with_records(study: str, motions: Path) -> tuple[Any, list[Any]]:
-    """The study and the processed motions of its records."""
+    """Return the study and the processed motions of its records."""
     from overturning.records.store import read_motion
     from overturning.study.load import study_from
 
@@ -80,7 +78,7 @@ def surface(
     output: Annotated[Path, typer.Option(help="folder for the motions at the surface")],
     variant: Variant = "nominal",
 ) -> None:
-    """Take the motions of all records through the soil of a variant."""
+    """Compute the motions of all records at the surface of the soil of a variant."""
     from overturning.records.processing import process
     from overturning.records.store import write_motion
     from overturning.study.scenes import setting_of
@@ -95,7 +93,7 @@ def surface(
 def describe(
     study: Study, motions: Motions, output: Annotated[Path, typer.Option(help="folder for the motions with labels")]
 ) -> None:
-    """Add what the record table says of station, event and site to the motions of all records."""
+    """Add station, event and site from the record table to the motions of all records."""
     from overturning.records import read
     from overturning.records.store import read_motion, read_unprocessed, write_motion
     from overturning.study.load import entries_of, study_from
@@ -109,14 +107,14 @@ def describe(
 
 
 def rotate(study: Study, motions: Motions, output: NetCDF) -> None:
-    """Write the intensity measures of all records along every azimuth."""
+    """Compute the intensity measures of all records along each azimuth."""
     from overturning.study.intensity import write_intensity
 
     write_intensity(*_with_records(study, motions), output)
 
 
-def members(study: Study, output: Annotated[Path, typer.Option(help="table of members to make (CSV)")]) -> None:
-    """Draw the members of a study's ensemble, once for all its jobs."""
+def members(study: Study, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]) -> None:
+    """Draw the random members of the study's ensemble, once for all jobs."""
     from overturning.study.ensemble import draw_members
     from overturning.study.load import study_from
 
@@ -128,11 +126,11 @@ def sweep(
     motion: Annotated[Path, typer.Option(help="processed motion (NetCDF)")],
     output: NetCDF,
     variant: Variant = "nominal",
-    chunk: Annotated[str, typer.Option(help="which of how many chunks of the cases: 3-of-8")] = "1-of-1",
+    chunk: Annotated[str, typer.Option(help="number of the chunk and of all chunks: 3-of-8")] = "1-of-1",
     members: Annotated[Path | None, typer.Option(help="members of the ensemble (CSV)")] = None,
     threads: Threads = 1,
 ) -> None:
-    """Simulate every case of one record, or a chunk of them."""
+    """Simulate all cases of one record, or one chunk of them."""
     from overturning.records.store import read_motion
     from overturning.study.ensemble import Members
     from overturning.study.load import study_from
@@ -142,7 +140,7 @@ def sweep(
 
     settings, part = study_from(study), Chunk.parse(chunk)
     record, drawn = read_motion(motion), Members.read(members) if members else None
-    numerics = numerics_of(settings, threads, _per_cents())
+    numerics = numerics_of(settings, threads, _percent_lines())
     sweep_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 
 
@@ -154,7 +152,7 @@ def gather(
     variant: Variant = "nominal",
     chunks: Chunks = 1,
 ) -> None:
-    """Gather the parts of a sweep into the cube."""
+    """Combine the parts of a sweep into the cube."""
     from overturning.study.gather import gather as gather_parts
     from overturning.study.parts import parts_of
 
@@ -168,7 +166,7 @@ def fragility(
     intensity: Intensity,
     output: Annotated[Path, typer.Option(help="folder for fragility.csv and the OpenQuake models (XML)")],
 ) -> None:
-    """Fit fragility curves to the fall rates of a study's population; write them as CSV and for OpenQuake."""
+    """Fit fragility curves to the fraction overturned in a population; write them as CSV and for OpenQuake."""
     import xarray as xr
 
     from overturning.errors import ConfigError
@@ -197,25 +195,25 @@ def check_convergence(
     study: Study,
     motions: Motions,
     cube: Cube,
-    output: Annotated[Path, typer.Option(help="outcome to make (JSON)")],
+    output: Annotated[Path, typer.Option(help="result file to write (JSON)")],
     threads: Threads = 1,
 ) -> None:
-    """Compute a part of a study again, with finer steps and with stiffer springs."""
+    """Compute a sample of the cases again with finer time steps and with stiffer contacts."""
     from overturning.errors import ConfigError
     from overturning.study.convergence_check import check_convergence as compute_again
     from overturning.study.sample import read_rigid, read_sample
 
     settings, records = _with_records(study, motions)
     if isinstance(settings.verification, str):
-        raise ConfigError(f"{settings.name}: verification: none; leave the key out for a convergence check")
+        raise ConfigError(f"{settings.name}: verification: none; remove the key for a convergence check")
     sample = read_sample(cube, settings.verification)
-    compute_again(settings, records, sample, threads, _per_cents(), read_rigid(cube, settings)).write(output)
+    compute_again(settings, records, sample, threads, _percent_lines(), read_rigid(cube, settings)).write(output)
 
 
 def record_figures(
     study: Study, parts: Parts, intensity: Intensity, motions: Motions, output: Figures, chunks: Chunks = 1
 ) -> None:
-    """Draw the figures of the records of a study from their parts, as soon as these are there."""
+    """Draw the figures of some records of a study, from the parts of the sweep."""
     from functools import partial
     from tempfile import TemporaryDirectory
 
@@ -233,7 +231,7 @@ def record_figures(
 
 
 def figures(study: Study, cube: Cube, intensity: Intensity, output: Figures) -> None:
-    """Draw the figures of all records of a study together, and maps."""
+    """Draw the figures that combine all records of a study, and site maps."""
     from functools import partial
 
     from overturning.figures.study import draw_study_figures
@@ -244,7 +242,7 @@ def figures(study: Study, cube: Cube, intensity: Intensity, output: Figures) -> 
 
 
 def illustrative(cube: Cube, motions: Motions, output: Figures) -> None:
-    """Draw the illustrative cases of a study."""
+    """Simulate and draw the illustrative cases of a study."""
     from overturning.figures.illustrative import draw_illustrative_cases
 
     draw_illustrative_cases(cube, motions, output)
@@ -252,9 +250,9 @@ def illustrative(cube: Cube, motions: Motions, output: Figures) -> None:
 
 def report(
     results: Annotated[Path, typer.Option(help="folder of the study's results")],
-    output: Annotated[Path, typer.Option(help="page to make (HTML)")],
-    pdf: Annotated[Path | None, typer.Option(help="the same on paper (PDF)")] = None,
-    study: Beside = None,
+    output: Annotated[Path, typer.Option(help="page to write (HTML)")],
+    pdf: Annotated[Path | None, typer.Option(help="PDF file of the report")] = None,
+    study: StudySettings = None,
 ) -> None:
     """Write the report of a study."""
     from overturning.report.write import write_report
@@ -265,10 +263,10 @@ def report(
 
 def crate(
     results: Annotated[Path, typer.Option(help="folder of the study's results")],
-    made: Annotated[str, typer.Option(help="files and folders to describe, one a line, or a file of these")],
+    made: Annotated[str, typer.Option(help="files and folders to describe, one per line, or a file with them")],
     study: Study,
 ) -> None:
-    """Describe a study's results as a research crate (RO-Crate): ro-crate-metadata.json and study.yaml beside them."""
+    """Write study.yaml and ro-crate-metadata.json, which describe the results as a research crate (RO-Crate)."""
     from overturning.study.crate import write_crate
     from overturning.study.load import study_from
 
@@ -280,4 +278,4 @@ STEPS = (
     *(read, surface, describe, rotate, members, sweep, gather, check_convergence, fragility),
     *(record_figures, figures, illustrative, report, crate),
 )
-"""All of them, in the order of a run."""
+"""All steps, in the order of a run."""

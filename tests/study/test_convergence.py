@@ -25,7 +25,7 @@ from overturning.records.record import Record
 from overturning.records.store import rounded
 from overturning.report.blocks import Paragraph, Table
 from overturning.report.sections.exactness import convergence
-from overturning.study.answers import Counts, compare, unanswered
+from overturning.study.answers import Counts, compare, empty_outcomes
 from overturning.study.convergence import Convergence
 from overturning.study.convergence_check import check_convergence, computations
 from overturning.study.cube import open_cube
@@ -231,7 +231,7 @@ def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused()
     settings = study(contact={"stiffness": 3e13}, verification={"at_least": 4, "cost": 50})
     none = np.zeros(2, np.bool_)
     sure, index = none[:, None], np.zeros((2, 4), np.int64)
-    sample = Sample(np.zeros(2, np.int64), index, unanswered(2, 1), none, sure, sure, np.ones(2), 36, 0)
+    sample = Sample(np.zeros(2, np.int64), index, empty_outcomes(2, 1), none, sure, sure, np.ones(2), 36, 0)
     quiet = Record("a", np.zeros(50), np.zeros(50), None, 0.01)
     found = check_convergence(settings, [quiet], sample)
     assert "stiffness" in found.stiffer.refused

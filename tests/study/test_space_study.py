@@ -13,7 +13,7 @@ from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import read_motion
-from overturning.study.answers import compare, differ, elsewhere, unanswered
+from overturning.study.answers import azimuths_differ, compare, empty_outcomes, outcomes_differ
 from overturning.study.convergence_check import check_convergence
 from overturning.study.cube import open_cube, study_of
 from overturning.study.ensemble import draw_members
@@ -167,12 +167,12 @@ def test_a_part_of_it_is_run_again_more_exactly(cube_file: Path, settings: Study
 
 
 def test_azimuths_fifteen_degrees_apart_are_another_direction() -> None:
-    first, second = unanswered(4, 1), unanswered(4, 1)
+    first, second = empty_outcomes(4, 1), empty_outcomes(4, 1)
     first["overturned"][:, 0] = second["overturned"][:, 0] = flags = np.array([1, 1, 1, 0], np.int8)
     first["azimuth"], second["azimuth"] = [359.0, 10.0, 100.0, np.nan], [13.0, 26.0, 110.0, np.nan]
-    found = compare(flags, flags, elsewhere(first, second))
+    found = compare(flags, flags, azimuths_differ(first, second))
     assert (found.cases, found.flags, found.fallen, found.sides) == (4, 0, 3, 1)
-    assert differ(first, second).tolist() == [False, True, False, False]
+    assert outcomes_differ(first, second).tolist() == [False, True, False, False]
 
 
 def test_gathering_refuses_a_part_in_planes(cube_file: Path, settings: Study, tmp_path: Path) -> None:

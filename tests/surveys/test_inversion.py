@@ -16,7 +16,7 @@ from overturning.records.store import write_motion
 from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior, sizes_taken
 from overturning.study.evaluation import Population
 from overturning.surveys import responses as computed
-from overturning.surveys.inversion import Inversion, found
+from overturning.surveys.inversion import Inversion, matching_direction_bins
 from overturning.surveys.library import CandidateMotion, candidates, shipped_records
 from overturning.surveys.posterior import TURNS, read_inversion, write_inversion
 from overturning.surveys.responses import (
@@ -120,7 +120,7 @@ def test_turning_the_survey_turns_the_axis(inversion: Inversion) -> None:
 
 def test_a_direction_that_is_an_octant_is_the_sum_of_its_ways(inversion: Inversion) -> None:
     octant = Stone(True, 45.0, True, b_over_h=0.2, height=0.9, round=True)
-    assert (found(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
+    assert (matching_direction_bins(octant) * 5).tolist() == [25, 30, 35, 40, 45, 50, 55, 60, 65]
     ways = [inversion.log_likelihood([column(SIZES[0], azimuth)]).sum(axis=0) for azimuth in range(25, 70, 5)]
     assert inversion.log_likelihood([octant]).sum(axis=0) == pytest.approx(np.log(np.exp(ways).sum(axis=0)), abs=1e-5)
 

@@ -1,4 +1,4 @@
-"""What a convergence check found: how many answers change with finer steps, stiffer springs, or a rigid block."""
+"""Result of a convergence check: changes of outcomes with finer steps, stiffer springs, and a rigid block."""
 
 import json
 from pathlib import Path
@@ -12,38 +12,38 @@ from overturning.study.answers import Counts
 from overturning.validation import format_validation_error
 
 AMPLITUDE_PERTURBATION: Final = 1e-9
-"""Share by which the motion is made stronger to see whether an answer hangs on less than is known of it."""
+"""Relative increase of the motion, far below its accuracy, that shows whether an outcome is chaotic."""
 
 AMPLITUDE_REACH: Final = 0.01
-"""Largest change of amplitude, share, under which it is seen whether the azimuth of a fall moves."""
+"""Largest relative change of amplitude for which the azimuth of a fall is compared."""
 
 MIN_AZIMUTH_SHIFT_DEG: Final = 30.0
-"""Change of its azimuth, degrees, from which a fall is said to move."""
+"""Smallest change of azimuth of a fall that counts as moved, degrees."""
 
 WARN_ABOVE: Final = 0.01
-"""Share of changed flags above which the report warns; those are not counted where the ensemble is divided anyway."""
+"""Share of changed flags above which the report warns; cells with a divided ensemble are not counted."""
 
 
 class Outcome(Counts):
-    """What changed of one element, whose name is empty for a block."""
+    """Changes of the outcomes of one element; the name is empty for a single block."""
 
     element: str
-    undivided: int  # of the cases with an answer in both, those whose ensemble is not divided
-    flags_undivided: int  # of these, that fall in one answer and stand in the other
+    undivided: int  # cases with an outcome in both whose ensemble is not divided
+    flags_undivided: int  # of these, fall in one computation and stand in the other
     sides_undivided: int  # of these, that fall to the other side
-    fallen_undivided: int  # of the undivided cases, those that fall in both answers
-    fallen_agreed: int  # that fall in both answers and whose ensemble members all fall to one side (or none was run)
+    fallen_undivided: int  # undivided cases that fall in both
+    fallen_agreed: int  # fall in both, and all ensemble members fall to one side (or none was run)
     sides_agreed: int  # of these, that fall to the other side
 
 
 class Rigid(Outcome):
-    """How far a study's answers differ from those of the exact rigid block."""
+    """Changes of outcomes between the study and the exact rigid block."""
 
-    cells: int  # of the study, of blocks that cannot slide
+    cells: int  # number of cells of the study with blocks that cannot slide
 
 
 class Repetition(BaseModel):
-    """Cases computed again, or why they could not be."""
+    """Cases that were run again, or the reason why they were refused."""
 
     block_steps: int
     outcomes: list[Outcome]
@@ -51,7 +51,7 @@ class Repetition(BaseModel):
 
 
 class RefinementOfChanges(BaseModel):
-    """Cases that changed with finer steps; of these, those looked at, that keep the answer, or lose it to a nudge."""
+    """Cases that change with finer steps: number, and of these, tested, confirmed by the finest steps, or chaotic."""
 
     changed: int
     looked_at: int
@@ -61,25 +61,25 @@ class RefinementOfChanges(BaseModel):
 
 
 class AmplitudeChange(BaseModel):
-    """Falls of bodies in space run again under motions of amplitudes within ± `AMPLITUDE_REACH`."""
+    """3-D falls that were run again under motions with amplitudes within ± `AMPLITUDE_REACH`."""
 
     falls: int  # falls of the study that were run again
-    moved: int  # of these, whose azimuth moves by `MIN_AZIMUTH_SHIFT_DEG` or more under one of the motions
+    moved: int  # of these, azimuth moves by `MIN_AZIMUTH_SHIFT_DEG` or more under one of the motions
     stood: int  # of these, that stand under one of the motions
     weight: float  # sum of the weights of these falls in direction statistics (`model.body.direction_weight`)
-    weight_moved: float  # part of it that falls which move have
+    weight_moved: float  # part of it due to falls that move
     block_steps: int
 
 
 class Convergence(BaseModel):
-    """What a convergence check found, as it is kept in ``convergence.json``."""
+    """Result of a convergence check, stored in ``convergence.json``."""
 
     seed: int
     wanted: int
     chosen: int
     at_rest: int
     cells: int
-    computed: int  # of these, the cells that are not copies of others; where all were chosen nothing was sampled
+    computed: int  # of these, not copied by symmetry; if all were chosen there is no sampling error
     study_block_steps: int
     cost: float
     finer_by: int
@@ -87,16 +87,16 @@ class Convergence(BaseModel):
     finer: Repetition
     stiffer: Repetition
     settling: RefinementOfChanges
-    amplitude: AmplitudeChange | None  # none in planes
-    rigid: Rigid | None  # none where no cell is of a block that cannot slide
+    amplitude: AmplitudeChange | None  # None for planar models
+    rigid: Rigid | None  # None if no cell has a block that cannot slide
 
     def write(self, path: Path) -> None:
-        """Write it as JSON."""
+        """Write the result as JSON."""
         write_text(path, self.model_dump_json(indent=1) + "\n")
 
     @classmethod
     def read(cls, path: Path) -> "Convergence":
-        """Read what `write` wrote; a `ResultError` if it is missing or torn, or says less than this version."""
+        """Read a file written by `write`; a `ResultError` if it is missing, damaged, or from another version."""
         try:
             return cls.model_validate(json.loads(path.read_text(encoding="utf-8")))
         except ValidationError as error:

@@ -1,10 +1,10 @@
-"""Convergence check: a random part of a study computed again with finer steps and with stiffer springs.
+"""Convergence check: a random sample of a study is run again with finer steps and with stiffer springs.
 
-Where blocks cannot slide, the exact rigid block stands beside the study's answers.
+Cells whose blocks cannot slide are also compared with the exact rigid block.
 
-What changes with finer steps is computed in steps half as long as those, and in those under a motion changed by less
-than is known of it. An answer that stays both times is settled by a finer computation; one that changes with the motion
-none decides.
+A case whose outcome changes with finer steps is run again with half that step, and with the motion scaled by
+1 + `AMPLITUDE_PERTURBATION`. If both agree, the outcome of the finer steps stands; if the second differs, the case is
+chaotic.
 """
 
 from collections.abc import Callable, Sequence
@@ -42,16 +42,16 @@ from overturning.study.schema import Study
 from overturning.units import STANDARD_GRAVITY
 
 FINER: Final = 8
-"""Steps of the finer computation in each of the study's."""
+"""Refinement factor of the time step."""
 
 STIFFER: Final = 4.0
-"""Stiffness of the stiffer springs over the study's; finest steps are half as long for it, whole ones are not."""
+"""Factor on the contact stiffness; the finest steps are halved with it, the whole step is not."""
 
 PILOT_CASES: Final = 16
-"""Cases that tell what a case costs before more are computed."""
+"""Number of cases that are run first, to estimate the cost of a case."""
 
 FINER_OVER_STIFFER: Final = 9.0
-"""Block steps with finer steps over those with stiffer springs, at most: 8 over 1, and what is done once more."""
+"""Largest ratio of block steps with finer steps to those with stiffer springs: 8, plus reruns."""
 
 
 def check_convergence(
@@ -62,19 +62,20 @@ def check_convergence(
     progress: Progress | None = None,
     rigid: Sample | None = None,
 ) -> Convergence:
-    """Compute chosen cases again, with finer steps and with stiffer springs, as many as cost no more than is allowed.
+    """Run chosen cases again with finer steps and with stiffer springs, within the allowed cost.
 
-    The stiffer springs go first, in growing parts: their block steps tell what the finer steps will cost. These take
-    the first cases of the same random order, as many as the rest of the allowance pays for, and both are counted on
-    these. The processed records are in the order of the study, whose `verification` are settings; nothing that is found
-    depends on the number of threads. Progress is called with the cases done and all cases of both. The cells `rigid`,
-    of `read_rigid`, are compared with the exact rigid block.
+    Stiffer springs are run first, in growing batches; their block steps predict the cost of finer steps. Finer steps
+    are run for the first cases of the same random order, as many as the remaining allowance permits, and both results
+    are evaluated for these cases. `records` are the processed records in the order of the study, whose `verification`
+    must be settings, not "none". The result does not depend on the number of threads. `progress` is called with the
+    number of finished cases and of all cases of both runs. The cells `rigid`, from `read_rigid`, are compared with the
+    exact rigid block.
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it
     allowed = round(settings.cost * sample.block_steps)
     runs = _Runs(study, records, sample, threads, progress)
-    # Springs four times stiffer may be beyond what numbers hold: the finer steps alone then.
+    # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
     if runs.run_affordable("stiffer", 1.0 + FINER_OVER_STIFFER, allowed):
         spent = runs.answers["stiffer"]["block_steps"]
         affordable = np.cumsum(FINER_OVER_STIFFER * spent)
@@ -103,7 +104,7 @@ def check_convergence(
 
 
 class _Runs:
-    """The first cases of a sample computed again; the answers grow."""
+    """Reruns of the first cases of a sample; the arrays of outcomes grow with each batch."""
 
     def __init__(
         self, study: Study, records: Sequence[Record], sample: Sample, threads: int, progress: Progress | None
@@ -116,7 +117,7 @@ class _Runs:
         self.refused: dict[str, str] = {}
 
     def run_affordable(self, kind: str, factor: float, allowed: int) -> bool:
-        """Compute first cases, until `factor` times what they cost reaches what is allowed; False if refused."""
+        """Run first cases until `factor` times their block steps reaches `allowed`; False if refused."""
         most = len(self.sample.record)
         size = min(PILOT_CASES, most, max(self.sample.computed // 12, 1))
         while size > 0:
@@ -129,7 +130,7 @@ class _Runs:
         return True
 
     def run(self, kind: str, until: int) -> bool:
-        """Continue until so many cases have been computed again; False where they are refused."""
+        """Continue until `until` cases have been run again; False if they are refused."""
         try:
             more = self._compute(kind, np.arange(len(self.answers[kind]), until))
         except ArgumentError as error:
@@ -141,7 +142,7 @@ class _Runs:
         return True
 
     def _compute(self, kind: str, rows: NDArray[np.int64], amplitude: float = 1.0) -> CaseOutcomes:
-        """Answers to some cases under motions of an amplitude."""
+        """Run cases under motions scaled by an amplitude."""
         answers = np.zeros(rows.size, self.sample.answers.dtype)
 
         def one(number: int) -> None:
@@ -158,14 +159,14 @@ class _Runs:
         return answers
 
     def outcome(self, kind: str, count: int) -> Repetition:
-        """What changed in the first cases."""
+        """Count the changes among the first cases."""
         if kind in self.refused:
             return Repetition(block_steps=0, outcomes=[], refused=self.refused[kind])
         outcomes = self._changed(self.answers[kind][:count])
         return Repetition(block_steps=int(self.answers[kind]["block_steps"].sum()), outcomes=outcomes)
 
     def _changed(self, again: CaseOutcomes) -> list[Outcome]:
-        """What is other in other answers to the first cases, of each element."""
+        """Count the changes of each element between the study and a rerun of the first cases."""
         count, outcomes = len(again), []
         own = self.sample.answers[:count]
         away = azimuths_differ(own, again)
@@ -185,17 +186,17 @@ class _Runs:
         return outcomes
 
     def compare_with_rigid(self) -> Rigid:
-        """How far the study's answers to all cases of the sample differ from those of the exact rigid block."""
+        """Compare the outcomes of all cases of the sample with the exact rigid block."""
         every = np.arange(len(self.sample.record))
         (found,) = self._changed(self._compute("rigid", every))
         return Rigid(cells=self.sample.computed, **found.model_dump())
 
     def settle(self, count: int, allowed: int) -> RefinementOfChanges:
-        """What of the first cases changes with finer steps and, as far as allowed, keeps that answer or loses it."""
+        """Run the changed cases again with the finest steps and a perturbed motion, within the allowed block steps."""
         own, finer = self.sample.answers[:count], self.answers["finer"][:count]
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
         changed = np.flatnonzero(known & outcomes_differ(finer, own))
-        # Steps half as long, and those of the finer computation once more.
+        # Cost: steps half as long (2), and the finer steps once more (1).
         rows = changed[3 * np.cumsum(finer["block_steps"][changed]) <= allowed]
         finest, nudged = self._compute("finest", rows), self._compute("finer", rows, 1.0 + AMPLITUDE_PERTURBATION)
         kept = ~outcomes_differ(nudged, finer[rows])
@@ -214,7 +215,7 @@ class _Runs:
             return None
         falls = np.flatnonzero((own["overturned"] == 1).all(axis=1))
         factors = 1.0 + AMPLITUDE_REACH * np.array([-1.0, -0.5, 0.5, 1.0])
-        # About what they cost, from the finer steps.
+        # Estimate the cost from the finer steps.
         rows = falls[np.cumsum(finer["block_steps"][falls]) * (factors.size / FINER) <= allowed]
         moved, stood, steps = np.zeros(rows.size, np.bool_), np.zeros(rows.size, np.bool_), 0
         for factor in factors:
@@ -234,8 +235,8 @@ class _Runs:
 
 
 def rigid_reference(motion: Motion, cases: Cases) -> Any:
-    """The exact rigid block, without an answer where the ground drops from under it: it never leaves the ground."""
-    from overturning.dem.block.rigid import rocking  # with it comes Numba
+    """Simulate the exact rigid block; no outcome if the ground accelerates down by g or more, as it cannot lift."""
+    from overturning.dem.block.rigid import rocking  # imported lazily: imports Numba
 
     found, lowest = rocking(motion, cases), 0.0 if motion.up is None else float(motion.up.min())
     left = np.asarray(cases.amplitude) * lowest <= -STANDARD_GRAVITY
@@ -243,7 +244,7 @@ def rigid_reference(motion: Motion, cases: Cases) -> Any:
 
 
 def computations(study: Study) -> dict[str, Callable[[Motion, Cases], Results]]:
-    """What computes a study's nominal cases again: as they are, with finer and finest steps, with stiffer springs.
+    """Return the functions that rerun nominal cases: unchanged, with finer and finest steps, with stiffer springs.
 
     A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.
     """

@@ -1,4 +1,4 @@
-"""Opening a cube, and what a reader may rely on."""
+"""Open a cube and read its attributes."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 
 _ATTRIBUTES: Final = {"study", "variant", "content_sha256", "record_sources", "record_processing", "versions"}
 CONFIGURATION: Final = "study.yaml"
-"""The whole study, beside the cube of a run that came to its end."""
+"""File of the complete study, next to the cube of a finished run."""
 
 IN_MEMORY: Final = 20_000_000
-"""Values, of eight bytes at most, of a cube that is small."""
+"""Largest number of values (8 bytes or less each) of a cube that is read into memory."""
 
 _COORDINATES: Final = ("record_id", "station", "event", "fault_normal")
 
 
 def _find_missing(cube: "xr.Dataset") -> str:
-    """What of a cube's coordinates and variables is missing, or not over its dimensions; or nothing."""
+    """Return the first coordinate or variable that is missing or has wrong dimensions, as "no NAME"; "" if none."""
     flags = cube["overturned"]
     grid = set(flags.dims)
     model = model_of(cube)
@@ -57,30 +57,30 @@ def open_cube(
     element: str | None = "reference",
     amplitude: float | None = 1.0,
 ) -> "xr.Dataset":
-    """Open a cube as `overturning.open_cube` does, its records asked for by their numbers."""
+    """Open a cube as `overturning.open_cube` does, but with numbers as the coordinate of the records."""
     import xarray as xr
 
     if not path.is_file():
         why = "a folder; name the cube in it, cube.nc" if path.is_dir() else "no such cube; run the study first"
         raise ResultError(f"{path}: {why}")
     if checksum_matches(path) is False:
-        raise ResultError(f"{path}: damaged, its checksum does not fit; run the study again, which makes it anew")
+        raise ResultError(f"{path}: damaged, its checksum does not match; run the study again to recreate it")
     spare_dask()
     try:
         with _small_chunk_cache(read_once=chunks is not None):
             cube = xr.open_dataset(path, engine="netcdf4", chunks=chunks, decode_timedelta=False)
     except (OSError, ValueError, RuntimeError, AttributeError, KeyError, IndexError, TypeError) as error:
-        # What is wrong inside of a file comes as whatever the libraries that read it stumble over.
+        # Damage inside a file raises any of these exceptions in the libraries that read it.
         raise ResultError(f"{path}: cannot be opened ({error}); run the study again") from None
     if "overturned" not in cube or not cube.attrs.keys() >= _ATTRIBUTES:
         raise ResultError(f"{path}: not a cube of this package, or an unfinished one; run the study again")
     if absent := _find_missing(cube):
         raise ResultError(f"{path}: not a cube of this package: {absent}; run the study again")
     chosen = choose(cube, path, element, amplitude)
-    if chosen is not cube:  # a part of it would leave the file open, to be closed at any moment
+    if chosen is not cube:  # a selection has no reference to the file, which must stay open until it is closed
         chosen.set_close(cube.close)
     if chunks is not None:
-        # What describes the records is small, and as dask arrays would be computed each time that one of them is read.
+        # Load the small coordinates of records; as dask arrays they would be read again at each access.
         for name, values in chosen.coords.items():
             if values.dims == ("record",):
                 chosen.variables[name].load()
@@ -88,7 +88,7 @@ def open_cube(
 
 
 def open_records(path: Path, element: str | None = "reference", amplitude: float | None = 1.0) -> "xr.Dataset":
-    """Open a cube to go through its records: read once into memory where it is small, else one record at a time."""
+    """Open a cube to iterate over its records: a small cube is read into memory, a large one record by record."""
     cube = open_cube(path, None, element, amplitude)
     if sum(values.size for values in cube.data_vars.values()) <= IN_MEMORY:
         return cube.load()
@@ -98,7 +98,7 @@ def open_records(path: Path, element: str | None = "reference", amplitude: float
 
 @contextmanager
 def _small_chunk_cache(read_once: bool) -> Iterator[None]:
-    """Open files whose chunks are read whole and once: HDF5 would keep up to 64 MB of each variable."""
+    """Open files with a small chunk cache if chunks are read only once; HDF5 would cache 64 MB of each variable."""
     import netCDF4
 
     before = netCDF4.get_chunk_cache()
@@ -113,13 +113,13 @@ def _small_chunk_cache(read_once: bool) -> Iterator[None]:
 def choose(
     cube: "xr.Dataset", path: Path, element: str | None = "reference", amplitude: float | None = 1.0
 ) -> "xr.Dataset":
-    """What is asked for of the elements and factors of an open cube, parameters as of `overturning.open_cube`."""
+    """Select an element and an amplitude of an open cube; for the parameters see `overturning.open_cube`."""
     if amplitude is not None:
-        several = "amplitude" in cube.dims  # else it is of one, as recorded unless it says otherwise
+        several = "amplitude" in cube.dims  # otherwise one amplitude, 1 unless the coordinate has another value
         known = np.atleast_1d(cube["amplitude"]).tolist() if "amplitude" in cube.coords else [1.0]
         if amplitude not in known:
             raise ResultError(f"{path}: no amplitude {amplitude:g}; known: {', '.join(f'{one:g}' for one in known)}")
-        if several:  # a factor goes with what is of it
+        if several:  # an amplitude other than 1 stays as a coordinate
             cube = cube.sel(amplitude=amplitude, drop=amplitude == 1.0)
     if "element" not in cube.dims:
         if element not in (None, "reference"):
@@ -136,10 +136,10 @@ def choose(
 
 
 def in_order(cube: "xr.Dataset") -> "xr.Dataset":
-    """A part of a cube as figures take it: along all of its dimensions, each value once.
+    """Return a part of a cube for figures: with all dimensions, sorted, and each value once.
 
-    Of one element and factor, as of `choose`. B/H and directions ascend, azimuths from 0 to below 360°; heights,
-    aspects and frictions stay in their order. An `ArgumentError` where nothing is left.
+    One element and amplitude are selected (see `choose`). B/H and directions ascend, with azimuths in [0°, 360°);
+    heights, aspects and frictions stay in their order. An `ArgumentError` is raised if a dimension is empty.
     """
     cube = choose(cube, Path("cube"), amplitude=1.0 if "amplitude" in cube.dims else None)
     alone = [name for name in AXES if name in cube.coords and name not in cube.dims]
@@ -165,9 +165,10 @@ def _check_element(element: str | None, known: Sequence[str], path: Path) -> Non
 
 
 def record_number(cube: "xr.Dataset", record: str | None) -> int:
-    """Number of a record in a cube by its id, which a cube of one need not be told; an `ArgumentError` names them.
+    """Return the position of a record by its id, which may be None for a cube with one record.
 
-    A part of a cube of one record has its id without a dimension, and what is of no study has none.
+    A selection of one record has its id without a dimension; a cube without a study has no ids. An `ArgumentError`
+    lists the ids if the record is unknown or not given.
     """
     names = np.atleast_1d(cube["record_id"]).astype(str).tolist() if "record_id" in cube else []
     file, some = Path(cube.encoding.get("source", "cube")).name, ", ".join(names[:4] + ["…"][: len(names) > 4])
@@ -179,7 +180,7 @@ def record_number(cube: "xr.Dataset", record: str | None) -> int:
 
 
 def json_attribute(cube: "xr.Dataset", name: str, kind: type) -> Any:
-    """An attribute of a cube that holds JSON of a kind."""
+    """Return the content of a JSON attribute of a cube; a `ResultError` if it is missing or not of type `kind`."""
     try:
         found = json.loads(cube.attrs[name])
         if not isinstance(found, kind):
@@ -190,16 +191,16 @@ def json_attribute(cube: "xr.Dataset", name: str, kind: type) -> Any:
 
 
 def study_of(cube: "xr.Dataset") -> Study:
-    """The filled-in study that made a cube; a ResultError where the cube names none, a ConfigError where it is none."""
+    """Return the complete study of a cube; a ResultError if it is missing, a ConfigError if it is invalid."""
     return check_study(json_attribute(cube, "study", dict), "study in the cube")
 
 
 def shown_block(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
-    """Height and friction of the block that is shown first, each as a selection of one along its dimension.
+    """Return height and friction of the block that figures show first, as a selection with one value per dimension.
 
-    No cube depends on it: `figures` of the study names it, or of the configuration beside the cube where no study is
-    given, or else it has the first height and the last friction. Nothing is chosen along a dimension of which a cube
-    has a part, and of a cube that is of no study.
+    The block is set by `figures` of the study (not given: of the configuration next to the cube), with the first
+    height and the last friction as defaults. No selection is made along a dimension that the cube holds only in part,
+    or if the cube belongs to no study.
     """
     if study is None and "study" not in cube.attrs:
         return {}
@@ -213,21 +214,21 @@ def shown_block(cube: "xr.Dataset", study: Study | None = None) -> dict[str, lis
 
 
 def shown_element(cube: "xr.Dataset") -> str:
-    """The element whose falls a cube of one element holds: the one that was chosen, or the scene's only one."""
+    """Return the element of a cube of one element: the selected one, or the only one of the scene."""
     chosen = "element" in cube.coords
     return str(cube["element"].item()) if chosen else scene_of(study_of(cube), cube.attrs["variant"]).default_element
 
 
 def motion_folder(path: Path, study: Study, variant: str) -> Path:
-    """The folder of the motions under which a cube was computed, beside it: of a variant with soil its own."""
+    """Return the folder of the motions of a cube, next to it; a variant with soil has its own."""
     return path.parent / "motion" / (variant if setting_of(study, variant).site else "")
 
 
 def sources_of_records(cube: "xr.Dataset") -> list[dict[str, Any]]:
-    """Source, SHA-256 and licence of each record, in the order of the cube."""
+    """Return source, SHA-256 and licence of each record, in the order of the cube."""
     return list(json_attribute(cube, "record_sources", list))
 
 
 def processing_of(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
-    """How each record of a cube came about, by id; see `overturning.records.record.provenance`."""
+    """Return the provenance of each record, by id; see `overturning.records.record.provenance`."""
     return dict(json_attribute(cube, "record_processing", dict))

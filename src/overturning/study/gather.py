@@ -1,4 +1,4 @@
-"""Gathering: the parts of a sweep into one cube."""
+"""Merge the parts of a sweep into one cube."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -35,15 +35,15 @@ RECORD_COORDINATES = (
 """Auxiliary coordinates of the dimension record."""
 
 _PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xarray", "netCDF4")
-"""Those whose versions the numbers depend on."""
+"""Packages that affect the numerical results; the cube lists their versions."""
 
 
 def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path: Path, variant: str = NOMINAL) -> None:
-    """Gather the parts of a sweep into the cube of a variant; the processed records are in the order of the cube.
+    """Merge the parts of a sweep into the cube of a variant; `records` are processed, in the order of the cube.
 
-    A part has cells of one record, of any piece of the grid; the parts come in any order. No more than one variable of
-    one record is in memory. A `ResultError` says that a part belongs to another study, or a cell is in no part, a
-    `ConfigError` that two records have the same samples.
+    A part has cells of one record, from any piece of the grid; the order of parts does not matter. At most one variable
+    of one record is in memory. A `ResultError` is raised if a part belongs to another study or a cell is in no part, a
+    `ConfigError` if two records have the same samples.
     """
     from netCDF4 import Dataset
 
@@ -67,7 +67,7 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
 
 
 def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: str = NOMINAL) -> None:
-    """Dimensions, coordinates, attributes and variables of a cube, all values missing, in an open netCDF4 file."""
+    """Create dimensions, coordinates, attributes and variables (all missing) of a cube in an open netCDF4 file."""
     model, grid = model_for(study, variant), grid_of(study, variant)
     cube.setncatts(_attributes(study, records, variant))
     cube.createDimension("record", len(records))
@@ -78,7 +78,7 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
         cube["height"].comment = cube["b_over_h"].comment = said
     own = Sizes.of(study, variant).own_ratio
     sized = grid if own is None else grid.replace_rows(b_over_h=np.full(grid["b_over_h"].size, own))
-    if (critical := critical_angle(model, sized)) is not None:  # that of a single block follows from its B/H
+    if (critical := critical_angle(model, sized)) is not None:  # None for a single block, where it follows from B/H
         dimensions, values, attributes = critical
         angles = cube.createVariable("critical_angle", "f8", dimensions, fill_value=np.nan)
         angles.setncatts(attributes)
@@ -89,7 +89,7 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
 
 
 def _copy_record(paths: Sequence[Path], cube: Any, index: int, grid: Grid, variables: Sequence[Variable]) -> bool:
-    """Copy a record's parts, one variable at a time, and add up their block steps; whether they hold all cells."""
+    """Copy the parts of a record, one variable at a time, and add their block steps; False if a cell is missing."""
     with ExitStack() as stack:
         parts = [stack.enter_context(open_part(path, grid, variables)) for path in paths]
         filled = np.zeros(grid.shape, dtype=bool)
@@ -107,7 +107,7 @@ def _copy_record(paths: Sequence[Path], cube: Any, index: int, grid: Grid, varia
 
 
 def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
-    """The coordinates of the dimension record; missing where neither the file nor the record table says it."""
+    """Add the coordinates of the dimension record; missing if neither file nor record table has the value."""
     add = partial(add_coordinate, cube, "record")
     add("record", "i4", range(len(records)), long_name="number of the record", units="1")
     for name, long_name, texts in (
@@ -139,13 +139,13 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
 
 
 def _add_places(add: Callable[..., None], records: Sequence[Record]) -> None:
-    """The coordinates of stations and epicentres."""
+    """Add the coordinates of stations and epicentres."""
     for where, pairs in (
         ("station", [(record.latitude, record.longitude) for record in records]),
         ("epicentre", [(r.extra.get("event_latitude"), r.extra.get("event_longitude")) for r in records]),
     ):
         for index, (name, unit) in enumerate((("latitude", "degrees_north"), ("longitude", "degrees_east"))):
-            # Half a place is none.
+            # A location needs both coordinates.
             values = [None if None in pair else pair[index] for pair in pairs]
             said = {"standard_name": name, "long_name": f"{name} of the {where}", "units": unit}
             add(f"{where}_{name}", "f8", values, np.nan, **said)
@@ -162,7 +162,7 @@ def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[s
         "institution": "overturning",
         "source": f"overturning {metadata.version('overturning')}: "
         "distinct element simulation of a block on a moving base",
-        # Without a time of day, which would make each run's bytes its own.
+        # No time of day, so that equal runs give equal files.
         "history": f"gathered by overturning {metadata.version('overturning')} from one sweep per record",
         "references": "see the documentation of overturning",
         "comment": model_for(study, variant).comment,

@@ -1,4 +1,4 @@
-"""What a study, or a variant of it, simulates: its model, the grid of cases, at which sizes, and how."""
+"""Model, grid, sizes and numerical settings of a study or of one of its variants."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -24,18 +24,18 @@ from overturning.study.schema import Study
 from overturning.study.sections import ContactSettings, Variant
 
 NOMINAL = "nominal"
-"""Name of the study's own setting among its variants."""
+"""Name of the setting of the study itself among its variants."""
 
 
 def variant_names(study: Study) -> list[str]:
-    """Names of the settings of a study, the nominal one first."""
+    """Return the names of the settings of a study, the nominal one first."""
     return [NOMINAL, *study.variants]
 
 
 def setting_of(study: Study, variant: str = NOMINAL) -> Variant:
-    """What a variant changes, `None` where it is as the study has it; of the nominal one nothing.
+    """Return the settings of a variant; `None` for settings that are those of the study (all for the nominal one).
 
-    A `ConfigError` says that the study has no such variant.
+    A `ConfigError` is raised if the study has no such variant.
     """
     if variant not in variant_names(study):
         raise ConfigError(f"{study.name}: no variant {variant!r}; known: {', '.join(variant_names(study))}")
@@ -43,13 +43,13 @@ def setting_of(study: Study, variant: str = NOMINAL) -> Variant:
 
 
 def contact_of(study: Study, variant: str = NOMINAL) -> ContactSettings:
-    """The contact of a variant: its own, or the study's."""
+    """Return the contact settings of a variant, which default to those of the study."""
     own = setting_of(study, variant).contact
     return study.contact if own is None else own
 
 
 def scene_of(study: Study, variant: str = NOMINAL) -> Scene:
-    """The scene of a variant, as of `setting_of`; the default one with the density and contact that the study gives."""
+    """Return the scene of a variant; the default scene gets density and contact of the study."""
     scene = setting_of(study, variant).scene or study.scene
     if scene != gravestone():
         return scene
@@ -57,7 +57,7 @@ def scene_of(study: Study, variant: str = NOMINAL) -> Scene:
 
 
 def model_for(study: Study, variant: str = NOMINAL) -> Model:
-    """What a variant simulates; a `ConfigError` if the study has no such variant."""
+    """Return the model of a variant; a `ConfigError` if the study has no such variant."""
     if study.body is None:
         return Planes(scene_of(study, variant))
     contact = contact_of(study, variant)
@@ -66,7 +66,7 @@ def model_for(study: Study, variant: str = NOMINAL) -> Model:
 
 
 def grid_of(study: Study, variant: str = NOMINAL) -> Grid:
-    """The grid of a study, or of a variant; directions ascending, int16 where all are whole, float64 otherwise."""
+    """Return the grid of a variant; directions ascend and are int16 if all are integers, otherwise float64."""
     model = model_for(study, variant)
     values = {
         "height": study.height, "b_over_h": study.b_over_h, "aspect": study.aspects, "friction": study.friction,
@@ -78,22 +78,22 @@ def grid_of(study: Study, variant: str = NOMINAL) -> Grid:
 
 
 def directions(values: Sequence[float]) -> NDArray[Any]:
-    """Directions as int16 where all are whole, float64 otherwise."""
+    """Convert directions to int16 if all are integers, otherwise to float64."""
     given = np.array(values, np.float64)
     return given.astype(np.int16) if np.array_equal(given, np.round(given)) else given
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """How the sizes of a variant's scene follow from those of the study's."""
+    """Relation between the sizes of the study and those of the scene of a variant."""
 
     factor: float = 1.0  # on the study's heights
-    own_ratio: float | None = None  # the scene's B/H, where the study's are not for its reference element
-    digits: int | None = 12  # to which a B/H is rounded, in a scene that the study names
+    own_ratio: float | None = None  # B/H of the scene, if the B/H of the study belong to another reference element
+    digits: int | None = 12  # digits to which B/H is rounded; None for the default scene
 
     @classmethod
     def of(cls, study: Study, variant: str) -> "Sizes":
-        """Those of a variant: scaled by the same factor as the study's own scene."""
+        """Create the relation for a variant, which is scaled by the same factor as the scene of the study."""
         scene = setting_of(study, variant).scene or study.scene
         if scene == study.scene:
             return cls(digits=None if scene == gravestone() else 12)
@@ -102,19 +102,19 @@ class Sizes:
         return cls(factor, own_ratio if scene.reference_name != study.scene.reference_name else None)
 
     def heights(self, height: FloatArray) -> FloatArray:
-        """Heights of the scene's reference element where the study's are these, m."""
+        """Convert heights of the study to those of the reference element of the scene, m."""
         return height if self.factor == 1.0 else np.round(height * self.factor, 10)
 
     def ratios(self, b_over_h: FloatArray, nominal: FloatArray) -> FloatArray:
-        """B/H of the scene's reference element where the study's are these, each near one of the nominal ones."""
+        """Convert B/H of the study, each near a nominal one, to those of the reference element of the scene."""
         if self.own_ratio is not None:
-            # The scene keeps its own slenderness; the factor on the study's applies to it.
+            # The scene keeps its own B/H, multiplied by the deviation of the member from the nominal B/H.
             b_over_h = self.own_ratio * (b_over_h / nominal[np.abs(np.log(b_over_h[:, None] / nominal)).argmin(axis=1)])
         return b_over_h if self.digits is None else np.round(b_over_h, self.digits)
 
 
 def size_note(study: Study, variant: str) -> str:
-    """What the heights and B/H of a study mean in a variant whose stone has others; nothing where they are its own."""
+    """Return a note on the sizes of a variant whose stone differs from that of the study; "" if they are the same."""
     sizes = Sizes.of(study, variant)
     own, stone = study.scene.reference_name, scene_of(study, variant).reference_name
     said = [] if sizes.factor == 1.0 else [f"{sizes.factor:.3g} times that height"]
@@ -123,18 +123,18 @@ def size_note(study: Study, variant: str) -> str:
 
 
 def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None) -> Numerics:
-    """How a study is computed."""
+    """Return the numerical settings of a study."""
     given = study.simulation
     scheme, taken = given.scheme or DEFAULT_SCHEME, {"threads": threads, "progress": progress, "client": client}
     return Numerics(scheme=scheme, time_step=given.time_step, leave_out=given.leave_out, **taken)
 
 
 def uses_vertical(study: Study, variant: str = NOMINAL) -> bool:
-    """Whether a variant applies the vertical motion of the records that have one."""
+    """True if a variant applies the vertical motion of records that have one."""
     own = setting_of(study, variant).vertical
     return study.simulation.vertical if own is None else own
 
 
 def motion_of(study: Study, record: Record, variant: str = NOMINAL) -> Motion:
-    """The motion of a record as a variant applies it: without the vertical component where it leaves that out."""
+    """Return the motion of a record for a variant, without the vertical component if the variant leaves it out."""
     return Motion.of(record if uses_vertical(study, variant) else replace(record, up=None))

@@ -1,4 +1,4 @@
-"""How a case ends: its energy, whether it may still fall, what is written of it (docs/method.md, "How a case ends")."""
+"""Termination of a case of a single block: its energy, the tests for its end, and its results (docs/method.md)."""
 
 from typing import Any
 
@@ -18,14 +18,14 @@ load_shaking = ROWS.access(Shaking).load
 
 @njit(**INLINE)
 def whole_step(block: Block, s: State, lag: float) -> tuple[float, float, float]:
-    """Velocities brought to the whole step, behind which they are by `lag` steps."""
+    """Return the velocities at the whole step; the stored ones lag `lag` steps behind."""
     time = lag * TICKS * block.step
     return s.vx + time * s.ax, s.vz + time * s.az, s.vw + time * s.aw
 
 
 @njit(**INLINE)
 def energy(block: Block, s: State, lag: float) -> float:
-    """Kinetic, gravitational and spring energy per mass."""
+    """Compute the kinetic, gravitational and spring energy per mass, m²/s²."""
     vx, vz, vw = whole_step(block, s, lag)
     motion = (vx * vx + vz * vz) + vw * vw / block.inertia
     ul, ur, tl, tr = max(s.left.depth, 0.0), max(s.right.depth, 0.0), s.left.spring, s.right.spring
@@ -34,8 +34,8 @@ def energy(block: Block, s: State, lag: float) -> float:
 
 
 @njit(**INLINE)
-def rise(block: Block, peak: float) -> float:
-    """Energy that takes a block at rest to its largest rotation so far, or over, per mass; by series, without libm."""
+def tilt_energy(block: Block, peak: float) -> float:
+    """Return the energy per mass that rotates a block at rest to `peak`, at most to α; by series, without libm."""
     angle = min(peak, block.alpha)
     square = angle * angle
     sine = angle * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)))
@@ -44,23 +44,23 @@ def rise(block: Block, peak: float) -> float:
 
 
 @njit(**INLINE)
-def has_settled(block: Block, s: State, peak: float, barrier: float, lag: float) -> bool:
-    """Whether a block on a base at rest stands for good, its largest rotation and nearly all of its slip behind it."""
+def outcome_is_final(block: Block, s: State, peak: float, barrier: float, lag: float) -> bool:
+    """True if a block on a base at rest stands for good, and its peak rotation and slip are final."""
     now = energy(block, s, lag)
     if not (now < barrier and abs(s.angle) < block.alpha):
         return False
-    # It can no longer fall, but while its energy reaches higher than it has been, its largest rotation is to come. On
-    # one corner the weight has compressed the spring, which lies g²/2k below the rigid block.
-    if now + 0.5 * GRAVITY * GRAVITY / block.stiffness > rise(block, peak):
+    # It can no longer fall, but its peak rotation is final only if its energy cannot reach it again. On one corner the
+    # weight compresses the spring: g²/2k less energy than in the rigid block.
+    if now + 0.5 * GRAVITY * GRAVITY / block.stiffness > tilt_energy(block, peak):
         return False
-    # Let it slide to the end (v²/2μg ahead) unless nothing would stop it.
+    # Let it slide to its end, v²/2μg ahead; without friction it never stops.
     slide = s.vx - block.half_height * s.cos * s.vw
     return bool(slide * slide < 2.0 * STILL_TO_SLIDE * GRAVITY * block.friction or block.friction == 0.0)
 
 
 @njit(**INNER)
 def has_ended(state: Any, j: int, lag: float, ticks: float, end: float, deepest: float) -> int:
-    """`Status` of a column at the end of a sample, or `GOES_ON`."""
+    """Return the `Status` of a case at the end of a sample, or `GOES_ON`."""
     block, s, peaks, course = load_block(state, j), load_state(state, j), load_peaks(state, j), load_course(state, j)
     if not np.isfinite(s.vx + s.vz + s.vw + s.x + s.z + s.cos + s.sin):
         return Status.UNSTABLE
@@ -70,13 +70,13 @@ def has_ended(state: Any, j: int, lag: float, ticks: float, end: float, deepest:
         return Status.SIMULATED
     sample = course.sample + s.tick / ticks
     if sample >= course.calm and s.left.depth > 0.0 and s.right.depth > 0.0:
-        # A block that rests on both corners after the last instant at which it could start stays there.
+        # A block that rests on both corners after the last time at which it could start to move stays there.
         kinetic = 0.5 * (s.vx * s.vx + s.vz * s.vz + s.vw * s.vw / block.inertia)
         if kinetic < REST_ENERGY * GRAVITY * block.half_width:
             return Status.SIMULATED
     if sample < end:
         return GOES_ON
-    if has_settled(block, s, peaks.angle, course.barrier, lag):
+    if outcome_is_final(block, s, peaks.angle, course.barrier, lag):
         return Status.SIMULATED
     if sample < course.after:
         return GOES_ON
@@ -86,13 +86,13 @@ def has_ended(state: Any, j: int, lag: float, ticks: float, end: float, deepest:
 
 @njit(**INNER)
 def finish_block(state: Any, j: int, status: int, lag: float, out: Any) -> None:
-    """Write the results of a column."""
+    """Write the results of case j."""
     block, s, peaks = load_block(state, j), load_state(state, j), load_peaks(state, j)
     account, course = load_account(state, j), load_course(state, j)
     fallen = status == Status.SIMULATED and s.cos <= 0.0
     out.side = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
     out.time = course.upright_until if fallen else np.nan
-    # The angle is a sum of rotations, the cosine their product: in steps of a quarter radian they part by a thousandth.
+    # The angle sums up rotations, the cosine multiplies them: in steps of 0.25 rad they differ by 0.1 %.
     out.angle = (0.5 * np.pi if fallen else min(peaks.angle, 0.5 * np.pi)) / block.alpha
     out.slip, out.residual = peaks.slip, base_slip(block, s.x, s.sin)
     out.depth = peaks.depth
@@ -102,7 +102,7 @@ def finish_block(state: Any, j: int, status: int, lag: float, out: Any) -> None:
 
 @njit(**INNER)
 def note(state: Any, j: int, lag: float, interval: float, ticks: float, path: Any) -> None:
-    """Write a column's state into a row of its trajectory."""
+    """Write the state of case j into a row of its trajectory."""
     block, s, push = load_block(state, j), load_state(state, j), load_shaking(state, j).push
     path.time = (load_course(state, j).sample + s.tick / ticks) * interval
     path.x, path.z, path.angle = s.x, s.z, s.angle

@@ -1,4 +1,4 @@
-"""The path of a single block as that of a scene, with the forces at its lower corners, which follow from its motion."""
+"""Trajectory of a single block in the form of a scene, with the forces at its lower corners derived from its motion."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from overturning.units import STANDARD_GRAVITY
 
 
 def block_path(scene: Scene, motion: Motion, cases: Cases, rows: NDArray[np.void], critical: float) -> PlanePath:
-    """The path of a case's block, of tipping angle α, and its ground, from the kernel's rows with the rest before."""
+    """Convert the rows of a single block to a `PlanePath` of block and ground; `critical` is α, rad."""
     azimuth, height, ratio, amplitude = (
         float(getattr(cases, name)[0]) for name in ("azimuth_deg", "height", "b_over_h", "amplitude")
     )
@@ -28,7 +28,7 @@ def block_path(scene: Scene, motion: Motion, cases: Cases, rows: NDArray[np.void
         for values in (motion.along(azimuth), np.zeros(1) if motion.up is None else motion.up)
     )
     point, force = corner_forces(time, poses[:, 1], along, lift, np.array([ratio * height, height]) / 2)
-    # The kernel's origin is the middle of the ground's upper side.
+    # The origin of the kernel is the middle of the upper side of the ground.
     origin = np.array([ground.x, float(ground.points[:, 1].max())])
     poses[:, 1, :2] += origin
     names = (block.element.name, ground.element.name)
@@ -48,18 +48,29 @@ def block_path(scene: Scene, motion: Motion, cases: Cases, rows: NDArray[np.void
 def corner_forces(
     time: FloatArray, poses: FloatArray, ground: FloatArray, lift: FloatArray, half: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Where the lower corners are, and the mean forces there from each row to the next, per unit of mass.
+    """Compute the positions of the lower corners, and the mean forces at them between two rows, per mass.
 
-    They follow from the path by the equations of motion: the sum is the change of momentum less the weight,
-    F/m = Δv/Δt + ü_base + g. So an impact, which lasts a few milliseconds, shows as its impulse over the time to the
-    next row, and since the contact's forces keep to the slider at every instant, so do their means. A corner that is up
-    carries nothing; where both are down the moment I Δω/Δt = Σ r × f shares the force, both corners' being
-    inclined alike.
+    The forces follow from the equations of motion. Their sum is F/m = Δv/Δt + ü_base + g. An impact, which lasts a few
+    milliseconds, thus appears as its impulse over the time between two rows; since the forces obey the friction limit
+    at every time, so do their means. A corner in the air carries no force. If both corners touch, the moment
+    I Δω/Δt = Σ r × f divides the force between them, with the same inclination at both.
 
-    The block's `poses` have the shape (rows, 6), z from the ground on; `ground` and `lift`, shape (rows − 1,), are
-    the mean accelerations of the base from each row to the next, `half` is (B/2, H/2). Results have the shape
-    (rows, 2, 2): over time, corner (left, right) and (x, z), m and m/s², NaN where the corner is up; the last row
-    repeats the one before it.
+    Parameters
+    ----------
+    time : ndarray
+        Time of each row, s, shape (rows,).
+    poses : ndarray
+        x, z above the ground (m), rotation (rad) and their rates, shape (rows, 6).
+    ground, lift : ndarray
+        Mean horizontal and vertical acceleration of the base between two rows, m/s², shape (rows − 1,).
+    half : ndarray
+        B/2 and H/2, m, shape (2,).
+
+    Returns
+    -------
+    tuple of ndarray
+        Positions (m) and forces (m/s²) by time, corner (left, right) and component (x, z), shape (rows, 2, 2). The
+        position of a corner in the air is NaN. The last row repeats the one before it.
     """
     x, z, angle, vx, vz, vw = poses.T
     cosine, sine = np.cos(angle), np.sin(angle)
@@ -68,11 +79,12 @@ def corner_forces(
          for side in (-1.0, 1.0)], axis=1,
     )  # fmt: skip
     along = _rate(vx, time) + ground
-    upward = np.maximum(_rate(vz, time) + STANDARD_GRAVITY + lift, 0.0)  # 0 in flight: the rounding of the difference
+    # In flight the difference is zero except for rounding, which may be negative.
+    upward = np.maximum(_rate(vz, time) + STANDARD_GRAVITY + lift, 0.0)
     inclination = np.divide(along, upward, out=np.zeros_like(along), where=upward > 1e-9)
     down = z[:, None] + arm[:, :, 1] < 0.0
     down, arm = down[1:] | down[:-1], _mean(arm)
-    # Moment about the centre, clockwise, of a unit of normal force at each corner with its share of the horizontal one.
+    # Clockwise moment about the centre per unit normal force at each corner, including the horizontal force.
     lever = arm[:, :, 1] * inclination[:, None] - arm[:, :, 0]
     moment = _rate(vw, time) * (half**2).sum() / 3.0
     apart = lever[:, 0] - lever[:, 1]
@@ -86,18 +98,18 @@ def corner_forces(
 
 
 def _rate(values: FloatArray, time: FloatArray) -> FloatArray:
-    """Mean rate of change from each row to the next; 0 where no time passes."""
+    """Return the mean rate of change between two rows; 0 if they have the same time."""
     span = np.diff(time)
     return np.divide(np.diff(values), span, out=np.zeros_like(span), where=span > 0)
 
 
 def _mean(values: FloatArray) -> FloatArray:
-    """Mean from each row to the next of what is linear between them."""
+    """Return the mean between two rows of values that are linear in time."""
     return np.asarray(0.5 * (values[1:] + values[:-1]))
 
 
 def _mean_between(time: FloatArray, acceleration: FloatArray, interval: float) -> FloatArray:
-    """Mean from each time to the next of an acceleration that is linear between its samples, and 0 after the last."""
+    """Return the mean between two times of an acceleration that is linear between samples and 0 after the record."""
     padded = np.concatenate([acceleration, np.zeros(2)])
     velocity = np.concatenate([[0.0], np.cumsum(_mean(padded))]) * interval
     index = np.minimum((time / interval + 1e-9).astype(np.int64), acceleration.size)

@@ -1,4 +1,4 @@
-"""How the block's kernel is to compute each case: its contact, its steps, and the time that can be left out."""
+"""Plan of the cases of a single block: contact constants, time steps, and samples that can be skipped."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -36,7 +36,7 @@ from overturning.units import STANDARD_GRAVITY
 
 @dataclass(frozen=True, kw_only=True)
 class BlockPlan(Plan):
-    """How each case of a single block is to be computed."""
+    """Plan for n cases of a single block."""
 
     result: ClassVar[Any] = RESULT
     path_row: ClassVar[Any] = ROW
@@ -47,45 +47,45 @@ class BlockPlan(Plan):
 
     @property
     def group(self) -> NDArray[np.int64]:
-        """Cases with equal steps, standing and not, all with friction or all without, share a queue."""
+        """Queue index of each case; cases with equal step lengths, all with or all without friction, share one."""
         return alike(self.steps, self.table["standing"], self.table["friction"] == 0)
 
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BlockRules:
-        """As of `Plan.rules`, of cases with the same steps per sample, all with friction or all without."""
+        """Return the kernel's input for cases with equal step lengths, all with or all without friction."""
         scheme, queued = SCHEMES[self.scheme][0], self.queued(chosen, tables, finer, TICKS, COLUMNS)
         cases, job = queued["cases"], queued.pop("job")
         cases["settled"] *= finer
         cases["gentle"] /= finer
-        # Many steps between two looks at the lanes, but none beyond the next sample, as far as the shaking is loaded.
+        # Many steps between two tests of the lanes, but none beyond the next sample: the motion is loaded up to there.
         job = job._replace(at_once=int(job.ticks / float(cases["standing"][0])) + scheme.ahead)
         with_friction = 0 if cases["friction"][0] > 0 else None
         return BlockRules(job, **queued, scheme=scheme, with_friction=with_friction, deepest=DEEPEST)
 
     def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:  # noqa: ARG002
-        """As of `Plan.answers`."""
+        """Convert the kernel's results to outcome variables."""
         return {name: tables["results"][column] for name, column in ANSWERS.items()}
 
     def resting(self, count: int) -> NDArray[np.void]:
-        """As of `Plan.resting`."""
+        """Return the first `count` rows of a path with the block at rest."""
         rows, case = super().resting(count), self.table[0]
         rows["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["stiffness"]
         rows["ground"] = self.ground[0, :count] * case["amplitude"]
         return rows
 
     def path(self, rows: NDArray[np.void]) -> PlanePath:
-        """As of `Plan.path`."""
+        """Convert the rows to the path of the only case."""
         return block_path(self.model.scene, self.motion, self.cases, rows, float(self.table[0]["alpha"]))
 
 
 def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) -> BlockPlan:
-    """Check the arguments and work out what each case of a single block needs.
+    """Check the arguments and plan the cases of a single block.
 
     Parameters
     ----------
     model : Planes
-        A single block, whose contact law and density count; height and B/H are those of the cases.
+        Single block, which gives contact law and density; height and B/H come from the cases.
     motion, cases, numerics
-        As of `overturning.dem.run.run`.
+        See `overturning.dem.run.run`.
 
     Raises
     ------
@@ -110,16 +110,16 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
     steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
     standing = np.ones_like(steps)
     if scheme == Scheme.CENTRED:
-        # Samples are steps enough while a block stands on a contact that is rigid to them, each divided where steps are
-        # wanted shorter.
+        # Steps of one sample are enough while a block stands on a contact that is stiff compared with them. They are
+        # divided if a shorter time step is set.
         usual = steps_per_sample(scheme, "auto", square, rate, interval, period)
         standing = np.where(np.sqrt(square) * interval >= RIGID, np.gcd(usual, steps), 1)
-    # A step that is wanted shorter has a shorter finest one, too.
+    # A shorter time step also shortens the finest step.
     shorter = shortening(scheme, numerics.time_step, stable_step(scheme, square, rate, period)) / numerics.refinement
     finest = BLOCK.finest * shorter * contact_time(square, rate)
     halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
     if scheme == Scheme.CENTRED:
-        # Where that many halvings are not to be had, the whole step is shorter.
+        # If this needs more halvings than allowed, shorten the whole step.
         steps = steps << np.maximum(halvings - BLOCK.halvings, 0)
     first, calm, stays_at_rest = (
         np.zeros(cases.size, np.int64),

@@ -1,9 +1,9 @@
-"""Housner's rigid rocking block, solved exactly: what the block's kernel tends to where nothing slides.
+"""Exact solution of Housner's rigid rocking block, the limit of the block's kernel for stiff contacts without slip.
 
 While the block turns about a corner, θ̈ = −p² [(1 + a_up/g) sin(±α − θ) + (a/g) cos(±α − θ)] (Housner
 1963; Zhang and Makris 2001). Between two samples both accelerations are linear; θ is a Taylor series, whose
-coefficients follow from one another with those of sine and cosine (docs/method.md, "The exact rigid block"). Only ``+ -
-* /``, roots and comparisons in the loop, as in the kernels; a mirrored case is exactly the mirror image.
+coefficients follow recursively with those of sine and cosine (docs/method.md, "The exact rigid block"). The loop uses
+only ``+ - * /``, roots and comparisons, as the kernels do; a mirrored case gives exactly the mirrored result.
 """
 
 from typing import Any, Final, NamedTuple
@@ -25,59 +25,61 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 ORDER: Final = 8
-"""Of the series. Of 5544 cases of the default study 4 gives nine flags other than 16 does, 5 to 8 at most one, 10 none;
-of those that stand 8 gives the largest rotation to 4e-8 α in all but one of a hundred."""
+"""Order of the Taylor series. In 5544 cases of the default study, nine flags differ between orders 4 and 16, at most
+one for orders 5 to 8, none for order 10. Order 8 gives the peak rotation to 4e-8 α in 99 % of the standing cases."""
 
 LONGEST: Final = 0.25
-"""Longest step, in 1/p; a sample is divided where it is longer."""
+"""Longest step, in units of 1/p; a longer sample is divided."""
 
 SHORTEST: Final = 2.0**-30
-"""Shortest step, as a share of a sample; it is met only where a block stands still on its balance."""
+"""Shortest step, as a share of a sample; it occurs only if a block balances without motion."""
 
 REST: Final = 1e-6
-"""Angular velocity over p below which a block that lands rests. Of these cases 1e-9 changes none, 1e-4 three sides."""
+"""Angular velocity, in units of p, below which a block that lands comes to rest. In the same 5544 cases, 1e-9 changes
+no side, 1e-4 changes three."""
 
 NEWTON: Final = 1e-15
-"""Share of a sample to which impacts and turning points are found."""
+"""Accuracy of the times of impacts and turning points, as a share of a sample."""
 
 CASE: Final = np.dtype([(name, "f8") for name in (
-    "sine", "cosine", "square", "kept", "steps", "rest", "after", "amplitude", "tilt", "tilt_sine", "tilt_cosine",
+    "sine", "cosine", "square", "restitution", "steps", "rest", "after", "amplitude",
+    "tilt", "tilt_sine", "tilt_cosine",
 )])  # fmt: skip
-"""Of each case: sin α, cos α, (p · sampling interval)², the share of the velocity that an impact leaves, steps in a
-sample, the velocity at rest (rad per sample), the sample at which it is undecided, the factor on the motion, the tilt
-at the start (rad), and sine and cosine of what is left of α then."""
+"""Parameters of a case: sin α, cos α, (p · sampling interval)², coefficient of restitution, steps per sample, velocity
+below which it comes to rest (rad per sample), sample at which it is undecided, factor on the motion, initial tilt θ₀
+(rad), and sine and cosine of α − |θ₀|."""
 
 
 class Push(NamedTuple):
-    """The base's motion from an instant of a sample on, over g; slopes are per sample."""
+    """Base motion over g from a given time within a sample, linear in time; slopes are per sample."""
 
     ground: float
     ground_slope: float
     weight: float
-    """1 + a_up/g"""
+    """Apparent gravity over g, 1 + a_up/g."""
     weight_slope: float
 
 
 class Rocking(NamedTuple):
-    """What becomes of n rocking blocks."""
+    """Outcomes of n rocking blocks."""
 
     overturned: NDArray[np.int8]
     """+1 fallen towards the azimuth, −1 the other way, 0 standing, −128 undecided 20/p after the record; (n,)."""
     peak_rotation: FloatArray
-    """largest |θ|/α, π/2α of a block that fell, shape (n,)."""
+    """Largest |θ|/α, π/2α for a block that fell, shape (n,)."""
 
 
 @njit(**INNER)
-def _from(push: Push, t: float) -> Push:
-    """The motion from an instant later on."""
+def _push_at(push: Push, t: float) -> Push:
+    """Return the base motion from a time `t` later, in samples."""
     ground, weight = push.ground + push.ground_slope * t, push.weight + push.weight_slope * t
     return Push(ground, push.ground_slope, weight, push.weight_slope)
 
 
 @njit(**INNER)
 def _lift_off(push: Push, left: float, tangent: float) -> tuple[float, float]:
-    """Side over which a block at rest begins to rock in what is `left` of a sample, and how soon; else 0."""
-    end = _from(push, left)
+    """Return side and time at which a block at rest starts to rock in the rest of a sample; side 0 if it does not."""
+    end = _push_at(push, left)
     side = -1.0 if push.ground > 0.0 else 1.0
     if -side * push.ground > push.weight * tangent:
         return side, 0.0
@@ -88,9 +90,10 @@ def _lift_off(push: Push, left: float, tangent: float) -> tuple[float, float]:
 
 @njit(**INNER)
 def _expand(series: Any, side: float, push: Push, square: float) -> None:
-    """Fill in the series of angle, velocity, and sine and cosine of what is left of α, from their first terms.
+    """Fill in the Taylor series from their first terms.
 
-    Also of acceleration and jerk. Angles count towards the side over which the block leans; shape (6, order + 1).
+    The rows of `series`, shape (6, order + 1), are angle, velocity, sin and cos of (α − angle), acceleration and jerk.
+    Angles are positive towards the side to which the block leans.
     """
     angle, velocity, sine, cosine, acceleration, jerk = (
         series[0], series[1], series[2], series[3], series[4], series[5]
@@ -111,8 +114,8 @@ def _expand(series: Any, side: float, push: Push, square: float) -> None:
 
 
 @njit(**INNER)
-def _at(series: Any, t: float) -> tuple[float, float]:
-    """A series at an instant, and its slope there."""
+def _evaluate(series: Any, t: float) -> tuple[float, float]:
+    """Evaluate a series and its slope at time t."""
     value, slope = 0.0, 0.0
     for k in range(series.size - 1, -1, -1):
         slope, value = slope * t + value, value * t + series[k]
@@ -121,11 +124,11 @@ def _at(series: Any, t: float) -> tuple[float, float]:
 
 @njit(**INNER)
 def _root(series: Any, low: float, high: float) -> float:
-    """Where a series changes its sign between two instants: by Newton's rule, by halving where that leads out."""
-    rises = _at(series, high)[0] > 0.0
+    """Find the root of a series between two times: by Newton's method, by bisection if that leaves the interval."""
+    rises = _evaluate(series, high)[0] > 0.0
     t = 0.5 * (low + high)
     for _ in range(100):
-        value, slope = _at(series, t)
+        value, slope = _evaluate(series, t)
         low, high = (low, t) if (value > 0.0) == rises else (t, high)
         before, t = t, t - value / slope if slope != 0.0 else low
         t = t if low <= t <= high else 0.5 * (low + high)
@@ -136,7 +139,7 @@ def _root(series: Any, low: float, high: float) -> float:
 
 @njit(**INNER)
 def _keeps_sign(series: Any, length: float) -> bool:
-    """Whether the first term of a series outweighs all others over a step, so that it has no zero there."""
+    """True if the first term of a series exceeds the sum of all others over a step, so that it has no zero there."""
     others = 0.0
     for k in range(series.size - 1, 0, -1):
         others = (others + abs(series[k])) * length
@@ -144,10 +147,10 @@ def _keeps_sign(series: Any, length: float) -> bool:
 
 
 @njit(**INNER)
-def _longest_of_two_turns(series: Any, length: float) -> float:
-    """The step, or a half of a half … of it, in which the block turns back at most twice.
+def _limit_turning_points(series: Any, length: float) -> float:
+    """Halve the step until the block has at most two turning points in it, and return its length.
 
-    Once or never where velocity or acceleration keep their sign; twice where the jerk does.
+    At most one if velocity or acceleration keeps its sign, at most two if the jerk does.
     """
     while length > SHORTEST and not (
         _keeps_sign(series[1], length) or _keeps_sign(series[4], length) or _keeps_sign(series[5], length)
@@ -158,17 +161,17 @@ def _longest_of_two_turns(series: Any, length: float) -> float:
 
 @njit(**INNER)
 def _turning_points(series: Any, length: float, starts: bool) -> tuple[float, float]:
-    """First and second instant at which the block turns back in a step; the step's length where there is none.
+    """Return the times of the first and second turning point in a step; the step length if there is none.
 
-    A block that starts moves away from the base, whatever the sign of a first term that rounding leaves.
+    A block that starts to rock moves away from the base, even if rounding gives the first term the opposite sign.
     """
     velocity, acceleration = series[1], series[4]
     speeds_up = starts or acceleration[0] > 0.0
     between = length
-    if speeds_up != (_at(acceleration, length)[0] > 0.0):
+    if speeds_up != (_evaluate(acceleration, length)[0] > 0.0):
         between = _root(acceleration, 0.0, length)
     rises = velocity[0] > 0.0 or (velocity[0] == 0.0 and speeds_up)
-    then, last = _at(velocity, between)[0] > 0.0, _at(velocity, length)[0] > 0.0
+    then, last = _evaluate(velocity, between)[0] > 0.0, _evaluate(velocity, length)[0] > 0.0
     first = _root(velocity, 0.0, between) if rises != then else length
     second = _root(velocity, between, length) if then != last else length
     return min(first, second), max(first, second)
@@ -176,18 +179,18 @@ def _turning_points(series: Any, length: float, starts: bool) -> tuple[float, fl
 
 @njit(**INNER)
 def _landing(angle: Any, first: float, second: float, length: float) -> float:
-    """Instant at which the block lands in a step with these turning points, else infinity."""
+    """Return the time at which the block lands in a step with these turning points; infinity if it does not."""
     low = 0.0
     for high in (first, second, length):
-        if _at(angle, high)[0] < 0.0:
+        if _evaluate(angle, high)[0] < 0.0:
             return _root(angle, low, high)
         low = high
     return np.inf
 
 
 @njit(**INNER)
-def _follow(along: Any, up: Any, case: Any, series: Any) -> tuple[float, float]:
-    """Side to which a block falls, not a number where it is undecided, and its largest angle, rad."""
+def _simulate(along: Any, up: Any, case: Any, series: Any) -> tuple[float, float]:
+    """Simulate one block: return the side to which it falls (0 standing, NaN undecided) and its largest angle, rad."""
     angle, velocity, sine, cosine = series[0], series[1], series[2], series[3]
     side = 1.0 if case.tilt > 0.0 else -1.0 if case.tilt < 0.0 else 0.0
     angle[0], velocity[0], sine[0], cosine[0] = abs(case.tilt), 0.0, case.tilt_sine, case.tilt_cosine
@@ -200,33 +203,35 @@ def _follow(along: Any, up: Any, case: Any, series: Any) -> tuple[float, float]:
         while t < 1.0:
             starts = side == 0.0
             if starts:
-                side, wait = _lift_off(_from(sample, t), 1.0 - t, tangent)
+                side, wait = _lift_off(_push_at(sample, t), 1.0 - t, tangent)
                 if side == 0.0:
                     break
                 t += wait
                 angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, case.sine, case.cosine
             end = min((np.floor(t * case.steps + 1e-9) + 1.0) / case.steps, 1.0)
-            _expand(series, side, _from(sample, t), case.square)
-            length = _longest_of_two_turns(series, end - t)
+            _expand(series, side, _push_at(sample, t), case.square)
+            length = _limit_turning_points(series, end - t)
             end = end if length == end - t else t + length
             first, second = _turning_points(series, length, starts)
-            then, rate = _at(angle, length)[0], _at(velocity, length)[0]
-            if starts and first == length and then <= 0.0:  # it lifts by less than the digits hold
+            then, rate = _evaluate(angle, length)[0], _evaluate(velocity, length)[0]
+            if starts and first == length and then <= 0.0:  # the uplift is below rounding
                 side, t = 0.0, end
                 continue
             hit = _landing(angle, first, second, length)
             for turn in (first, second):
                 if turn < min(hit, length):
-                    peak = max(peak, _at(angle, turn)[0])
+                    peak = max(peak, _evaluate(angle, turn)[0])
                     if peak >= 0.5 * np.pi:
                         return side, 0.5 * np.pi
-                    if i >= samples and _at(velocity, turn)[1] < 0.0:  # on a base at rest it never leans as far again
+                    # On a base at rest each peak is smaller than the one before.
+                    if i >= samples and _evaluate(velocity, turn)[1] < 0.0:
                         return 0.0, peak
             if hit <= length:
-                angle[0], velocity[0], sine[0], cosine[0] = 0.0, -case.kept * _at(angle, hit)[1], case.sine, case.cosine
+                angle[0], velocity[0] = 0.0, -case.restitution * _evaluate(angle, hit)[1]
+                sine[0], cosine[0] = case.sine, case.cosine
                 t, side = t + hit, -side if velocity[0] >= case.rest else 0.0
                 continue
-            cosine[0], sine[0] = renormalised(_at(cosine, length)[0], _at(sine, length)[0])
+            cosine[0], sine[0] = renormalised(_evaluate(cosine, length)[0], _evaluate(sine, length)[0])
             t, angle[0], velocity[0] = end, then, rate
             if then >= 0.5 * np.pi:
                 return side, 0.5 * np.pi
@@ -235,40 +240,40 @@ def _follow(along: Any, up: Any, case: Any, series: Any) -> tuple[float, float]:
 
 
 @njit(nogil=True, **OPTIONS)
-def _follow_all(ground: Any, row: Any, up: Any, cases: Any, order: int, found: Any) -> None:
-    """Fill in side and largest angle of each case, shape (n, 2)."""
+def _simulate_all(ground: Any, row: Any, up: Any, cases: Any, order: int, found: Any) -> None:
+    """Fill in the side and the largest angle of each case, shape (n, 2)."""
     series = np.zeros((6, order + 1))
     for k in range(cases.size):
-        found[k, 0], found[k, 1] = _follow(ground[row[k]], up, cases[k], series)
+        found[k, 0], found[k, 1] = _simulate(ground[row[k]], up, cases[k], series)
 
 
-keep_compiled(_follow_all)
+keep_compiled(_simulate_all)
 
 
 def rocking(motion: Motion, cases: Cases, order: int = ORDER) -> Rocking:
-    """Follow rigid blocks that rock and neither slide nor bounce, whatever their friction.
+    """Simulate rigid blocks that rock without sliding or bouncing, whatever their friction.
 
     Parameters
     ----------
     motion : Motion
-        The ground's, linear between samples and from the last one to rest; without a vertical component the base moves
-        level.
+        Ground motion, linear between samples and from the last sample to zero; the base moves level if it has no
+        vertical component.
     cases : Cases
-        n blocks; `friction` and `damping_factor` do not count.
+        n blocks; `friction` and `damping_factor` are ignored.
     order : int
-        Of the Taylor series, at least 2.
+        Order of the Taylor series, at least 2.
 
     Returns
     -------
     Rocking
-        In the order of the cases; the bits of a case do not depend on the others.
+        Outcomes in the order of the cases; the bits of a case do not depend on the others.
 
     Notes
     -----
-    A block at rest begins to rock where |a| > (g + a_up) B/H. An impact leaves 1 − 1.5 sin²α of the angular
-    velocity, nothing from B/H = √2 on. The block has fallen at |θ| = 90°; after the record it is followed to its
-    next turning point, after which it leans less, at most for 20/p. It never leaves the ground: where a_up < −g the
-    answer means nothing.
+    A block at rest starts to rock if |a| > (g + a_up) B/H. The coefficient of restitution is 1 − 1.5 sin²α, and 0
+    for B/H ≥ √2. The block has fallen at |θ| = 90°. After the record it is simulated until its next turning point,
+    since its later peaks are smaller, and for at most 20/p. It never leaves the ground: the outcome is meaningless if
+    a_up < −g.
     """
     height, ratio, tilt = (np.asarray(values) for values in (cases.height, cases.b_over_h, cases.initial_tilt))
     row, ground = shaking(motion, cases)
@@ -280,7 +285,7 @@ def rocking(motion: Motion, cases: Cases, order: int = ORDER) -> Rocking:
         "sine": ratio / diagonal,
         "cosine": 1.0 / diagonal,
         "square": per_sample**2,
-        "kept": np.maximum(1.0 - 1.5 * ratio * ratio / (1.0 + ratio * ratio), 0.0),
+        "restitution": np.maximum(1.0 - 1.5 * ratio * ratio / (1.0 + ratio * ratio), 0.0),
         "steps": np.ceil(per_sample / LONGEST),
         "rest": REST * per_sample,
         "after": motion.samples + np.ceil(AFTERMATH / per_sample),
@@ -292,6 +297,6 @@ def rocking(motion: Motion, cases: Cases, order: int = ORDER) -> Rocking:
     for name, values in columns.items():
         table[name] = values
     found = np.zeros((cases.size, 2))
-    _follow_all(ground, row, up, table, order, found)
+    _simulate_all(ground, row, up, table, order, found)
     side = np.nan_to_num(found[:, 0], nan=INT8_MISSING).astype(np.int8)
     return Rocking(side, found[:, 1] / alpha)

@@ -1,4 +1,4 @@
-"""How a case in space ends: its energy, whether it may still fall, and what is written of it (docs/method.md)."""
+"""Termination of a 3-D case: its energy, the tests for its end, and its results (docs/method.md)."""
 
 from typing import Any, Final
 
@@ -30,65 +30,65 @@ load_body, load_state, load_peaks = (ROWS.access(of).load for of in (Body, State
 load_account, load_course, load_stance = (ROWS.access(of).load for of in (Account, Course, Stance))
 load_shaking = ROWS.access(Shaking).load
 load_memory = VERTEX.access(Point, "old").load
-OF_A_VERTEX: Final = VERTEX.size
+VERTEX_SIZE: Final = VERTEX.size
 LENGTH: Final = ROWS.row(Attempt, "length")
 
 
 @njit(**INLINE)
-def motion(body: Body, s: State) -> float:
-    """Twice the kinetic energy per mass."""
+def twice_kinetic_energy(body: Body, s: State) -> float:
+    """Return twice the kinetic energy per mass, m²/s²."""
     return dot(s.velocity, s.velocity) + dot(s.momentum, spin_of(body, s))
 
 
 @njit(**INLINE)
 def total_of(s: State) -> float:
-    """A sum that is finite where the body's place, rotation and velocity are."""
+    """Return a sum that is finite if position, rotation and velocity are."""
     v, p, q = s.velocity, s.place, s.turn
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
 
 @njit(**INNER)
 def energy(body: Body, s: State, vertices: Any, count: int, j: int) -> float:
-    """Kinetic, gravitational and spring energy per mass."""
+    """Compute the kinetic, gravitational and spring energy per mass, m²/s²."""
     springs = 0.0
     for i in range(count):
-        one = load_memory(vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], j)
+        one = load_memory(vertices[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], j)
         depth = max(one.depth, 0.0)
         springs += body.stiffness * depth * depth + body.tangential * (one.sx * one.sx + one.sy * one.sy)
-    return 0.5 * (motion(body, s) + springs) + GRAVITY * (s.place.z - body.foot)
+    return 0.5 * (twice_kinetic_energy(body, s) + springs) + GRAVITY * (s.place.z - body.foot)
 
 
 @njit(**INLINE)
 def spin_about_origin(s: State) -> float:
-    """Vertical angular momentum about the origin, of momenta and places as they are known together."""
+    """Return the vertical angular momentum about the origin per mass, m²/s."""
     return float(s.momentum.z + (s.place.x * s.velocity.y - s.place.y * s.velocity.x))
 
 
 @njit(**INNER)
-def inside(vertices: Any, count: int, j: int) -> int:
-    """How many vertices are in."""
+def count_contacts(vertices: Any, count: int, j: int) -> int:
+    """Count the vertices that penetrate the ground."""
     number = 0
     for i in range(count):
-        number += 1 if load_memory(vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], j).depth > 0.0 else 0
+        number += 1 if load_memory(vertices[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], j).depth > 0.0 else 0
     return number
 
 
 @njit(**INLINE)
-def rise(body: Body, reach: float, lean: float) -> float:
-    """Energy per mass that takes a body at rest over the nearest edge of its base to its largest tilt, or over."""
+def tilt_energy(body: Body, reach: float, lean: float) -> float:
+    """Return the energy per mass that tilts a body over the nearest edge to `lean`, at most to the critical angle."""
     square = min(lean, body.critical)
     return float(GRAVITY * (reach * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
 
 
 @njit(**INLINE)
-def upright(body: Body, s: State) -> bool:
-    """Whether a body leans less than its critical angle."""
+def is_upright(body: Body, s: State) -> bool:
+    """True if the tilt of a body is below its critical angle."""
     return bool(lean_of(frame_of(s.turn)) < body.critical)
 
 
 @njit(**INLINE)
 def is_sliding(body: Body, s: State, reach: float) -> bool:
-    """Whether a body has way left to slide or to turn on the spot that is worth waiting for; no friction stops none."""
+    """True if a body will still slide or spin farther than `STILL_TO_SLIDE`; False without friction."""
     w, f = spin_of(body, s), frame_of(s.turn)
     v = plus(s.velocity, cross(w, Vector(-body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz)))
     turn = w.z * reach
@@ -97,8 +97,8 @@ def is_sliding(body: Body, s: State, reach: float) -> bool:
 
 
 @njit(**INLINE)
-def turn_of(x: float, y: float) -> float:
-    """A measure of a direction that grows with its angle, anticlockwise from x: from 0 to 4, a quarter turn each."""
+def pseudo_angle(x: float, y: float) -> float:
+    """Return a measure of direction that increases with the angle, anticlockwise from x: 0 to 4, 1 per quarter."""
     share = abs(x) / (abs(x) + abs(y))
     if y >= 0.0:
         return 1.0 - share if x >= 0.0 else 1.0 + share
@@ -107,15 +107,15 @@ def turn_of(x: float, y: float) -> float:
 
 @njit(**INNER)
 def has_fallen(f: Matrix, stance: Stance, sectors: Any) -> bool:
-    """True if a body is tilted by its angle of fall in the direction in which it leans.
+    """True if a body is tilted by at least its angle of fall in the direction in which it leans.
 
-    `sectors` are those of its `overturning.model.solid.Solid`.
+    For `sectors` see `overturning.model.solid.Solid`.
     """
     if not f.zz <= stance.fallen:
         return False
     if sectors.shape[0] == 0 or f.zx * f.zx + f.zy * f.zy == 0.0:
         return True
-    turn, k = turn_of(-f.zx, -f.zy), 0
+    turn, k = pseudo_angle(-f.zx, -f.zy), 0
     while k + 1 < sectors.shape[0] and turn >= sectors[k + 1, 0]:
         k += 1
     return bool(-((sectors[k, 1] * f.zx + sectors[k, 2] * f.zy) + sectors[k, 3] * f.zz) >= sectors[k, 4])
@@ -123,8 +123,8 @@ def has_fallen(f: Matrix, stance: Stance, sectors: Any) -> bool:
 
 @njit(**INNER)
 def has_ended(state: Any, vertices: Any, base: int, j: int, ticks: float, end: float, sectors: Any) -> int:
-    """`Status` of a column at the end of a sample, or `GOES_ON`; `base` is the number of vertices that it rests on."""
-    count = vertices.size // OF_A_VERTEX
+    """Return the `Status` of a case at the end of a sample, or `GOES_ON`; `base` counts the vertices of the base."""
+    count = vertices.size // VERTEX_SIZE
     body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
     course, stance = load_course(state, j), load_stance(state, j)
     if not np.isfinite(total_of(s)) or peaks.depth > stance.deepest:
@@ -132,17 +132,17 @@ def has_ended(state: Any, vertices: Any, base: int, j: int, ticks: float, end: f
     if has_fallen(frame_of(s.turn), stance, sectors):
         return Status.SIMULATED
     sample = course.sample + s.tick / ticks
-    # A body that rests on its base after the last instant at which it could start stays there.
-    still = 0.5 * motion(body, s) < REST_ENERGY * GRAVITY * stance.reach
-    if sample >= course.calm and still and inside(vertices, count, j) >= base:
+    # A body that rests on its base after the last time at which it could start to move stays there.
+    still = 0.5 * twice_kinetic_energy(body, s) < REST_ENERGY * GRAVITY * stance.reach
+    if sample >= course.calm and still and count_contacts(vertices, count, j) >= base:
         return Status.SIMULATED
     if sample < end:
         return GOES_ON
     now = energy(body, s, vertices, count, j)
-    stands = now < course.barrier and upright(body, s)
-    # It can no longer fall, but while its energy reaches higher than it has been, its largest tilt is to come. On one
-    # vertex the weight has pressed the spring in, which lies g²/2k below the rigid body.
-    past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= rise(body, stance.reach, peaks.lean)
+    stands = now < course.barrier and is_upright(body, s)
+    # It can no longer fall, but its peak tilt is final only when its energy cannot reach it again. On one vertex the
+    # weight compresses the spring: g²/2k less energy than in the rigid body.
+    past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= tilt_energy(body, stance.reach, peaks.lean)
     if stands and past and not is_sliding(body, s, stance.reach):
         return Status.SIMULATED
     if sample < course.after:
@@ -152,7 +152,7 @@ def has_ended(state: Any, vertices: Any, base: int, j: int, ticks: float, end: f
 
 @njit(**INNER)
 def rests(state: Any, vertices: Any, count: int, base: int, j: int, bears: float) -> bool:
-    """Whether a body rests upright on all vertices of its base, none of which slides."""
+    """True if a body rests upright on all vertices of its base, and none of them slides."""
     body, s, held = load_body(state, j), load_state(state, j), 0
     w, turning = s.spin, apply(full(body.inverse), s.moment)
     speed = norm(s.velocity) + body.foot * norm(w)
@@ -160,21 +160,21 @@ def rests(state: Any, vertices: Any, count: int, base: int, j: int, bears: float
     if not is_still(speed, norm(s.acceleration) + body.foot * norm(turning), step, bears):
         return False
     for i in range(count):
-        one = load_memory(vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], j)
+        one = load_memory(vertices[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], j)
         held += 1 if one.normal > 0.0 and one.slid == 0.0 else 0
     return bool(held >= base and lean_of(frame_of(s.turn)) < UPRIGHT * UPRIGHT * body.critical)
 
 
 @njit(**INLINE)
 def norm(v: Vector) -> float:
-    """Length of a vector."""
+    """Return the length of a vector."""
     return float(np.sqrt(dot(v, v)))
 
 
 @njit(**INNER)
 def finish_body(state: Any, vertices: Any, j: int, status: int, out: Any, sectors: Any) -> None:
-    """Write the results of a column."""
-    count = vertices.size // OF_A_VERTEX
+    """Write the results of case j."""
+    count = vertices.size // VERTEX_SIZE
     body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
     account, course, stance = load_account(state, j), load_course(state, j), load_stance(state, j)
     f = frame_of(s.turn)
@@ -194,7 +194,7 @@ def finish_body(state: Any, vertices: Any, j: int, status: int, out: Any, sector
 
 @njit(**INNER)
 def note(state: Any, j: int, interval: float, ticks: float, path: Any) -> None:
-    """Write a column's state into a row of its trajectory."""
+    """Write the state of case j into a row of its trajectory."""
     body, s, shaking = load_body(state, j), load_state(state, j), load_shaking(state, j)
     path.time = (load_course(state, j).sample + s.tick / ticks) * interval
     path.x, path.y, path.z = s.place

@@ -1,4 +1,4 @@
-"""The way of a body in space in one case."""
+"""Trajectory of a single 3-D body."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,19 +14,19 @@ from overturning.model.variables import BODY_VARIABLES
 
 @dataclass(frozen=True)
 class BodyPath:
-    """The way of a body in one case."""
+    """Trajectory of a body in one case."""
 
-    rows: NDArray[np.void]  # of `overturning.dem.body.rules.ROW`
-    cosines: tuple[float, float]  # of its orientation, north and east
-    corners: FloatArray  # at rest, from the centre, shape (corners, 3), m
-    edges: NDArray[np.int64]  # between corners, shape (edges, 2)
+    rows: NDArray[np.void]  # samples, of type `overturning.dem.body.rules.ROW`
+    cosines: tuple[float, float]  # direction cosines of its orientation, north and east
+    corners: FloatArray  # positions at rest relative to the centre, shape (corners, 3), m
+    edges: NDArray[np.int64]  # indices of the corners of each edge, shape (edges, 2)
 
     def described(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Variables, coordinates and attributes of a dataset, with the results of the case."""
+        """Return variables, coordinates and attributes of the dataset of a case, including its results."""
         cosine, sine = self.cosines
 
         def enu(columns: FloatArray) -> FloatArray:
-            # x points to the orientation, y 90° anticlockwise of it.
+            # x points towards the orientation, y 90° anticlockwise from it.
             x, y, z = np.moveaxis(columns, -1, 0)
             return np.stack([x * sine - y * cosine, x * cosine + y * sine, z], axis=-1)
 

@@ -1,4 +1,4 @@
-"""How each case in space is to be computed: its body, contact and steps, and the time that can be left out."""
+"""Plan of the cases of a 3-D body: solids, contact constants, time steps, and samples that can be skipped."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.path import BodyPath
-from overturning.dem.body.results import answers_of
+from overturning.dem.body.results import outcome_variables
 from overturning.dem.body.rules import BODY, CASE, RESULT, ROW, START, BodyRules, Rim, Vertices
 from overturning.dem.body.state import COLUMNS, RIGID, TICKS
 from overturning.dem.body.statics import highest_mode, lowest_mode, rest, unloading
@@ -32,7 +32,7 @@ from overturning.units import STANDARD_GRAVITY
 
 @dataclass(frozen=True, kw_only=True)
 class BodyPlan(Plan):
-    """How each case of a body in space is to be computed."""
+    """Plan for n cases of a single 3-D body."""
 
     halved: ClassVar[bool] = True
     result: ClassVar[Any] = RESULT
@@ -42,31 +42,31 @@ class BodyPlan(Plan):
     step_cost: ClassVar[int] = BODY_STEP
 
     model: Body
-    solids: list[Solid]  # of each size
-    bodies: NDArray[np.void]  # table of them, of `overturning.dem.body.rules.BODY`
-    points: FloatArray  # shape (bodies, vertices, 3): from the centre, m
-    cosines: FloatArray  # shape (n, 2): of the orientation, north and east
+    solids: list[Solid]  # one for each size
+    bodies: NDArray[np.void]  # kernel constants of the solids, of type `overturning.dem.body.rules.BODY`
+    points: FloatArray  # shape (bodies, vertices, 3): vertices relative to the centre, m
+    cosines: FloatArray  # shape (n, 2): direction cosines of the orientation, north and east
 
     @property
     def group(self) -> NDArray[np.int64]:
-        """Cases with equal steps, standing and not, share a queue."""
+        """Index of the queue of each case; cases with equal step lengths, also at rest, share one."""
         return alike(self.steps, self.table["standing"])
 
     @property
     def kind(self) -> Any:
-        """Mark of the bodies, by which the kernel takes its loops."""
+        """Marker whose type selects the kernel's loops: `Rim` for round bases, else `Vertices`."""
         return Rim() if self.solids[0].radius > 0 else Vertices()
 
     @property
     def upward(self) -> FloatArray:
-        """As of `Plan.upward`, zeros where it moves level."""
+        """Vertical acceleration of the base, m/s², with three zeros after the record; zeros if it moves level."""
         up = super().upward
         return np.zeros(self.motion.samples + 3) if up is None else up
 
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BodyRules:
-        """As of `Plan.rules`, of cases with the same steps per sample, standing or not."""
+        """Return the kernel's input for cases with the same numbers of steps per sample, moving and at rest."""
         queued = self.queued(chosen, tables, finer, TICKS, COLUMNS)
-        # No look at the lanes is later than the end of the longest step: by then the next sample must be loaded.
+        # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
         job, standing = queued["job"], float(queued["cases"]["standing"][0])
         queued["job"] = job._replace(at_once=int(job.ticks / standing))
         queued["cases"]["settled"] *= finer
@@ -80,13 +80,13 @@ class BodyPlan(Plan):
         )
 
     def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
-        """As of `Plan.answers`."""
+        """Convert the kernel's results to outcome variables."""
         faces = [self.solids[index].faces for index in self.table["body"][chosen]]
         orientation = np.asarray(self.cases.azimuth_deg)[chosen]
-        return answers_of(tables["results"], orientation, self.cosines[chosen], faces)
+        return outcome_variables(tables["results"], orientation, self.cosines[chosen], faces)
 
     def resting(self, count: int) -> NDArray[np.void]:
-        """As of `Plan.resting`."""
+        """Return the first `count` rows of a path with the body at rest."""
         rows, case = super().resting(count), self.table[0]
         for name in START.names or ():
             rows[name] = case["start"][name]
@@ -95,14 +95,14 @@ class BodyPlan(Plan):
         return rows
 
     def path(self, rows: NDArray[np.void]) -> BodyPath:
-        """As of `Plan.path`."""
+        """Return the trajectory of the only case."""
         size = (float(getattr(self.cases, name)[0]) for name in ("height", "b_over_h", "aspect"))
         cosine, sine = self.cosines[0].tolist()
         return BodyPath(rows, (cosine, sine), *self.model.shape.outline(*size))
 
 
 def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> BodyPlan:
-    """Check the arguments and work out what each case needs; parameters and errors as of `overturning.dem.run.run`."""
+    """Check the arguments and plan the cases of a 3-D body; see `overturning.dem.run.run` for parameters and errors."""
     shape, contact, start = model.shape, model.contact, model.start
     if scheme_of(numerics.scheme) != Scheme.CENTRED:
         raise ArgumentError(f"scheme: {numerics.scheme!r}; a body in space has 'centred' alone")
@@ -125,7 +125,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
     interval, samples = motion.sampling_interval, motion.samples
     dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
-    steps, pace = _pace_of(numerics, square[which], dashpot * modes[which], interval, period[which])
+    steps, pace = _clock_settings(numerics, square[which], dashpot * modes[which], interval, period[which])
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
     row, cosines, along = _shaking(motion, cases)
     first, calm, stays_at_rest = (
@@ -135,8 +135,8 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     )
     bears, threshold = np.zeros(cases.size), np.minimum((reach / foot)[which], friction)
     if numerics.leave_out and start is None:
-        # Uplift over the nearest edge needs the least; between samples the length of the vector is convex, and so
-        # largest at one.
+        # Uplift over the nearest edge needs the smallest acceleration. Between samples the length of the acceleration
+        # vector is convex, so that its maximum is at a sample.
         strongest = np.sqrt(motion.north**2 + motion.east**2)[None, :]
         first, quiet, stays_at_rest = quiet_windows(
             motion, np.zeros(cases.size, np.int64), amplitude, strongest, threshold
@@ -158,19 +158,19 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         "first": first,
         "calm": calm,
         "after": samples + np.ceil(AFTERMATH * period[which] / interval),
-        # Points of a rim remember velocities, which ring in such steps.
+        # The points of a rim store velocities, which would oscillate in steps of a sample.
         "steady": BORNE * threshold if start is None and made[0].radius == 0.0 else 0.0,
         **pace,
     }
     for name, values in columns.items():
         table[name] = values
     poses = [rest(body, float(law[0])) for body, law in zip(made, laws, strict=True)]
-    sunk = np.array([_deepest(body, pose) for body, pose in zip(made, poses, strict=True)])
+    sunk = np.array([_deepest_penetration(body, pose) for body, pose in zip(made, poses, strict=True)])
     if start is None:
         table["start"] = np.array([_at_rest(pose) for pose in poses])[which]
     else:
         table["start"] = (*start.place, *start.quaternion, *start.velocity, *start.angular_velocity)
-    bodies, points = _bodies(made)
+    bodies, points = _kernel_tables(made)
     return BodyPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies, points=points,
         cosines=cosines, row=row, ground=along, steps=steps, first=first, table=table,
@@ -179,15 +179,19 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     )  # fmt: skip
 
 
-def _pace_of(
+def _clock_settings(
     numerics: Numerics, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray
 ) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
-    """Whole steps in a sample, and what the clock of each case goes by, as of `Clock`.
+    """Return the number of whole steps in a sample, and the clock settings (`Clock`) of each case.
 
-    By ω² (1/s²), twice the damping rate (1/s) and 1/p (s); `ArgumentError` if the time step is longer than the
-    longest.
+    `square` is ω² (1/s²), `rate` twice the damping rate (1/s), `period` 1/p (s), each of shape (n,).
+
+    Raises
+    ------
+    ArgumentError
+        If the time step is longer than the longest allowed one.
     """
-    # Stable with any step: the limit is what it resolves, given as the one of an oscillator without damping.
+    # The scheme is stable with any step; accuracy limits it, expressed as the stable step of an undamped oscillator.
     whole = PACE.longest * period
     per_sample = partial(
         steps_per_sample, Scheme.CUNDALL, square=(2.0 / whole) ** 2, rate=np.zeros(whole.size),
@@ -198,9 +202,9 @@ def _pace_of(
     tick, contact = interval / steps / PACE.whole, contact_time(square, rate)
     share = np.minimum(interval / steps / whole, 1.0)
     finest = np.exp2(np.frexp(np.clip(PACE.finest * share * contact / tick, 1.0, PACE.whole))[1] - 1.0)
-    # The ticks of finer steps are shorter; of these more are taken.
+    # A refined case has shorter ticks, hence more of them.
     steps = steps * numerics.refinement
-    # What rings would go on ringing in steps of a sample.
+    # A contact that is not overdamped would keep oscillating in steps of a sample.
     rigid = (np.sqrt(square) * interval >= RIGID) & (rate >= np.sqrt(square))
     return steps, {
         "finest": finest,
@@ -211,7 +215,7 @@ def _pace_of(
 
 
 def _shaking(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Row of each case, cosines of its orientation, and acceleration of the base along x and y by rows, m/s²."""
+    """Return row and direction cosines of each case, and the base acceleration along x and y for each row, m/s²."""
     distinct, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
     along = np.zeros((distinct.size, 2, motion.samples + 3))
     cosines = np.array([direction_cosines(float(value)) for value in distinct])
@@ -221,14 +225,14 @@ def _shaking(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArra
     return row, cosines[row], along
 
 
-def _deepest(body: Solid, pose: FloatArray) -> float:
-    """How far the deepest vertex of its base has sunk in, m, in the pose at rest."""
+def _deepest_penetration(body: Solid, pose: FloatArray) -> float:
+    """Return the penetration of the deepest vertex of the base in the pose at rest, m."""
     x, y = body.points[: body.base, :2].T
     return float(np.max(body.foot - pose[2] - (pose[3] * y - pose[4] * x)))
 
 
 def _at_rest(pose: FloatArray) -> NDArray[np.void]:
-    """Place, rotation and velocities of a body at rest on its springs, of `START`, from its `rest`."""
+    """Convert the pose of a body at rest to initial conditions of type `START`."""
     half = 0.5 * pose[3:]
     begin = np.zeros((), START)
     begin["x"], begin["y"], begin["z"] = pose[:3]
@@ -236,8 +240,8 @@ def _at_rest(pose: FloatArray) -> NDArray[np.void]:
     return begin
 
 
-def _bodies(made: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
-    """The kernel's table of bodies and their vertices, made even in number by one at the centre."""
+def _kernel_tables(made: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
+    """Return the kernel's table of bodies and their vertices; an odd number is padded with one at the centre."""
     count = len(made[0].points)
     points, table = np.zeros((len(made), count + count % 2, 3)), np.zeros(len(made), BODY)
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
@@ -246,7 +250,7 @@ def _bodies(made: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
         for name, at in pairs.items():
             table[index][f"i{name}"], table[index][f"a{name}"] = body.inverse_inertia[at], body.inertia[at]
         foot, reach = body.foot, body.reach
-        # Where the tilt depends on the direction it may lie on its new face, and contacts give way.
+        # If the angle of fall depends on the direction, the body may lie on its new face on springs: allow for that.
         fallen = body.fall_tilt * (FALL_SHARE if len(body.sectors) else 1.0)
         values = {
             "foot": foot, "radius": body.radius, "reach": reach, "critical": reach**2 / (reach**2 + foot**2),

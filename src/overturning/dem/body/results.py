@@ -1,4 +1,4 @@
-"""How the numbers of the kernel in space become the variables of an outcome."""
+"""Conversion of the 3-D kernel's results to outcome variables."""
 
 from typing import Any
 
@@ -10,19 +10,28 @@ from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
 
 
-def answers_of(
+def outcome_variables(
     out: NDArray[np.void], orientation: FloatArray, cosines: FloatArray, faces: list[FloatArray]
 ) -> dict[str, Any]:
-    """Values of the variables, and ``block_steps``, by what the kernel found of cases.
+    """Return the outcome variables and ``block_steps`` of n cases.
 
-    `orientation` (degrees), its `cosines` (north, east) and the normals of the `faces` are those of each case.
+    Parameters
+    ----------
+    out : ndarray
+        Results of the kernel, of type `overturning.dem.body.rules.RESULT`, shape (n,).
+    orientation : ndarray
+        Orientation of each case, degrees, shape (n,).
+    cosines : ndarray
+        Direction cosines of the orientation, north and east, shape (n, 2).
+    faces : list of ndarray
+        Outward normals of the faces of each body at rest, shape (faces, 3).
     """
     w, x, y, z = (out[name] for name in ("qw", "qx", "qy", "qz"))
     top_x, top_y = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x)
     with np.errstate(invalid="ignore", over="ignore"):
         answered = out["status"] == Status.SIMULATED
         fell = answered & (out["fallen"] > 0)
-        # x points to the orientation, y 90° anticlockwise of it.
+        # x points towards the orientation, y 90° anticlockwise from it.
         azimuth = np.mod(orientation - _degrees(np.arctan2(top_y, top_x)), 360.0)
         lean = np.clip(out["lean"], 0.0, 2.0)
         sine = np.sqrt(np.minimum(lean, 2.0 - lean))
@@ -34,7 +43,7 @@ def answers_of(
             "status": out["status"],
             "fall_azimuth": np.where(fell, azimuth, np.nan),
             "fall_face": [
-                _lowest(side, one) if is_down and len(side) else INT8_MISSING
+                _lowest_face(side, one) if is_down and len(side) else INT8_MISSING
                 for side, one, is_down in zip(faces, np.stack([w, x, y, z], axis=1), fell, strict=True)
             ],
             "peak_tilt": _degrees(tilt),
@@ -52,12 +61,12 @@ def answers_of(
 
 
 def _degrees(angle: FloatArray) -> FloatArray:
-    """Degrees, rounded: libm and SIMD versions differ in the last digit between processors."""
+    """Convert to degrees, rounded: libm and SIMD versions differ in the last digit between processors."""
     return np.asarray(np.round(np.degrees(angle), 9))
 
 
-def _lowest(faces: FloatArray, quaternion: FloatArray) -> int:
-    """The face whose normal points most nearly down."""
+def _lowest_face(faces: FloatArray, quaternion: FloatArray) -> int:
+    """Return the index of the face whose normal points most nearly down."""
     w, x, y, z = quaternion
     down = -(
         2.0 * (x * z - w * y) * faces[:, 0]

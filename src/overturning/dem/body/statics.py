@@ -1,4 +1,4 @@
-"""Statics of a body on the springs of its vertices: how it rests on them, and their highest frequency."""
+"""Statics of a body on the springs of its vertices: equilibrium, extreme eigenvalues and unloading of vertices."""
 
 import math
 
@@ -12,16 +12,16 @@ from overturning.units import STANDARD_GRAVITY
 
 
 def rest(body: Solid, normal: float) -> FloatArray:
-    """Place of the centre (m), small rotation vector (rad): the body at rest on the springs of its base, shape (6,).
+    """Compute the pose at rest on the springs of the base: centre (m) and small rotation vector (rad), shape (6,).
 
-    Its weight is carried by vertices that have sunk in by a linear function of the place; of those that this would
-    lift, none.
+    The penetration is a linear function of position; vertices that it would lift carry no load. `normal` is the
+    stiffness of a vertex per mass, 1/s².
     """
     x, y = body.points[: body.base, :2].T
     on = np.ones(body.base, np.bool_)
     for _ in range(body.base):
         rows = np.stack([np.ones(body.base), x, y])[:, on]
-        # Opposite vertices together: what is symmetric stays so to the last digit.
+        # fsum does not depend on the order: symmetric bodies stay symmetric to the last digit.
         matrix = np.array([[math.fsum(a * b) for b in rows] for a in rows])
         plane = solve(matrix, np.array([STANDARD_GRAVITY / normal, 0.0, 0.0]))
         if plane is None:
@@ -34,26 +34,26 @@ def rest(body: Solid, normal: float) -> FloatArray:
 
 
 def highest_mode(body: Solid) -> float:
-    """Largest eigenvalue of a body on equal springs in all directions, over the stiffness of one of them per mass.
+    """Return the largest eigenvalue of a body on equal isotropic springs, for unit stiffness of a spring per mass.
 
-    Each further spring only raises it: the upright body on all vertices of its base is faster than on an edge or one
-    vertex of it, and of springs that are equal in all directions the tilt changes nothing. So the faces that can lie
-    flat are looked at, each with all its vertices.
+    Each further spring only raises it: the body has a higher frequency on all vertices of a face than on an edge or a
+    single vertex. The tilt does not matter for isotropic springs. So the maximum over the faces that can lie flat, each
+    with all its vertices, is enough.
     """
     faces = (np.arange(body.base), *body.facets)
     return max(highest_eigenvalue(_stiffness(body, face)) for face in faces)
 
 
 def lowest_mode(body: Solid) -> float:
-    """Smallest eigenvalue of a body upright on equal springs at all vertices of its base, as of `highest_mode`."""
+    """Return the smallest eigenvalue of a body upright on all vertices of its base; see `highest_mode`."""
     return lowest_eigenvalue(_stiffness(body, np.arange(body.base)))
 
 
 def unloading(body: Solid) -> tuple[float, float]:
-    """When the first vertex of the base is unloaded, and the least of what they carry upright over their mean.
+    """Return the acceleration that unloads the first vertex of the base, and the smallest vertex load over the mean.
 
-    The first is a horizontal acceleration in any direction, as a share of the weight; both are 0 where one carries
-    nothing.
+    The first is a horizontal acceleration over g, in the most unfavourable direction; the second is that of the upright
+    body at rest. Both are 0 if a vertex carries no load at rest.
     """
     x, y = body.points[: body.base, :2].T
     rows = np.stack([np.ones(body.base), x, y])
@@ -61,7 +61,7 @@ def unloading(body: Solid) -> tuple[float, float]:
     planes = [solve(matrix, unit) for unit in np.eye(3)]
     if any(plane is None for plane in planes):
         return 0.0, 0.0
-    # Force at each vertex, over the weight: of gravity, and of the moments of accelerations along x and y.
+    # Force at each vertex over the weight: from gravity, and from the moments of accelerations along x and y.
     own, ahead, aside = (np.sum(plane[:, None] * rows, axis=0) for plane in planes if plane is not None)
     change = body.foot * np.sqrt(ahead**2 + aside**2)
     least = float(np.min(own))
@@ -69,7 +69,7 @@ def unloading(body: Solid) -> tuple[float, float]:
 
 
 def _stiffness(body: Solid, face: NDArray[np.int64]) -> FloatArray:
-    """Matrix of unit springs in all directions at vertices of a body, seen so that all six masses are 1."""
+    """Return the stiffness matrix of unit isotropic springs at vertices of a body, scaled to unit masses."""
     inertia = body.inertia
     # Lower triangular root of the inertia, I = C Cᵀ, and its inverse.
     c00 = math.sqrt(inertia[0, 0])
@@ -88,7 +88,7 @@ def _stiffness(body: Solid, face: NDArray[np.int64]) -> FloatArray:
 
 
 def _over(rows: FloatArray, root: FloatArray) -> FloatArray:
-    """Rows times the inverse of the transposed lower triangular root, by substitution."""
+    """Multiply rows by the inverse of the transposed lower triangular root, by substitution."""
     out = np.zeros((3, 3))
     for k in range(3):
         known = sum((out[:, i] * root[k, i] for i in range(k)), start=np.zeros(3))

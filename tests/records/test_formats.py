@@ -108,8 +108,8 @@ def test_a_file_longer_than_its_header_promises_is_read_to_the_promise(tmp_path,
     first = next(iter(files))
     lines, more = files[first].splitlines(), longer[first].splitlines()
     end = next(i for i in range(written.header, len(more)) if lines[i : i + 1] != more[i : i + 1])
-    surplus = more[end : end + -(-10 * (end - written.header) // 200)]
-    files[first] = "\n".join([*lines[:end], *surplus, *lines[end:]]) + "\n"
+    surplus_notes = more[end : end + -(-10 * (end - written.header) // 200)]
+    files[first] = "\n".join([*lines[:end], *surplus_notes, *lines[end:]]) + "\n"
     record = put(tmp_path, files, vertical_sense="none")
     check(record, *written.north_east(*STEPS[:2, :200]), record.up, rtol=1e-8)
     (note,) = [note for note in record.notes if "is doubtful: 200 samples then last" not in note]  # 1 s is short

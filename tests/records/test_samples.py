@@ -10,7 +10,7 @@ import pytest
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import spectrum_intensity
 from overturning.records.catalogue import RecordEntry
-from overturning.records.check import check_paths, describe, is_no_record
+from overturning.records.check import check_paths, describe, has_no_record
 from overturning.records.processing import process
 from overturning.records.read import read_path, read_record
 from overturning.records.steps import RemoveMean
@@ -62,7 +62,7 @@ def test_csmip_channels_that_stop_apart_are_cut_to_the_common_part():
 
 
 def test_check_says_of_every_file_what_it_is():
-    files = sorted(p for p in SAMPLES.iterdir() if p.is_file() and not is_no_record(p))
+    files = sorted(p for p in SAMPLES.iterdir() if p.is_file() and not has_no_record(p))
     findings = check_paths(files)
     named = {name for finding in findings for name in finding.files}
     assert named == {p.name for p in files}

@@ -12,7 +12,7 @@ from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_paths, describe
 from overturning.records.formats.table import format_named
 from overturning.records.read import read, read_files, read_path, read_record
-from overturning.records.record import state_of
+from overturning.records.record import processing_label
 from overturning.records.source import Declarations, SourceFile
 from tests.expect import refused
 from tests.records.seed_writers import START, of_broadband, trace, write_inventory, write_mseed, write_sac
@@ -153,7 +153,7 @@ def test_a_velocity_sensor_is_deconvolved(tmp_path):
     middle = record.north[1500:2500]
     assert np.abs(middle).max() == pytest.approx(0.1 * 2 * np.pi, rel=0.01)
     np.testing.assert_allclose(middle, 0.1 * 2 * np.pi * np.cos(2 * np.pi * time[1500:2500]), atol=0.01)
-    assert state_of(record) == "raw, response of a velocity sensor removed"
+    assert processing_label(record) == "raw, response of a velocity sensor removed"
 
 
 @pytest.mark.parametrize(

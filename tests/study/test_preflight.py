@@ -71,7 +71,7 @@ def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
 
 def test_what_was_left_out_of_a_file_is_said(tmp_path: Path) -> None:
     waves = 50 * np.sin(np.arange(500) / 9)
-    (tmp_path / "x.asa").write_text(unam_text({"N00E": waves, "N90E": waves, "V": waves}), encoding="utf-8")
+    (tmp_path / "x.asa").write_text(unam_text({"N00E": waves, "N90E": waves[::-1], "V": waves}), encoding="utf-8")
     study = study_of(tmp_path, "one\tauto\tx.asa", b_over_h=[0.02, 0.1])
     (note,) = told(study)
     assert note.startswith("record one: vertical axis 'V' left out: x.asa does not say whether up or down")

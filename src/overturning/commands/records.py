@@ -28,8 +28,8 @@ def check(paths: Paths, given: FileOptions) -> None:
 
     Folders are read recursively. The exit status is 1 if a file was refused.
     """
-    from overturning.records.check import check_paths, describe, no_records_of
-    from overturning.records.duplicates import duplicate_texts, duplicates_of, fingerprint
+    from overturning.records.check import check_paths, describe, names_of_skipped
+    from overturning.records.duplicates import duplicate_texts, find_duplicates, fingerprint
     from overturning.records.earthquakes import earthquakes_of
 
     findings = check_paths(paths, given.declarations())
@@ -37,10 +37,10 @@ def check(paths: Paths, given: FileOptions) -> None:
         typer.echo(describe(finding))
     _echo_notes(earthquakes_of(f.record for f in findings if f.record is not None).notes)
     named = [replace(f.used, record_id=", ".join(f.files)) for f in findings if f.used is not None]
-    for text in duplicate_texts(duplicates_of(map(fingerprint, named))):
+    for text in duplicate_texts(find_duplicates(map(fingerprint, named))):
         typer.echo(text)
     read = sum(f.record is not None for f in findings)
-    if no_records := no_records_of(paths):
+    if no_records := names_of_skipped(paths):
         shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")
         typer.echo(f"skipped because of their extensions: {len(no_records)} ({shown})")
     refused = sum(f.record is None and not f.skipped for f in findings)
@@ -139,7 +139,7 @@ def add(
     """Read the files of a record, copy them into the folder, and add a line to the record table."""
     from overturning.errors import ArgumentError
     from overturning.records.catalogue import read_catalogue
-    from overturning.records.duplicates import duplicate_texts, duplicates_of, fingerprint
+    from overturning.records.duplicates import duplicate_texts, find_duplicates, fingerprint
     from overturning.records.earthquakes import earthquakes_of
     from overturning.records.processing import process
     from overturning.records.record import Record
@@ -159,7 +159,7 @@ def add(
     known = earthquakes_of(others).notes
     _echo_notes(note for note in earthquakes_of([*others, record]).notes if note not in known)
     read = [process(one, None) for one in others if isinstance(one, Record)]
-    for text in duplicate_texts(duplicates_of(map(fingerprint, [*read, record]))):
+    for text in duplicate_texts(find_duplicates(map(fingerprint, [*read, record]))):
         if record.record_id in text.split():
             typer.echo(f"  {text}")
     typer.echo(f"look at it: overturning one --record {record.record_id} --azimuth 0 --animate {record.record_id}.html")

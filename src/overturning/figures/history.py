@@ -14,7 +14,7 @@ from overturning.motion.motion import Motion
 from overturning.motion.noise import NoiseRatio, noise_ratio
 from overturning.motion.spectra import rotd
 from overturning.records.processing import SIGNAL_TO_NOISE
-from overturning.records.record import Record, state_of, summary
+from overturning.records.record import Record, processing_label, summary
 from overturning.study.intensity import PERCENTILES, SPECTRUM_PERIODS
 from overturning.units import CM, GAL
 
@@ -76,7 +76,7 @@ def _finish(figure: "Figure", panels: Any, before: Record, after: Record, noise:
     agency = [str(before.extra["agency_processing"])] if "agency_processing" in before.extra else []
     lines = [
         ", ".join(text for text in (after.station or after.record_id, after.event) if text),
-        "; ".join([state_of(before), *agency, ahead]),
+        "; ".join([processing_label(before), *agency, ahead]),
         *(["here: " + "; ".join(steps)] if steps else ["nothing done here"]),
     ]
     wrapped = [part for line in lines for part in textwrap.wrap(line, 50 * panels.shape[1])]

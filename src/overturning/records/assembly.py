@@ -18,10 +18,10 @@ from overturning.records.component import (
     Component,
     agency_processing_of,
     check_peak,
-    in_a_structure,
-    is_vertical_of_unknown_sense,
+    is_unsigned_vertical,
     seed_sensor,
     skew_notes,
+    structure_note,
     third_axis,
 )
 from overturning.records.doubts import check_dead_axis, sample_notes
@@ -29,13 +29,13 @@ from overturning.records.earthquakes import distance_km
 from overturning.records.record import Record, peaks_of
 from overturning.records.source import Declarations, VerticalSense
 
-MAXIMUM_SPREAD = 0.5
+MAX_SPREAD_S = 0.5
 """Largest difference in start or in length between components of one record, s."""
 
-LEAST_PEAK = 0.8
+MIN_WINDOW_PEAK = 0.8
 """Share of a component's peak that the common window must hold, where lengths are further apart than that."""
 
-SAME_STATION = 1.0
+MAX_STATION_DISTANCE_KM = 1.0
 """Largest distance between the places that files of one station state, km: rounded degrees and minutes differ."""
 
 
@@ -119,17 +119,17 @@ def _common_window(components: Sequence[Component], reasons: _AssemblyReasons) -
     if len(starts) == len(components):
         latest = max(starts)
         spread = (latest - min(starts)).total_seconds()
-        if spread > MAXIMUM_SPREAD:
+        if spread > MAX_SPREAD_S:
             raise RecordError(
-                f"{components[0].file}: components start {spread:.2f} s apart (at most {MAXIMUM_SPREAD} s); "
+                f"{components[0].file}: components start {spread:.2f} s apart (at most {MAX_SPREAD_S} s); "
                 "they are not of one record"
             )
         offsets = [round((latest - start).total_seconds() / interval) for start in starts]
     sizes = [c.samples.size for c in components]
     spread = (max(sizes) - min(sizes)) * interval
     one_file = len({c.sha256 for c in components}) == 1 or all(c.film for c in components)
-    if spread > MAXIMUM_SPREAD + 0.5 * interval and not one_file:
-        counts = f"{' and '.join(map(str, sizes))} samples, {spread:.2f} s apart (at most {MAXIMUM_SPREAD} s)"
+    if spread > MAX_SPREAD_S + 0.5 * interval and not one_file:
+        counts = f"{' and '.join(map(str, sizes))} samples, {spread:.2f} s apart (at most {MAX_SPREAD_S} s)"
         remedy = "get the file again, or say --trust-data to keep the common part"
         reasons.contradict(f"{components[0].file}: components have {counts}", remedy)
     length = min(size - offset for size, offset in zip(sizes, offsets, strict=True))
@@ -139,8 +139,8 @@ def _common_window(components: Sequence[Component], reasons: _AssemblyReasons) -
     for component, offset in zip(components, offsets, strict=True):
         start = component.start and component.start + timedelta(seconds=offset * interval)
         cut.append(replace(component, samples=component.samples[offset : offset + length], start=start))
-    if spread > MAXIMUM_SPREAD:
-        _check_largest_is_kept(components, cut, reasons)
+    if spread > MAX_SPREAD_S:
+        _check_window_peak(components, cut, reasons)
     return cut
 
 
@@ -148,19 +148,19 @@ def _check_one_place(components: Sequence[Component], reasons: _AssemblyReasons)
     """Refuse components whose station stands at two places."""
     places = [(c.latitude, c.longitude) for c in components if c.latitude is not None and c.longitude is not None]
     for place in places[1:]:
-        if (apart := distance_km(places[0], place)) > SAME_STATION:
+        if (apart := distance_km(places[0], place)) > MAX_STATION_DISTANCE_KM:
             first, other = (f"{north:g}° N, {east:g}° E" for north, east in (places[0], place))
             why = f"{components[0].file}: components at {first} and at {other}, {apart:.3g} km apart"
             remedy = "give the files of one sensor together, or say --trust-data if it is one all the same"
             reasons.contradict(why, f"they are not of one record: {remedy}")
 
 
-def _check_largest_is_kept(whole: Sequence[Component], window: Sequence[Component], reasons: _AssemblyReasons) -> None:
-    """Refuse a common window that holds less than `LEAST_PEAK` of a component's, as where another one broke off."""
+def _check_window_peak(whole: Sequence[Component], window: Sequence[Component], reasons: _AssemblyReasons) -> None:
+    """Refuse a common window that holds less than `MIN_WINDOW_PEAK` of a component's peak."""
     for component, kept in zip(whole, window, strict=True):
         level = component.samples.mean()
         peak, left = (float(np.abs(samples - level).max()) for samples in (component.samples, kept.samples))
-        if left < LEAST_PEAK * peak:
+        if left < MIN_WINDOW_PEAK * peak:
             short, size = min(whole, key=lambda one: one.samples.size), component.samples.size
             why = (
                 f"{short.file}: {short.axis} breaks off after {short.samples.size} of {size} samples, before the "
@@ -185,9 +185,9 @@ def assemble(
     declared = declared or Declarations()
     reasons = _AssemblyReasons(trusting=declared.trust_data)
     name = components[0].file if components else record_id
-    components, notes = _with_sense(components, declared.vertical_sense)
-    notes += [note for component in components if (note := _stated_otherwise(component, declared))]
-    notes += dict.fromkeys(note for component in components if (note := in_a_structure(component.location)))
+    components, notes = _apply_vertical_sense(components, declared.vertical_sense)
+    notes += [note for component in components if (note := _unused_declaration_note(component, declared))]
+    notes += dict.fromkeys(note for component in components if (note := structure_note(component.location)))
     differences: dict[str, float] = {}
     for component in components:
         with reasons.collect():
@@ -214,7 +214,7 @@ def assemble(
     with reasons.collect():
         notes += sample_notes(window, reasons.contradict)
     with reasons.collect():
-        if (why := _not_the_size_of_a_motion(window)) and not declared.trust_data:
+        if (why := _check_amplitude(window)) and not declared.trust_data:
             why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"
             raise RecordError(f"{window[0].file}: {why}")
     reasons.raise_all()
@@ -229,7 +229,7 @@ def assemble(
     extra |= {"header_peak_difference": differences} if differences else {}
     extra |= {"trusted_data": True, "trusted": trusted} if declared.trust_data else {}
     extra |= {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in window for n in c.notes)]) else {}
-    extra["declared"] = [*extra.get("declared", ()), *declared.of_axes, *borehole]
+    extra["declared"] = [*extra.get("declared", ()), *declared.axis_declarations, *borehole]
     hashes = list(dict.fromkeys(c.sha256 for c in window))
     station = stated.pop("station", first.station)
     if first.sensor == "borehole":
@@ -262,7 +262,7 @@ def borehole_name(station: str) -> str:
     return station if "borehole" in station.lower() else f"{station} (borehole)".strip()
 
 
-def _stated_otherwise(component: Component, declared: Declarations) -> str:
+def _unused_declaration_note(component: Component, declared: Declarations) -> str:
     """What was declared of samples and is not taken, because their file states it; empty where nothing was."""
     said = [f"unit {declared.unit}"] if declared.unit not in (None, component.unit) else []
     if declared.processed not in (None, component.processed):
@@ -274,7 +274,7 @@ def _stated_otherwise(component: Component, declared: Declarations) -> str:
     return f"{what} is not taken: {component.file} states its own" if said else ""
 
 
-def _not_the_size_of_a_motion(components: Sequence[Component]) -> str:
+def _check_amplitude(components: Sequence[Component]) -> str:
     """What speaks against a motion's size: of raw data without its offset, and without the velocity that drifts."""
     raw = not all(c.processed for c in components)
     moving = [c.samples - c.samples.mean() if raw else c.samples for c in components]
@@ -325,7 +325,9 @@ def _axes(components: Sequence[Component], azimuths_deg: Sequence[float] | None,
     return [*horizontal, *vertical]
 
 
-def _with_sense(components: Sequence[Component], sense: VerticalSense | None) -> tuple[list[Component], list[str]]:
+def _apply_vertical_sense(
+    components: Sequence[Component], sense: VerticalSense | None
+) -> tuple[list[Component], list[str]]:
     """Vertical axes of unknown sense with the declared one, or left out; notes of what nobody, or wrongly, declared."""
     vertical = {"up": 1, "down": -1}.get(sense or "", 0)
     kept, notes, third = [], [], third_axis(components)
@@ -333,7 +335,7 @@ def _with_sense(components: Sequence[Component], sense: VerticalSense | None) ->
         if sense == "none" and component.vertical:  # which says its sense, and is left out all the same
             continue
         unknown = component.azimuth_deg is None and not component.vertical
-        if not (unknown and (component is third or is_vertical_of_unknown_sense(component.axis))):
+        if not (unknown and (component is third or is_unsigned_vertical(component.axis))):
             kept.append(component)
             if vertical * component.vertical < 0:
                 notes.append(f"axis {component.axis!r} is not taken {sense}, as declared: its file says the opposite")

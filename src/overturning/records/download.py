@@ -1,4 +1,4 @@
-"""Download a file by URL and SHA-256: retried, resumed, checked, and never half there."""
+"""Download a file by URL and SHA-256, with retries and resumption; an incomplete file never becomes the target."""
 
 import hashlib
 import os
@@ -13,7 +13,7 @@ from overturning.records.source import is_web_page
 
 USER: Final = "OVERTURNING_FETCH_USER"
 PASSWORD: Final = "OVERTURNING_FETCH_PASSWORD"
-"""Names of the environment variables with credentials; nothing else is asked, and nothing is written down."""
+"""Environment variables with the credentials, which are not stored anywhere."""
 
 SET_CREDENTIALS: Final = f"set {USER} and {PASSWORD} in the environment"
 
@@ -21,15 +21,15 @@ BLOCK: Final = 1 << 16
 
 
 def credentials() -> tuple[str, str] | None:
-    """User and password from the environment, if both are set."""
+    """Return user and password from the environment, if both are set."""
     user, password = os.environ.get(USER), os.environ.get(PASSWORD)
     return (user, password) if user and password else None
 
 
-def retried(action: Callable[[], Any], what: str, tries: int, wait: float, kept: str = "nothing was kept") -> Any:
-    """Result of an action, tried again after trouble on the way, with a pause of ``wait`` s that doubles each time.
+def retry(action: Callable[[], Any], what: str, tries: int, wait: float, kept: str = "nothing was kept") -> Any:
+    """Return the result of an action; repeat it after errors, with a pause of ``wait`` s that doubles each time.
 
-    Wrong arguments and missing data are final; a RecordError says so where the last try has failed too.
+    ArgumentError and MissingDataError are not retry. Raises a RecordError after the last try.
     """
     last = ""
     for attempt in range(tries):
@@ -39,10 +39,10 @@ def retried(action: Callable[[], Any], what: str, tries: int, wait: float, kept:
             return action()
         except (ArgumentError, MissingDataError):
             raise
-        except Exception as problem:  # urllib, http, socket, requests, obspy: each a kind of its own
-            # The text of others' errors may hold the address with a query.
+        except Exception as problem:  # urllib, http, socket, requests and obspy have unrelated errors.
+            # Messages of other libraries may contain the address with its query.
             last = str(problem) if isinstance(problem, RecordError) else type(problem).__name__
-    raise RecordError(f"{what}: not to be had in {tries} tries ({last}); {kept}: try again later")
+    raise RecordError(f"{what}: failed in {tries} tries ({last}); {kept}: try again later")
 
 
 def fetch_url(
@@ -55,28 +55,28 @@ def fetch_url(
     timeout: float = 30.0,
     wait: float = 1.0,
 ) -> Path:
-    """Get a file by http or https, or find it in the folder already, which is made if missing.
+    """Download a file by http or https into a folder, unless it is there already; return its path.
 
-    What has come of a broken download stays beside the target as ``.NAME.part`` and is continued; the target itself
-    appears only whole and with the right SHA-256. Its name is the last part of the URL's path where not given. Tried in
-    all `tries` times, with a pause of `wait` s that doubles; `timeout` is the longest silence of the server, s.
+    The folder is created if missing. A partial download stays in the folder as ``.NAME.part`` and is resumed; the
+    target appears only when complete and with the right SHA-256. Its default name is the last part of the URL's path.
+    There are `tries` tries with a pause of `wait` s that doubles; `timeout` is the longest silence of the server, s.
 
     Raises
     ------
     ArgumentError
         If URL, hash or name are unusable.
     MissingDataError
-        If the server needs an account that is not there (NIED), refuses it, or has no such file.
+        If the server needs an account (NIED), refuses the given one, or has no such file.
     RecordError
-        If the file cannot be had, or has another hash.
+        If the download fails or the file has another hash.
     """
-    target, folder = _checked(url, sha256, name), Path(folder)
+    target, folder = _check_download(url, sha256, name), Path(folder)
     path, part = folder / target, folder / f".{target}.part"
     folder.mkdir(parents=True, exist_ok=True)
     if path.is_file() and _sha256(path) == sha256.lower():
         return path
-    kept = "what has come is kept and continued next time"
-    retried(lambda: _continued(url, part, timeout), shown(url), tries, wait, kept)
+    kept = "the part that was received is kept and resumed next time"
+    retry(lambda: _resume_download(url, part, timeout), safe_address(url), tries, wait, kept)
     wrong = ""
     with part.open("rb") as file:
         if is_web_page(file.read(400)):
@@ -96,11 +96,11 @@ def _sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _checked(url: str, sha256: str, name: str | None) -> str:
-    """File name of a download whose address, hash and name can be used."""
+def _check_download(url: str, sha256: str, name: str | None) -> str:
+    """Check address, hash and name of a download; return the name of its file."""
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname:
-        raise ArgumentError(f"url: {shown(url)!r}; give an http or https address")
+        raise ArgumentError(f"url: {safe_address(url)!r}; give an http or https address")
     if parts.username or parts.password:
         raise ArgumentError(f"url: credentials do not belong in an address; {SET_CREDENTIALS}")
     if parts.hostname.endswith("bosai.go.jp"):
@@ -116,29 +116,31 @@ def _checked(url: str, sha256: str, name: str | None) -> str:
     return target
 
 
-def shown(url: str) -> str:
-    """An address as a message may show it: without user, password, query and fragment."""
+def safe_address(url: str) -> str:
+    """Return an address for messages: without user, password, query and fragment."""
     parts = urlsplit(url)
     return f"{parts.scheme}://{parts.hostname or ''}{parts.path}"
 
 
-def _continued(url: str, part: Path, timeout: float) -> None:
-    """Bring the part to its full length, continuing where the last try broke off; a RecordError where this one does."""
+def _resume_download(url: str, part: Path, timeout: float) -> None:
+    """Complete the partial file from its present length; raise a RecordError if the connection breaks off."""
     import requests
 
     have = part.stat().st_size if part.exists() else 0
-    # Encoded bodies have another length than the file, so none are asked for.
+    # Request an unencoded body: an encoded one has another length than the file.
     headers = {"Accept-Encoding": "identity"} | ({"Range": f"bytes={have}-"} if have else {})
     with requests.get(url, headers=headers, timeout=timeout, stream=True, auth=credentials()) as answer:
         status, content_range = answer.status_code, answer.headers.get("Content-Range", "")
         if status in (401, 403):
-            raise MissingDataError(f"{shown(url)}: the server wants an account (status {status}); {SET_CREDENTIALS}")
+            raise MissingDataError(
+                f"{safe_address(url)}: the server wants an account (status {status}); {SET_CREDENTIALS}"
+            )
         if status in (404, 410):
-            raise MissingDataError(f"{shown(url)}: there is no such file (status {status}); check the address")
+            raise MissingDataError(f"{safe_address(url)}: there is no such file (status {status}); check the address")
         if status == 416 and content_range.rpartition("/")[2] == str(have):
-            return  # nothing left to send: the part is whole
+            return  # The partial file is complete.
         if status == 416:
-            part.unlink()  # it is not of this file
+            part.unlink()  # It belongs to another file.
         if status not in (200, 206):
             raise RecordError(f"status {status}")
         continued = status == 206 and content_range.startswith(f"bytes {have}-")

@@ -11,24 +11,24 @@ from overturning.errors import ConfigError
 from overturning.records.record import Record
 
 HALF_WINDOW: Final = 500
-"""Samples of a fingerprint on either side of the largest acceleration."""
+"""Number of samples of a fingerprint before and after its peak."""
 
 INTERVAL: Final = 0.01
 """Time between the samples of a fingerprint, s."""
 
 SMOOTHING: Final = 11
-"""Samples that are averaged, so that formats with other rates and digits have the same fingerprint."""
+"""Number of samples in the moving average; it removes differences of rate and digits between formats."""
 
-MAX_UNLIKE: Final = 0.03
-"""Largest relative difference of the root of the energy of two motions that are compared."""
+MAX_SIZE_DIFFERENCE: Final = 0.03
+"""Largest relative difference in size (root of the energy) of two motions that are compared."""
 
-SAME: Final = 0.999
-"""Correlation from which on two motions are the same; any two of 29 records of the shipped table have at most 0.56."""
+SAME_MOTION_CORRELATION: Final = 0.999
+"""Smallest correlation of two equal motions; different records of the shipped table have at most 0.56."""
 
 
 @dataclass(frozen=True)
 class Fingerprint:
-    """The horizontal acceleration of a record about its peak, coarse enough to keep thousands of them."""
+    """Horizontal acceleration of a record near its peak, coarse so that thousands fit into memory."""
 
     record_id: str
     size: float  # root of the energy of the window, m/s^1.5
@@ -36,7 +36,7 @@ class Fingerprint:
 
 
 def fingerprint(record: Record) -> Fingerprint | None:
-    """Return the fingerprint of a record; None of a pulse or a motion from Python, alike on purpose."""
+    """Return the fingerprint of a record; None for pulses and motions from Python, which may repeat on purpose."""
     if record.extra.get("format") == "synthetic" or record.extra.get("given"):
         return None
     moving = (record.north - record.north.mean()) + 1j * (record.east - record.east.mean())
@@ -50,19 +50,19 @@ def fingerprint(record: Record) -> Fingerprint | None:
     return Fingerprint(record.record_id, float(np.sqrt(np.sum(np.abs(window) ** 2) * INTERVAL)), window)
 
 
-def duplicates_of(prints: Iterable[Fingerprint | None]) -> list[tuple[str, str]]:
-    """Pairs of ids of records with the same samples, whichever way their axes are turned."""
+def find_duplicates(prints: Iterable[Fingerprint | None]) -> list[tuple[str, str]]:
+    """Return the id pairs of records with the same samples, for any rotation of their axes."""
     known = sorted((one for one in prints if one is not None and one.size > 0), key=lambda one: one.size)
     sizes = np.array([one.size for one in known])
     pairs = []
     for at, one in enumerate(known):
-        end = int(np.searchsorted(sizes, one.size * (1.0 + MAX_UNLIKE), "right"))
-        pairs += [(one, other) for other in known[at + 1 : end] if correlation(one, other) > SAME]
+        end = int(np.searchsorted(sizes, one.size * (1.0 + MAX_SIZE_DIFFERENCE), "right"))
+        pairs += [(one, other) for other in known[at + 1 : end] if correlation(one, other) > SAME_MOTION_CORRELATION]
     return [(min(a.record_id, b.record_id), max(a.record_id, b.record_id)) for a, b in pairs]
 
 
 def correlation(one: Fingerprint, other: Fingerprint) -> float:
-    """Largest correlation of two motions over time shifts, and over turns and reflections of their axes."""
+    """Return the largest correlation of two motions over time shifts, rotations and reflections."""
     length = 2 * one.motion.size
     spectra = [np.fft.fft(motion, length) for motion in (one.motion, other.motion, other.motion.conj())]
     products = [np.abs(np.fft.ifft(spectra[0] * np.conj(spectrum))).max() for spectrum in spectra[1:]]
@@ -70,11 +70,11 @@ def correlation(one: Fingerprint, other: Fingerprint) -> float:
 
 
 def duplicate_texts(pairs: Iterable[tuple[str, str]]) -> list[str]:
-    """One line for each pair of records with the same samples."""
+    """Return one message for each pair of records with the same samples."""
     return [f"records {a} and {b} have the same samples: one motion would count twice; leave one out" for a, b in pairs]
 
 
 def refuse_duplicates(records: Iterable[Record]) -> None:
     """Raise a ConfigError that names the records that have the same samples."""
-    if texts := duplicate_texts(duplicates_of(map(fingerprint, records))):
+    if texts := duplicate_texts(find_duplicates(map(fingerprint, records))):
         raise ConfigError("\n       ".join(texts))

@@ -15,26 +15,26 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import ArgumentError
-from overturning.records.catalogue import RecordEntry, utc_moment
+from overturning.records.catalogue import RecordEntry, parse_utc
 from overturning.records.record import Record
 from overturning.units import EARTH_RADIUS_KM
 
-SAME_TIME: Final = timedelta(seconds=60)
+MAX_ORIGIN_DIFFERENCE: Final = timedelta(seconds=60)
 """Largest difference between origin times of one earthquake: old headers round them to the minute."""
 
-SAME_PLACE: Final = 100.0
+MAX_EPICENTRE_DISTANCE_KM: Final = 100.0
 """Largest distance between epicentres of one earthquake as different agencies have them, km."""
 
-SAME_SHAKING: Final = timedelta(minutes=2)
+MAX_START_DIFFERENCE: Final = timedelta(minutes=2)
 """Records that start no further apart than this are likely of one earthquake."""
 
-LONGEST: Final = timedelta(hours=1)
+MAX_NAMED_DIFFERENCE: Final = timedelta(hours=1)
 """Records that start further apart than this are hardly of one earthquake."""
 
-ALIKE: Final = 0.85
+MIN_NAME_SIMILARITY: Final = 0.85
 """Similarity of two names (difflib: twice the letters that match over all letters) from which on they may be one."""
 
-MOST_DOUBTS: Final = 10
+MAX_LISTED_DOUBTS: Final = 10
 """Doubts that are named one by one."""
 
 _FILLING: Final = re.compile(
@@ -51,7 +51,7 @@ _DATES: Final = (
 
 
 @dataclass(frozen=True)
-class _Known:
+class _EarthquakeData:
     """What is known of the earthquake of one record."""
 
     record_id: str
@@ -62,17 +62,21 @@ class _Known:
     start: datetime | None = None  # of the record
     synthetic: bool = False
 
-    def same(self, other: "_Known") -> bool | None:
+    def same(self, other: "_EarthquakeData") -> bool | None:
         """Whether two records are of one earthquake, where ids or origins say it; None where they do not."""
         if self.event_id and other.event_id:
             return self.event_id == other.event_id
         if self.origin is None or other.origin is None:
             return None
-        near = self.place is None or other.place is None or distance_km(self.place, other.place) <= SAME_PLACE
-        return near and abs(self.origin - other.origin) <= SAME_TIME
+        near = (
+            self.place is None
+            or other.place is None
+            or distance_km(self.place, other.place) <= MAX_EPICENTRE_DISTANCE_KM
+        )
+        return near and abs(self.origin - other.origin) <= MAX_ORIGIN_DIFFERENCE
 
 
-def _known(record: Record | RecordEntry) -> _Known:
+def _earthquake_data(record: Record | RecordEntry) -> _EarthquakeData:
     """What a record states, or a line of the record table whose files have not been read."""
     times: tuple[str | None, str | None]  # origin, and start of the record
     if isinstance(record, RecordEntry):
@@ -82,10 +86,10 @@ def _known(record: Record | RecordEntry) -> _Known:
         named, stated, times = record.record_id, record.extra, (record.extra.get("origin_time"), record.start)
         place = (stated.get("event_latitude"), stated.get("event_longitude"))
     try:
-        origin, start = (datetime.fromisoformat(utc_moment(text)) if text else None for text in times)
+        origin, start = (datetime.fromisoformat(parse_utc(text)) if text else None for text in times)
     except ValueError as fault:  # of a `Record` made in Python
         raise ArgumentError(f"record {named}: start {times[1]!r}, origin time {times[0]!r}: {fault}") from None
-    return _Known(
+    return _EarthquakeData(
         named,
         " ".join(record.event.split()),
         stated.get("event_id", ""),
@@ -107,22 +111,24 @@ def distance_km(first: tuple[float, float], second: tuple[float, float]) -> floa
 class _Earthquake:
     """Records that belong together, by their places among all."""
 
-    members: dict[int, _Known] = field(default_factory=dict)
-    stated: dict[tuple[Any, ...], _Known] = field(default_factory=dict)  # the first member with each id and origin
+    members: dict[int, _EarthquakeData] = field(default_factory=dict)
+    stated: dict[tuple[Any, ...], _EarthquakeData] = field(
+        default_factory=dict
+    )  # the first member with each id and origin
     names: dict[str, str] = field(default_factory=dict)  # in small letters, and as written
 
-    def add(self, index: int, one: _Known) -> None:
+    def add(self, index: int, one: _EarthquakeData) -> None:
         self.members[index] = one
         self.stated.setdefault((one.event_id, one.origin, one.place), one)
         self.names.setdefault(one.name.casefold(), one.name)
 
-    def holds(self, one: _Known) -> bool:
+    def holds(self, one: _EarthquakeData) -> bool:
         certain = [same for member in self.stated.values() if (same := member.same(one)) is not None]
         named = one.name.casefold() in self.names and (one.name != "" or not self.more)
         return all(certain) if certain else named
 
     @property
-    def first(self) -> _Known:
+    def first(self) -> _EarthquakeData:
         return self.members[min(self.members)]
 
     @property
@@ -150,9 +156,9 @@ class Earthquakes:
     @property
     def notes(self) -> tuple[str, ...]:
         """Earthquakes of several names, and doubts; of many doubts the first and their number."""
-        left_out = len(self.doubtful) - MOST_DOUBTS
+        left_out = len(self.doubtful) - MAX_LISTED_DOUBTS
         more = (f"{left_out} more doubts of this kind",) if left_out > 0 else ()
-        return (*self.merged, *self.doubtful[:MOST_DOUBTS], *more)
+        return (*self.merged, *self.doubtful[:MAX_LISTED_DOUBTS], *more)
 
 
 def earthquakes_of(records: Iterable[Record | RecordEntry]) -> Earthquakes:
@@ -165,7 +171,7 @@ def earthquakes_of(records: Iterable[Record | RecordEntry]) -> Earthquakes:
     doubts are names that resemble each other on no other date, records of two names that start together, one name with
     several origins, and records of one name that start more than an hour apart.
     """
-    known = [_known(record) for record in records]
+    known = [_earthquake_data(record) for record in records]
     found: list[_Earthquake] = []
     unclear = []
     # What is known best comes first, so that names alone join what ids and origins have set apart.
@@ -180,7 +186,9 @@ def earthquakes_of(records: Iterable[Record | RecordEntry]) -> Earthquakes:
         homes[0].add(index, known[index])
     found.sort(key=lambda one: min(one.members))
     return Earthquakes(
-        _labels(found), tuple(_merged(found)), (*unclear, *_split(found), *_within(found), *_between(found))
+        _labels(found),
+        tuple(_merged_names(found)),
+        (*unclear, *_doubts_of_split(found), *_doubts_within(found), *_doubts_between(found)),
     )
 
 
@@ -199,7 +207,7 @@ def _labels(found: list[_Earthquake]) -> tuple[str, ...]:
     return tuple(labels[index] for index in sorted(labels))
 
 
-def _merged(found: list[_Earthquake]) -> Iterable[str]:
+def _merged_names(found: list[_Earthquake]) -> Iterable[str]:
     for one in found:
         names = [name for name in one.names.values() if name]
         if len(names) > 1:
@@ -207,7 +215,7 @@ def _merged(found: list[_Earthquake]) -> Iterable[str]:
             yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.more})"
 
 
-def _within(found: list[_Earthquake]) -> Iterable[str]:
+def _doubts_within(found: list[_Earthquake]) -> Iterable[str]:
     """Doubts about records that count as one earthquake only because of their name."""
     for one in found:
         loose = [each for each in one.members.values() if not (each.event_id or each.origin or each.synthetic)]
@@ -217,14 +225,15 @@ def _within(found: list[_Earthquake]) -> Iterable[str]:
                 [*started, *((each.origin, each.record_id) for each in one.stated.values() if each.origin)]
             )
         if len(loose) > 1 and not one.name:
-            yield f"{len(loose)} records ({_some(loose)}) name no earthquake and count as one; give event or event_id"
-        elif started and started[-1][0] - started[0][0] > LONGEST:
+            ids = _listed_ids(loose)
+            yield f"{len(loose)} records ({ids}) name no earthquake and count as one; give event or event_id"
+        elif started and started[-1][0] - started[0][0] > MAX_NAMED_DIFFERENCE:
             hours = (started[-1][0] - started[0][0]).total_seconds() / 3600
             ids = f"{started[0][1]} and {started[-1][1]}"
             yield f"{one.name!r}: records {ids} start {hours:.3g} h apart and count as one earthquake; give event_id"
 
 
-def _split(found: list[_Earthquake]) -> Iterable[str]:
+def _doubts_of_split(found: list[_Earthquake]) -> Iterable[str]:
     """Doubts about earthquakes that count as several, although they have one name, because of their origins."""
     of_name: dict[str, list[_Earthquake]] = {}
     for one in found:
@@ -239,11 +248,11 @@ def _split(found: list[_Earthquake]) -> Iterable[str]:
             )
 
 
-def _some(records: list[_Known]) -> str:
+def _listed_ids(records: list[_EarthquakeData]) -> str:
     return ", ".join(one.record_id for one in records[:3]) + (", …" if len(records) > 3 else "")
 
 
-def _between(found: list[_Earthquake]) -> Iterable[str]:
+def _doubts_between(found: list[_Earthquake]) -> Iterable[str]:
     """Doubts about earthquakes that count as two only because of their names."""
     named = [(one, _name_and_date(one)) for one in found if one.name and not one.first.synthetic]
     for (first, words), (second, others) in combinations(named, 2):
@@ -252,8 +261,8 @@ def _between(found: list[_Earthquake]) -> Iterable[str]:
         if any(a.same(b) is False for a in first.stated.values() for b in second.stated.values()):
             continue
         begun, other_begun = first.first.start, second.first.start
-        together = begun is not None and other_begun is not None and abs(begun - other_begun) <= SAME_SHAKING
-        if together or _resemble(words, others):
+        together = begun is not None and other_begun is not None and abs(begun - other_begun) <= MAX_START_DIFFERENCE
+        if together or _are_similar(words, others):
             why = "have records that start together" if together else "resemble each other"
             yield (
                 f"{first.name!r} ({first.first.record_id}) and {second.name!r} ({second.first.record_id}) {why} and "
@@ -277,7 +286,7 @@ def _name_and_date(one: _Earthquake) -> tuple[str, str, tuple[int, ...]]:
     return " ".join(re.findall(r"\w+", name)), year, day
 
 
-def _resemble(first: tuple[str, str, tuple[int, ...]], second: tuple[str, str, tuple[int, ...]]) -> bool:
+def _are_similar(first: tuple[str, str, tuple[int, ...]], second: tuple[str, str, tuple[int, ...]]) -> bool:
     """Whether two names of one year may be one: no other day or number, and words alike or among the other's."""
     (words, _, day), (others, _, other_day) = first, second
     if day and other_day and day != other_day:
@@ -289,4 +298,6 @@ def _resemble(first: tuple[str, str, tuple[int, ...]], second: tuple[str, str, t
         return False
     fewer, more = sorted((set(words.split()), set(others.split())), key=len)
     matcher = difflib.SequenceMatcher(None, words, others)
-    return fewer <= more or (matcher.real_quick_ratio() >= ALIKE and matcher.ratio() >= ALIKE)
+    return fewer <= more or (
+        matcher.real_quick_ratio() >= MIN_NAME_SIMILARITY and matcher.ratio() >= MIN_NAME_SIMILARITY
+    )

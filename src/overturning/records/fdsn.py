@@ -10,21 +10,21 @@ from typing import Any
 
 from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.files import atomic_write
-from overturning.records.download import SET_CREDENTIALS, credentials, retried
+from overturning.records.download import SET_CREDENTIALS, credentials, retry
 from overturning.records.formats.miniseed import read_stream
 from overturning.records.formats.stationxml import read_inventory
 from overturning.records.source import SourceFile, is_web_page
 
 CODES = ("network", "station", "location", "channel")
 BEFORE_S, AFTER_S = 30.0, 270.0
-"""Window about the origin of an event, s, where none is given."""
-MOST_MISSING_S = 2.0
-"""What may lack at either end of a window before it is said, s: a server has samples, not times."""
+"""Default start and end of the window, s before and after the origin time of an event."""
+MAX_MISSING_S = 2.0
+"""Longest missing part at either end of the window without a note, s."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """What to ask a server for: a window, or an event of its catalogue."""
+    """Request to a server: channels, and a time window or an event of its catalogue."""
 
     server: str  # a short name that obspy knows, or the address of the services
     network: str  # SEED codes, down to the channel
@@ -33,9 +33,9 @@ class Request:
     channel: str = "HN?"  # the three components of an accelerometer
     start: str = ""  # ISO 8601 in UTC; empty with an event
     end: str = ""
-    event_id: str = ""  # the window is then counted from its origin time
-    before_s: float | None = None  # not given: `BEFORE_S` and `AFTER_S`
-    after_s: float | None = None
+    event_id: str = ""  # event of the server's catalogue; the window is relative to its origin time
+    before_s: float | None = None  # start of the window before the origin, s; None: `BEFORE_S`
+    after_s: float | None = None  # end of the window after the origin, s; None: `AFTER_S`
 
     def __post_init__(self) -> None:
         for name in CODES:
@@ -46,7 +46,7 @@ class Request:
         if not self.event_id and not (self.start and self.end):
             raise ArgumentError("start, end: give both")
         if not self.event_id and (self.before_s, self.after_s) != (None, None):
-            raise ArgumentError("before, after: they count from an event's origin; leave them out beside start and end")
+            raise ArgumentError("before, after: they count from an event's origin; leave them out with start and end")
         if "@" in self.server:
             raise ArgumentError(f"server: no credentials in an address; {SET_CREDENTIALS}")
 
@@ -60,19 +60,27 @@ def fetch_fdsn(
     wait: float = 1.0,
     tell: Callable[[str], Any] = lambda _: None,
 ) -> list[Path]:
-    """Get a MiniSEED and its StationXML file, or find them in the folder, which is made if missing.
+    """Download a MiniSEED file and its StationXML into a folder, unless they are there already; return their paths.
 
-    Both files are read before they are moved into place, so a cut or foreign answer never becomes one. ``tries``,
-    ``timeout`` and ``wait`` are as in `fetch_url`, per file. What of the window the server does not have is told. An
-    `ArgumentError` says that server, codes or times are unusable, a `MissingDataError` that the server has no such
-    data, or wants an account, a `RecordError` that no whole, readable answer came.
+    The folder is created if missing. Both answers are read before they are saved, so a cut or wrong answer leaves no
+    file. ``tries``, ``timeout`` and ``wait`` apply per file, see `fetch_url`. ``tell`` gets a message on each part of
+    the window that the server does not have.
+
+    Raises
+    ------
+    ArgumentError
+        If server, codes or times are unusable.
+    MissingDataError
+        If the server has no such data, or needs an account.
+    RecordError
+        If no complete, readable answer arrives.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     what = f"{request.server} {request.network}.{request.station}"
 
     def ask(action: Callable[[], Any]) -> Any:
-        return retried(lambda: _answered(action, what), what, tries, wait)
+        return retry(lambda: _run_request(action, what), what, tries, wait)
 
     client = ask(lambda: _client(request.server, timeout))
     start, end = _window(request, lambda event_id: ask(lambda: client.get_events(eventid=event_id)))
@@ -83,17 +91,17 @@ def fetch_fdsn(
     window = {"starttime": start, "endtime": end}
     if not metadata.exists():
         get = partial(client.get_stations, **codes, **window, level="response")
-        ask(lambda: _keep(metadata, "StationXML", get, lambda file: read_inventory([file])))
+        ask(lambda: _save_answer(metadata, "StationXML", get, lambda file: read_inventory([file])))
     if not waves.exists():
         get = partial(client.get_waveforms, **codes, **window)
-        ask(lambda: _keep(waves, "MiniSEED", get, lambda file: _check_waves(file, start, end)))
+        ask(lambda: _save_answer(waves, "MiniSEED", get, lambda file: _check_waves(file, start, end)))
     found = read_stream(SourceFile(waves.name, waves.read_bytes()), "MSEED")
     for channel in dict.fromkeys(trace.id for trace in found):
         pieces = [trace.stats for trace in found if trace.id == channel]
         ends = min(one.starttime for one in pieces) - start, end - max(one.endtime for one in pieces)
-        lost = [f"{word} {s:.0f} s" for word, s in zip(("first", "last"), ends, strict=True) if s > MOST_MISSING_S]
+        lost = [f"{word} {s:.0f} s" for word, s in zip(("first", "last"), ends, strict=True) if s > MAX_MISSING_S]
         if lost:
-            tell(f"{waves.name}: of the window asked for the {' and the '.join(lost)} of {channel} are not there")
+            tell(f"{waves.name}: of the requested window, the {' and the '.join(lost)} of {channel} are not there")
     return [waves, metadata]
 
 
@@ -133,8 +141,8 @@ def _window(request: Request, events: Callable[[str], Any]) -> tuple[Any, Any]:
     return start, end
 
 
-def _answered(action: Callable[[], Any], what: str) -> Any:
-    """Do it; an ArgumentError or a MissingDataError for what the server says for certain."""
+def _run_request(action: Callable[[], Any], what: str) -> Any:
+    """Run a request; raise an ArgumentError or a MissingDataError for answers that a retry cannot change."""
     from obspy.clients.fdsn import header
 
     nothing = MissingDataError(f"{what}: the server has no such data; check codes, time window and event")
@@ -152,8 +160,8 @@ def _answered(action: Callable[[], Any], what: str) -> Any:
         raise (nothing if "404" in str(problem).partition("\n")[0] else problem) from None
 
 
-def _keep(path: Path, what: str, get: Callable[..., Any], check: Callable[[SourceFile], Any]) -> None:
-    """Move an answer into place that is neither empty nor a web page, and stands its check."""
+def _save_answer(path: Path, what: str, get: Callable[..., Any], check: Callable[[SourceFile], Any]) -> None:
+    """Save an answer that is neither empty nor a web page and passes ``check``."""
     answer = io.BytesIO()
     get(filename=answer)
     data = answer.getvalue()

@@ -2,16 +2,16 @@
 
 from collections.abc import Iterable, Sequence
 
-from overturning.records.assembly import MAXIMUM_SPREAD
+from overturning.records.assembly import MAX_SPREAD_S
 from overturning.records.component import Component, seed_sensor
 
 
 def group_components(components: Iterable[Component]) -> list[list[Component]]:
     """Sort components into records, in the order of first appearance.
 
-    Those of one record have the same format, station, place, event, sensor with its SEED band (HN of HNE) and location,
-    and starts at most 0.5 s apart.
-    Components that say nothing about themselves (declared columns) belong together when they are of one file.
+    Components of one record have the same format, station, place, event, sensor with its SEED band (HN of HNE) and
+    location, and starts at most 0.5 s apart. Components without metadata (declared columns) belong to one record if
+    they are in one file.
     """
     groups: list[list[Component]] = []
     for component in components:
@@ -28,10 +28,12 @@ def in_one_record(group: Sequence[Component], component: Component) -> bool:
     first = group[0]
     if first.location and component.location and first.location != component.location:
         return False
-    if len({seed_sensor(first), seed_sensor(component)} - {""}) > 1:  # bands of one sensor (BN, HN), or two sensors
+    if (
+        len({seed_sensor(first), seed_sensor(component)} - {""}) > 1
+    ):  # Two bands of one sensor (BN, HN), or two sensors.
         return False
     if first.file == component.file and first.sha256 == component.sha256:
-        # In one file an axis that comes twice begins another record, except another sensor's.
+        # The second occurrence of an axis in one file begins another record.
         return first.sensor == component.sensor and not any(
             c.axis == component.axis and c.start == component.start for c in group
         )
@@ -43,6 +45,6 @@ def in_one_record(group: Sequence[Component], component: Component) -> bool:
     if first.start is None or component.start is None:
         near = first.start is component.start
     else:
-        near = abs((first.start - component.start).total_seconds()) <= MAXIMUM_SPREAD
+        near = abs((first.start - component.start).total_seconds()) <= MAX_SPREAD_S
     same = all(getattr(first, name) == getattr(component, name) for name in alike)
     return same and near and all(c.axis != component.axis for c in group)

@@ -56,7 +56,7 @@ def process(record: Record, steps: Sequence[Step] | None, site: Site | None = No
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
         start = record.start and iso(datetime.fromisoformat(record.start) + timedelta(seconds=shift))
         changed = record.with_each(change, sampling_interval=interval, start=start)
-        if isinstance(step, Baseline) and (still := _left_alone(record, changed)):
+        if isinstance(step, Baseline) and (still := _unchanged_components(record, changed)):
             chosen = f"nothing taken from {' and '.join(still)}: the line is zero at no time before the fit"
         record = _with_entry(record, changed, step, chosen, shift)
     if site is not None:
@@ -71,7 +71,7 @@ def process(record: Record, steps: Sequence[Step] | None, site: Site | None = No
     return record
 
 
-def _left_alone(before: Record, after: Record) -> list[str]:
+def _unchanged_components(before: Record, after: Record) -> list[str]:
     """Components that a step has left as they were, though they move."""
     pairs = zip(("north", "east", "up"), before.components, after.components, strict=False)
     return [name for name, was, now in pairs if was.any() and np.array_equal(was, now)]

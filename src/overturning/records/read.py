@@ -18,8 +18,7 @@ from overturning.errors import (
     suggest_keywords,
 )
 from overturning.records.assembly import assemble, borehole_name
-from overturning.records.beside import is_vertical, most_alike
-from overturning.records.catalogue import OF_FILES, RecordEntry, find_files, find_paths
+from overturning.records.catalogue import FILE_COLUMNS, RecordEntry, find_files, find_paths
 from overturning.records.component import Component
 from overturning.records.formats.table import (
     NO_ACCELERATION,
@@ -30,9 +29,17 @@ from overturning.records.formats.table import (
     is_recognised,
 )
 from overturning.records.grouping import group_components, in_one_record
+from overturning.records.neighbours import is_vertical, similar_files
 from overturning.records.processing import process
 from overturning.records.record import Record
-from overturning.records.source import NO_RECORDS, Declarations, SourceFile, is_archive, open_archive, read_source
+from overturning.records.source import (
+    NON_RECORD_EXTENSIONS,
+    Declarations,
+    SourceFile,
+    is_archive,
+    open_archive,
+    read_source,
+)
 from overturning.records.steps import Step, Steps
 from overturning.records.store import rounded
 from overturning.validation import describe_faults
@@ -56,7 +63,9 @@ def read_samples(entry: RecordEntry, data_dir: Path | str) -> Record:
     if entry.format == "synthetic":
         from overturning.records.pulses import parse_pulse, pulse_record
 
-        if of_files := [name for name in OF_FILES if getattr(entry, name) != RecordEntry.model_fields[name].default]:
+        if of_files := [
+            name for name in FILE_COLUMNS if getattr(entry, name) != RecordEntry.model_fields[name].default
+        ]:
             raise ConfigError(
                 f"record {entry.id}: {of_files[0]}: of files alone; a pulse says all of itself in its line"
             )
@@ -64,9 +73,9 @@ def read_samples(entry: RecordEntry, data_dir: Path | str) -> Record:
     else:
         components = _components_of(entry, data_dir)
         source = f"{components[0].format if components else entry.format} {entry.source}"
-        record = _of_one_sensor(components, entry.id, entry.declarations, source=source)
+        record = _assemble_sensor(components, entry.id, entry.declarations, source=source)
         paths = find_paths(entry, Path(data_dir))
-        record = with_notes(record, vertical_beside(paths, components, entry.declarations) if paths else [])
+        record = with_notes(record, missing_vertical_notes(paths, components, entry.declarations) if paths else [])
     if entry.sha256 and entry.sha256 != record.sha256:
         raise RecordError(
             f"record {entry.id}: {entry.source} has SHA-256 {record.sha256}, the record table says {entry.sha256}; "
@@ -77,13 +86,13 @@ def read_samples(entry: RecordEntry, data_dir: Path | str) -> Record:
 
 def describe(record: Record, entry: RecordEntry) -> Record:
     """Return a record with the labels of the record table: station, event, fault, site and licence."""
-    stated = _known(entry.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
-    stated |= _known({"latitude": entry.station_latitude_deg, "longitude": entry.station_longitude_deg})
+    stated = _non_empty(entry.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
+    stated |= _non_empty({"latitude": entry.station_latitude_deg, "longitude": entry.station_longitude_deg})
     if "station" in stated and entry.sensor == "borehole":
         stated["station"] = borehole_name(stated["station"])
     epicentre = {"event_latitude": entry.epicentre_latitude_deg, "event_longitude": entry.epicentre_longitude_deg}
     of_event = {"event_id": entry.event_id, "origin_time": entry.origin_time}
-    extra = record.extra | _known({"pulse": entry.pulse} | of_event | epicentre) | entry.metadata
+    extra = record.extra | _non_empty({"pulse": entry.pulse} | of_event | epicentre) | entry.metadata
     return replace(record, extra=extra, **stated)
 
 
@@ -100,7 +109,7 @@ def _components_of(entry: RecordEntry, data_dir: Path | str) -> list[Component]:
     return read_files(find_files(entry, Path(data_dir)), entry.declarations)
 
 
-def _known(values: dict[str, Any]) -> dict[str, Any]:
+def _non_empty(values: dict[str, Any]) -> dict[str, Any]:
     """Those that the record table states."""
     return {name: value for name, value in values.items() if value not in (None, "")}
 
@@ -116,7 +125,7 @@ def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Comp
     it. A RecordError says so where a file is of no known format, or not of the one it should have.
     """
     packed = [(m, file) for file in files for m in (open_archive(file) if is_archive(file.data) else [file])]
-    declared = declared.with_metadata_of(member for member, _ in packed)
+    declared = declared.with_station_xml(member for member, _ in packed)
     named = format_named("csv" if declared.columns else declared.format)
     is_csv = named is not None and named.name == "csv"
     components: list[Component] = []
@@ -126,7 +135,7 @@ def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Comp
     for member, file in packed:
         if member in declared.metadata:
             continue
-        if member is not file and (member.suffix in NO_RECORDS or is_no_acceleration(member)):
+        if member is not file and (member.suffix in NON_RECORD_EXTENSIONS or is_no_acceleration(member)):
             left_out[member] = NO_ACCELERATION
             continue
         if member is not file and member.suffix in TABLES and not (is_csv or is_recognised(member)):
@@ -147,7 +156,7 @@ def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Comp
             why = "none of the archive's members is an accelerogram: get the file that holds one"
             raise RecordError(f"{next(iter(left_out)).name}: {why}")
     reasons.raise_all()
-    return _processed_alone(components, packed, left_out)
+    return _drop_raw_duplicates(components, packed, left_out)
 
 
 def _read_one(file: SourceFile, named: Format | None, declared: Declarations) -> list[Component]:
@@ -159,7 +168,7 @@ def _read_one(file: SourceFile, named: Format | None, declared: Declarations) ->
     return (named or detect_format(file)).read(file, declared)
 
 
-def _processed_alone(
+def _drop_raw_duplicates(
     components: Sequence[Component], packed: Sequence[tuple[SourceFile, SourceFile]], left_out: Mapping[SourceFile, str]
 ) -> list[Component]:
     """Components of files, of archives without raw ones that lie there processed, too; with notes of what is left out.
@@ -180,7 +189,7 @@ def _processed_alone(
     twice = [c for c in raw if any(alike(c, other) for other in components)]
     kept = [c for c in components if not any(c is other for other in twice)]
     said = [(c.file, "the same is there processed") for c in twice]
-    said += [(file.name, why) for file, why in left_out.items() if file.suffix not in NO_RECORDS]
+    said += [(file.name, why) for file, why in left_out.items() if file.suffix not in NON_RECORD_EXTENSIONS]
     noted = []
     for component in kept:
         # Of an archive with several records each has the notes on files of its own name.
@@ -191,7 +200,7 @@ def _processed_alone(
     return noted
 
 
-def _of_one_sensor(components: Sequence[Component], record_id: str, declared: Declarations, **stated: Any) -> Record:
+def _assemble_sensor(components: Sequence[Component], record_id: str, declared: Declarations, **stated: Any) -> Record:
     """The record of one of the sensors whose components were read, as `assemble` makes it.
 
     A RecordError where there is no such sensor, or where they are of several records, as those of an archive may be.
@@ -232,9 +241,9 @@ def read_path(
     if len(paths) > 1:
         components = read_files(map(read_source, paths), declared)
     else:
-        components, paths = with_sisters(paths[0], declared)
-    record = _of_one_sensor(components, record_id or paths[0].name.split(".")[0].lower(), declared)
-    return with_notes(record, vertical_beside(paths, components, declared))
+        components, paths = read_with_siblings(paths[0], declared)
+    record = _assemble_sensor(components, record_id or paths[0].name.split(".")[0].lower(), declared)
+    return with_notes(record, missing_vertical_notes(paths, components, declared))
 
 
 def with_notes(record: Record, notes: Sequence[str]) -> Record:
@@ -242,7 +251,7 @@ def with_notes(record: Record, notes: Sequence[str]) -> Record:
     return replace(record, extra=record.extra | {"notes": [*record.notes, *notes]}) if notes else record
 
 
-def vertical_beside(paths: Sequence[Path], components: Sequence[Component], declared: Declarations) -> list[str]:
+def missing_vertical_notes(paths: Sequence[Path], components: Sequence[Component], declared: Declarations) -> list[str]:
     """Return a note that names the file of a vertical component that a record lacks, in the folder of its files."""
     if (
         len(components) < 2
@@ -251,7 +260,7 @@ def vertical_beside(paths: Sequence[Path], components: Sequence[Component], decl
         or any(map(is_vertical, components))
     ):
         return []
-    for path in most_alike(paths):
+    for path in similar_files(paths):
         with suppress(OverturningError):
             found = read_files([read_source(path)], declared)
             if any(is_vertical(one) and in_one_record(components, one) for one in found):
@@ -259,20 +268,20 @@ def vertical_beside(paths: Sequence[Path], components: Sequence[Component], decl
     return []
 
 
-def with_sisters(path: Path, declared: Declarations) -> tuple[list[Component], list[Path]]:
+def read_with_siblings(path: Path, declared: Declarations) -> tuple[list[Component], list[Path]]:
     """Components of a file and, where it holds only one, of the files beside it that belong to the same record.
 
     Returns the files too, with the StationXML beside them where they need it.
     """
     first = read_source(path)
     beside = () if is_archive(first.data) else sorted(path.parent.glob("*.xml"))
-    declared = declared.with_metadata_of(map(read_source, beside))
+    declared = declared.with_station_xml(map(read_source, beside))
     components = read_files([first], declared)
     stations = {file.name for file in declared.metadata} if components[0].format in ("miniseed", "sac") else set()
     needed = [other for other in beside if other.name in stations]
     if len(components) > 1:
         return components, [path, *needed]
-    alike = [p for p in sorted(path.parent.iterdir()) if p != path and p.is_file() and _named_alike(path, p)]
+    alike = [p for p in sorted(path.parent.iterdir()) if p != path and p.is_file() and _has_similar_name(path, p)]
     for other in alike:
         # A neighbour that is no record, or damaged, is not this record's concern.
         with suppress(RecordError):
@@ -282,7 +291,7 @@ def with_sisters(path: Path, declared: Declarations) -> tuple[list[Component], l
     return components, [path, *(other for other in alike if other.name in found), *needed]
 
 
-def _named_alike(path: Path, other: Path) -> bool:
+def _has_similar_name(path: Path, other: Path) -> bool:
     """Whether a file may hold another component of the same record, by its name.
 
     It has the same stem with another extension, or a name of the same length that differs in one stretch of at most

@@ -140,7 +140,7 @@ def summary(step: Mapping[str, Any]) -> str:
             return str(other)
 
 
-def state_of(record: Record) -> str:
+def processing_label(record: Record) -> str:
     """Raw or processed, and by whom; nothing is known of a motion of Python."""
     if record.extra.get("given"):
         return "as given"
@@ -190,7 +190,7 @@ def provenance(record: Record) -> dict[str, Any]:
     effects = [step["effect"] for step in record.processing]
     now = peaks_of(record.horizontal, record.sampling_interval)
     return {
-        "data": state_of(record),
+        "data": processing_label(record),
         "agency": record.extra.get("agency_processing", ""),
         "steps": list(record.processing),
         "peaks": {name: [effects[0][name][0] if effects else peak, peak] for name, peak in now.items()},

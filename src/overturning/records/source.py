@@ -1,4 +1,4 @@
-"""What a reader gets: bytes of files or of an archive's members, with bounds; what files do not say themselves."""
+"""Input of the readers: files and members of archives in memory, within limits, and declarations about them."""
 
 import hashlib
 import io
@@ -17,28 +17,28 @@ from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.units import UNITS
 
 MAXIMUM_BYTES: Final = 200_000_000
-"""Largest file, and largest sum of an archive's members, that is read; a day at 200 Hz in text is half of it."""
+"""Largest size of a file, or of all members of an archive, bytes; a day at 200 Hz in text has half of it."""
 
 MAXIMUM_MEMBERS: Final = 20_000
-"""Most members of an archive."""
+"""Largest number of members of an archive."""
 
-NO_RECORDS: Final = frozenset(
+NON_RECORD_EXTENSIONS: Final = frozenset(
     ("geojson", "htm", "jpeg", "jpg", "json", "kml", "md", "pdf", "png", "py", "svg", "toml", "yaml", "yml")
 ) | {"db", "eps", "gif", "ini", "kmz", "ods", "odt", "pptx", "ps", "rtf", "tif", "tiff"}
-"""Extensions of files that are no records: in folders, archives, and among several files, they are passed over."""
+"""Extensions of files that are no records: they are skipped in folders, in archives, and among several files."""
 
 DOCUMENTS: Final = frozenset(("docx", "kmz", "ods", "odt", "pptx", "xlsx"))
-"""Extensions of documents that are zip files, and no archives of records."""
+"""Extensions of documents that are zip files but no archives of records."""
 
-MARKS: Final = b"\xef\xbb\xbf \r\n\t"
-"""What may stand before the first letter of a text: a byte-order mark and white space."""
+LEADING_BYTES: Final = b"\xef\xbb\xbf \r\n\t"
+"""Bytes that may precede the first letter of a text: byte-order mark and white space."""
 
 _JAPANESE: Final = re.compile(r"[\u3000-\u30ff\u4e00-\u9fff]{2}|[\uff66-\uff9f]{3}")
-"""Letters of a Japanese word: two of full width, or three of half."""
+"""Japanese text: two full-width or three half-width letters in a row."""
 
-_DAMAGE: Final = (
+_ARCHIVE_ERRORS: Final = (
     *(tarfile.TarError, zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError),
-    # What the standard library stumbles over where the sizes and places in an archive's directory are wrong.
+    # Errors of the standard library for wrong sizes and offsets in an archive's directory.
     *(ValueError, LookupError, OverflowError, struct.error),
 )
 
@@ -47,7 +47,7 @@ _DAMAGE: Final = (
 class SourceFile:
     """A record file in memory."""
 
-    name: str  # without folder, or ``archive:member``; what errors name
+    name: str  # file name without folder, for error messages
     data: bytes
 
     @cached_property
@@ -57,9 +57,9 @@ class SourceFile:
 
     @cached_property
     def text(self) -> str:
-        """The text: UTF-8 (a byte-order mark is dropped), else Shift-JIS as Japanese loggers write, else Latin-1.
+        """Text decoded as UTF-8 (without a byte-order mark), else Shift-JIS (Japanese loggers), else Latin-1.
 
-        Shift-JIS takes the single letters with accents of Latin-1 for Japanese ones, but these come in words.
+        Single accented letters of Latin-1 are also valid Shift-JIS, so Shift-JIS needs several Japanese letters.
         """
         for encoding in ("utf-8-sig", "shift_jis"):
             try:
@@ -72,31 +72,31 @@ class SourceFile:
 
     @cached_property
     def lines(self) -> list[str]:
-        """The lines, whichever line ends they have; a DOS end-of-file mark and padding zeros at the end are dropped."""
+        """Lines, for any line ends, without a DOS end-of-file mark or zero bytes at the end of the file."""
         text = self.text.rstrip("\x1a\x00")
         # Not str.splitlines, which also breaks at form feeds and other marks that a text field may hold.
         return text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
 
     @property
     def suffix(self) -> str:
-        """Last extension, lower case, without the dot."""
+        """Last extension in lower case, without the dot."""
         return PurePosixPath(self.name).suffix.lower().lstrip(".")
 
 
 def is_archive(data: bytes) -> bool:
-    """Whether bytes begin like a zip, gzip or tar file."""
+    """Return True if bytes begin like a zip, gzip or tar file."""
     return data[:4] == b"PK\x03\x04" or data[:2] == b"\x1f\x8b" or data[257:262] == b"ustar"
 
 
 def is_web_page(data: bytes) -> bool:
-    """Whether bytes begin like an HTML page, as a server sends it to those who have not signed in."""
-    return data[:400].lstrip(MARKS).lower().startswith((b"<!doctype html", b"<html"))
+    """Return True if bytes begin like an HTML page, which servers send in place of a file before login."""
+    return data[:400].lstrip(LEADING_BYTES).lower().startswith((b"<!doctype html", b"<html"))
 
 
 def read_source(path: Path) -> SourceFile:
-    """Read a file whole.
+    """Read a whole file.
 
-    A MissingDataError where there is none; a RecordError where it is a folder, empty, unreadable or larger than 200 MB.
+    Raises a MissingDataError if it does not exist, a RecordError if it is a folder, empty, unreadable or above 200 MB.
     """
     if not path.exists():
         raise MissingDataError(f"{path}: no such file; check the name, or the data folder in the config")
@@ -117,9 +117,9 @@ def read_source(path: Path) -> SourceFile:
 def open_archive(source: SourceFile, *, _depth: int = 0, _budget: list[int] | None = None) -> Iterator[SourceFile]:
     """Yield the members of a .tar, .tar.gz or .zip file, nested archives (as NIED delivers them) included.
 
-    Nothing is written to the disk, so a member's folder cannot lead out of anything; names that try are refused all the
-    same, as are links, devices, damage, more than two levels, and more than 200 MB. Member sizes are counted while they
-    are unpacked, not believed.
+    Members are unpacked in memory only. A RecordError refuses member names that point out of the archive, links,
+    devices, damage, more than two levels, and more than 200 MB in all. Sizes are counted while unpacking, because the
+    archive's directory may state wrong ones.
     """
     budget = _budget if _budget is not None else [MAXIMUM_BYTES, MAXIMUM_MEMBERS]
     if _depth > 2:
@@ -132,20 +132,20 @@ def open_archive(source: SourceFile, *, _depth: int = 0, _budget: list[int] | No
                 yield member
     except RecordError:
         raise
-    except _DAMAGE as problem:
+    except _ARCHIVE_ERRORS as problem:
         raise RecordError(f"{source.name}: the archive is damaged ({problem}); download it again") from problem
-    except RuntimeError as problem:  # zipfile's word for an encrypted member
+    except RuntimeError as problem:  # zipfile raises it for an encrypted member.
         raise RecordError(f"{source.name}: {problem}; unpack it first") from problem
 
 
 def _members(source: SourceFile, budget: list[int]) -> Iterator[SourceFile]:
-    """Files of an archive, not of those in it; ``budget`` is what bytes and members may still come."""
-    for name, plain, folder, data in (_zipped if source.data[:2] == b"PK" else _tarred)(source):
+    """Yield the files of one archive level; ``budget`` holds the bytes and members that are still allowed."""
+    for name, plain, folder, data in (_zip_members if source.data[:2] == b"PK" else _tar_members)(source):
         pure = PurePosixPath(name.replace("\\", "/"))
         if pure.is_absolute() or ".." in pure.parts or (pure.parts and ":" in pure.parts[0]):
             why = f"member {name!r} points out of the archive; unpack by hand what you trust"
             raise RecordError(f"{source.name}: {why}")
-        if folder or _is_beside(pure):
+        if folder or _is_system_file(pure):
             continue
         if not plain:
             raise RecordError(f"{source.name}: member {name!r} is a link or a device; put the file itself there")
@@ -160,17 +160,19 @@ def _members(source: SourceFile, budget: list[int]) -> Iterator[SourceFile]:
         yield SourceFile(pure.name, member)
 
 
-def _is_beside(path: PurePosixPath) -> bool:
-    """Return True for members that systems add (``.DS_Store``, ``__MACOSX/._x.V2``), and for plots (``x.ps.gz``)."""
-    packed = path.suffix.lower() == ".gz" and PurePosixPath(path.stem).suffix.lower().lstrip(".") in NO_RECORDS
+def _is_system_file(path: PurePosixPath) -> bool:
+    """Return True for files of operating systems (``.DS_Store``, ``__MACOSX/._x.V2``) and plots (``x.ps.gz``)."""
+    packed = (
+        path.suffix.lower() == ".gz" and PurePosixPath(path.stem).suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS
+    )
     return path.name.startswith(".") or "__MACOSX" in path.parts or packed
 
 
 _Member = tuple[str, bool, bool, Callable[[int], bytes]]
-"""Of an archive: name, whether it is a plain file, whether it is a folder, and its first so many bytes."""
+"""Archive member: name, True for a plain file, True for a folder, and a function that reads its first n bytes."""
 
 
-def _zipped(source: SourceFile) -> Iterator[_Member]:
+def _zip_members(source: SourceFile) -> Iterator[_Member]:
     with zipfile.ZipFile(io.BytesIO(source.data)) as archive:
         for info in archive.infolist():
 
@@ -181,7 +183,7 @@ def _zipped(source: SourceFile) -> Iterator[_Member]:
             yield info.filename, (info.external_attr >> 16) & 0o170000 != 0o120000, info.is_dir(), data
 
 
-def _tarred(source: SourceFile) -> Iterator[_Member]:
+def _tar_members(source: SourceFile) -> Iterator[_Member]:
     with tarfile.open(fileobj=io.BytesIO(source.data), mode="r|*") as archive:
         for info in archive:
             stream = archive.extractfile(info) if info.isreg() else None
@@ -197,19 +199,19 @@ assert set(UNITS) == set(get_args(Unit))
 
 @dataclass(frozen=True)
 class Declarations:
-    """What files do not say themselves: said by the record table, on the command line, or in Python."""
+    """Properties that files do not state, declared in the record table, on the command line, or in Python."""
 
     format: str | None = None  # the only format allowed; None: by content
-    unit: Unit | None = None  # of the samples, where the format leaves it open (SAC)
-    columns: str = ""  # of a CSV file: ``time:s north:gal east:gal up:gal``
-    sampling_interval_s: float | None = None  # of a CSV file without a time column
-    processed: bool | None = None  # whether the samples have been corrected already, where the format leaves it open
-    sensor: Sensor | None = None  # None: that at the surface
-    azimuths_deg: Sequence[float] | None = None  # of the two horizontal axes, in the order of the components
+    unit: Unit | None = None  # unit of the samples, if the format does not state it (SAC)
+    columns: str = ""  # columns of a CSV file: ``time:s north:gal east:gal up:gal``
+    sampling_interval_s: float | None = None  # interval of a CSV file without a time column
+    processed: bool | None = None  # True for corrected, False for raw samples, if the format does not state it
+    sensor: Sensor | None = None  # None: surface
+    azimuths_deg: Sequence[float] | None = None  # azimuths of the two horizontal axes, in the order of the components
     correction_deg: float = 0.0  # added to the azimuths: misorientation plus magnetic declination, clockwise
-    vertical_sense: VerticalSense | None = None  # of a vertical axis that does not say it; ``none`` leaves any out
-    trust_data: bool = False  # go on where header and data differ, files are unlike long, or the size is no motion's
-    metadata: Sequence[SourceFile] = ()  # StationXML files that go with MiniSEED or SAC files
+    vertical_sense: VerticalSense | None = None  # sense of a vertical axis of unknown sense; ``none`` omits the axis
+    trust_data: bool = False  # accept contradictions of header and data, unlike lengths and implausible amplitudes
+    metadata: Sequence[SourceFile] = ()  # StationXML files for MiniSEED or SAC files
 
     def __post_init__(self) -> None:
         for name, known in (("unit", UNITS), ("sensor", get_args(Sensor)), ("vertical_sense", get_args(VerticalSense))):
@@ -219,19 +221,19 @@ class Declarations:
             raise ArgumentError(f"columns: only csv has them, the format is {self.format!r}; leave out one of both")
 
     @property
-    def of_samples(self) -> list[str]:
-        """What was declared of the samples, in words."""
+    def sample_declarations(self) -> list[str]:
+        """Declarations about the samples, as texts for the report."""
         words = [f"columns {self.columns}"] if self.columns else [f"unit {self.unit}"] if self.unit else []
         return words + {True: ["processed"], False: ["raw"], None: []}[self.processed]
 
     @property
-    def of_axes(self) -> list[str]:
-        """What was declared of the axes, in words."""
+    def axis_declarations(self) -> list[str]:
+        """Declarations about the axes, as texts for the report."""
         words = [] if self.azimuths_deg is None else ["axes {:g}° and {:g}°".format(*self.azimuths_deg)]
         words += [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []
         return words + ([f"vertical {self.vertical_sense}"] if self.vertical_sense else [])
 
-    def with_metadata_of(self, files: Iterable[SourceFile]) -> "Declarations":
-        """The same, with the StationXML among files added to the metadata."""
+    def with_station_xml(self, files: Iterable[SourceFile]) -> "Declarations":
+        """Return a copy whose metadata include the StationXML among files."""
         found = [file for file in files if b"FDSNStationXML" in file.data[:2000]]
         return replace(self, metadata=(*self.metadata, *found))

@@ -18,7 +18,7 @@ LARGEST_RATIO = 1000
 """Largest numerator or denominator of a resampling ratio."""
 
 
-def _refused(record: Record, key: str, why: str) -> RecordError:
+def _step_error(record: Record, key: str, why: str) -> RecordError:
     return RecordError(f"record {record.record_id}: {key}; {why}")
 
 
@@ -48,7 +48,7 @@ class RemoveMean(_Step):
         count = round(self.first_s / record.sampling_interval)
         if not 1 <= count <= record.north.size:
             bounds = f"it must lie between one sample and {record.duration:g} s"
-            raise _refused(record, f"remove_mean.first_s {self.first_s:g}", bounds)
+            raise _step_error(record, f"remove_mean.first_s {self.first_s:g}", bounds)
         return samples - samples[:count].mean()
 
 
@@ -75,7 +75,7 @@ class Taper(_Step):
         width = round(self.length_s / record.sampling_interval)
         if not 1 <= width <= samples.size // 2:
             bounds = f"it must lie between one sample and half the record, {0.5 * record.duration:g} s"
-            raise _refused(record, f"taper.length_s {self.length_s:g}", bounds)
+            raise _step_error(record, f"taper.length_s {self.length_s:g}", bounds)
         return samples * bell(samples.size, width)
 
 
@@ -98,7 +98,7 @@ class Filter(_Step):
         nyquist, corner = 0.5 / record.sampling_interval, float(self.corner_hz)
         if corner >= nyquist:
             bounds = f"it must lie below the Nyquist frequency {nyquist:g} Hz"
-            raise _refused(record, f"{self.step}.corner_hz {corner:g}", bounds)
+            raise _step_error(record, f"{self.step}.corner_hz {corner:g}", bounds)
         sections = butter(self.order, corner, btype=self.step, fs=1.0 / record.sampling_interval, output="sos")
         pad = self._pad(record.sampling_interval)
         filtered = sosfiltfilt(sections, np.pad(samples, pad), padtype=None)
@@ -179,7 +179,7 @@ class Baseline(_Step):
         end = time >= self.fit_from_s - 1e-9
         if end.sum() < 10:
             bounds = f"the record ends at {record.duration:g} s and the fit needs ten samples"
-            raise _refused(record, f"baseline.fit_from_s {self.fit_from_s:g}", bounds)
+            raise _step_error(record, f"baseline.fit_from_s {self.fit_from_s:g}", bounds)
         velocity = integrate(samples, interval)
         # Solve about the middle of the fitted part: well conditioned however late it lies.
         middle = float(time[end].mean())
@@ -211,7 +211,7 @@ class Resample(_Step):
         ratio = Fraction(exact).limit_denominator(LARGEST_RATIO)
         if ratio.numerator > LARGEST_RATIO or ratio == 0 or not math.isclose(float(ratio), exact, rel_tol=1e-7):
             what = f"resample.sampling_interval_s {self.sampling_interval_s:g} from {record.sampling_interval:g}"
-            raise _refused(record, what, f"their ratio must be a fraction of whole numbers up to {LARGEST_RATIO}")
+            raise _step_error(record, what, f"their ratio must be a fraction of whole numbers up to {LARGEST_RATIO}")
         if ratio == 1:
             return samples
         offset = _offset(samples, record.sampling_interval)  # beside which the ends are zeros, too
@@ -237,7 +237,7 @@ class Cut(_Step):
         last = samples.size if self.end_s is None else round(self.end_s / record.sampling_interval) + 1
         if last > samples.size or last - first < 2:
             what = f"cut from {self.start_s:g} to {self.end_s} s"
-            raise _refused(record, what, f"the record ends at {record.duration:g} s")
+            raise _step_error(record, what, f"the record ends at {record.duration:g} s")
         return samples[first:last].copy()
 
     def shift(self, interval: float) -> float:  # noqa: D102
@@ -261,7 +261,7 @@ Step = Annotated[
 """Any of the steps, told apart by the key ``step``."""
 
 
-def _from_a_known_start(steps: Sequence[Step]) -> Sequence[Step]:
+def _check_step_order(steps: Sequence[Step]) -> Sequence[Step]:
     """Steps in an order in which their times count from a start that is known beforehand; else a ValueError."""
     moved = False  # by zeros before it, as many as the corner asks for that is chosen by itself
     for step in steps:
@@ -275,5 +275,5 @@ def _from_a_known_start(steps: Sequence[Step]) -> Sequence[Step]:
     return steps
 
 
-Steps = Annotated[tuple[Step, ...], AfterValidator(_from_a_known_start)]
+Steps = Annotated[tuple[Step, ...], AfterValidator(_check_step_order)]
 """Steps in their order."""

@@ -1,4 +1,4 @@
-"""``motion.nc``: a record as one NetCDF file, the same bytes each time."""
+"""Read and write ``motion.nc``, a record as one NetCDF file; the same record always gives the same bytes."""
 
 import json
 from dataclasses import replace
@@ -12,7 +12,7 @@ from overturning.files import atomic_write, checksum_matches
 from overturning.records.record import Record
 
 DECIMALS = 9
-"""Samples are rounded to 1e-9 m/s²: what follows is then the same on every processor."""
+"""Decimals of the stored samples, m/s²; rounding makes all results the same on every processor."""
 
 SCHEMA = "overturning motion 1"
 
@@ -21,14 +21,14 @@ _NUMBERS = ("fault_strike_deg", "latitude", "longitude")
 
 
 def rounded(record: Record) -> Record:
-    """The record as it will be read back: samples rounded to 1e-9 m/s², without negative zeros."""
+    """Return the record as `read_motion` returns it: samples rounded to 1e-9 m/s², without negative zeros."""
     return record.with_each(lambda samples: np.round(samples, DECIMALS) + 0.0)
 
 
 def write_motion(record: Record, path: Path | str, unprocessed: Record | None = None) -> None:
-    """Write a record as NetCDF (CF-1.11), under another name first and then moved into place; the folder is made.
+    """Write a record as NetCDF (CF-1.11) atomically; create the folder if missing.
 
-    What it was before its processing may be written beside it, for those who look at what that did.
+    With ``unprocessed``, the file also holds the record before its processing, for comparison.
     """
     import netCDF4
 
@@ -44,7 +44,7 @@ def write_motion(record: Record, path: Path | str, unprocessed: Record | None = 
 
 
 def _add_series(file: Any, record: Record, suffix: str = "", when: str = "") -> None:
-    """Time and components as variables of a dimension of their own."""
+    """Write time and components as variables with their own dimension."""
     file.createDimension(f"time{suffix}", record.north.size)
     time = np.arange(record.north.size) * record.sampling_interval
     for name, values, unit, long_name in (
@@ -76,12 +76,12 @@ def _attributes(record: Record) -> dict[str, Any]:
 
 
 def read_motion(path: Path | str) -> Record:
-    """Read a ``motion.nc``; a ResultError where it is missing, damaged or not of this kind."""
+    """Read a ``motion.nc``; raise a ResultError if it is missing, damaged or another kind of file."""
     return _read(Path(path), "")
 
 
 def read_unprocessed(path: Path | str) -> Record | None:
-    """What the record of a ``motion.nc`` was before its processing; None where it was left alone."""
+    """Read the record before its processing from a ``motion.nc``; None if it was not processed."""
     import netCDF4
 
     read_motion(path)
@@ -94,12 +94,12 @@ def _read(path: Path, suffix: str) -> Record:
     import netCDF4
 
     if path.is_file() and not checksum_matches(path):
-        raise ResultError(f"{path}: damaged, or not a {SCHEMA!r} file; run the study again, which makes it anew")
+        raise ResultError(f"{path}: damaged, or not a {SCHEMA!r} file; run the study again, which writes it again")
     try:
         with netCDF4.Dataset(path) as file:
             attributes = {name: file.getncattr(name) for name in file.ncattrs()}
             if attributes.get("schema") != SCHEMA:
-                raise ResultError(f"{path}: not a {SCHEMA!r} file; run the study again, which makes it anew")
+                raise ResultError(f"{path}: not a {SCHEMA!r} file; run the study again, which writes it again")
             samples = {
                 name: np.asarray(file[name + suffix][:].filled(np.nan), dtype=np.float64)
                 for name in ("north", "east", "up")
@@ -124,4 +124,4 @@ def _read(path: Path, suffix: str) -> Record:
     except (OSError, KeyError, IndexError, ValueError, RuntimeError) as problem:
         if isinstance(problem, ResultError):
             raise
-        raise ResultError(f"{path}: damaged ({problem}); run the study again, which makes it anew") from problem
+        raise ResultError(f"{path}: damaged ({problem}); run the study again, which writes it again") from problem

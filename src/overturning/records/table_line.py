@@ -12,7 +12,7 @@ from overturning.errors import ArgumentError, ConfigError, MissingDataError
 from overturning.files import atomic_write, project_file
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.processing import process
-from overturning.records.read import read_record, with_sisters
+from overturning.records.read import read_record, read_with_siblings
 from overturning.records.record import Record
 from overturning.validation import format_validation_error
 
@@ -50,7 +50,7 @@ def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder:
         first = error.errors()[0]
         raise ArgumentError(f"{'.'.join(map(str, first['loc']))}: {format_validation_error(first)}") from None
     if len(paths) == 1 and "source" not in values:
-        paths = with_sisters(paths[0], entry.declarations)[1]
+        paths = read_with_siblings(paths[0], entry.declarations)[1]
         cells["source"] = " ".join(path.name for path in paths)
         entry = entry.model_copy(update={"source": cells["source"]})
     for text in cells.values():

@@ -188,7 +188,7 @@ def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, .
     Returns what has to be said of how their earthquakes are told apart, of what was left out of files or resampled,
     and of records too weak to move any stone.
     """
-    from overturning.records.duplicates import duplicate_texts, duplicates_of, fingerprint
+    from overturning.records.duplicates import duplicate_texts, find_duplicates, fingerprint
     from overturning.records.earthquakes import earthquakes_of
     from overturning.records.processing import process
     from overturning.records.read import read_record
@@ -204,7 +204,7 @@ def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, .
             records.append(replace(record, north=np.zeros(2), east=np.zeros(2), up=None))
         except OverturningError as error:
             faults.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
-    faults += duplicate_texts(duplicates_of(prints))
+    faults += duplicate_texts(find_duplicates(prints))
     if faults:
         raise ConfigError(_format_faults(faults))
     if records:

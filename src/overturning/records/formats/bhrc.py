@@ -1,15 +1,15 @@
-"""BHRC, Iran (Building and Housing Research Center's ISMN), volume 1: components one after the other in one file, g/10.
+"""BHRC, Iran (Building and Housing Research Center's ISMN), volume 1: all components in one file, unit g/10.
 
-The format: per component 13 lines of text, 7 of integers (5 columns each), 7 of reals (13 columns each), of which the
-sixth is the rate, ten samples per line (10E13.6), and a line ``/&``. The azimuths of L and T stand in the station's
-line; whether V is up is said nowhere. The header states no peak, and no time of the first sample.
+The format, per component: 13 lines of text, 7 lines of integers (5 columns each), 7 of reals (13 columns each; the
+sixth is the sampling rate), ten samples per line (10E13.6), and a line ``/&``. The station's line states the
+azimuths of L and T. The file does not state the sense of V, the peak, or the time of the first sample.
 """
 
 from typing import Final
 
 from overturning.records.component import UNKNOWN, Component
 from overturning.records.formats.header import Fields, Header
-from overturning.records.formats.lines import FLOAT, Lines, in_turn
+from overturning.records.formats.lines import FLOAT, Lines, component_reader
 from overturning.units import STANDARD_GRAVITY
 
 HEADER_LINES: Final = 27
@@ -29,9 +29,9 @@ FIELDS: Final[Fields] = {
 }
 
 
-@in_turn(r"\* VOL1", "only volume 1 is read")
+@component_reader(r"\* VOL1", "only volume 1 is read")
 def read(block: Lines) -> tuple[Component, int]:
-    """The component that begins with these lines, and how many lines it takes."""
+    """Read the component at the first of these lines; return it and the number of its lines."""
     header, text = Header.of(block, FIELDS, HEADER_LINES, length=HEADER_LINES), block.lines
     axis, azimuths = header.text("L, V or T"), header.match("azimuths of L and T")
     if axis != header.text("component"):

@@ -1,8 +1,8 @@
 """CISMID (Universidad Nacional de Ingeniería, Peru): three components in one file, cm/s².
 
-The format, as its files describe themselves: five numbered sections. Of station, earthquake and record each line is
-``KEY : text``; the comments say what was done to the samples; the data begins with a line that names its columns, the
-time and EW, NS and UD. Times are local, those of Peru.
+The format, as its files describe themselves: five numbered sections. The sections on station, earthquake and record
+have lines ``KEY : text``; the comments describe the processing; the data begin with a line that names their columns:
+time, EW, NS and UD. Times are local times of Peru.
 """
 
 import re
@@ -17,7 +17,7 @@ from overturning.units import GAL
 
 PERU: Final = timedelta(hours=-5)
 SUMMERS: Final = (1986, 1987, 1990, 1994)
-"""Years that began with clocks an hour ahead; which clock the headers have then is not known."""
+"""Years with summer time in Peru (January to April); the headers do not state whether they use it."""
 CLOCK: Final = "%B %d, %Y %H:%M:%S"
 AXES: Final[dict[str, Direction]] = {"NS": (0.0, 0), "EW": (90.0, 0), "UD": (None, 1)}
 FILTERED: Final = re.compile(r"(?<!un)(?<!not )(?<!no )(?<!without )(?<!without a )filter", re.IGNORECASE)
@@ -56,11 +56,11 @@ def read(source: SourceFile) -> list[Component]:
     if len(set(columns)) < len(AXES):
         raise header.error(heading, f"columns {', '.join(columns)}; one of them comes twice: correct it")
     interval = station.interval("SAMPLING FREQUENCY (Hz)")
-    values, notes = header.promised("NUMBER OF SAMPLES", header.rows(heading + 1, 1 + len(columns)))
+    values, notes = header.stated_samples("NUMBER OF SAMPLES", header.rows(heading + 1, 1 + len(columns)))
     header.check_spacing(heading + 1, values[:, 0], interval, 1, "get the file again")
     comments = " ".join(" ".join(header.lines[header.at("section 4") + 1 : heading - 1]).split())
     origin, start = (_moment(header, name) for name in ("ORIGIN TIME", "RECORD TIME"))
-    if origin and start and start < origin - timedelta(hours=12):  # past midnight, for the date is the earthquake's
+    if origin and start and start < origin - timedelta(hours=12):  # The date is the earthquake's.
         start += timedelta(days=1)
     return [
         header.component(
@@ -75,7 +75,7 @@ def read(source: SourceFile) -> list[Component]:
             place=(station.optional("LATITUDE"), station.optional("LONGITUDE")),
             peak=_peak(header, column - 1),
             epicentre=(header.optional("LATITUDE"), header.optional("LONGITUDE")),
-            # A corrected baseline alone leaves the noise of long periods in; a filter does not.
+            # A baseline correction alone leaves long-period noise in the samples; a filter removes it.
             processed=bool(FILTERED.search(comments)),
             extra=header.numbers({"depth_km": "depth"}) | ({"agency_processing": comments} if comments else {}),
             notes=notes,
@@ -85,12 +85,12 @@ def read(source: SourceFile) -> list[Component]:
 
 
 def _moment(header: Header, name: str) -> datetime | None:
-    """Time, UTC, of the earthquake's date and a local time of the day; None where the clock is not known."""
+    """Return the UTC time for the earthquake's date and a local time of day; None in years of summer time."""
     moment = stated_time(f"{header.text('DATE')} {header.text(name)}", CLOCK, ahead=PERU)
     return None if moment and moment.year in SUMMERS and moment.month <= 4 else moment
 
 
 def _peak(header: Header, place: int) -> StatedPeak | None:
-    """The stated peak of a component, by its place among the columns."""
+    """Return the stated peak of the component in a column, counted from 0; None if the header states none."""
     stated = header.text("MAXIMUM ACCELERATION").split()
     return header.peak("MAXIMUM ACCELERATION", GAL, stated[place]) if stated else None

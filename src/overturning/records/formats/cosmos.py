@@ -1,8 +1,8 @@
 """COSMOS volumes 0, 1 and 2 (format 1.20): one or more channels per file, in counts, g or cm/s².
 
 The format: COSMOS Strong Motion Data Format, version 1.20 (2001). Per channel 13 lines of text after the first,
-integers, reals and comments, each set introduced by a line that says how many follow and in which FORTRAN format; then
-the samples, introduced the same way; a line that ends the channel. Counts of volume 0 become g by the reals 22 (µV per
+integers, reals and comments; a line before each set states the count and the FORTRAN format. The samples follow, with
+the same kind of line before them, and an end mark. Counts of volume 0 become g by the reals 22 (µV per
 count), 42 (sensitivity of the sensor, V/g) and 47 (gain).
 """
 
@@ -20,21 +20,21 @@ from overturning.records.component import (
     Component,
     Direction,
     StatedPeak,
-    agreed,
+    agreed_direction,
     channel_axis,
     coded_azimuth,
     sensor_at,
     stated_location,
 )
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
-from overturning.records.formats.lines import Lines, in_turn
+from overturning.records.formats.lines import Lines, component_reader
 from overturning.units import GAL, STANDARD_GRAVITY
 
 UNITS: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVITY}
 """COSMOS table 2: g, cm/s², Gal, mg."""
 COUNTS: Final = 50
 WORDS: Final = {"g": 2, "cm/sec2": 4, "cm/sec/sec": 4, "cm/s2": 4, "cm/s/s": 4, "gal": 10, "mg": 11, "counts": COUNTS}
-"""Units as the text has them; it may have other words."""
+"""Code of table 2 for each unit that the text may state; other words are ignored."""
 NULL: Final = -999.0
 
 SET: Final = re.compile(r"\s*(\d+)\s.*Format\s*=\s*\((\d+)[IFE](\d+)", re.IGNORECASE)
@@ -54,7 +54,7 @@ FIELDS: Final[Fields] = {
 
 
 def _set(lines: Lines, at: int, what: str) -> tuple[dict[str, Any], int]:
-    """Count, numbers per line and width, and the line after the set, from the line that introduces it."""
+    """Return count, numbers per line and width of a set, and the index of the line after it."""
     match = SET.match(lines.lines[at]) if at < len(lines.lines) else None
     if match is None:
         raise lines.error(at, f"no line that introduces the {what}; the file is cut: get it again")
@@ -64,9 +64,9 @@ def _set(lines: Lines, at: int, what: str) -> tuple[dict[str, Any], int]:
     return {"count": count, "per_line": per_line, "width": width}, at + 1 + -(-count // per_line)
 
 
-@in_turn(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
+@component_reader(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", "get the file again")
 def read(lines: Lines) -> tuple[Component, int]:
-    """The channel that begins with these lines, and how many lines it takes."""
+    """Read the channel at the first of these lines; return it and the number of its lines."""
     text = lines.lines
     stated = re.search(r"with\s+(\d+)\s+text lines", text[0])
     ints_at = int(stated[1]) if stated else 13
@@ -83,7 +83,7 @@ def read(lines: Lines) -> tuple[Component, int]:
     data_at = comments_at + 1 + int(comments[1])
     form, _ = _set(lines, data_at, "samples")
     unit = _unit(lines, data_at, int(whole[2]))
-    scale = _of_a_count(lines, reals_at, real) if unit == COUNTS else UNITS[unit]
+    scale = _count_scale(lines, reals_at, real) if unit == COUNTS else UNITS[unit]
     samples, end, notes = lines.samples(data_at + 1, **form)
     if end >= len(text) or not END.match(text[end]):
         raise lines.error(end, f"no end mark after {samples.size} samples; the count is wrong or the file is cut")
@@ -93,7 +93,7 @@ def read(lines: Lines) -> tuple[Component, int]:
     axis, direction = _axis(header, text[comments_at + 1 : data_at], int(whole[53]))
     known = {index: float(value) for index, value in enumerate(real) if value != NULL}
     origin, places = header.earthquake()
-    # The reals have six decimals; the samples as many as their own format: counts are whole.
+    # Resolution of the stated peak: one count, or 1e-5 of the unit.
     digit = (1.0 if unit == COUNTS else 1e-5) * scale
     peak = StatedPeak(abs(known[63]) * scale, digit, line=lines.before + reals_at + 12) if 63 in known else None
     component = header.component(
@@ -101,7 +101,7 @@ def read(lines: Lines) -> tuple[Component, int]:
         direction,
         samples * scale,
         interval,
-        # A clock of local time does not say how far that is from UTC.
+        # The header does not state the offset of a local clock from UTC.
         start=_start(lines, whole, float(real[29])) if header.text("clock").upper() in ("", "UTC", "GMT") else None,
         origin=origin,
         place=(known.get(0), known.get(1)),
@@ -116,7 +116,7 @@ def read(lines: Lines) -> tuple[Component, int]:
 
 
 def _agency(header: Header) -> dict[str, str]:
-    """Who has processed a corrected file, and with which filter."""
+    """Return the agency that processed a corrected file and its filter, as entries of ``extra``."""
     if not header.text("corrected"):
         return {}
     when, corners = header.text("processed"), " ".join(header.text("filter").split())
@@ -125,8 +125,8 @@ def _agency(header: Header) -> dict[str, str]:
     return {"processed_by": header.text("processed by") or unnamed} | filtered
 
 
-def _of_a_count(lines: Lines, reals_at: int, real: FloatArray) -> float:
-    """Acceleration of one count, m/s², from the recorder's step and the sensor's sensitivity."""
+def _count_scale(lines: Lines, reals_at: int, real: FloatArray) -> float:
+    """Return the acceleration of one count, m/s², from the recorder's step and the sensor's sensitivity."""
     microvolts, volts_per_g = float(real[21]), float(real[41])
     gain = 1.0 if real[46] == NULL else float(real[46])
     for number, value, what in ((22, microvolts, "µV per count"), (42, volts_per_g, "V/g"), (47, gain, "gain")):
@@ -137,7 +137,7 @@ def _of_a_count(lines: Lines, reals_at: int, real: FloatArray) -> float:
 
 
 def _unit(lines: Lines, data_at: int, code: int) -> int:
-    """Code of the samples' unit."""
+    """Return the code (COSMOS table 2) of the samples' unit; text and integers must agree."""
     line = lines.lines[data_at]
     stated = re.search(r"units\s*=\s*([^,(]+)\(\s*(\d+)\s*\)", line, re.IGNORECASE)
     number = int(stated[2]) if stated else code
@@ -156,10 +156,10 @@ def _unit(lines: Lines, data_at: int, code: int) -> int:
 
 
 def _axis(header: Header, comments: Sequence[str], code: int) -> tuple[str, Direction]:
-    """Axis from the text, checked against the code; from the SEED channel where neither says it."""
+    """Return name and direction of the axis, from text and code, which must agree; else from the SEED channel code."""
     word = header.text("axis")
     coded = {400: (None, 1), 401: (None, -1)}.get(code, coded_azimuth(code))
-    direction = agreed(word, coded, partial(header.error, "axis"))
+    direction = agreed_direction(word, coded, partial(header.error, "axis"))
     if direction == UNKNOWN and code in (0, -999):
         found = re.search(r"<SCNL>\s*[^.\s]+\.([A-Z0-9]{3})\.", "\n".join([*header.lines[:13], *comments]))
         word = found[1] if found else word

@@ -1,10 +1,9 @@
 """CSMIP / CGS volume 1 and volume 2, and RAW, which has volume 1's layout: all channels in one file.
 
 The format: Shakal & Huang (1985), CSMIP report OSMS 85-03. Per channel 13 lines of text (25 in volume 2), 100 integers
-(16I5), 50 or 100 reals (8F10), a line that says how many samples follow, at which rate, in which unit and format; the
-samples; in volume 2 velocity and displacement, which are not read; a line that ends the channel. Old volume-1 files
-hold pairs of time and acceleration instead (10F7, g/10), and so do those of RENADIC (Universidad de Chile), whose L, T
-and V say nothing about north and up.
+(16I5), 50 or 100 reals (8F10), a line with count, rate, unit and format of the samples, the samples, in volume 2 also
+velocity and displacement (not read), and an end mark. Old volume-1 files and those of RENADIC (Universidad de Chile)
+hold pairs of time and acceleration instead (10F7, g/10). RENADIC's axes L, T and V state no azimuth and no sense.
 """
 
 import re
@@ -18,14 +17,14 @@ from overturning.records.component import (
     CODED_SENSES,
     UNKNOWN,
     Component,
-    agreed,
+    agreed_direction,
     coded_azimuth,
     parse_axis,
     sensor_at,
     stated_location,
 )
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
-from overturning.records.formats.lines import FLOAT, Lines, in_turn
+from overturning.records.formats.lines import FLOAT, Lines, component_reader
 from overturning.units import GAL, STANDARD_GRAVITY
 
 UNITS: Final = {"g": STANDARD_GRAVITY, "g/10": 0.1 * STANDARD_GRAVITY} | dict.fromkeys(
@@ -44,7 +43,7 @@ FIELDS: Final[Fields] = {
     "start": rf"START TIME:\s*{CLOCK}",
     "trigger": rf"TRIGGER TIME:\s*{CLOCK}",
     "renadic": "(UNIVERSIDAD DE CHILE - RENADIC)",
-    # Corner frequencies, or two ramps, of which the inner ends bound the pass band.
+    # Two corner frequencies, or two ramps; the inner ends of the ramps bound the pass band.
     "filter": rf"BAND-?PASS.*?(?<![\d.])({FLOAT})\s+(?:AND|TO|-)\s+({FLOAT})(?:\s*-\s*{FLOAT})?\s*(?:HZ|CYC)",
     "NO. OF POINTS": r"NO\.? OF POINTS\s*=\s*(\d+)|^\s*(\d+) POINTS OF .*CORRECTED",
     "record length": rf"RECORD LENGTH\s*=\s*({FLOAT})",
@@ -54,7 +53,7 @@ PEAK: Final = {
     1: rf"MAX\s*=\s*({FLOAT})\s*(g\b)",
     2: rf"PEAK ACCELERATION\s*=\s*({FLOAT})\s*(g\b|cms?/sec/sec|cm/sec2|cm/s2|gal)",
 }
-"""The line that states the peak and its unit, by volume."""
+"""Pattern of the peak and its unit for each volume."""
 DATA: Final[Fields] = {
     "number of samples": r"^\s*(\d+)\s+(?:points of\s+)?accel",
     "rate": rf"at\s+({FLOAT})\s*(?:pts|points|samples)\s*/\s*sec",
@@ -62,12 +61,12 @@ DATA: Final[Fields] = {
     "unit": r"\bin\s+(?:units of\s+)?(g/10|\S+?)[.,;]?(?:\s|$|\()",
     "format": r"\((\d+)[FE](\d+)\.\d+\)",
 }
-"""Of the line that introduces the samples."""
+"""Fields of the line before the samples."""
 
 
-@in_turn(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
+@component_reader(r"\s*((UN)?CORRECTED|RESPONSE)", "get the file again")
 def read(block: Lines) -> tuple[Component, int]:
-    """The channel that begins with these lines, and how many lines it takes."""
+    """Read the channel at the first of these lines; return it and the number of its lines."""
     volume = {"U": 1, "C": 2}.get(block.lines[0].lstrip()[0].upper())
     if volume is None:
         raise block.error(0, "response spectra (volume 3); get volume 1 or 2")
@@ -79,24 +78,23 @@ def read(block: Lines) -> tuple[Component, int]:
     header = Header.of(block, {**FIELDS, "peak": PEAK[volume]}, text_lines, length=text_lines + 14)
     at = header.at("CHAN with the axis")
     number, axis = header.found["CHAN with the axis"][1].groups()
-    # Volume 2 names the axis in its first line, too; the place stands only in the line of the channel itself.
+    # Volume 2 names the axis in its first line too; only the channel's own line states the sensor's location.
     channel = header.text("channel")
     if channel and parse_axis(channel.split()[0].rstrip(",")) != parse_axis(axis):
         why = f"axis {channel.split()[0]!r}, but line {block.before + at + 1} says {axis!r}"
         raise header.error("channel", f"{why}; find out which, and correct the file")
     whole = block.fixed_integers(text_lines, width=5, per_line=16, count=100)
     code = int(whole[26])
-    # A code alone tells no sense: RENADIC's V is not said to be up.
+    # The code alone does not define the sense: RENADIC codes V as 500 without stating that it points up.
     senses = {} if parse_axis(axis) == UNKNOWN else CODED_SENSES
-    direction = agreed(axis, senses.get(code, coded_azimuth(code)), partial(block.error, at))
+    direction = agreed_direction(axis, senses.get(code, coded_azimuth(code)), partial(block.error, at))
     introduced = re.compile(str(DATA["number of samples"]), re.IGNORECASE)
     data_at = next((i for i in range(text_lines + 7, end) if introduced.match(block.lines[i])), 0)
-    samples, interval, notes = _evenly(block, data_at, header) if data_at else _pairs(block, text_lines, header)
+    samples, interval, notes = _even_samples(block, data_at, header) if data_at else _pairs(block, text_lines, header)
     (latitude, longitude), station, start = header.place("coordinates"), header.text("station"), header.clock("start")
     origin, places = header.earthquake()
     if header.text("renadic"):
-        # Its files leave the station's number out, place stations that they do not know at 0° N, 0° E, and have a
-        # clock that says 1980-01-01 where it was never set.
+        # RENADIC omits the station number, writes 0° N, 0° E for an unknown place and 1980-01-01 for an unset clock.
         station, start, origin, places = block.lines[5].strip(), header.clock("trigger"), None, {}
         start = None if start and (start.year, start.month, start.day) == (1980, 1, 1) else start
         latitude, longitude = (latitude, longitude) if latitude or longitude else (None, None)
@@ -126,8 +124,8 @@ def _unit_of_peak(header: Header) -> str:
     return match[2].lower() if match else ""
 
 
-def _evenly(block: Lines, data_at: int, header: Header) -> tuple[np.ndarray, float, tuple[str, ...]]:
-    """Samples, m/s², interval, s, and notes, after the line that introduces them; its unit may be that of the peak."""
+def _even_samples(block: Lines, data_at: int, header: Header) -> tuple[np.ndarray, float, tuple[str, ...]]:
+    """Return samples, m/s², their interval, s, and notes; if their line states no unit, the peak's unit applies."""
     data = Header.of(replace(block, lines=block.lines[data_at:], before=block.before + data_at), DATA, 1)
     rate = data.optional("rate")
     interval = data.value("rate or interval") if rate is None else block.interval_of(rate, data_at)
@@ -144,7 +142,7 @@ def _evenly(block: Lines, data_at: int, header: Header) -> tuple[np.ndarray, flo
 
 
 def _pairs(block: Lines, text_lines: int, header: Header) -> tuple[np.ndarray, float, tuple[str, ...]]:
-    """Old volume 1: time and acceleration in turn, ten columns of seven."""
+    """Read the pairs of time and acceleration of old volume-1 files; return samples, m/s², interval, s, and notes."""
     count, first = int(header.value("NO. OF POINTS")), text_lines + 14
     header.check_unit("unit of the pairs", ".", "g, g/10 or cm/sec/sec")
     values = block.fixed_columns(first, width=7, per_line=10, count=2 * count)

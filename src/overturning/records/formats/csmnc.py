@@ -1,9 +1,9 @@
 """CSMNC, China (China Strong Motion Networks Center): one component per file, cm/s².
 
-The format, as its files describe themselves: lines of text, of which the second ends with the origin time, ``COMP.``
-names the axis, the next line the quantity and its unit, then count and interval, and peak and duration; the name of
-the centre and a blank line; then eight samples per line. Times are those of Beijing (BTM). The time of the recorder,
-which is that of the first sample, is in the later files only.
+The format, as its files describe themselves: the second line of text ends with the origin time. ``COMP.`` names the
+axis; the lines after it state quantity and unit, count and interval, peak and duration. After the name of the centre
+and a blank line follow eight samples per line. Times are Beijing time (BTM). Only later files state the recorder's
+time, which is the time of the first sample.
 """
 
 from datetime import timedelta
@@ -46,7 +46,7 @@ def read(source: SourceFile) -> list[Component]:
     header = Header.of(source, FIELDS, 20, length=17)
     header.check_unit("quantity", ACCELERATION, "acceleration in CM/SEC/SEC")
     axis = header.text("COMP. with the axis")
-    samples, notes = header.promised("NO. OF POINTS", header.column(header.at("the line CSMNC") + 1))
+    samples, notes = header.stated_samples("NO. OF POINTS", header.column(header.at("the line CSMNC") + 1))
     interval = header.value("interval")
     header.check_duration("duration", samples.size, interval)
     return [

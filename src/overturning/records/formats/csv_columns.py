@@ -1,4 +1,4 @@
-"""Plain columns (CSV, tab, blanks) whose meaning and units the record table declares: nothing is guessed."""
+"""Columns of numbers (CSV, tabs, blanks) with declared axes and units; the reader guesses neither."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RefusalReasons
 from overturning.records.component import UNKNOWN, Component, parse_axis
-from overturning.records.formats.headings import SECONDS, cells_of_headings, first_row, otherwise, statements
+from overturning.records.formats.headings import SECONDS, first_row, heading_cells, heading_notes, text_line_notes
 from overturning.records.formats.lines import Lines
 from overturning.records.source import Declarations, SourceFile
 from overturning.units import UNITS
@@ -20,15 +20,16 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
     """Read all declared columns.
 
     ``columns`` names every column in order: ``time:s`` or ``time:ms``, ``skip``, or an axis with its unit:
-    ``north:gal``, ``N28W:g``, ``270:m/s2``, ``up:gal``, ``down:gal``. Of one file per component, ``x_n.txt=north:gal
-    x_e.txt=east:gal`` says which file has which; names may have ``*``. ``north:gal*8`` has eight values of one axis on
-    a line, ``north:gal*8F10`` in columns of ten characters. Lines that begin with ``#`` and headings are passed over.
+    ``north:gal``, ``N28W:g``, ``270:m/s2``, ``up:gal``, ``down:gal``. With one file per component,
+    ``x_n.txt=north:gal x_e.txt=east:gal`` assigns an axis to each file; names may contain ``*``. ``north:gal*8`` means
+    eight values of one axis per line, ``north:gal*8F10`` the same in fields of ten characters. Headings and lines that
+    begin with ``#`` are skipped.
     """
     name, reasons = source.name, RefusalReasons()
     columns: list[tuple[str, str]] = []
     with reasons.collect():
-        text, sisters = _of_file(declared.columns, name)
-        text, per_line, width = _wrapping(text, name)
+        text, sisters = _columns_of_file(declared.columns, name)
+        text, per_line, width = _parse_wrapping(text, name)
         columns = _columns(text, name)
         if declared.sampling_interval_s is None and "time" not in dict(columns):
             raise RecordError(f"{name}: no column time and no sampling_interval_s; declare one of them")
@@ -45,7 +46,7 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
     for index, (word, unit) in enumerate(columns):
         if word == "time":
             interval = _interval(lines, first, rows[:, index] * SECONDS[unit], declared.sampling_interval_s)
-    extra = {"declared": declared.of_samples}
+    extra = {"declared": declared.sample_declarations}
     return [
         Component.of(
             source,
@@ -64,10 +65,10 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
     ]
 
 
-def _of_file(text: str, name: str) -> tuple[str, str]:
-    """Columns declared of a file, and what it shares with the other files of its record; "" of files all alike.
+def _columns_of_file(text: str, name: str) -> tuple[str, str]:
+    """Return the columns declared for a file and a key that the files of one record share.
 
-    That is the part of its name that a ``*`` stands for, or that each file is named.
+    The key is the part of the name that ``*`` matches; it is "" if the declaration names no files.
     """
     words = text.split()
     if not any("=" in word for word in words):
@@ -88,8 +89,8 @@ def _of_file(text: str, name: str) -> tuple[str, str]:
     raise RecordError(f"{name}: no columns are declared of it, only of {', '.join(declared)}; add {base}=axis:unit")
 
 
-def _wrapping(text: str, name: str) -> tuple[str, int, int]:
-    """Columns without what is said of values that go on over lines; values per line, or 0; their width, or 0."""
+def _parse_wrapping(text: str, name: str) -> tuple[str, int, int]:
+    """Split ``north:gal*8F10`` into the columns, values per line (0 without ``*``) and field width (0 if free)."""
     match = re.fullmatch(r"(\S+)\*(\d+)(?:[FEfe](\d+)(?:\.\d+)?)?", text.strip())
     if match is None:
         if "*" in text:
@@ -102,7 +103,7 @@ def _wrapping(text: str, name: str) -> tuple[str, int, int]:
 
 
 def _columns(text: str, name: str) -> list[tuple[str, str]]:
-    """Axis and unit of each column."""
+    """Parse axis and unit of each column."""
     if not text.strip():
         raise RecordError(
             f"{name}: columns are not declared; say what they are, e.g. `time:s north:gal east:gal up:gal` "
@@ -128,7 +129,7 @@ def _columns(text: str, name: str) -> list[tuple[str, str]]:
 def _rows(
     lines: Lines, columns: Sequence[tuple[str, str]], declared: Declarations, per_line: int, width: int
 ) -> tuple[FloatArray, int, tuple[str, ...]]:
-    """Numbers of all rows, the line of the first, and which headings say otherwise than what is declared."""
+    """Return the numbers of all rows, the index of the first row's line, and notes on headings that contradict."""
     name, first = lines.source.name, first_row(lines.lines)
     texts = {
         i: line if width else line.strip()
@@ -136,22 +137,22 @@ def _rows(
         if line.strip() and not line.strip().startswith("#")
     }
     separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
-    headings = cells_of_headings(lines.lines[:first], separator, len(columns))
-    notes, why = otherwise(name, headings, columns)
-    stated, quantity = statements(name, lines.lines[:first], separator, columns)
+    headings = heading_cells(lines.lines[:first], separator, len(columns))
+    notes, why = heading_notes(name, headings, columns)
+    stated, quantity = text_line_notes(name, lines.lines[:first], separator, columns)
     notes, why = notes + stated, why or quantity
     if why and not declared.trust_data:
         raise RecordError(f"{name}: {why}; declare its acceleration, or say --trust-data if the heading is wrong")
     notes += (f"{name}: trusted although {why}",) if why else ()
     if per_line:
-        values = _wrapped(lines, texts, separator, per_line, width)
+        values = _wrapped_values(lines, texts, separator, per_line, width)
     else:
         cells = {i: [cell.strip() for cell in text.split(separator)] for i, text in texts.items()}
         for index, row in cells.items():
             if wrong := _wrong_separator(texts[index], row, separator, len(columns)):
                 raise lines.error(index, wrong)
         values = [[lines.number(cell, index, "a cell") for cell in row] for index, row in cells.items()]
-    if not lines.ended:
+    if not lines.ends_with_newline:
         why = "the last line has no line end, so its last number may be cut; add one if it is whole"
         raise lines.error(len(lines.lines) - 1, why)
     if len(values) < 2:
@@ -159,10 +160,10 @@ def _rows(
     return np.array(values, dtype=np.float64), next(iter(texts)), notes
 
 
-def _wrapped(
+def _wrapped_values(
     lines: Lines, texts: Mapping[int, str], separator: str | None, per_line: int, width: int
 ) -> list[list[float]]:
-    """Values of one axis that go on over lines, each a row; only the last line may have fewer."""
+    """Return the values of one axis with several values per line, one per row; only the last line may be shorter."""
     values: list[list[float]] = []
     last = max(texts, default=0)
     for index, text in texts.items():
@@ -176,7 +177,7 @@ def _wrapped(
 
 
 def _wrong_separator(line: str, cells: list[str], separator: str | None, width: int) -> str:
-    """What is wrong with the marks between or in the cells of a line; empty where nothing is."""
+    """Return the fault of a line's separators or decimal marks; "" for a correct line."""
     decimal = next((cell for cell in cells if re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell)), None)
     if decimal or (separator == "," and len(cells) == 2 * width and all(re.fullmatch(r"[+-]?\d*", c) for c in cells)):
         return f"{decimal or line[:30]!r} has decimal commas; write decimal points (sed 's/,/./g')"
@@ -188,7 +189,7 @@ def _wrong_separator(line: str, cells: list[str], separator: str | None, width: 
 
 
 def _interval(lines: Lines, first: int, time: FloatArray, declared: float | None) -> float:
-    """Sampling interval of a column of times, s, which agrees with the declared one."""
+    """Return the sampling interval of a time column, s; it must agree with the declared interval."""
     exact = float(time[-1] - time[0]) / (time.size - 1)
     steps = np.abs(np.diff(time) - exact)
     if exact <= 0 or steps.max() > max(0.02 * exact, 1e-9):

@@ -1,8 +1,8 @@
 """CWA (Central Weather Administration, Taiwan; CWB before 2023): three components in one file, Gal, offset removed.
 
-The format, as its files describe themselves: lines ``#Key: text``, of which ``#DataSequence`` names the columns with
-their signs, ``#AmplitudeMAX`` the largest and smallest sample, and ``#Data`` the FORTRAN format; then a time and three
-samples per line. Times are those of Taiwan.
+The format, as its files describe themselves: header lines ``#Key: text``. ``#DataSequence`` names the columns with
+their signs, ``#AmplitudeMAX`` the largest and smallest sample, ``#Data`` the FORTRAN format. Each data line has a time
+and three samples. Times are Taiwan time.
 """
 
 import re
@@ -47,7 +47,7 @@ def read(source: SourceFile) -> list[Component]:
     expected = round(header.value("RecordLength(sec)") / interval)
     # Some files have the sample at the end of the record, some do not.
     expected += len(values) == expected + 1
-    values, notes = header.promised("RecordLength(sec)", values, str(expected))
+    values, notes = header.stated_samples("RecordLength(sec)", values, str(expected))
     header.check_spacing(first, values[:, 0], interval, 1, "get the file again")
     return [
         header.component(

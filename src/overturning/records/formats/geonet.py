@@ -1,17 +1,17 @@
 """GeoNet (GNS Science, New Zealand) V1A and V2A: three components in one file, mm/s².
 
 The format: Cousins (2008), "GNS accelerogram data files, standard format". Per component 16 lines of text, 4 lines of
-ten integers (10I8), 6 lines of ten reals (10F8), then ten samples per line of eight columns each; corrected files go on
-with velocity and displacement, which are not read.
+ten integers (10I8), 6 lines of ten reals (10F8), then ten samples per line (10F8). Corrected files also hold velocity
+and displacement, which are not read.
 """
 
 from datetime import timedelta
 from functools import partial
 from typing import Final
 
-from overturning.records.component import UNKNOWN, Component, agreed, parse_axis
+from overturning.records.component import UNKNOWN, Component, agreed_direction, parse_axis
 from overturning.records.formats.header import PLACE, Fields, Header, stated_time
-from overturning.records.formats.lines import FLOAT, Lines, in_turn
+from overturning.records.formats.lines import FLOAT, Lines, component_reader
 
 MM: Final = 1e-3
 TEXT_LINES: Final = 16
@@ -31,9 +31,9 @@ FIELDS: Final[Fields] = {
 }
 
 
-@in_turn(r"(Unc|C)orrected", "get the file again")
+@component_reader(r"(Unc|C)orrected", "get the file again")
 def read(block: Lines) -> tuple[Component, int]:
-    """The component that begins with these lines, and how many lines it takes."""
+    """Read the component at the first of these lines; return it and the number of its lines."""
     header, text = Header.of(block, FIELDS, TEXT_LINES, length=HEADER_LINES), block.lines
     corrected = text[0].startswith("Corrected")
     whole = block.fixed_integers(TEXT_LINES, width=8, per_line=10, count=40)
@@ -44,30 +44,30 @@ def read(block: Lines) -> tuple[Component, int]:
     if abs(interval - real[25]) > 5e-4:
         raise header.error("interval", f"interval {interval} s, but the numbers below say {real[25]}; get it again")
     axis = header.text("component")
-    # The code of a vertical axis says nothing.
+    # The code of a vertical axis has no meaning.
     coded = UNKNOWN if parse_axis(axis)[1] else (float(whole[27]) % 360.0, 0)
     samples = block.fixed_columns(HEADER_LINES, width=8, per_line=10, count=count)
     end = HEADER_LINES + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
     if end > len(text):
         raise block.error(len(text) - 1, f"the file ends in the data of {axis}; get it again")
-    *day, hour, minute, millis = (int(whole[i]) for i in (8, 9, 18, 19, 38, 39))  # of the buffer's start, UT
-    # The earthquake by its time, and by its place as that of the epicentre, which may be far from the station.
+    *day, hour, minute, millis = (int(whole[i]) for i in (8, 9, 18, 19, 38, 39))  # Start of the buffer, UT.
+    # "near" names the place of the epicentre, which may be far from the station.
     when, where = (" ".join(header.text(name).split()) for name in ("origin", "near"))
     bands = header.text("bands").replace(" are", "") if corrected else ""
     agency = {"agency_processing": f"band-pass filter, {bands}"} if bands else {}
     end, notes = block.after_samples(end, count)
     return header.component(
         axis,
-        agreed(axis, coded, partial(header.error, "component")),
+        agreed_direction(axis, coded, partial(header.error, "component")),
         samples * (MM if corrected else MM * header.value("unit")),
         interval,
-        # Corrected files have samples prepended (5 s as a rule) before the start of the buffer.
+        # Corrected files begin before the start of the buffer, usually by 5 s.
         start=block.time(TEXT_LINES, day, hour, minute, millis / 1000) - timedelta(seconds=float(whole[31]) * interval),
         event=f"earthquake of {when}" + (f" (epicentre {where})" if where else ""),
         origin=stated_time(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
         peak=header.peak("Acceleration: Peak in mm/s/s", MM),
         processed=corrected,
-        # The magnitude is 0 where it is not known.
+        # 0 stands for an unknown magnitude.
         extra=({"magnitude": float(real[14])} if real[14] > 0 else {}) | agency,
         notes=notes,
     ), end

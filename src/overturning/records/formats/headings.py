@@ -1,4 +1,4 @@
-"""Headings of declared columns: which lines they are, and what they say against the declaration."""
+"""Headings of declared columns: find them, and compare them with the declaration."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,7 @@ from overturning.units import UNITS
 
 SECONDS: Final = {"s": 1.0, "ms": 1e-3}
 NUMBER: Final = re.compile(rf"{FLOAT}|[+-]?(nan|inf|infinity)", re.IGNORECASE)
-"""Of a cell with letters that is no heading, but a number or the lack of one."""
+"""Cell with letters that is a number (``1e-3``) or stands for a missing one (``nan``), not a heading."""
 
 _QUANTITIES: Final = (
     (
@@ -21,29 +21,29 @@ _QUANTITIES: Final = (
     ("displacement", r"(?<![a-z])displ?(acement)?(?![a-z])|(^|[(\[,_])[mc]?m[)\]]?$"),
     ("counts", r"(?<![a-z])(counts?|volts?)(?![a-z])"),
 )
-"""What a heading names that is no acceleration, by a unit or a word, after `_plain`."""
+"""Quantities other than acceleration, with the pattern of their units and words in a normalised heading."""
 
 _SEED: Final = re.compile("[A-Z][A-Z][NEZ]")
-"""Channel codes, HNE."""
+"""SEED channel code of a known direction, such as ``HNE``."""
 
 _PREFIXED: Final = re.compile("(?:acc|a)-?([NEZU]|N-?S|E-?W|U-?D|north|east|up)", re.IGNORECASE)
-"""An axis with the word acceleration before it: ``aN``, ``accEW``."""
+"""Axis after an abbreviation of acceleration: ``aN``, ``accEW``."""
 
 _STATED_UNIT: Final = re.compile(
     r"\bunits?\b[ :=]*(?:(?:are|is|of|in) +)?[(\[]?([a-z0-9/%]+)|\bin ([a-z0-9/]+)|[(\[](.*?)[)\]]"
 )
-"""The unit in a line of text, after `_plain`: ``units: g``, ``acceleration in m/s2``, ``velocity (cm/s)``."""
+"""Unit in a normalised line of text: ``units: g``, ``acceleration in m/s2``, ``velocity (cm/s)``."""
 
 
-def _plain(text: str) -> str:
-    """A heading in small letters, with one spelling of powers and seconds, and without blanks around its unit."""
+def _normalise(text: str) -> str:
+    """Return a heading in lower case, with one spelling of powers and seconds and no blanks around its unit."""
     text = text.strip("\"'# \t").lower().replace("²", "2").replace("^", "").replace("**", "")
     text = re.sub(r"(?<=m)[ .*·]?s-(1|2)\b", lambda power: "/s" if power[1] == "1" else "/s2", text)
     return re.sub(r"(?<=[m/])sec\b", "s", re.sub(r"/sec(?=[/2\s)\]]|$)", "/s", text)).replace("/s/s", "/s2")
 
 
 def first_row(lines: Sequence[str]) -> int:
-    """Index of the first line of numbers, after comments behind ``#`` and lines that hold a word; 0 where none is."""
+    """Return the index of the first line of numbers, after comments (``#``) and lines of words; 0 if there is none."""
     for index, line in enumerate(lines):
         text = line.strip()
         cells = [cell for cell in re.split(r"[;,\s]+", text) if cell]
@@ -53,23 +53,23 @@ def first_row(lines: Sequence[str]) -> int:
     return 0
 
 
-def cells_of_headings(lines: Sequence[str], separator: str | None, width: int) -> list[list[str]]:
-    """Cells of each line above the numbers, behind ``#`` or not, that has as many as there are columns.
+def heading_cells(lines: Sequence[str], separator: str | None, width: int) -> list[list[str]]:
+    """Return the cells of each line above the numbers, commented or not, that has one cell per column.
 
-    They are set off as the numbers are, or by blanks; those of several words by two blanks or more. Prose may have as
-    many words as there are columns by chance, so that of words set off by blanks each has a letter.
+    Cells are separated like the numbers or by blanks; cells of several words by at least two blanks. A line of prose
+    may have as many words as there are columns by chance, so each cell between blanks must contain a letter.
     """
     return [cells for line in lines if (cells := _cells(line, separator, width))]
 
 
-def _uncommented(line: str, separator: str | None) -> str:
-    """A line without the marks of a comment before it: ``#``, ``%``, ``!``, ``//``, ``;``."""
+def _strip_comment_marks(line: str, separator: str | None) -> str:
+    """Return a line without leading comment marks: ``#``, ``%``, ``!``, ``//``, ``;``."""
     return line.strip().lstrip("#%!/* \t" + ("" if separator == ";" else ";")).strip()
 
 
 def _cells(line: str, separator: str | None, width: int) -> list[str]:
-    """Cells of a line of headings; none of any other line."""
-    text = _uncommented(line, separator)
+    """Return the cells of a line of headings; empty for any other line."""
+    text = _strip_comment_marks(line, separator)
     ways = [text.split(separator)] if separator else []
     blanks = [re.split(r"\s{2,}|\t", text), text.split(), *([[text]] if width == 1 else [])]
     ways += [way for way in blanks if all(re.search("[A-Za-z]", cell) for cell in way)]
@@ -78,7 +78,7 @@ def _cells(line: str, separator: str | None, width: int) -> list[str]:
 
 
 def heading_axis(text: str) -> Direction:
-    """Direction that a heading names: ``N``, ``HNE``, ``acc_e``, ``Acc.E-W (gal)``; unknown where it names two."""
+    """Return the direction that a heading names: ``N``, ``HNE``, ``Acc.E-W (gal)``; unknown if it names two."""
     if (whole := parse_axis(text.partition("(")[0].partition("[")[0])) != UNKNOWN:
         return whole
     named = set[Direction]()
@@ -86,24 +86,25 @@ def heading_axis(text: str) -> Direction:
         prefixed = _PREFIXED.fullmatch(word)
         if _SEED.fullmatch(word.upper()) and len(word) == 3:
             named.add(channel_axis(word))
-        elif re.search("[A-Za-z]", word) and word != "s":  # a number may be anything, and s is second
+        elif re.search("[A-Za-z]", word) and word != "s":  # "s" stands for seconds, not south.
             named.add(parse_axis(prefixed[1] if prefixed else word))
     named.discard(UNKNOWN)
     return named.pop() if len(named) == 1 else UNKNOWN
 
 
-def statements(
+def text_line_notes(
     name: str, lines: Sequence[str], separator: str | None, columns: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], str]:
-    """Notes on lines of text above the numbers that state another unit, and the reason where one is no acceleration.
+    """Return notes on lines of text above the numbers that state another unit than declared, and a reason to refuse.
 
-    Such a line is for all columns: ``Velocity (cm/s)``, ``# units: g``. See `otherwise`.
+    Such a line applies to all columns: ``Velocity (cm/s)``, ``# units: g``. The reason names a quantity other than
+    acceleration; "" if there is none. See `heading_notes`.
     """
     units = {unit for word, unit in columns if word not in ("time", "skip")}
     notes, others = [], []
     for line in lines:
-        text = _uncommented(line, separator)
-        plain = _plain(text)
+        text = _strip_comment_marks(line, separator)
+        plain = _normalise(text)
         quantity = re.match(r"(?:(?:un)?corrected |processed |ground )*(velocity|displacement)\b", plain)
         about = bool(quantity) or re.match(r"(?:(?:un)?corrected |processed |ground )*acc|.*\bunits?\b", plain)
         if _cells(line, separator, len(columns)) or not about:
@@ -120,27 +121,29 @@ def statements(
     return tuple(dict.fromkeys(notes)), "; ".join(dict.fromkeys(others))
 
 
-def otherwise(
+def heading_notes(
     name: str, headings: Sequence[Sequence[str]], columns: Sequence[tuple[str, str]]
 ) -> tuple[tuple[str, ...], str]:
-    """Notes on headings that name another axis or unit than is declared; reason where one is no acceleration, or "".
+    """Return notes on headings that name another axis or unit than declared, and a reason to refuse.
+
+    The reason names a quantity other than acceleration; "" if there is none.
 
     Parameters
     ----------
     name : str
-        Of the file.
+        Name of the file.
     headings : sequence of sequences of str
         Cells of the lines of headings: ``E``, ``north (g)``, ``N-S(cm/s/s)``.
     columns : sequence of pairs
-        Declared axis and unit of each.
+        Declared axis and unit of each column.
     """
     notes, others = [], []
     for cells in headings:
         for text, (word, unit) in zip(cells, columns, strict=True):
             axis, _, rest = text.strip("\"'# ").replace("[", "(").partition("(")
             known: Mapping[str, float] = SECONDS if word == "time" else UNITS
-            # A line of units alone stands below one of names.
-            named = _plain(rest or axis).rstrip(")] ").replace("seconds", "s").replace("sec", "s")
+            # A second line of headings may hold units only.
+            named = _normalise(rest or axis).rstrip(")] ").replace("seconds", "s").replace("sec", "s")
             other_axis = word != "time" and heading_axis(text.strip("\"'# ")) not in (UNKNOWN, parse_axis(word))
             if word == "skip":
                 continue
@@ -152,6 +155,6 @@ def otherwise(
 
 
 def _quantity(text: str) -> str:
-    """The quantity of a heading that is no acceleration; empty of any other."""
-    plain = _plain(text)
+    """Return the quantity that a heading names, if it is not acceleration; else ""."""
+    plain = _normalise(text)
     return next((what for what, pattern in _QUANTITIES if re.search(pattern, plain)), "")

@@ -1,9 +1,9 @@
 """JMA (Japan Meteorological Agency), CSV: three components in one file, Gal, offset still in.
 
-The format, as its files describe themselves: lines ``KEY = text`` with the station, its place, rate, unit, and the time
-of the first sample, of Japan; a line that names the columns, NS, EW and UD, of which the first letter is positive; then
-three samples per line. Lines may be filled up with commas. Neither count nor peak is stated, so that a file which was
-cut between two lines cannot be told from a whole one.
+The format, as its files describe themselves: lines ``KEY = text`` with station, coordinates, rate, unit, and the time
+of the first sample (Japanese time); a line that names the columns NS, EW and UD, positive towards the first letter;
+then three samples per line. Lines may end with commas. The header states neither count nor peak, so a file that was cut
+between two lines looks complete.
 """
 
 import re
@@ -42,7 +42,7 @@ def read(source: SourceFile) -> list[Component]:
     if source.text.rstrip("\x1a\x00")[-1:] not in "\r\n":
         why = "the last line has no line end, so its last number may be cut; add one if it is whole"
         raise header.error(len(header.lines) - 1, why)
-    # A line with an empty cell between its commas is left, and then is no row of numbers.
+    # Keep the commas of a line with an empty cell, so that it is refused as a row of numbers.
     filled = (line.rstrip(", \t") for line in source.lines)
     spaced = [line if re.search(r",\s*,", line) else line.replace(",", " ") for line in filled]
     values = replace(header, lines=spaced).rows(first, len(columns))

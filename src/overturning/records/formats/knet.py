@@ -2,7 +2,7 @@
 
 The format: seventeen header lines (key in columns 1 to 18, value after them), then counts, eight to a line;
 acceleration in Gal is count times scale factor. (obspy reads it too, but takes a cut header, ``99.5Hz`` or a fractional
-scale factor without a word.)
+scale factor without a warning.)
 """
 
 import re
@@ -21,7 +21,7 @@ KEYS: Final = (
     *("Station Height(m)", "Record Time", "Sampling Freq(Hz)", "Duration Time(s)", "Dir.", "Scale Factor"),
     *("Max. Acc. (gal)", "Last Correction", "Memo."),
 )
-"""Of the header's lines, in their order."""
+"""Keys of the header's lines, in order."""
 FIELDS: Final[Fields] = {key: (line, rf"^{re.escape(key)}(.*)") for line, key in enumerate(KEYS)}
 
 EARTHQUAKE: Final = {
@@ -37,16 +37,16 @@ AXES: Final[dict[str, tuple[str, float | None, int, Sensor]]] = {
     for codes, number, sensor in _SENSORS
     for code, (axis, azimuth, vertical) in zip(codes, (("NS", 0.0, 0), ("EW", 90.0, 0), ("UD", None, 1)), strict=True)
 }
-"""Direction code: extension of the file's name, azimuth, vertical sense, sensor."""
+"""File extension, azimuth (degrees), vertical sense and sensor for each direction code."""
 
 CLOCK: Final = "%Y/%m/%d %H:%M:%S"
 JAPAN: Final = timedelta(hours=9)
 DELAY: Final = timedelta(seconds=15)
-"""The logger writes the time at which it triggered, so much into the file."""
+"""Time of the trigger after the first sample; the header states the time of the trigger."""
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read one component: counts times gain in m/s², offset still in; a RecordError names a wrong header line."""
+    """Read one component, m/s², with its offset; a RecordError names a wrong header line."""
     header = Header.of(source, FIELDS, length=len(KEYS))
     if not re.fullmatch(r"[A-Z0-9]{3,7}", station := header.text("Station Code")):
         raise header.error("Station Code", f"station code {station!r}; it has 3 to 7 letters and digits: correct it")
@@ -63,14 +63,14 @@ def read(source: SourceFile) -> list[Component]:
     known = {name: header.text(key) for key, name in EARTHQUAKE.items()}
     counts = _counts(header)
     expected = round(header.value("Duration Time(s)") / interval)
-    counts, notes = header.promised("Duration Time(s)", counts, str(expected))
+    counts, notes = header.stated_samples("Duration Time(s)", counts, str(expected))
     return [
         header.component(
             extension,
             (azimuth, vertical),
             counts * _gain(header),
             interval,
-            # A record table may call either of them KiK-net, as all of them once did.
+            # The record table may give `kik-net` for both networks.
             format="k-net" if direction in _SENSORS[0][0] else "kik-net",
             start=start,
             station=station,
@@ -79,7 +79,7 @@ def read(source: SourceFile) -> list[Component]:
             place=(header.value("Station Lat."), header.value("Station Long.")),
             peak=header.peak("Max. Acc. (gal)", GAL, after_mean=True),
             sensor=sensor,
-            # What the header says about the earthquake; blank where it does not know (a magnitude may be).
+            # An unknown magnitude is blank.
             extra={name: float(text) for name, text in known.items() if re.fullmatch(r"[+-]?\d+(\.\d+)?", text)},
             notes=notes,
         )
@@ -87,7 +87,7 @@ def read(source: SourceFile) -> list[Component]:
 
 
 def _gain(header: Header) -> float:
-    """m/s² per count of a scale factor such as ``7845(gal)/8223790``."""
+    """Return the acceleration of one count, m/s², from a scale factor such as ``7845(gal)/8223790``."""
     text = header.text("Scale Factor")
     match = re.fullmatch(r"([\d.]+)\s*\(gal\)\s*/\s*([\d.]+)", text)
     if match is None:
@@ -99,13 +99,13 @@ def _gain(header: Header) -> float:
 
 
 def _counts(lines: Lines) -> FloatArray:
-    """Whole numbers, set flush right: the last one of a cut file ends before its column does."""
+    """Read whole numbers in right-aligned columns; a last number that ends before its column is refused as cut."""
     for index, line in enumerate(lines.lines[len(KEYS) :], len(KEYS)):
         for word in line.split():
             if not re.fullmatch(r"[+-]?[0-9]{1,15}", word):
                 raise lines.error(index, f"sample {word!r} is not a whole number; get the file again")
     full = [line.rstrip() for line in lines.lines[len(KEYS) :] if line.strip()]
-    if len(full) > 1 and not lines.ended:
+    if len(full) > 1 and not lines.ends_with_newline:
         ends, last = ([word.end() for word in re.finditer(r"\S+", line)] for line in full[-2:])
         if last != ends[: len(last)]:
             raise lines.error(len(lines.lines) - 1, "the last sample is cut; get the file again")

@@ -1,4 +1,4 @@
-"""MiniSEED with StationXML, through obspy: counts become acceleration by the gain or response that goes with them."""
+"""MiniSEED with StationXML, read by obspy: the channel's gain or response converts counts to acceleration."""
 
 import io
 from datetime import UTC
@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RefusalReasons
-from overturning.records.component import Component, by_code, other_than_coded, sensor_at
+from overturning.records.component import Component, channel_code_notes, direction_by_code, sensor_at
 from overturning.records.formats.stationxml import acceleration_scale, epoch_of, is_velocity, read_inventory
 from overturning.records.source import Declarations, SourceFile
 from overturning.units import UNITS
@@ -16,13 +16,13 @@ from overturning.units import UNITS
 LONGEST_TAPER: Final = 5.0
 """Longest taper at each end before a response is removed, s."""
 BLANK: Final = "--"
-"""A location code of blanks as it is written: it tells sensors apart as any other code does."""
+"""Written form of a blank location code; it distinguishes sensors like any other code."""
 FULL_SCALE: Final = 0.01
-"""Velocity from which on most velocity sensors are at the end of their range, m/s."""
+"""Velocity at which most velocity sensors reach the end of their range, m/s."""
 
 
 def read(source: SourceFile, declared: Declarations) -> list[Component]:
-    """Read all channels; a RecordError says so where the file is damaged, has gaps, or no StationXML goes with it."""
+    """Read all channels; raise a RecordError if the file is damaged, has gaps, or no StationXML is given."""
     size = len(source.data)
     if size % 128:
         why = f"{size} bytes are no whole number of MiniSEED records; it is cut: get it again"
@@ -35,7 +35,7 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
 
 
 def read_stream(source: SourceFile, form: str, **options: Any) -> Any:
-    """The traces of a file, by obspy; a RecordError where it is damaged."""
+    """Read the traces of a file with obspy; raise a RecordError if it is damaged."""
     import obspy
 
     try:
@@ -45,10 +45,10 @@ def read_stream(source: SourceFile, form: str, **options: Any) -> Any:
 
 
 def components_of(stream: Any, inventory: Any, source: SourceFile, declared: Declarations) -> list[Component]:
-    """Counts to m/s² with the inventory's gain (accelerometers) or response (velocity sensors).
+    """Convert counts to m/s² with the inventory's gain (accelerometers) or response (velocity sensors).
 
-    A RecordError says so where a trace has a gap or is not in the inventory, and where its code is that of a velocity
-    sensor but the inventory says acceleration, unless a unit is declared.
+    Raises a RecordError if a trace has a gap or is not in the inventory, or if its code names a velocity sensor while
+    the inventory states acceleration and no unit is declared.
     """
     name = source.name
     try:
@@ -83,10 +83,10 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: Declara
         raise RecordError(
             f"{channel} is of an accelerometer by its code (N), but in {unit} in the StationXML; correct its units"
         )
-    direction, coded = by_code(code, epoch.direction, f"{channel}: the StationXML states no azimuth and dip")
-    # A direction that the StationXML calls unknown is not known by the code either.
+    direction, coded = direction_by_code(code, epoch.direction, f"{channel}: the StationXML states no azimuth and dip")
+    # The code does not replace a direction that the StationXML calls unknown.
     direction, coded = (epoch.direction, ()) if epoch.not_oriented else (direction, coded)
-    notes = [*other_than_coded(code, direction, "the StationXML"), *coded, *epoch.notes]
+    notes = [*channel_code_notes(code, direction, "the StationXML"), *coded, *epoch.notes]
     samples, removed = np.asarray(trace.data, dtype=np.float64) / epoch.gain, "gain"
     if scale is not None:
         samples *= scale
@@ -113,10 +113,11 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: Declara
 
 
 def _deconvolved(trace: Any, response: Any, name: str) -> FloatArray:
-    """Acceleration from a velocity sensor: response removed between 0.02 Hz and 0.8 of the Nyquist frequency.
+    """Return the acceleration of a velocity sensor, m/s²: its response removed from 0.02 Hz to 0.8 of Nyquist.
 
-    The band bounds the division. A water level counts from the largest response to acceleration, which a broadband
-    sensor has at its corner period: 60 dB below that lies at 12 Hz for 120 s, and what is faster came out low.
+    The band limits the amplification. A water level would be relative to the largest response to acceleration, which a
+    broadband sensor has at its corner period: for 120 s, 60 dB below it is reached at 12 Hz, and higher frequencies
+    would come out too small.
     """
     if not response.response_stages:
         why = f"response of {trace.id} has no stages, so it cannot be removed from a velocity sensor"
@@ -126,7 +127,8 @@ def _deconvolved(trace: Any, response: Any, name: str) -> FloatArray:
     copy = trace.copy()
     copy.stats.response = response
     copy.data = np.asarray(copy.data, dtype=np.float64)
-    # Of both ends together, as obspy has it; its own 5 % are 90 s at each end of an hour, with a shock in them.
+    # Fraction of both ends together, as obspy defines it. Its default of 5 % tapers 90 s at each end of an hour, which
+    # may contain the earthquake.
     tapered = min(0.05, 2.0 * LONGEST_TAPER / (copy.stats.npts * copy.stats.delta))
     known = {"pre_filt": band, "water_level": 300, "zero_mean": True, "taper_fraction": tapered}
     try:

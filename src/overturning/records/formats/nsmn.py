@@ -1,8 +1,7 @@
 """NSMN, Türkiye (AFAD's National Strong-Motion Network): three components in one file, Gal.
 
-The format: eighteen lines, of which the first is the title, those in between are ``KEY: text`` in a fixed order, and
-the last names the columns, N-S, E-W and U-D; then three samples per line. The files are in the code page of the place,
-so names may hold any letters.
+The format: eighteen header lines (title, lines ``KEY: text`` in a fixed order, and the names of the columns N-S, E-W
+and U-D), then three samples per line. The files are in a local code page, so names may contain any letters.
 """
 
 import re
@@ -33,7 +32,7 @@ FIELDS: Final[Fields] = {
 def read(source: SourceFile) -> list[Component]:
     """Read all components; a RecordError names the line where the file is cut or contradicts itself."""
     header = Header.of(source, FIELDS, length=HEADER_LINES)
-    values, notes = header.promised("number of data", header.rows(HEADER_LINES, 3))
+    values, notes = header.stated_samples("number of data", header.rows(HEADER_LINES, 3))
     moment, _, fraction = header.text("time of the record").partition(".")
     components = []
     for column, (axis, direction) in enumerate(AXES.items()):

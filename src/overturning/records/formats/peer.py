@@ -7,7 +7,7 @@ format. The header states no peak; the earthquake's date has no time.
 import re
 from typing import Any, Final
 
-from overturning.records.component import Component, by_code, parse_axis
+from overturning.records.component import Component, direction_by_code, parse_axis
 from overturning.records.formats.header import Fields, Header
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
@@ -22,23 +22,23 @@ FIELDS: Final[Fields] = {
 }
 
 BOREHOLE: Final = re.compile("(NS|EW|UD)1", re.IGNORECASE)
-"""Axes of KiK-net's sensor in the borehole; those of the sensor at the surface end with 2."""
+"""Axis names of KiK-net's borehole sensor; the names of its surface sensor end with 2."""
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read one component; a RecordError where it is no acceleration in g, or the header promises other samples."""
+    """Read one component; raise a RecordError if it is not acceleration in g, or has another count than stated."""
     header = Header.of(source, FIELDS, 4, length=5)
-    samples, notes = header.promised("NPTS", header.column(4))
+    samples, notes = header.stated_samples("NPTS", header.column(4))
     parts = [part.strip() for part in header.text("names").split(",")]
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()
-    # The new header sets the date apart, and before it names of earthquakes may have commas (Chi-Chi, Taiwan-06).
+    # The new header has a separate date; the earthquake's name before it may contain commas (Chi-Chi, Taiwan-06).
     dated = next((i for i, part in enumerate(parts[:-1]) if re.fullmatch(r"\d+/\d+/\d+", part)), 0)
     event, station = parts[0], parts[1:-1]
     if dated:
         event, station = f"{', '.join(parts[:dated])} {parts[dated]}", parts[dated + 1 : -1]
     corners = header.match("corners")
     filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
-    direction, coded = by_code(axis, parse_axis(axis), f"{source.name}: its header states no azimuth")
+    direction, coded = direction_by_code(axis, parse_axis(axis), f"{source.name}: its header states no azimuth")
     more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered}
     more |= {"notes": (*notes, *coded), "sensor": "borehole" if BOREHOLE.fullmatch(axis) else "surface"}
     return [header.component(axis, direction, samples * STANDARD_GRAVITY, header.value("DT"), **more)]

@@ -1,4 +1,4 @@
-"""SAC, through obspy: one component per file; unit from StationXML or declared, for the header leaves it open."""
+"""SAC, read by obspy: one component per file. Its header states no unit: StationXML or a declaration gives it."""
 
 import struct
 from datetime import UTC
@@ -12,8 +12,8 @@ from overturning.records.component import (
     Component,
     Direction,
     StatedPeak,
-    by_code,
-    other_than_coded,
+    channel_code_notes,
+    direction_by_code,
     sensor_at,
 )
 from overturning.records.formats.miniseed import components_of, read_stream
@@ -24,15 +24,15 @@ from overturning.units import UNITS
 UNDEFINED: Final = -12345.0
 
 NOT_ACCELERATION: Final[dict[float | None, str]] = {6.0: "displacement", 7.0: "velocity", 50.0: "volts"}
-"""Values of SAC's IDEP."""
+"""Quantity for each value of SAC's IDEP that is not acceleration."""
 
 NO_SERIES: Final[dict[float | None, str]] = {2.0: "a spectrum", 3.0: "a spectrum", 4.0: "x and y", 51.0: "x, y and z"}
-"""Values of SAC's IFTYPE."""
+"""Content for each value of SAC's IFTYPE that is not a time series."""
 
 
 def read(source: SourceFile, declared: Declarations) -> list[Component]:
-    """Read one component; its unit comes from StationXML or is declared, else a RecordError asks for it."""
-    # obspy divides by the interval before anybody can look at it.
+    """Read one component; raise a RecordError if neither StationXML nor a declaration gives its unit."""
+    # Check the interval first: obspy divides by it while reading.
     intervals = [struct.unpack(f"{order}f", source.data[:4])[0] for order in "<>"]
     if not any(1e-6 < interval < 1e3 for interval in intervals):
         raise RecordError(f"{source.name}: sampling interval {intervals[0]:g} s in the header; get the file again")
@@ -42,7 +42,7 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
     if what := NO_SERIES.get(header.get("iftype")) or uneven:
         raise RecordError(f"{source.name}: {what} by its header, not evenly sampled acceleration; get that file")
     inventory = read_inventory(declared.metadata)
-    # Another station's StationXML says nothing of a file whose unit is declared.
+    # With a declared unit, ignore StationXML that does not contain this channel.
     if inventory is not None and (declared.unit is None or has_channel(stream[0], inventory)):
         return components_of(stream, inventory, source, declared)
     if declared.unit is None:
@@ -66,17 +66,17 @@ def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations
             "that file"
         )
     peaks = [abs(v) for key in ("depmin", "depmax") if (v := known(key)) is not None and np.isfinite(v)]
-    # The origin and the first sample are counted from the same reference time, which a header may leave out.
+    # Origin and first sample are relative to one reference time, which the header may omit.
     dated, moment, late = known("nzyear") is not None, trace.stats.starttime, known("o")
     after = None if late is None or not dated else late - (known("b") or 0.0)
     origin = (moment + after).datetime.replace(tzinfo=UTC) if after is not None and abs(after) < 1e6 else None
     epicentre = {"event_latitude": known("evla"), "event_longitude": known("evlo")}
     places = {} if None in epicentre.values() else epicentre
     direction = _orientation(known("cmpaz"), known("cmpinc"))
-    notes = other_than_coded(trace.stats.channel, direction, "its header")
+    notes = channel_code_notes(trace.stats.channel, direction, "its header")
     if known("cmpaz") is None or known("cmpinc") is None:
         why = f"{source.name}: its header states no direction (CMPAZ, CMPINC)"
-        direction, coded = by_code(trace.stats.channel, direction, why)
+        direction, coded = direction_by_code(trace.stats.channel, direction, why)
         notes += coded
     if (factor := known("scale")) not in (None, 0.0, 1.0):
         notes += (f"{source.name}: its header's SCALE, {factor:g}, is not applied: samples are in {unit}, as declared",)
@@ -96,13 +96,13 @@ def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations
         location=trace.stats.location,
         processed=bool(declared.processed),
         unit=unit,
-        extra={"network": trace.stats.network, "declared": declared.of_samples} | places,
+        extra={"network": trace.stats.network, "declared": declared.sample_declarations} | places,
         notes=notes,
     )
 
 
 def _orientation(azimuth: float | None, inclination: float | None) -> Direction:
-    """SAC's CMPINC is the angle from up: 0 up, 90 horizontal, 180 down."""
+    """Return the direction for CMPAZ and CMPINC; CMPINC is the angle from up: 0 up, 90 horizontal, 180 down."""
     if inclination is not None and inclination in (0.0, 180.0):
         return None, 1 if inclination == 0.0 else -1
     if azimuth is None or inclination != 90.0:

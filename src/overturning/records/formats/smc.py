@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, agreed
+from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, agreed_direction
 from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -22,11 +22,11 @@ HEADER_LINES: Final = 27
 NULL: Final = -32768
 BRIDGE: Final = {1: "base of a pier", 2: "abutment of a bridge", 3: "deck above a pier", 4: "deck between piers"}
 DAM: Final = {1: "base of a dam", 2: "crest of a dam", 3: "abutment of a dam"}
-"""Where a sensor stands by the integers 27 and 28."""
+"""Location of a sensor on a bridge (integer 27) or a dam (integer 28)."""
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read one component; a RecordError names the line where it is no accelerogram, is cut, or contradicts itself."""
+    """Read one component; a RecordError names the line at which the file is no accelerogram, cut or inconsistent."""
     text = Lines(source, source.lines)
     lines = text.lines
     kind = lines[0].strip()
@@ -55,7 +55,7 @@ def read(source: SourceFile) -> list[Component]:
             station=(station[1] if station else "") or lines[2].strip(),
             event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
             place=(known.get(10), known.get(11)),
-            # Seven digits in the header, five in the data: half a unit of the data's last digit is what may differ.
+            # The header has seven digits, the data have five: they may differ by half a unit of the data's last digit.
             peak=StatedPeak(max(peaks) * GAL, 1e-4 * max(peaks) * GAL, line=23) if peaks else None,
             location=_location(whole),
             processed=KINDS[kind],
@@ -66,7 +66,7 @@ def read(source: SourceFile) -> list[Component]:
 
 
 def _samples(text: Lines, comments: int, count: int) -> tuple[np.ndarray, tuple[str, ...]]:
-    """The samples, in cm/s², after the comments, and what is said of a file that has more of them."""
+    """Return the samples, cm/s², after the comments, and a note if the file has more than the header states."""
     if count < 2 or not 0 <= comments <= 10_000:
         raise text.error(13, f"{count} samples and {comments} comment lines; correct the header")
     first = HEADER_LINES + comments
@@ -78,17 +78,17 @@ def _samples(text: Lines, comments: int, count: int) -> tuple[np.ndarray, tuple[
 
 
 def _axis(text: Lines, whole: np.ndarray) -> tuple[str, Direction]:
-    """Name of the axis, azimuth and vertical sense, from the text and from the numbers, which must agree."""
+    """Return name and direction of the axis; text and integers must agree."""
     word = re.search(r"component=\s*(\S+)", text.lines[5])
     axis = word[1] if word else str(whole[13])
     senses: dict[int, Direction] = {0: (None, 1), 180: (None, -1)}
     level = whole[12] == 90 and whole[13] != NULL
     coded = (float(whole[13]) % 360.0, 0) if level else senses.get(int(whole[12]), UNKNOWN)
-    return axis, agreed(axis, coded, partial(text.error, 5))
+    return axis, agreed_direction(axis, coded, partial(text.error, 5))
 
 
 def _location(whole: np.ndarray) -> str:
-    """Where in a structure the sensor stands, by the integers 25 (floor above the basement), 27 and 28."""
+    """Return the sensor's location in a structure, from the integers 25 (floor above the basement), 27 and 28."""
     floor, bridge, dam = (int(whole[i]) for i in (24, 26, 27))
     if 0 < floor < 200:
         return f"{floor}{({1: 'st', 2: 'nd', 3: 'rd'}).get(floor, 'th')} floor"
@@ -96,7 +96,7 @@ def _location(whole: np.ndarray) -> str:
 
 
 def _doubts(name: str, whole: np.ndarray, known: dict[int, float]) -> list[str]:
-    """What a user has to know: a record that its agency has flagged, and a longitude that may count to the west."""
+    """Return notes on a record that its agency flagged, and on a longitude that may be positive to the west."""
     flagged = [f"{name}: its header flags a problem with the record; read its comments"] if whole[17] == 1 else []
     east = known.get(11, 0.0)
     remedy = "give station_longitude_deg where it counts to the west, as some of these files do"
@@ -104,7 +104,7 @@ def _doubts(name: str, whole: np.ndarray, known: dict[int, float]) -> list[str]:
 
 
 def _start(whole: np.ndarray, text: Lines) -> datetime | None:
-    """Year, day of the year, hour, minute, second, millisecond; None where the header does not know them."""
+    """Return the time of the first sample, UTC, from year, day of the year and time; None if not stated."""
     year, day, hour, minute, second, millis = (int(n) for n in whole[1:7])
     if NULL in (year, day, hour, minute) or year == 0:
         return None

@@ -1,4 +1,4 @@
-"""StationXML: the epoch of a channel that goes with a trace, and its gain, unit, orientation and place."""
+"""StationXML: gain, unit, orientation and place of the channel epoch in which a trace was recorded."""
 
 import io
 import re
@@ -16,13 +16,13 @@ from overturning.units import GAL, STANDARD_GRAVITY
 _LENGTHS: Final = {"M": 1.0, "CM": GAL, "MM": 1e-3, "UM": 1e-6, "NM": 1e-9}
 _SCALES: Final = {f"{length}/S2": scale for length, scale in _LENGTHS.items()} | {"GAL": GAL, "G": STANDARD_GRAVITY}
 
-UNLIKE_GAINS: Final = 0.05
+MAX_GAIN_DIFFERENCE: Final = 0.05
 """Largest relative difference of a channel's gain from the product of its stages; evalresp warns from there on."""
 
-UNLIKE_VELOCITY_GAINS: Final = 1.0
-"""The same of a velocity sensor, whose stages may have their gains at other frequencies."""
+MAX_VELOCITY_GAIN_DIFFERENCE: Final = 1.0
+"""Largest such difference for a velocity sensor, whose stages may state their gains at different frequencies."""
 
-_NOT_ORIENTED: Final = re.compile(
+_UNKNOWN_ORIENTATION: Final = re.compile(
     r"(orientations?|azimuths?)\s+(is\s+|are\s+)?(not\s+(yet\s+)?(known|determined|measured)|unknown|undetermined|uncertain)"
     r"|(unknown|uncertain|undetermined)\s+(sensor\s+)?(orientation|azimuth)|\b(not\s+|un)oriented\b",
     re.IGNORECASE,
@@ -54,7 +54,7 @@ def is_motion(unit: str) -> bool:
 
 
 def read_inventory(files: Sequence[SourceFile]) -> Any:
-    """All StationXML files as one inventory, None without files; a RecordError where one is damaged."""
+    """Read all StationXML files into one inventory, None without files; raise a RecordError for a damaged file."""
     import obspy
 
     inventory = None
@@ -69,7 +69,7 @@ def read_inventory(files: Sequence[SourceFile]) -> Any:
 
 @dataclass(frozen=True)
 class Epoch:
-    """A channel of the StationXML in the time of a trace."""
+    """Channel epoch of the StationXML that contains a trace's first sample."""
 
     channel: Any  # obspy's
     unit: str  # as written, without blanks around it
@@ -81,15 +81,15 @@ class Epoch:
 
     @property
     def trusted_entry(self) -> dict[str, tuple[str, ...]]:
-        """What a component states of trusted contradictions; empty without any."""
+        """Entry ``trusted`` of a component's ``extra``; empty without trusted contradictions."""
         return {"trusted": self.trusted} if self.trusted else {}
 
 
 def epoch_of(trace: Any, inventory: Any, source: SourceFile, declared: Declarations) -> Epoch:
     """Return the epoch of a trace's channel.
 
-    A RecordError where the StationXML has none, several that differ, no gain, or one that its stages contradict; the
-    second and the last may be trusted, and the epoch that began last is then taken.
+    Raises a RecordError if the StationXML has no epoch, several different ones, no gain, or a gain that contradicts
+    its stages. With ``trust_data``, different epochs (the latest is used) and contradicting stages are accepted.
     """
     name = f"{source.name}: channel {trace.id}"
     trusted: list[str] = []
@@ -99,19 +99,19 @@ def epoch_of(trace: Any, inventory: Any, source: SourceFile, declared: Declarati
             raise RecordError(f"{name} {why}; {remedy}, or say --trust-data")
         trusted.append(f"{name} {why}")
 
-    fitting = _fitting(trace, inventory, trace.stats.starttime)
+    fitting = _active_channels(trace, inventory, trace.stats.starttime)
     if not fitting:
         why = f"at {trace.stats.starttime} is not in the StationXML given"
         raise RecordError(f"{name} {why}; get it with level=response for that channel and time")
     channel = fitting[-1]
-    if len({_contents(one) for one in fitting}) > 1:
+    if len({_epoch_contents(one) for one in fitting}) > 1:
         listed = " and ".join(f"{_gain_label(one)} from {str(one.start_date or 'ever')[:10]} on" for one in fitting)
         contradict(
             f"has {len(fitting)} epochs in the StationXML that fit {trace.stats.starttime} and differ: {listed}",
             "end the one that was over, in the StationXML",
         )
-    later = _fitting(trace, inventory, trace.stats.endtime)
-    if later and all(_contents(one) != _contents(channel) for one in later):
+    later = _active_channels(trace, inventory, trace.stats.endtime)
+    if later and all(_epoch_contents(one) != _epoch_contents(channel) for one in later):
         contradict(
             f"changes in the StationXML while it records: {_gain_label(channel)}, then {_gain_label(later[-1])} from "
             f"{str(later[-1].start_date)[:19]} on",
@@ -124,7 +124,7 @@ def epoch_of(trace: Any, inventory: Any, source: SourceFile, declared: Declarati
     if not np.isfinite(gain) or gain == 0:
         raise RecordError(f"{name} has a gain of {gain}; correct the StationXML")
     made = stages_gain(channel.response)
-    limit = UNLIKE_VELOCITY_GAINS if is_velocity(unit) else UNLIKE_GAINS
+    limit = MAX_VELOCITY_GAIN_DIFFERENCE if is_velocity(unit) else MAX_GAIN_DIFFERENCE
     if made is not None and max(abs(made / gain - 1.0), abs(gain / made - 1.0)) > limit:
         contradict(f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}", "find out which is right")
     first = (channel.response.response_stages or [None])[0]
@@ -158,8 +158,8 @@ def stages_gain(response: Any) -> float | None:
     return float(np.prod(gains)) if gains and all(gains) else None
 
 
-def _fitting(trace: Any, inventory: Any, moment: Any) -> list[Any]:
-    """Channels with the codes of a trace that were active at a moment, in the order of their start."""
+def _active_channels(trace: Any, inventory: Any, moment: Any) -> list[Any]:
+    """Return the channels with a trace's codes that were active at a moment, ordered by start."""
     codes = trace.stats
     found = [
         channel
@@ -173,8 +173,8 @@ def _fitting(trace: Any, inventory: Any, moment: Any) -> list[Any]:
     return sorted(found, key=lambda channel: channel.start_date.timestamp if channel.start_date else -np.inf)
 
 
-def _contents(channel: Any) -> tuple[Any, ...]:
-    """What a record takes of a channel, to compare epochs."""
+def _epoch_contents(channel: Any) -> tuple[Any, ...]:
+    """Return all values of a channel that a record depends on, to compare epochs."""
     response = channel.response
     sensitivity = getattr(response, "instrument_sensitivity", None)
     stages = [
@@ -192,13 +192,13 @@ def _gain_label(channel: Any) -> str:
 
 
 def _orientation(channel: Any) -> tuple[Direction, str]:
-    """Direction of a channel by azimuth and dip, and the text of the channel that calls it unknown, if any."""
+    """Return a channel's direction from azimuth and dip, and the channel's text that calls it unknown, or ""."""
     azimuth, dip = channel.azimuth, channel.dip
     if dip is not None and abs(abs(dip) - 90.0) < 1.0:
         return (None, 1 if dip < 0 else -1), ""
     texts = [channel.description, *(comment.value for comment in channel.comments)]
     texts += [channel.sensor.description] if channel.sensor else []
-    if unknown := next((text for text in texts if text and _NOT_ORIENTED.search(text)), ""):
+    if unknown := next((text for text in texts if text and _UNKNOWN_ORIENTATION.search(text)), ""):
         return UNKNOWN, unknown
     if azimuth is None or dip is None or abs(dip) > 1.0:
         return UNKNOWN, ""

@@ -1,7 +1,7 @@
-"""The table of file formats: a new format is a module beside this one with a function ``read``, and a line here.
+"""Table of file formats. A new format needs a module with a function ``read`` in this folder, and a line here.
 
-In the tests it is a line of ``FORMS`` (tests/records/written.py), which proves numbers, header, peak and damage of it,
-and the header of a file (tests/records/headers).
+Its tests need a line of ``FORMS`` (tests/records/written.py), which checks numbers, header, peak and damaged files, and
+the header of a file (tests/records/headers).
 """
 
 import re
@@ -35,40 +35,40 @@ from overturning.records.formats import (
     unam,
     usc,
 )
-from overturning.records.source import MARKS, Declarations, SourceFile
+from overturning.records.source import LEADING_BYTES, Declarations, SourceFile
 
-_STUMBLES: Final = (ValueError, LookupError, OverflowError, MemoryError, TypeError, ZeroDivisionError)
+_READER_ERRORS: Final = (ValueError, LookupError, OverflowError, MemoryError, TypeError, ZeroDivisionError)
 
 
 @dataclass(frozen=True)
 class Format:
-    """A file format: how the record table writes it, how a person calls it, how it begins, and who reads it."""
+    """File format: its name in the record table, its title, how its files begin, and its reader."""
 
     name: str
     title: str
-    begins: bytes | Callable[[bytes], bool]  # a pattern that its files fit from their first byte on, or a test of them
+    begins: bytes | Callable[[bytes], bool]  # pattern at the first byte, or predicate of the bytes
     reader: Callable[[SourceFile], list[Component]] | Callable[[SourceFile, Declarations], list[Component]]
-    agency: str = ""  # who processes the files that are processed; empty where the file names it, or nobody does
-    declared: bool = False  # whether the reader takes what is declared: files that do not say all about themselves
+    agency: str = ""  # that processed the processed files; "" if the file names it
+    declared: bool = False  # True if the reader needs declarations, because files are incomplete
 
     def detect(self, source: SourceFile) -> bool:
-        """Whether a file is of this format, by its content."""
+        """Return True if a file is of this format, by its content."""
         if callable(self.begins):
             return self.begins(source.data)
         return bool(re.match(self.begins, source.data[:2000].removeprefix(b"\xef\xbb\xbf")))
 
     def read(self, source: SourceFile, declared: Declarations) -> list[Component]:
-        """Components of a file; a RecordError names the file, where it can the line, and what to do."""
+        """Read the components of a file; a RecordError names the file, the line if known, and the remedy."""
         try:
-            # Warnings of obspy are notes on the file, not lines of the terminal with a path of this machine. A sample
-            # beyond all numbers becomes infinite, which a component refuses.
+            # Turn warnings of obspy into notes: printed, they would show a path of its installation. A sample beyond
+            # the range of floats becomes infinite, which `Component` refuses.
             with warnings.catch_warnings(record=True) as caught, np.errstate(over="ignore"):
                 warnings.simplefilter("always")
                 found = self.reader(*((source, declared) if self.declared else (source,)))
         except RecordError:
             raise
-        except _STUMBLES as problem:
-            # A reader that stumbles over what nobody thought of still names the file and says no.
+        except _READER_ERRORS as problem:
+            # An unforeseen error of a reader becomes an error that names the file.
             what = f"damaged {self.title} file ({type(problem).__name__}: {problem})"
             raise RecordError(f"{source.name}: {what}; get it again") from problem
         by = {"processed_by": self.agency} if self.agency else {}
@@ -85,7 +85,7 @@ class Format:
 
 
 def _notes_of(caught: Sequence[warnings.WarningMessage], name: str) -> tuple[str, ...]:
-    """Warnings of obspy about a file as notes; those about the code of a package are for its developers."""
+    """Return obspy's warnings about a file as notes, without its deprecation warnings."""
     told = [
         " ".join(str(one.message).split())[:200]
         for one in caught
@@ -95,7 +95,7 @@ def _notes_of(caught: Sequence[warnings.WarningMessage], name: str) -> tuple[str
 
 
 def _sac(data: bytes) -> bool:
-    """Whether bytes have SAC's header version, 6 or 7, in word 76, in either byte order, and a length that fits."""
+    """Return True if bytes have SAC's header version (6 or 7) in word 76, in either byte order, and a valid length."""
     words = [struct.unpack(f"{order}i8xi", data[304:320]) for order in "<>"] if len(data) >= 632 else []
     return any(version in (6, 7) and 0 <= count < 2**28 for version, count in words)
 
@@ -118,7 +118,7 @@ _NO_ACCELERATION: Final = re.compile(
     rb"|(?s:EVENT_(NAME|ID):.{,1500}\nDATA_TYPE: (?!ACCELERATION))",
     re.IGNORECASE,
 )
-"""How files of velocity, displacement or spectra begin, which agencies pack with those of acceleration."""
+"""Beginning of files of velocity, displacement or spectra, which agencies deliver with acceleration."""
 
 
 NO_ACCELERATION: Final = "it holds no acceleration"
@@ -151,14 +151,14 @@ FORMATS: Final = (
     Format("cismid", "CISMID (Peru)", _CISMID, cismid.read, "CISMID"),
     Format("miniseed", "MiniSEED with StationXML", rb"\d{6}[DRQM][ \x00]", miniseed.read, declared=True),
     Format("sac", "SAC", _sac, sac.read, declared=True),
-    # Never by content: columns of numbers say nothing about themselves.
+    # Never found by content: columns of numbers do not name their axes or units.
     Format("csv", "columns as declared", rb"(?!)", csv_columns.read, declared=True),
 )
-"""In the order in which they are tried; the first that recognises a file reads it."""
+"""Formats in the order in which they are tried; the first that recognises a file reads it."""
 
 
 def format_named(name: str | None) -> Format | None:
-    """The format of a name, None without one; an ArgumentError where there is none such."""
+    """Return the format of a name, None without a name; raise an ArgumentError for an unknown name."""
     found = next((form for form in FORMATS if form.name == name), None)
     if name is not None and found is None:
         known = ", ".join(["auto", "fema-p695", "synthetic", *(form.name for form in FORMATS)])
@@ -172,11 +172,11 @@ def is_recognised(source: SourceFile) -> bool:
 
 
 def detect_format(source: SourceFile) -> Format:
-    """The format of a file; a RecordError where none recognises it."""
+    """Return the format of a file; raise a RecordError if no format recognises it."""
     for form in FORMATS:
         if form.detect(source):
             return form
-    if source.data[:400].lstrip(MARKS).startswith(b"<"):
+    if source.data[:400].lstrip(LEADING_BYTES).startswith(b"<"):
         why = "a web page or XML, not a record; sign in where you downloaded it, and get it again"
         raise RecordError(f"{source.name}: {why}")
     raise RecordError(

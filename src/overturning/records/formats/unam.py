@@ -1,9 +1,8 @@
 """UNAM's ASA 2.0 (Archivo Estándar de Aceleración, Mexico): up to six channels in one file, Gal.
 
-The format: lines ``KEY : text`` whose lists have a slash before and between the values of channels C1 to C6; after the
-line ``DATOS DE ACELERACION`` and a heading, one line per sample with a column per channel. The axes are bearings, or
-``V``, ``+V`` and ``-V``, of which nobody says which way is up. The start has no date of its own: it is that of the
-earthquake, or one beside it.
+The format: lines ``KEY : text``; lists have a slash before each value of the channels C1 to C6. After the line ``DATOS
+DE ACELERACION`` and a heading, each line holds one sample of every channel. Axes are bearings, or ``V``, ``+V`` and
+``-V`` of unknown sense. The time of the first sample has no date: it is within half a day of the origin time.
 """
 
 import re
@@ -50,7 +49,7 @@ def read(source: SourceFile) -> list[Component]:
         why = f"{len(axes)} axes, {len(intervals)} intervals, {len(counts)} counts; get the file again"
         raise header.error("ORIENTACION", why)
     values = header.rows(first, len(axes))
-    promised = [header.promised("NUM. TOTAL DE MUESTRAS", values, count) for count in counts]
+    stated = [header.stated_samples("NUM. TOTAL DE MUESTRAS", values, count) for count in counts]
     lengths = _list(header, "DURACION DEL REGISTRO") if header.text("DURACION DEL REGISTRO") else []
     for count, interval, length in zip(counts, intervals, lengths, strict=False):
         samples, step = header.value("NUM. TOTAL DE MUESTRAS", count), header.value("INTERVALO DE MUESTREO", interval)
@@ -60,9 +59,9 @@ def read(source: SourceFile) -> list[Component]:
     return [
         header.component(
             axis,
-            # A vertical axis says nothing that is known about up, a +V included.
+            # The sense of a vertical axis is unknown, even of +V.
             UNKNOWN if "V" in axis.upper() else parse_axis(axis),
-            promised[column][0][:, column] * GAL,
+            stated[column][0][:, column] * GAL,
             header.value("INTERVALO DE MUESTREO", intervals[column]),
             start=start,
             station=header.text("CLAVE DE LA ESTACION"),
@@ -70,14 +69,14 @@ def read(source: SourceFile) -> list[Component]:
             origin=origin,
             place=_place(header),
             peak=header.peak("ACEL. MAX.", GAL, peaks[column]) if column < len(peaks) else None,
-            notes=promised[column][1],
+            notes=stated[column][1],
         )
         for column, axis in enumerate(axes)
     ]
 
 
 def _list(header: Header, name: str) -> list[str]:
-    """Values of the channels that there are."""
+    """Return the values of a list field, one per channel."""
     header.at(name)
     values = [part.partition(";")[0].strip() for part in header.text(name).strip("/").split("/")]
     while values and not values[-1]:
@@ -88,7 +87,7 @@ def _list(header: Header, name: str) -> list[str]:
 
 
 def _place(header: Header) -> tuple[float, float]:
-    """Latitude and longitude, degrees, from the station's line and the one below it, in either order."""
+    """Return latitude and longitude, degrees, from the station's line and the next one, in either order."""
     at = header.at("COORDENADAS DE LA ESTACION")
     below = " ".join(header.lines[at : at + 2])
     latitude, longitude = (
@@ -102,7 +101,7 @@ def _place(header: Header) -> tuple[float, float]:
 
 
 def _moments(header: Header) -> tuple[datetime, datetime]:
-    """Origin time and that of the first sample: its clock on the day on which it is nearest to the earthquake."""
+    """Return the times of origin and first sample, UTC; the latter on the day that brings it closest to the origin."""
     day = header.text("FECHA DEL SISMO")
     origin, start = (
         header.moment(name, "%Y/%m/%d %H:%M:%S.%f", "%Y/%m/%d %H:%M:%S", text=f"{day} {header.text(name)}"[:26])

@@ -1,9 +1,9 @@
 """USC volume 1 (University of Southern California, Los Angeles): film digitised at uneven times, g/10.
 
 The format, as its files have it: per channel 13 lines of text (with their lengths in columns 73 and 74), 100 integers
-(16I5, or 20I4), 50 reals (8F10), then a blank and five (or four) pairs of time and acceleration a line (F7); a line of
-words may end the channel. The integers 27 and 28 are the azimuth, or 500 for up and 600 for down, and the count; the
-reals 5 and 12 the unit as a fraction of g and the magnitude. The header states neither a peak nor when it begins.
+(16I5, or 20I4), 50 reals (8F10), then lines of a blank and five (or four) pairs of time and acceleration (F7); a line
+of text may end the channel. Integer 27 is the azimuth (500 up, 600 down), integer 28 the count; real 5 is the unit as a
+fraction of g, real 12 the magnitude. The header states neither a peak nor a start time.
 """
 
 import re
@@ -14,9 +14,9 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.records.component import CODED_SENSES, Component, agreed, coded_azimuth
+from overturning.records.component import CODED_SENSES, Component, agreed_direction, coded_azimuth
 from overturning.records.formats.header import PLACE, Fields, Header, stated_time
-from overturning.records.formats.lines import FLOAT, Lines, in_turn
+from overturning.records.formats.lines import FLOAT, Lines, component_reader
 from overturning.units import STANDARD_GRAVITY
 
 TEXT_LINES: Final = 13
@@ -33,18 +33,18 @@ FIELDS: Final[Fields] = {
     "UNITS ARE SEC AND G/10 (no other is read)": (11, r"^(UNITS ARE SEC AND G/10)\b"),
 }
 INTERVAL: Final = 0.005
-"""To which uneven times are resampled, s; the instruments end at 25 Hz."""
+"""Sampling interval after resampling of uneven times, s; the instruments record up to 25 Hz."""
 FINER: Final = 5
-"""Times as fine the cubic is evaluated before the anti-alias filter."""
+"""Oversampling factor of the cubic interpolation before the anti-alias filter."""
 LONGEST_GAP: Final = 0.1
 """Longest time between two samples, s; the instruments have periods of 0.04 s."""
 
 
-@in_turn(r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file")
+@component_reader(r"FILE +\d+ OF UNCORRECTED ACCELEROGRAM DATA OF VOLUME I\b", "only volume 1 is read: get that file")
 def read(block: Lines) -> tuple[Component, int]:
-    """The channel that begins with these lines, and how many lines it takes."""
+    """Read the channel at the first of these lines; return it and the number of its lines."""
     header, text = Header.of(block, FIELDS, TEXT_LINES, length=TEXT_LINES + 14), block.lines
-    # The variant has its reals two lines earlier, and a pair less to a line.
+    # The narrow variant has its reals two lines earlier and four pairs per line.
     narrow = "." in text[TEXT_LINES + 5]
     whole = block.fixed_integers(TEXT_LINES, width=4 if narrow else 5, per_line=20 if narrow else 16, count=100)
     reals_at = TEXT_LINES + (5 if narrow else 7)
@@ -61,11 +61,13 @@ def read(block: Lines) -> tuple[Component, int]:
     if abs(time[-1] - header.value("DURATION")) > 0.011:
         why = f"the last sample is at {time[-1]:g} s, the header's length {header.text('DURATION')} s"
         raise header.error("DURATION", f"{why}; the file is cut: get it again")
-    samples, interval, resampled = _evenly(block, first, per_line // 2, time, samples)
+    samples, interval, resampled = _resample_evenly(block, first, per_line // 2, time, samples)
     ends = end < len(text) and bool(text[end].strip()) and not text[end].startswith("FILE")
     return header.component(
         header.text("COMP"),
-        agreed(header.text("COMP"), CODED_SENSES.get(code, coded_azimuth(code)), partial(header.error, "COMP")),
+        agreed_direction(
+            header.text("COMP"), CODED_SENSES.get(code, coded_azimuth(code)), partial(header.error, "COMP")
+        ),
         samples,
         interval,
         station=f"USC {header.text('station')}, {header.text('site')}",
@@ -76,10 +78,10 @@ def read(block: Lines) -> tuple[Component, int]:
     ), end + ends
 
 
-def _evenly(
+def _resample_evenly(
     block: Lines, first: int, per_line: int, time: FloatArray, samples: FloatArray
 ) -> tuple[FloatArray, float, tuple[str, ...]]:
-    """Samples at even times from 0 on, their interval, s, and what is said of it; even ones are left as they are."""
+    """Return samples at even times from 0, their interval, s, and a note; evenly timed samples stay unchanged."""
     steps = np.diff(time)
     wrong = np.flatnonzero([time[0] != 0, *(steps <= 0) | (steps > LONGEST_GAP)])
     if wrong.size:

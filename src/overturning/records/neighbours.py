@@ -1,0 +1,32 @@
+"""Files in the folder of a record that may hold its vertical component."""
+
+import os.path
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from overturning.records.component import Component, is_unsigned_vertical
+
+MAX_NEIGHBOURS: Final = 6
+"""Largest number of files that are searched, most similar names first."""
+
+MAX_NEIGHBOUR_BYTES: Final = 10_000_000
+"""Size of the largest file that is searched, bytes."""
+
+
+def is_vertical(component: Component) -> bool:
+    """Return True if a component points up, down, or along a vertical axis of unknown sense."""
+    return bool(component.vertical) or is_unsigned_vertical(component.axis)
+
+
+def similar_files(paths: Sequence[Path]) -> list[Path]:
+    """Return other small files of the folder with the first one's extension or stem, most similar names first."""
+    first, names = paths[0], {path.name for path in paths}
+    others = [
+        other
+        for other in sorted(first.parent.iterdir())
+        if (other.suffix.lower() == first.suffix.lower() or other.stem == first.stem) and other.name not in names
+    ]
+    # Similarity is the length of the common prefix of two names (not paths).
+    others.sort(key=lambda other: -len(os.path.commonprefix([other.name, first.name])))  # noqa: RUF071
+    return [p for p in others[:MAX_NEIGHBOURS] if p.is_file() and p.stat().st_size <= MAX_NEIGHBOUR_BYTES]

@@ -11,7 +11,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
 
-# The stamp carries the lock: a changed lock sets the environment up again, an unchanged one costs nothing.
+# The stamp depends on the lock: the environment is rebuilt only if the lock has changed.
 $(VENV)/.stamp: requirements.lock pyproject.toml
 	@command -v $(PYTHON) >/dev/null || { echo "no program $(PYTHON) here; try: make PYTHON=python3 $(MAKECMDGOALS)" >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "overturning needs Python 3.11 or newer; try: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 1; }
@@ -22,18 +22,18 @@ $(VENV)/.stamp: requirements.lock pyproject.toml
 
 setup: $(VENV)/.stamp ## make .venv from the hashed lock
 
-run: setup ## run the default study, or another: make run STUDY=config/mine.yaml; goes on after a killed run; VERBOSE=1: Snakemake speaks for itself
+run: setup ## run the default study, or another: make run STUDY=config/mine.yaml; resumes an interrupted run; VERBOSE=1: messages of Snakemake
 	@$(BIN)/snakemake --cores $(CORES) $(if $(STUDY),--configfile $(STUDY)) $(if $(filter-out 0,$(VERBOSE)),--verbose)
 
 PYTEST := $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
-test: setup ## lint and tests, side by side: four minutes on two cores, kernels compiled within
+test: setup ## lint and tests in parallel: four minutes on two cores, including the compilation of kernels
 	@$(MAKE) --no-print-directory --jobs=2 lint tests
 
 tests: setup
 	$(PYTEST) -m "not long"
 
-test-long: setup ## the other tests: proofs by many cases, other processors, a cluster, spoilt input; as long again
+test-long: setup ## the long tests: many cases, other processors, a cluster, corrupted input; another four minutes
 	$(PYTEST) -m long
 
 lint: setup ## ruff, mypy, snakefmt, snakemake --lint
@@ -44,41 +44,41 @@ lint: setup ## ruff, mypy, snakefmt, snakemake --lint
 	$(BIN)/snakemake --lint
 	$(BIN)/snakemake --lint --workflow-profile none --snakefile verification/Snakefile
 
-docs: setup ## build the documentation site into site/, links checked, without network
+docs: setup ## build the documentation into site/ and check its links, without network
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
-peers: setup ## install the other engines (group `peers`): for bench, verify and one live test
+peers: setup ## install the other physics engines (group `peers`), for bench, verify and one test
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pybullet>=3.2" "pymunk>=6.9"
 
-soil: setup ## install what motion through soil needs (group `soil`)
+soil: setup ## install the packages for site response (group `soil`)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "pandas>=2.2" "pystrata>=0.5.4"
 
-parquet: setup ## install what cubes as Parquet files need (group `parquet`)
+parquet: setup ## install the package for Parquet files (group `parquet`)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "pyarrow>=15"
 
-crate: setup ## install what checks a research crate against its profile (group `crate`), for one test
+crate: setup ## install the validator of research crates (group `crate`), for one test
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "roc-validator>=0.7"
 
-bench: peers ## how fast the kernel is, against scalar code and other engines; and than another checkout: OTHER=folder
+bench: peers ## compare the speed of the kernel with scalar code, other engines, and another checkout: OTHER=folder
 	$(if $(OTHER),$(BIN)/python -m verification.paired $(OTHER))
 	$(BIN)/snakemake --workflow-profile none --snakefile verification/Snakefile --cores $(CORES) bench
 
-verify: setup ## error against run time, map of stability; puts the figures into the docs
+verify: setup ## compute error against run time and the stability map; write the figures into the docs
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pybullet>=3.2" "pymunk>=6.9" || echo "without other engines"
 	OVERTURNING_EVERY_TARGET=1 $(PYTEST) -q -m long
 	$(BIN)/snakemake --workflow-profile none --snakefile verification/Snakefile --cores $(CORES)
 
-scale: setup ## how large a study may be, and the same bytes everywhere; half an hour, 10 GB of disk
+scale: setup ## test the largest study sizes and reproducibility; half an hour, 10 GB of disk
 	$(BIN)/python -m verification.scale
 
-shaking-table: setup ## predictions beside shaking-table tests: DATA=folder (docs/shaking-table.md says where they are)
+shaking-table: setup ## compare predictions with shaking-table tests: DATA=folder (sources: docs/shaking-table.md)
 	$(BIN)/python -m verification.shaking_table $(or $(DATA),resources/shaking-table) --threads $(CORES)
 
-faults: setup ## fifty kills and injuries to a small study, each followed by the one command that goes on
+faults: setup ## interrupt and damage a small study fifty times, and resume it each time
 	$(BIN)/python -m verification.faults
 
 SECONDS ?= 600
-fuzz: setup ## spoilt input of every kind for ten minutes, or SECONDS=
+fuzz: setup ## test with corrupted input for ten minutes, or SECONDS=
 	FUZZ_SECONDS=$(SECONDS) $(BIN)/python -m pytest -p no:xdist tests/fuzz
 
 format: setup
@@ -86,7 +86,7 @@ format: setup
 	$(BIN)/ruff format .
 	$(BIN)/snakefmt Snakefile workflow verification
 
-lock: setup ## resolve the hashed lock again
+lock: setup ## update the hashed lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
 	  --extra test --extra build --extra docs --extra cluster pyproject.toml --output-file requirements.lock

@@ -1,20 +1,21 @@
-# A study of overturning gravestones, from record files to a report.
+# Workflow of a study of overturning gravestones, from record files to a report.
 #
-#   snakemake --cores 2                                       the default study, config/near-fault.yaml
-#   snakemake --cores 2 --configfile config/mine.yaml         another one
-#   snakemake --report provenance.html                        how each figure came about
+#   snakemake --cores 2                                       run the default study, config/near-fault.yaml
+#   snakemake --cores 2 --configfile config/mine.yaml         run another study
+#   snakemake --report provenance.html                        write the provenance of each figure
 
 from snakemake.utils import min_version
 
 min_version("9.27")
 
 
-# Used only with --software-deployment-method apptainer; `make setup` in the image gives what the lock pins.
+# Used only with --software-deployment-method apptainer; `make setup` in the image installs the locked packages.
 container: "docker://python:3.12"
 
 
-# By `priority` what is ready begins thus: what others wait for; figures of a record beside the sweep of the next; the
-# report; what it does not wait for, explore and fragility, beside it; and last the crate, which describes them all.
+# The priorities of the rules set the order of jobs that are ready: first jobs that others wait for; figures of a record
+# during the sweep of the next; the report; explore and fragility, which the report does not need; last the crate, which
+# describes all results.
 include: "workflow/rules/common.smk"
 include: "workflow/rules/read.smk"
 include: "workflow/rules/rotate.smk"

@@ -1,4 +1,4 @@
-# Reads and checks the study; names of files and settings that all steps share. No science here.
+# Reading and checking of the study; names of files and settings that all rules share.
 
 import hashlib
 import json
@@ -37,11 +37,11 @@ from overturning.study.sources import source_hash
 from snakemake_logger_plugin_overturning import QUERY_OPTIONS
 
 DEFAULT_STUDY = Path("config/near-fault.yaml")
-# Bytes of a step's settings that go into its command; Linux allows a command of a shell 128 KiB.
+# Largest size of settings passed on the command line, bytes; Linux limits an argument to 128 KiB.
 LONGEST_SETTINGS = 1 << 16
 
 
-# The cases of each record in so many jobs; a profile says otherwise by `set-scatter: sweep=8`.
+# Number of jobs for the cases of each record; a profile changes it by `set-scatter: sweep=8`.
 scattergather:
     sweep=1,
 
@@ -50,18 +50,18 @@ CHUNKS = len(gather.sweep("{scatteritem}"))
 
 
 def load():
-    """The checked study, the rows of the record table it uses, and the files of each that the user has put there."""
+    """Return the checked study, the entries of its records in the record table, and the files of each record."""
     given = workflow.config_settings.configfiles
     where = ", ".join(Path(file).name for file in given) or str(DEFAULT_STUDY)
     try:
         for file in given:
-            # Snakemake takes a key that stands twice, and 045 for 37, without a word.
+            # Snakemake silently accepts duplicate keys and reads 045 as 37: check the files first.
             if Path(file).suffix != ".json":
                 read_study(Path(file))
-        # Snakemake has merged the files of --configfile and the keys of --config already; a workflow that uses this one
-        # as a module hands over a whole study, and not only what --config says.
-        said = workflow.config_settings.config
-        whole = given or ({"name", "records"} <= config.keys() and config != said)
+        # Snakemake has already merged the files of --configfile and the keys of --config. A workflow that uses this one
+        # as a module passes a complete study, not only the keys of --config.
+        overrides = workflow.config_settings.config
+        whole = given or ({"name", "records"} <= config.keys() and config != overrides)
         keys = config if whole else read_study(DEFAULT_STUDY)
         if not whole:
             update_config(keys, config)
@@ -69,22 +69,22 @@ def load():
         check_size(study, where, chunks=CHUNKS)
         entries, files = check_files(study, where)
         for survey in study.surveys:
-            # A wrong line is better known now than after the sweep.
+            # Report errors in the survey now, not after the sweep.
             read_survey(Path(survey.stones))
         if workflow.is_main_process:
             results = Path("results", study.name)
-            # Requests that change nothing neither need the folder alone nor repair it.
+            # Requests that compute nothing need neither the lock nor a repair.
             if not (workflow.output_settings.dryrun or QUERY_OPTIONS & set(sys.argv)):
                 check_results(results)
                 lock(Path(".snakemake", "run.lock"))
-                restore_cubes(results)  # which a run that was killed has kept
+                restore_cubes(results)  # kept by an interrupted run
                 for path in repair(results):
                     logger.warning(f"{DAMAGED}{path}")
                 for name, count in remove_leftovers(results, entries).items():
                     logger.warning(
                         f"record {name} is no longer in the study: removed its {count} files in {results}"
                     )
-            # What has been read before is not read again.
+            # Records that were read before are not read again.
             motion = results / "read"
             new = {
                 name: entry
@@ -92,7 +92,7 @@ def load():
                 if not (motion / f"{name}.nc").is_file()
             }
             soils = [motion / name for name, one in study.variants.items() if one.site]
-            # Results that are there can be reported without the packages that made them.
+            # A report of existing results does not need the packages that computed them.
             if (study.site and new) or not all(
                 (soil / f"{name}.nc").is_file() for soil in soils for name in entries
             ):
@@ -106,27 +106,29 @@ def load():
 STUDY, ENTRIES, FILES = load()
 SETTINGS = STUDY.model_dump(mode="json")
 RECORDS = list(ENTRIES)
-# The cube does not depend on them, nor says anything about them; the report takes them from the study.
-BESIDE = (
+# Keys that do not affect the cube; the report reads them from the study.
+REPORT_KEYS = (
     *("title", "question", "asks", "primary"),
     *("population", "surveys", "figures", "crate"),
 )
-# What its cases are, and how they are computed.
+# Keys that define the cases and their computation.
 CASES = (
     *("scene", "body", "orientation", "azimuth", "height", "b_over_h", "friction"),
     *("density", "contact", "simulation"),
 )
-OF_CUBE = [key for key in SETTINGS if key not in BESIDE]
+CUBE_KEYS = [key for key in SETTINGS if key not in REPORT_KEYS]
 VARIANTS = ["nominal", *STUDY.variants]
 ON_SOIL = [name for name, variant in STUDY.variants.items() if variant.site]
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"
-BENCHMARKS = f"{RESULTS}/benchmarks"  # time and memory of each job, beside its log
+BENCHMARKS = f"{RESULTS}/benchmarks"  # time and memory of each job
 REPORT = f"{RESULTS}/report.html"
 FIGURES = f"{RESULTS}/figures"
 EXPLORER = f"{RESULTS}/explore.html"
-# Of a large cube the page is given each record's cells by a file of its own.
-CELLS_APART = [] if fits_single_page(STUDY) else [directory(f"{RESULTS}/explore-records")]
+# The page of a large cube has a separate file with the cells of each record.
+CELL_FILES = (
+    [] if fits_single_page(STUDY) else [directory(f"{RESULTS}/explore-records")]
+)
 PAPER = f"{RESULTS}/report.pdf"
 CRATE = f"{RESULTS}/ro-crate-metadata.json"
 MEMBERS = f"{RESULTS}/members.csv"
@@ -136,30 +138,30 @@ CUBES = [
 ]
 
 
-# Of Sa(T), over which a population asks for curves.
+# Periods T of the measures Sa(T) for fragility curves of the population.
 PERIODS = STUDY.population.period if STUDY.population else ()
 FRAGILITY = [f"{RESULTS}/fragility/fragility.csv"] if STUDY.population else []
 
 SURVEYS = list(range(1, len(STUDY.surveys) + 1))
-# Those for which the motion is searched for, too.
+# Surveys for which the motion is inferred, too.
 BACKWARDS = [number for number in SURVEYS if STUDY.surveys[number - 1].backwards]
 
-# Figures of so many records are one job: its imports take longer than drawing one. Each is a rule, as no wildcard is in
-# it.
+# Number of records whose figures are drawn in one job, because its imports take longer than the figures of one record.
+# Each batch is a separate rule, because it has no wildcard.
 BATCH = max(7, -(-len(RECORDS) // 16))
 BATCHES = {
     f"record_figures_{at // BATCH + 1}": RECORDS[at : at + BATCH]
     for at in range(0, len(RECORDS), BATCH)
 }
 
-# Of one job of the sweep, for a cluster: memory, and five times the run time that is expected.
+# Memory and time limit of one job of the sweep, for a cluster; the limit is five times the expected time.
 SIZE = size_of(STUDY, CHUNKS)
 SWEEP_MB = round(SIZE.memory_bytes / 1e6)
 READING_MB = round(SIZE.reading_bytes / 1e6)
 SECONDS = job_seconds(STUDY, CHUNKS)
 SWEEP_MINUTES = 10 + round(SECONDS["sweep"] / 12)
 
-# The line of progress weighs jobs by their expected time.
+# The progress line weights jobs by their expected time.
 logger.info(
     "Expected time of jobs",
     extra={
@@ -177,13 +179,12 @@ wildcard_constraints:
 
 
 def settings(*keys, use=RECORDS, **parts):
-    """The part of the study that one step depends on, as a study: what is not in it cannot change that step's result.
+    """Return the part of the study on which a step depends, as JSON, so that other changes do not repeat the step.
 
-    Of a key among the parts the keys inside are named. Where that is too long for a command, of thousands of records,
-    it is the name of a file that holds it.
+    `keys` are whole keys of the study; `parts` names keys inside a key. If the text is too long for a command (for
+    thousands of records), the name of a file with the text is returned.
     """
-    # A study uses each pulse that stands in it, and what is published is of its records: those of other jobs are left
-    # out.
+    # A study must use each of its pulses, and published values must belong to its records: leave out the others.
     own = SETTINGS["records"]
     pulses = {name: own["pulses"][name] for name in use if name in own["pulses"]}
     records = own | {"use": list(use), "pulses": pulses}
@@ -192,15 +193,17 @@ def settings(*keys, use=RECORDS, **parts):
         part["published"] = [row for row in part["published"] if row["record"] in use]
     for key, inside in parts.items():
         part[key] = {name: SETTINGS[key][name] for name in inside}
-    return handed(json.dumps({"name": STUDY.name, "records": records, **part}), "yaml")
+    return text_or_file(
+        json.dumps({"name": STUDY.name, "records": records, **part}), "yaml"
+    )
 
 
-def handed(text, kind):
-    """A text for a command; where that is too long for one, the name of a file of a kind that holds it."""
+def text_or_file(text, kind):
+    """Return a text for a command, or the name of a file with the text if it is too long."""
     if len(text) < LONGEST_SETTINGS:
         return text
-    # Named by its content, so that a change of it is one of the command; each process of Snakemake finds it or makes
-    # it.
+    # The name depends on the content, so that a change of the content changes the command. Each process of Snakemake
+    # finds the file or writes it.
     digest = hashlib.sha256(text.encode()).hexdigest()
     path = Path(".snakemake", "settings", f"{digest}.{kind}")
     if not path.is_file():
@@ -209,40 +212,40 @@ def handed(text, kind):
     return str(path)
 
 
-# Rooms of the package that the results of a step depend on.
+# Subpackages on which the results of a step depend.
 NUMERICS = ("dem", "model", "motion", "study")
 DRAWING = (*NUMERICS, "records", "statistics", "surveys", "figures")
 
 
 def sources(*rooms):
-    """Hash of the sources that a step depends on: rooms of the package, and the steps themselves."""
+    """Return the hash of the sources on which a step depends: the given subpackages and `commands`."""
     return source_hash("commands", *rooms)
 
 
 @cache
 def content(path):
-    """Hash of a file of the user's: one that takes its place may be older, as files out of an archive are."""
+    """Return the hash of a user's file; its time is not sufficient, because a replacement may be older."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def variant_of(wildcards):
-    """Name of the contact setting from the suffix of the cube."""
+    """Return the name of the variant from the suffix of the cube."""
     return wildcards.suffix.removeprefix(".") or "nominal"
 
 
 def motions_of(variant):
-    """Folder of the motions of a variant: of its own ones where it has soil, else of the study's."""
+    """Return the folder of the motions of a variant: its own folder if it has soil layers, else that of the study."""
     return f"{RESULTS}/motion/{variant}" if variant in ON_SOIL else f"{RESULTS}/motion"
 
 
 def samples_of(variant):
-    """Folder of the same motions before the labels of the record table are in them."""
+    """Return the folder of the motions of a variant without the labels of the record table."""
     return f"{RESULTS}/read/{variant}" if variant in ON_SOIL else f"{RESULTS}/read"
 
 
 def parts_of_cube(wildcards):
-    """Parts of every record."""
+    """Return the parts of a cube, for all records and chunks."""
     return gather.sweep(
         f"{RESULTS}/sweep/{variant_of(wildcards)}/{{record}}.{{scatteritem}}.nc",
         record=RECORDS,
@@ -250,12 +253,12 @@ def parts_of_cube(wildcards):
 
 
 def survey_of(wildcards):
-    """Settings of a survey by its number."""
+    """Return the settings of a survey by its number."""
     return STUDY.surveys[int(wildcards.number) - 1]
 
 
 def drawn(name, **wildcards):
-    """Files of a figure, one per format, the one that the report shows first."""
+    """Return the files of a figure, one per format; the first is the one in the report."""
     return expand(
         f"{FIGURES}/{name}.{{format}}", format=STUDY.figures.formats, **wildcards
     )

@@ -1,4 +1,4 @@
-# Part of the study again, with finer steps and stiffer springs: how far its answers hang on the computation.
+# Convergence check: a sample of the cases again with finer time steps and stiffer contacts.
 
 
 rule convergence:

@@ -1,5 +1,5 @@
-# Figures: of some records as soon as their parts are there, beside the sweep; of all records together, and of the
-# illustrative cases, from the cube and the intensities.
+# Figures: of some records as soon as their parts exist, during the sweep; of all records together and of the
+# illustrative cases, from the cube and the intensity measures.
 
 CAUSES = ["plane"] if STUDY.body is None else ["follow", "earthquakes"]
 SOURCES = sources(*DRAWING)
@@ -42,7 +42,7 @@ for name, batch in BATCHES.items():
         resources:
             mem_mb=lambda wildcards, attempt: attempt * READING_MB,
         params:
-            study=settings(*OF_CUBE, "figures", use=batch),
+            study=settings(*CUBE_KEYS, "figures", use=batch),
             parts=lambda wildcards, input: Path(input.parts[0]).parent,
             motions=lambda wildcards, input: Path(input.motions[0]).parent,
             chunks=CHUNKS,
@@ -76,7 +76,7 @@ rule figures:
             category="Study",
             labels={"figure": "what falls go with"},
         ),
-        maps=directory(f"{FIGURES}/maps"),  # empty where no record has coordinates
+        maps=directory(f"{FIGURES}/maps"),  # empty if no record has coordinates
         names=f"{FIGURES}/maps.txt",
     log:
         f"{LOGS}/figures.log",
@@ -87,7 +87,7 @@ rule figures:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
         folder=lambda wildcards, output: Path(output.rose[0]).parent,
-        study=settings("figures", "height", "friction"),  # of which the figures name one
+        study=settings("figures", "height", "friction"),  # `figures` selects one of each
         sources=sources(*DRAWING),
     shell:
         "overturning figures --study {params.study:q} --cube {input.cube} --intensity {input.intensity}"

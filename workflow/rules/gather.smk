@@ -1,4 +1,4 @@
-# Parts to one cube per contact setting, the same each time: run times go into benchmarks/ and nowhere else.
+# Parts of the sweep to one cube per variant. Cubes are reproducible: run times are stored only in benchmarks/.
 
 
 rule gather:
@@ -19,7 +19,7 @@ rule gather:
     resources:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
-        study=settings(*OF_CUBE),
+        study=settings(*CUBE_KEYS),
         variant=variant_of,
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         parts=lambda wildcards, input: Path(input.parts[0]).parent,

@@ -1,4 +1,4 @@
-# The cube's fall rates of a cemetery of many stones as fragility curves.
+# Fragility curves from the fraction overturned in a population of stones.
 
 
 rule fragility:

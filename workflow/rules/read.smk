@@ -1,5 +1,5 @@
-# Record files to processed motion, one job per record, and its labels apart: a new name of an event is one job for all
-# records, and sweeps none of them again.
+# Record files to processed motions, one job per record. Labels are added by a separate rule: after a change of a label,
+# such as the name of an event, no sweep is repeated.
 
 
 rule read:
@@ -25,7 +25,7 @@ rule read:
         "overturning read --study {params.study:q} --record {wildcards.record} --output {output} 2> {log}"
 
 
-# Through the soil of a variant. One job for all records: its imports take longer than a record.
+# Motions at the surface of the soil of a variant. One job for all records: its imports take longer than one record.
 rule surface:
     input:
         expand(f"{RESULTS}/read/{{record}}.nc", record=RECORDS),
@@ -48,7 +48,7 @@ rule surface:
         " --output {params.folder} 2> {log}"
 
 
-# What the record table says of station, event and site, which changes no sample.
+# Labels of station, event and site from the record table; samples do not change.
 rule describe:
     input:
         expand(f"{RESULTS}/read/{{{{soil}}}}{{record}}.nc", record=RECORDS),
@@ -65,7 +65,7 @@ rule describe:
         mem_mb=800,
     params:
         study=settings(),
-        labels=handed(
+        labels=text_or_file(
             "".join(entry.model_dump_json() for entry in ENTRIES.values()), "txt"
         ),
         motions=lambda wildcards, input: Path(input[0]).parent,

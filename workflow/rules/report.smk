@@ -1,11 +1,11 @@
-# Everything to one self-contained page that is the same each time it is made.
+# Explorer, report and research crate.
 
 
 rule explore:
     input:
         cube=f"{RESULTS}/cube.nc",
     output:
-        CELLS_APART,
+        CELL_FILES,
         page=EXPLORER,
     log:
         f"{LOGS}/explore.log",
@@ -14,7 +14,7 @@ rule explore:
     resources:
         mem_mb=1000,
     params:
-        study=settings(*OF_CUBE, figures=("height", "friction")),
+        study=settings(*CUBE_KEYS, figures=("height", "friction")),
         sources=sources(*DRAWING),
     shell:
         "overturning explore {input.cube} --output {output.page} --study {params.study:q} > {log} 2>&1"
@@ -56,7 +56,7 @@ rule report:
         " --pdf {output.pdf} 2> {log}"
 
 
-# All results as a research crate, which names no part, log or run time: how a study was computed shows in none.
+# Research crate of all results. It lists no parts, logs or run times, so that it does not depend on the execution.
 rule crate:
     input:
         rules.report.input,
@@ -82,7 +82,7 @@ rule crate:
     params:
         study=settings(*SETTINGS),
         folder=lambda wildcards, output: Path(output.crate).parent,
-        made=lambda wildcards, input: handed("\n".join(sorted(set(input))), "txt"),
+        made=lambda wildcards, input: text_or_file("\n".join(sorted(set(input))), "txt"),
         sources=sources("study", "records"),
     shell:
         "overturning crate --study {params.study:q} --results {params.folder} --made {params.made:q} 2> {log}"

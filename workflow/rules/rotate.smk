@@ -1,4 +1,4 @@
-# Motion to intensity measures along every azimuth, one job for all records.
+# Intensity measures of the motions along each azimuth, one job for all records.
 
 
 rule rotate:

@@ -1,4 +1,4 @@
-# Stones that somebody has found fallen, against the cube of their site: one job per survey.
+# Comparison of surveys of fallen stones with the cube, and inference of the motion, one job per survey each.
 
 
 rule survey:

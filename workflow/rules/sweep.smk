@@ -1,5 +1,5 @@
-# Motion to the outcome of every case, one job per record, contact setting and chunk: into how many chunks the cases of
-# a record are cut is said by the profile (set-scatter) and shows in no result. The log has per cents.
+# Simulation of all cases, one job per record, variant and chunk. The profile sets the number of chunks (set-scatter),
+# which does not affect the results. The log contains the progress in per cent.
 
 
 rule members:
@@ -11,7 +11,7 @@ rule members:
         f"{BENCHMARKS}/members.tsv"
     priority: 3
     params:
-        # Of no record: another one in the study must not draw the members again, and with them every part.
+        # Without records: a new record in the study must not repeat this rule and with it all parts.
         study=settings("ensemble", use=["none"]),
         sources=sources(*NUMERICS),
     shell:

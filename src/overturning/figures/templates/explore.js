@@ -1,4 +1,4 @@
-// A map of one block of a cube, the outcome of the selected cell, and the command that films it.
+// Map of one block of a cube, the outcome of the selected cell, and the command that writes its film.
 const root = document.getElementById("explorer"), cube = JSON.parse(root.querySelector("script").textContent);
 const A = cube.direction.length, B = cube.b_over_h.length, C = cube.colours, S = cube.steps;
 const INK = "#222222", TURN = 2 * Math.PI;
@@ -7,9 +7,9 @@ const at = {
   record: 0, aspect: 0, ...cube.shown, a: 0, b: 0,
   colour: cube.space ? "azimuth" : cube.ensemble ? "chance" : "flag",
 };
-const held = { record: -1, data: null };  // of the one record that is shown
+const held = { record: -1, data: null };  // decoded cells of the selected record
 
-// The cells of a record stand in the page, or in a file beside it that calls this.
+// Decodes the cells of a record. They are in the page, or in a separate file that calls this function.
 function hold(index, cells) {
   if (index !== at.record) return;
   held.record = index;
@@ -30,7 +30,7 @@ function load() {
   script.onload = () => { script.remove(); if (index === at.record) { settle(); draw(); } };
   script.onerror = () => {
     script.remove();
-    if (index === at.record) said.textContent = file + " is missing: it belongs beside this page.";
+    if (index === at.record) said.textContent = file + " is missing: copy it next to this page.";
   };
 }
 window.explorerRecord = hold;
@@ -40,7 +40,7 @@ function cell(a, b) {
   [a, at.height, b, at.aspect, at.friction, at.element].forEach((index, k) => { place = place * sizes[k] + index; });
   const number = (name, step, missing) => held.data[name][place] === missing ? null : held.data[name][place] * step;
   const flag = held.data.flag[place], falls = flag === 1 || flag === -1, ran = held.data.towards[place] !== 255;
-  // Where no neighbourhood was run maps have the flag of the cell itself.
+  // If the ensemble of a cell was not run, use the flag of the cell itself.
   const chance = (name, side) => ran ? number(name, S.chance, 255) : flag === 2 ? null : Number(flag === side);
   return {
     flag: flag, towards: chance("towards", 1), away: chance("away", -1), ran: ran,
@@ -65,8 +65,8 @@ function mix(stops, share) {
 }
 function hue(azimuth) { return C.azimuths[Math.floor(azimuth / 360 * C.azimuths.length) % C.azimuths.length]; }
 const HEAT = [C.stands, "#f6c9a0", "#e58a4b", C.falls, C.darkest], BLUES = ["#f4f4f2", "#9ec4e2", "#2a6fa8", "#0b2f55"];
-const LATE = 0.3;  // place along HEAT of the latest fall: what stands has its beginning
-// Rotations are in critical angles α, or in degrees of what has none of its own; colours then end at 30°.
+const LATE = 0.3;  // position of the latest fall along the colours HEAT; 0 is for cells that stand
+// Rotations are in units of the critical angle α, or in degrees for elements without one; colours then end at 30°.
 function inDegrees() { return cube.degrees[at.element]; }
 const MODES = {
   azimuth: ["azimuth of the fall", c => c.flag === 2 ? C.missing : c.to === null ? C.stands : hue(c.to)],
@@ -77,10 +77,10 @@ const MODES = {
   time: ["time of the fall",
     c => c.flag === 2 ? C.missing : c.time === null ? C.stands : mix(HEAT, 1 - (1 - LATE) * c.time / cube.longest)],
 };
-// Beyond the rings that are shown nothing falls under the record; only their rotations say something.
+// Number of B/H rings to show: rings without any fall are left out, except in the map of rotations.
 function rings() { return at.colour === "rotation" ? B : cube.records[at.record].rings; }
 
-// Choices.
+// Selection of record, block and colours.
 const choices = element("div", { class: "choices" }, root);
 function choice(name, label, options) {
   const box = element("label", { class: name }, choices, label), select = element("select", { "data-name": name }, box);
@@ -103,7 +103,7 @@ const offered = Object.keys(MODES).filter(
   m => m === "chance" ? cube.ensemble : cube.space ? m !== "flag" : m !== "azimuth");
 choice("colour", "colour", offered.map(m => [m, MODES[m][0]]));
 
-// Map, sliders, and what is said.
+// Map, sliders and text.
 const both = element("div", { class: "both" }, root), left = element("div", {}, both), right = element("div", {}, both);
 const TURNS = cube.space ? "orientation" : "azimuth";
 const map = element("canvas", {
@@ -270,7 +270,7 @@ function drawLegend() {
   const fault = cube.space ? "fault normal " + bearing(normal) : "▮ fault normal";
   if (normal !== null) element("span", { style: "color:" + C.fault }, legend, fault);
   const last = Number(cube.b_over_h[rings() - 1].toPrecision(3));
-  if (rings() < B) element("span", {}, legend, "from B/H = " + last + " on nothing falls");
+  if (rings() < B) element("span", {}, legend, "no falls from B/H = " + last + " on");
 }
 function draw() {
   if (!held.data) return;
@@ -306,7 +306,7 @@ map.addEventListener("keydown", event => {
   event.preventDefault();
 });
 window.addEventListener("resize", draw);
-// It begins with the broadest block that falls.
+// The first selected cell is the broadest block that falls.
 let settled = false;
 function settle() {
   if (!settled) for (let b = 0; b < B; b++) for (let a = A - 1; a >= 0; a--) {

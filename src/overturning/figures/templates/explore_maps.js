@@ -1,5 +1,5 @@
-// The two maps of the explorer: planes round the compass, bodies in space by orientation; each by B/H.
-// A compass counts angles from the top, a canvas from the right: a quarter turn less.
+// The two maps of the explorer: by azimuth and B/H (2-D, polar), and by orientation and B/H (3-D).
+// Azimuths count from the top, canvas angles from the right: subtract 90°.
 const compass = {
   reach: width => (width / 2 - 30) / cube.radiusEdges[rings()],
   path: function (context, width, a, b) {
@@ -99,7 +99,7 @@ const plane = {
     context.fillText("B/H", 0, TOP + 4);
   },
 };
-// Half-way between two of the named azimuths, where the fewest cells fall, and not at the fault normal.
+// Azimuth of the radius labels: half-way between two named azimuths, with the fewest falls, not at the fault normal.
 function freeSector(normal) {
   let best = 0, least = Infinity;
   for (let k = 0; k < 8; k++) {

@@ -1,4 +1,4 @@
-// What the scripts of the pages share: elements, packed numbers, canvases. No library, no network.
+// Functions that the scripts of all pages share: elements, packed numbers, canvases. No library, no network.
 function element(name, attributes, parent, text) {
   const made = document.createElement(name);
   for (const key in attributes) made.setAttribute(key, attributes[key]);
@@ -11,7 +11,7 @@ function words(text, signed) {
   const view = new DataView(bytes(text)), made = new (signed ? Int16Array : Uint16Array)(view.byteLength / 2);
   return made.map((_, i) => signed ? view.getInt16(2 * i, true) : view.getUint16(2 * i, true));
 }
-// A canvas as wide as its place and `ratio` as high, empty, in pixels of the screen.
+// Empties a canvas and sets its size in screen pixels: the width of its parent, and `ratio` times this as height.
 function surface(canvas, ratio) {
   const density = window.devicePixelRatio || 1, width = canvas.clientWidth || 300, height = Math.round(width * ratio);
   canvas.style.height = height + "px";

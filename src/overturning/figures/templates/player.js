@@ -1,5 +1,5 @@
-// Plays films of polygons, and of bodies in space, on canvases. Each film sits in an element with class "film", its
-// data as JSON in a script element within.
+// Player of films of polygons (2-D) and bodies (3-D) on canvases. Each film is in an element of the class "film" that
+// contains a script element with its data (JSON).
 "use strict";
 (function () {
   const INK = "#222222", STONE = "#c9c4ba", EDGE = "#222222", BASE = "#8a8a86", FORCE = "#c44a00", LINE = "#0072b2";
@@ -60,7 +60,7 @@
       return made;
     }
 
-    // Linear between frames; what has no further frames stays.
+    // Linear interpolation between frames; after its last frame a body stays at rest.
     function pick(values, width, offset, at) {
       const rows = values.length / width, low = Math.min(Math.floor(at), rows - 1), high = Math.min(low + 1, rows - 1);
       const part = Math.min(Math.max(at - low, 0), 1);
@@ -100,7 +100,7 @@
       context.fillText(panel.sides[1] + " →", width - 4, 4);
     }
 
-    // An arrow as long as a third of the view stands for one weight.
+    // The arrow for a force of one weight is a third of the view long.
     function drawForces(context, panel, at, x, y, scale) {
       const unit = (top - bottom) / 3;
       context.strokeStyle = context.fillStyle = FORCE;
@@ -225,7 +225,7 @@
     slider.addEventListener("input", () => { state.playing = false; seek(Number(slider.value)); });
     speed.addEventListener("change", () => { setRate(speed.selectedIndex); });
     if (box) box.addEventListener("change", () => { setForces(box.checked); });
-    // On a page with one film the keys work at once; of several the one that has the focus listens.
+    // A single film on the page receives all keys; of several films only the one with the focus does.
     const alone = document.querySelectorAll(".film").length === 1;
     (alone ? document : root).addEventListener("keydown", event => {
       if (event.altKey || event.ctrlKey || event.metaKey) return;

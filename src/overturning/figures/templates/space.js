@@ -1,10 +1,10 @@
-// Draws a convex body in space on a canvas, in parallel projection; axes are east, north, up. Turned with the mouse.
+// Draws a convex 3-D body on a canvas in parallel projection (axes east, north, up); the mouse rotates the view.
 const spaceView = (function () {
   "use strict";
   const STONE = [201, 196, 186], EDGE = "#222222", FLOOR = "#e9e9e6", LINE = "#c4c4c0", INK = "#222222";
   const NORTH = "#0072b2", SHADOW = "#b9b9b4", TRAIL = "#c44a00", LIGHT = [0.35, -0.5, 0.79];
 
-  // Rows: to the right, up and towards the viewer, who stands at an azimuth (clockwise from north) and an elevation.
+  // Rows of the view matrix: right, up, and towards the viewer at an azimuth (clockwise from north) and elevation.
   function camera(view) {
     const a = view.azimuth, e = view.elevation, c = Math.cos(e), s = Math.sin(e);
     return [[-Math.cos(a), Math.sin(a), 0], [-s * Math.sin(a), -s * Math.cos(a), c],
@@ -13,7 +13,7 @@ const spaceView = (function () {
 
   function dot(a, b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-  // q v q*, by v + 2 u × (u × v + w v).
+  // Rotation q v q* of a vector by a quaternion (w, u): v + 2 u × (u × v + w v).
   function turned(q, v) {
     const [w, x, y, z] = q;
     const a = y * v[2] - z * v[1] + w * v[0], b = z * v[0] - x * v[2] + w * v[1], c = x * v[1] - y * v[0] + w * v[2];
@@ -32,7 +32,7 @@ const spaceView = (function () {
     return [at.place[0] + r[0], at.place[1] + r[1], at.place[2] + r[2]];
   }
 
-  // Half of the extent that holds the body in every frame, standing or lying.
+  // Half-width of the view that contains the body in every frame, standing or lying.
   function reach(body) {
     let far = 0, size = 0;
     body.vertices.forEach(v => { size = Math.max(size, Math.hypot(v[0], v[1], v[2])); });
@@ -84,7 +84,7 @@ const spaceView = (function () {
     body.faces.forEach(face => {
       fill(face.map(k => [corners[k][0], corners[k][1], 0]), SHADOW);
     });
-    // The way of the middle of the top.
+    // Path of the centre of the top face.
     const trail = [], top = [0, 0, Math.max.apply(null, body.vertices.map(v => v[2]))];
     for (let i = 0; i <= at; i++) trail.push(corner(pose(body, i, pick), top));
     body.faces.forEach(face => {
@@ -100,7 +100,7 @@ const spaceView = (function () {
     if (trail.length > 1) stroke(trail, TRAIL, 1.4);
   }
 
-  // Dragging turns the view; a finger that moves up or down still scrolls the page.
+  // Dragging rotates the view; vertical swipes on a touch screen still scroll the page.
   function listen(canvas, view, redraw) {
     canvas.style.touchAction = "pan-y";
     canvas.style.cursor = "grab";

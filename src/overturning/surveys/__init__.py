@@ -1,1 +1,1 @@
-"""What people found in the field: surveys of fallen stones, what the cube predicts for them, and how both agree."""
+"""Field surveys of fallen stones: comparison with the prediction of a cube, and inversion for the motion."""

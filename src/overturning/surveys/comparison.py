@@ -1,4 +1,4 @@
-"""Predicted against observed falls of a survey, and the file of the comparison, from which the report shows it."""
+"""Compare observed falls of a survey with the prediction, and read and write the comparison."""
 
 import hashlib
 import json
@@ -32,41 +32,41 @@ _ARRAYS: Final = ("octant_observed", "octant_predicted", "confusion")
 
 @dataclass(frozen=True)
 class SurveyComparison:
-    """How a survey agrees with the prediction for its site.
+    """Agreement of a survey with the prediction for its site.
 
     Attributes
     ----------
     fallen, stood : int
-        Stones.
+        Number of stones.
     mean_direction_deg, resultant : float
-        Of the observed falls.
+        Mean direction of the observed falls, degrees, and mean resultant length.
     octant_observed, octant_predicted : ndarray, shape (8,)
-        Stones per compass octant, and expected ones.
+        Observed and expected number of stones in each compass octant.
     log_likelihood_ratio : float
-        Sum over fallen stones of ln(predicted/uniform); above 0 the prediction is better than "any way".
+        Sum over fallen stones of ln(predicted/uniform); above 0 the prediction is better than uniform directions.
     likelihood_ratio_p : float
-        Share of surveys drawn from "any way" with a ratio at least as large.
+        Share of surveys with uniform random directions that have a ratio at least as large.
     fit_octants, fit_octants_watson : TestResult
         Chi-square and grouped Watson U² of the octants against the prediction; NaN without falls.
     fit_exact : TestResult
-        Watson U² of exact azimuths against the prediction; n = 0 where none was given.
+        Watson U² of exact azimuths against the prediction; n = 0 without exact azimuths.
     uniform_octants : TestResult
         Grouped Watson U² of the octants against uniformity.
     confusion : ndarray, shape (5, 5), or None
-        Stones of known face and B/H: observed (rows) against most probable (columns), both in the order of `SIDES`.
+        Stones with known face and B/H: observed (rows) and most probable (columns) sides, in the order of `SIDES`.
     turned_every_way : int
-        Stones that fell in a known direction without face or B/H, for which stones turned every way were assumed.
+        Stones that fell in a known direction without face or B/H; all orientations are assumed for them.
     without_face, without_b_over_h : int
-        Stones that fell in a known direction and whose face azimuth, or B/H, is not given.
+        Stones that fell in a known direction without face azimuth, or without B/H.
     without_direction : int
-        Fallen stones of unknown direction; they count in `fallen`, and in nothing that is about directions.
+        Fallen stones with unknown direction; they count in `fallen`, but in no statistic of directions.
     beyond : int
-        Stones with a B/H outside of the study's, for which its nearest value was taken.
+        Stones with a B/H outside the grid of the study, whose nearest value is used.
     background : float
-        Share taken to fall any way.
+        Assumed share of stones that fall in a random direction.
     never : int
-        Stones that fell in a known direction and like which none falls in the study: the prediction has them fall any
-        way.
+        Stones that fell in a known direction although no such stone falls in the study; their predicted direction is
+        uniform.
     """
 
     fallen: int
@@ -92,18 +92,18 @@ class SurveyComparison:
 
     @property
     def directed(self) -> int:
-        """Fallen stones whose direction is known."""
+        """Number of fallen stones with known direction."""
         return self.fallen - self.without_direction
 
 
 def _density(site: SitePrediction, stone: Stone) -> FloatArray:
-    """Fall directions of a stone; where its face is known one sector of 90° about each of its four normals."""
+    """Return the density of fall directions; with a known face, piecewise constant in 90° about its four normals."""
     if not knows_face(stone):
         return site.density(*stone.slenderness)
     if site.never_falls(stone):
         return site.share
     sides = site.sides(stone)[1:]
-    # The distribution function from the border of the first sector on, twice round; a cell has its part of each sector.
+    # Distribution function from the first border over two circles; each cell gets its part of each sector.
     below = np.concatenate([[0.0], np.cumsum(np.tile(sides / sides.sum(), 2))])
     begin = (site.borders[:-1] - stone.face_azimuth_deg + 45.0) % 360.0
     ends = np.stack([begin, begin + np.diff(site.borders)])
@@ -118,12 +118,12 @@ def compare_survey(
     Parameters
     ----------
     stones : sequence of Stone
-        From `read_survey`.
+        Stones from `read_survey`.
     cube, background
         As in `SitePrediction`.
     draws, seed : int
-        For the p-value of the likelihood ratio (a parametric bootstrap under "any way": Davison & Hinkley 1997,
-        Bootstrap Methods and their Application, section 4.2).
+        Number and seed of random surveys for the p-value of the likelihood ratio (parametric bootstrap with uniform
+        directions: Davison & Hinkley 1997, Bootstrap Methods and their Application, section 4.2).
 
     Raises
     ------
@@ -133,7 +133,7 @@ def compare_survey(
     if not stones:
         raise ArgumentError("stones: none; a survey needs at least one row")
     site = SitePrediction(cube, background=background)
-    # Each stone that fell in a known direction with its density and octants, repeated `count` times.
+    # Stones that fell in a known direction, with density and octants, repeated `count` times.
     fallen: list[tuple[Stone, FloatArray, FloatArray]] = []
     for stone in stones:
         if stone.has_direction:
@@ -174,7 +174,7 @@ def compare_survey(
 def _likelihood_ratio(
     site: SitePrediction, fallen: Sequence[tuple[Stone, FloatArray, FloatArray]], draws: int, seed: int
 ) -> tuple[float, float]:
-    """Sum of ln(predicted/uniform) over the fallen stones, and the share of surveys of "any way" that reach it."""
+    """Return the sum of ln(predicted/uniform) over fallen stones, and the share of uniform surveys that reach it."""
     if not fallen:
         return math.nan, math.nan
     generator, uniform_octant = np.random.Generator(np.random.PCG64(seed)), site.octants(site.share)
@@ -184,7 +184,7 @@ def _likelihood_ratio(
             table, chance, place = octants / uniform_octant, uniform_octant, int(sector(stone.azimuth_deg, 8))
         else:
             table, chance, place = density / site.share, site.share, site.nearest(stone.azimuth_deg)
-        with np.errstate(divide="ignore"):  # without background nothing may fall somewhere
+        with np.errstate(divide="ignore"):  # a density of 0 is possible without background
             logs = np.log(table)
         ratios.append(logs[place])
         simulated += logs[generator.choice(chance.size, size=draws, p=chance / chance.sum())]
@@ -193,7 +193,7 @@ def _likelihood_ratio(
 
 
 def _confusion(site: SitePrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
-    """Observed against most probable sides of the stones whose face, B/H and outcome are known; None without any."""
+    """Count observed and most probable sides of stones with known face, B/H and outcome; None without such stones."""
     known = [stone for stone in stones if knows_face(stone) and (stone.has_direction or not stone.fell)]
     confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
     for stone in known:
@@ -202,16 +202,16 @@ def _confusion(site: SitePrediction, stones: Sequence[Stone]) -> NDArray[np.int6
 
 
 def _distribution(site: SitePrediction, density: FloatArray, azimuth_deg: float) -> float:
-    """Distribution function of the predicted fall azimuth, even within each sector, from the first border."""
+    """Return the distribution function of the fall azimuth from the first border, linear within each sector."""
     below = np.concatenate([[0.0], np.cumsum(density)])
     return float(min(1.0, np.interp((azimuth_deg - site.borders[0]) % 360, site.borders - site.borders[0], below)))
 
 
 @dataclass(frozen=True)
 class SurveyResult:
-    """A comparison with the name of the survey's file, the SHA-256 of its bytes, and the id of the site's record.
+    """Comparison with name and SHA-256 of the survey file, and the id of the record of the site.
 
-    ``doubts`` are those of `overturning.surveys.stones.survey_doubts`.
+    ``doubts`` are the warnings of `overturning.surveys.stones.survey_doubts`.
     """
 
     stones: str
@@ -222,13 +222,13 @@ class SurveyResult:
 
 
 def survey_result(stones: Path, record: str, comparison: SurveyComparison, doubts: Sequence[str] = ()) -> SurveyResult:
-    """A comparison with the name and hash of its survey's file, and the doubts about what the file says."""
+    """Combine a comparison with name and hash of the survey file, and with the doubts about its values."""
     sha256 = hashlib.sha256(stones.read_bytes()).hexdigest()
     return SurveyResult(stones.name, sha256, record, comparison, tuple(doubts))
 
 
 def write_survey(result: SurveyResult, path: Path) -> None:
-    """Write a comparison as JSON; numbers that are not known become null."""
+    """Write a comparison as JSON; NaN is written as null."""
 
     def plain(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         return {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in pairs}
@@ -240,7 +240,7 @@ def write_survey(result: SurveyResult, path: Path) -> None:
 
 
 def read_survey_result(path: Path) -> SurveyResult:
-    """Read a comparison that `write_survey` has written; `ResultError` if it is missing or of another version."""
+    """Read a file written by `write_survey`; a `ResultError` if it is missing or from another version."""
 
     def numbers(data: dict[str, Any]) -> dict[str, Any]:
         return {name: math.nan if value is None and name not in _ARRAYS else value for name, value in data.items()}

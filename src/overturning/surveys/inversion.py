@@ -1,4 +1,4 @@
-"""From a survey back to the motion: how likely its stones are under each motion, strength and turn."""
+"""Inversion of a survey for the motion: likelihood of its stones for each motion, strength and rotation."""
 
 import math
 from collections.abc import Sequence
@@ -24,35 +24,35 @@ from overturning.surveys.responses import (
 from overturning.surveys.stones import BACKGROUND, Stone
 
 POWER: Final = 0.3
-"""Power of the likelihood of the directions.
+"""Exponent of the likelihood of the directions.
 
-Those of one survey share what is wrong with a motion that is not the true one, so they count less than as many
-independent ones; how much less `verification/backwards_coverage.py` finds.
+All directions of a survey share the error of a motion that is not the true one, so they carry less information than
+independent ones. The value is calibrated in `verification/backwards_coverage.py`.
 """
 
 ALL_OUTCOMES: Final = np.arange(DIRECTION_BINS + 1)
-"""All ways, and standing."""
+"""Indices of all direction bins, and of standing."""
 
 _OCTANT: Final = np.append(sector(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS), 8), 8)
-"""Compass octant of each way; standing comes after them."""
+"""Compass octant of each direction bin; 8 stands for standing."""
 
 REPLICATES: Final = 200
-"""Surveys that are drawn to see whether the library fits."""
+"""Number of random surveys in the check of fit."""
 
 MIN_FIT_P_VALUE: Final = 0.01
-"""p of that check below which a survey is said not to fit."""
+"""p-value of the check of fit below which the survey does not fit any motion of the library."""
 
 
 @dataclass(frozen=True)
 class Inversion:
-    """How surveys are asked about their motion.
+    """Bayesian inversion of surveys for the motion.
 
     Parameters
     ----------
     responses : Responses
-        Of all kinds of their stones.
+        Responses of all kinds of stones of the surveys.
     background : float
-        Share of stones that do anything (pushed, badly founded).
+        Share of stones with a random outcome (pushed, badly founded).
     fixed : float
         Share of stones fixed to their base.
     """
@@ -62,7 +62,10 @@ class Inversion:
     fixed: float = 0.0
 
     def likelihoods(self, stone: Stone, ways: NDArray[np.intp] = ALL_OUTCOMES) -> NDArray[np.float32]:
-        """Probability that a stone is found to have fallen each of some ways, or to stand, shape (s, l, r, ways)."""
+        """Return the probability of outcomes (direction bins or `STOOD`) of a stone, shape (s, l, r, outcomes).
+
+        Dimensions are motions (s), levels (l) and rotations (r).
+        """
         table = self.responses.table(StoneKind.of(stone))
         turn, face = TURN_DEG * np.arange(TURNS), stone.narrow_face_deg
         place, apart = np.zeros(TURNS, np.intp), np.zeros(TURNS, np.float64)
@@ -71,7 +74,7 @@ class Inversion:
         elif table.shape[2] > 1:
             place = np.round((face - turn) / ORIENTATION_STEP_DEG).astype(np.intp)
             apart = np.asarray(face - turn - ORIENTATION_STEP_DEG * place, np.float64)
-        # A way counted from true north, as seen from the north of the motion and from the face that was computed.
+        # Convert bins from true north to bins relative to the rotated motion and the simulated face.
         back = np.round((turn + apart) / BIN_WIDTH_DEG).astype(np.intp)[:, None]
         seen = table[
             :, :, (place % table.shape[2])[:, None], np.where(ways == STOOD, STOOD, (ways - back) % DIRECTION_BINS)
@@ -80,9 +83,9 @@ class Inversion:
         return np.asarray((1 - self.fixed) * free + np.float32(self.fixed) * (ways == STOOD))
 
     def log_likelihood(self, stones: Sequence[Stone]) -> FloatArray:
-        """Logarithms of the likelihood of a survey of independent stones, shape (2, s, l, r).
+        """Compute the log-likelihood of a survey of independent stones, shape (2, s, l, r).
 
-        The first is of which stones fell, the second of the directions of those that did.
+        Index 0 has the part of which stones fell, index 1 that of the directions of fallen stones.
         """
         total = np.zeros((2, len(self.responses.motions), LEVELS.size, TURNS))
         for stone in stones:
@@ -94,16 +97,16 @@ class Inversion:
         return total
 
     def posterior(self, logs: FloatArray, *, prior: ArrayLike = 1.0, power: float = POWER) -> Posterior:
-        """What a survey says of the motion.
+        """Compute the posterior probability of motion, level and rotation.
 
         Parameters
         ----------
         logs : ndarray, shape (2, s, l, r)
-            Its `log_likelihood`.
+            Result of `log_likelihood`.
         prior : array_like
-            Prior weights that broadcast to (s, l, r); every motion, level and turn alike where not given.
+            Prior weights that broadcast to (s, l, r); default: uniform.
         power : float
-            Of the likelihood of the directions, see `POWER`.
+            Exponent of the likelihood of the directions, see `POWER`.
         """
         logs = logs[0] + power * logs[1]
         weight = np.broadcast_to(np.asarray(prior, dtype=np.float64), logs.shape)
@@ -119,18 +122,18 @@ class Inversion:
         )
 
     def answer(self, name: str, stones: Sequence[Stone]) -> InversionResult:
-        """What a survey, of that name, says of its motion."""
+        """Invert a survey called `name`."""
         posterior = self.posterior(self.log_likelihood(stones))
         fell, stood = (sum(one.count for one in stones if one.fell is kind) for kind in (True, False))
         return InversionResult(name, fell, stood, self.fixed, self.fit(stones, posterior), posterior)
 
     def fit(self, stones: Sequence[Stone], posterior: Posterior, seed: int = 1) -> float:
-        """Posterior predictive p-value: how often a survey drawn from the answer fits its best motion no better.
+        """Compute the posterior predictive p-value: share of random surveys that fit their best motion no better.
 
-        Replicates have the stones of the survey (Gelman, Meng & Stern 1996, Statistica Sinica 6, 733). How well one
-        fits is the largest, over the motions, levels and turns of the prior, of the log probability that each stone
-        falls or stands as it did, and of the density of its direction over the largest of any direction: a density by
-        itself grows as directions are told more finely.
+        Random surveys are drawn from the posterior with the stones of the survey (Gelman, Meng & Stern 1996, Statistica
+        Sinica 6, 733). The measure of fit is the maximum, over motions, levels and rotations of the prior, of the log
+        probability that each stone falls or stands as observed, plus the log of the density of its direction divided by
+        the largest density. Without this division the measure would depend on the resolution of directions.
         """
         generator = np.random.Generator(np.random.PCG64(seed))
         possible = np.flatnonzero(posterior.prior.ravel() > 0)
@@ -156,7 +159,7 @@ class Inversion:
 
 
 def matching_direction_bins(stone: Stone) -> NDArray[np.intp]:
-    """The ways that are what a stone did: standing, the way of its direction, those of its octant, or every fall."""
+    """Return the outcomes compatible with a stone: `STOOD`, the bin or octant of its direction, or all bins."""
     if not stone.fell:
         return np.array([STOOD])
     if not stone.has_direction:

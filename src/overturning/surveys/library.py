@@ -1,4 +1,4 @@
-"""The motions that a survey is asked about: records of the package, synthetic pulses, the user's own records."""
+"""Library of candidate motions: records of the package, synthetic pulses, and records of the user."""
 
 import hashlib
 import re
@@ -21,7 +21,7 @@ from overturning.records.record import Record
 from overturning.records.store import rounded
 
 AXIS_STEP_DEG: Final = 2
-"""Step at which the azimuth of a motion's largest velocity is sought, degrees."""
+"""Step of the search for the azimuth of the largest velocity, degrees."""
 
 PERIODS: Final = (0.3, 0.5, 0.8, 1.2, 2.0, 3.0)
 """Periods of the pulses, s."""
@@ -32,19 +32,19 @@ SHIPPED: Final = (
     *(f"farfield:{number}" for number in range(1, 23) if number not in (12, 15)),
     "example:20161113_110259_WTMC_20.V2A",
 )
-"""Sources of the records; Coolwater and Abbar of the far-field set do not say where their axes point."""
+"""Sources of the records; Coolwater and Abbar of the far-field set are left out, as their axes are unknown."""
 
 
 @dataclass(frozen=True, eq=False)
 class CandidateMotion:
-    """A motion that could have been it, as recorded.
+    """Candidate motion of a survey, as recorded.
 
     Attributes
     ----------
     name, event : str
-        Of the record and of its earthquake; a pulse has none.
+        Name of the record and of its earthquake ("" for a pulse).
     motion : Motion
-        The ground's.
+        Motion of the ground.
     pga, pgv : float
         Largest over all azimuths, m/s² and m/s.
     axis : float
@@ -60,7 +60,7 @@ class CandidateMotion:
 
     @classmethod
     def of(cls, name: str, event: str, motion: Motion) -> "CandidateMotion":
-        """A motion with its peaks; an `ArgumentError` where nothing moves."""
+        """Create a candidate and compute its peaks; an `ArgumentError` if the motion is zero."""
         azimuth = np.arange(0.0, 180.0, AXIS_STEP_DEG)
         cosines, acceleration = cosines_of(azimuth), motion.horizontal
         along = largest_along(integrate(acceleration, motion.sampling_interval), cosines)
@@ -78,7 +78,7 @@ class CandidateMotion:
 
 
 def shipped_records() -> list[CandidateMotion]:
-    """Near-field and far-field records of FEMA P-695 and GeoNet's Te Mara Farm, processed as in a study."""
+    """Read the records of FEMA P-695 (near-field, far-field) and Te Mara Farm of GeoNet, processed as in a study."""
     found = []
     for source in SHIPPED:
         form = "geonet" if source.startswith("example:") else "fema-p695"
@@ -90,7 +90,7 @@ def shipped_records() -> list[CandidateMotion]:
 
 
 def pulses() -> list[CandidateMotion]:
-    """One-cycle sine and cosine pulses towards the north."""
+    """Create one-cycle sine and cosine pulses towards north."""
     line = "{} amplitude_gal=400 period_s={} sampling_interval_s=0.01"
     return [
         CandidateMotion.of(
@@ -102,9 +102,9 @@ def pulses() -> list[CandidateMotion]:
 
 
 def candidates(own: Iterable[Record] = (), *, alone: bool = False) -> list[CandidateMotion]:
-    """Every motion to ask about, each once: the user's own processed records, then what comes with the package.
+    """Return all candidate motions without duplicates: processed records of the user, then those of the package.
 
-    ``alone`` leaves the latter out; an `ArgumentError` where there is none, or one never moves.
+    ``alone`` leaves the latter out. An `ArgumentError` is raised if there is no motion, or if one is zero.
     """
     every = [CandidateMotion.of(one.record_id, one.event, Motion.of(one)) for one in own]
     every += [] if alone else [*shipped_records(), *pulses()]

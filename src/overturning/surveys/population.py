@@ -1,4 +1,4 @@
-"""Fall rates of a cemetery: stones drawn from a population, each doing what the cell of the cube most like it does."""
+"""Fraction overturned in a population of stones: each random stone takes the outcome of a neighbouring grid cell."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -36,7 +36,7 @@ _RATES: Final = {
     "fall_resultant": ((), "mean resultant length of that axis"),
     "class_rate": (("stones",), "share of the stones of a class that fell"),
 }
-"""What `population_rates` finds: dimensions beside record and amplitude, and what it is."""
+"""Variables of `population_rates`: dimensions in addition to record and amplitude, and long name."""
 
 MEASURES: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
 """Intensity measures of every population's fragility curves, with their units; `intensities` has SA of its periods."""
@@ -44,17 +44,16 @@ MEASURES: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
 
 @dataclass(frozen=True)
 class Stones:
-    """Stones of a population, each attribute an ndarray of shape (n,).
+    """Stones of a population; attributes are arrays of shape (n,).
 
     Attributes
     ----------
     height, b_over_h, friction : ndarray
-        m, B/H, µ.
+        Height, m; B/H; friction coefficient µ.
     face : ndarray
-        Azimuth that the front looks to, degrees.
+        Azimuth of the normal of the front face, degrees.
     lot : ndarray, shape (3, n)
-        In 0 to 1, for height, B/H and friction: decides between the two values of a cube's grid that a stone lies
-        between.
+        Random numbers in 0 to 1 for height, B/H and friction, which choose between the two neighbouring grid values.
     """
 
     height: FloatArray
@@ -64,7 +63,7 @@ class Stones:
     lot: FloatArray
 
     def classes(self) -> dict[str, NDArray[np.bool_]]:
-        """Members of the quarters: the slenderer and the stouter half, each in its smaller and its taller half."""
+        """Return the masks of four classes: slender and stout half, each divided into a smaller and a taller half."""
         shape, classes = float(np.median(self.b_over_h)), {}
         for own, text in ((self.b_over_h <= shape, "up to"), (self.b_over_h > shape, "above")):
             size = float(np.median(self.height[own])) if own.any() else 0.0
@@ -88,9 +87,10 @@ def draw_stones(population: Population) -> Stones:
 
 
 def random_neighbours(grid: FloatArray, values: FloatArray, lot: FloatArray) -> NDArray[np.intp]:
-    """Places of values in an ascending grid: of two neighbours the nearer one the more often, so that means are linear.
+    """Choose for each value one of its two neighbours in an ascending grid, and return their positions.
 
-    Beyond the grid it is the end.
+    Probabilities are linear in the distance, so that means are interpolated linearly. `lot` are uniform random numbers.
+    Values outside the grid take its end.
     """
     where = np.interp(values, grid, np.arange(grid.size))
     below = np.floor(where)
@@ -98,7 +98,7 @@ def random_neighbours(grid: FloatArray, values: FloatArray, lot: FloatArray) -> 
 
 
 def outside_grid(cube: xr.Dataset, stones: Stones) -> float:
-    """Share of the stones whose height, B/H or friction lies beyond the cube's grid by more than rounding."""
+    """Return the share of stones with height, B/H or friction outside the grid of the cube."""
     beyond = np.zeros(stones.height.size, np.bool_)
     for name in _SIZES:
         grid, values = cube[name].to_numpy(), getattr(stones, name)
@@ -107,10 +107,10 @@ def outside_grid(cube: xr.Dataset, stones: Stones) -> float:
 
 
 def stone_outcomes(site: xr.Dataset, stones: Stones) -> Outcomes:
-    """What each of n stones does under one record, whose cube has the dimension of amplitudes or not.
+    """Return the outcomes of n stones under one record; `site` is its cube, with or without amplitudes.
 
-    Below µ = B/H a block slides rather than rocks: of two frictions a stone takes the one on its own side of it, where
-    there is one.
+    A block with µ below B/H slides and does not rock. So if one of the two neighbouring friction values is on the same
+    side of µ = B/H as the stone and the other is not, the first is taken.
     """
     cells = {
         name: random_neighbours(site[name].to_numpy(), getattr(stones, name), lot)
@@ -126,16 +126,16 @@ def stone_outcomes(site: xr.Dataset, stones: Stones) -> Outcomes:
 
 
 def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
-    """Rates of what `stone_outcomes` found, of the stones that have an answer.
+    """Compute rates over the stones with a known outcome from `stone_outcomes`.
 
     Returns
     -------
     dict of ndarray
-        ``fall_rate``, ``shift_rate`` and ``rotation_rate`` (NaN where the model cannot tell), ``unknown``, shape (a,);
+        ``fall_rate``, ``shift_rate`` and ``rotation_rate`` (NaN if the model lacks them), ``unknown``, shape (a,);
         their 95 % intervals by Wilson for a cemetery of as many stones, ``fall_interval`` and so on, shape (a, 2);
         ``fall_octant``, shape (a, 8), the share that fell towards each compass octant, with ``octant_interval``, shape
         (a, 8, 2); and ``fall_axis`` with ``fall_resultant``, the axis of the falls, degrees, and its mean resultant
-        length, shape (a,). Where no stone has an answer rates and shares are NaN.
+        length, shape (a,). Without any known outcome rates and shares are NaN.
     """
     stands, answered = found.known & ~found.fell, found.known.sum(axis=1)
     share_of = np.where(answered > 0, answered, np.nan)
@@ -164,21 +164,21 @@ def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
 
 
 def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
-    """Rates of a population under each record of a cube.
+    """Compute the rates of a population under each record of a cube.
 
     Parameters
     ----------
     cube : Dataset
-        In planes or in space, as `open_cube` reads it, with or without the dimension of amplitudes.
+        Cube of a 2-D or 3-D model from `open_cube`, with or without the dimension of amplitudes.
     population : Population
         The cemetery.
 
     Returns
     -------
     Dataset
-        Over ``record`` and ``amplitude``, what `rates` finds, and ``class_rate(…, stones)`` of `Stones.classes`. The
-        attribute ``outside`` is the share of stones beyond the cube's grid, which take its nearest value; ``members``
-        are numbers of stones.
+        Results of `rates` over ``record`` and ``amplitude``, and ``class_rate(…, stones)`` for `Stones.classes`. The
+        attribute ``outside`` is the share of stones outside the grid, which take its nearest value; ``members`` are
+        numbers of stones.
     """
     stones = draw_stones(population)
     classes, reads = stones.classes(), model_of(cube).reads_outcomes
@@ -207,7 +207,7 @@ def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
 
 
 def intensities(found: xr.Dataset, intensity: xr.Dataset) -> dict[str, FloatArray]:
-    """Intensity of each record at each amplitude, shape (record, amplitude), by the names of `MEASURES`, and SA(T).
+    """Compute the intensity of each record and amplitude, shape (record, amplitude), for `MEASURES` and SA(T).
 
     PGA, PGV and the pseudo-acceleration SA, g, at the periods T of the population (damping ratio 0.05) are RotD50, the
     median over azimuths.
@@ -223,9 +223,9 @@ def intensities(found: xr.Dataset, intensity: xr.Dataset) -> dict[str, FloatArra
 
 
 def jma_intensities(found: xr.Dataset, intensity: xr.Dataset) -> FloatArray:
-    """JMA instrumental intensity, shape (record, amplitude): it grows by 2 log₁₀ of the amplitude.
+    """Compute the JMA instrumental intensity, shape (record, amplitude); it increases by 2 log₁₀ of the amplitude.
 
-    Of the horizontal components alone where a record has no vertical one; NaN where not known.
+    Without a vertical component it is that of the horizontal components; NaN if unknown.
     """
     whole, horizontal = (intensity[name].to_numpy() for name in ("jma_intensity", "jma_intensity_horizontal"))
     measured = np.where(np.isfinite(whole), whole, horizontal)[:, None]
@@ -233,7 +233,7 @@ def jma_intensities(found: xr.Dataset, intensity: xr.Dataset) -> FloatArray:
 
 
 def fragility_curves(found: xr.Dataset, intensity: xr.Dataset) -> list[Fragility]:
-    """Curves of the whole population and of each class, over each of `MEASURES` and SA(T)."""
+    """Fit fragility curves of the whole population and of each class, for each of `MEASURES` and SA(T)."""
     shares = {"all stones": (found["fall_rate"].to_numpy(), int(found.attrs["members"]))}
     for name, members in zip(found["stones"].to_numpy(), found["members"].to_numpy(), strict=True):
         shares[str(name)] = found["class_rate"].sel(stones=name).to_numpy(), int(members)

@@ -1,4 +1,4 @@
-"""What a survey says of its motion: probability of each motion, strength and turn, and how it is kept."""
+"""Posterior probability of motion, strength and rotation for a survey, and its file."""
 
 import math
 from dataclasses import dataclass
@@ -15,45 +15,45 @@ from overturning.files import atomic_write
 from overturning.units import CM, STANDARD_GRAVITY
 
 TURN_DEG: Final = 10
-"""Step by which each motion is turned, degrees."""
+"""Step of the rotation of each motion, degrees."""
 
 TURNS: Final = 360 // TURN_DEG
 
 LEVEL: Final = 0.9
-"""Probability inside a stated interval."""
+"""Probability of the credible intervals."""
 
 NO_AXIS_DEG: Final = 180.0 * LEVEL
-"""Width of an arc that holds an axis of which nothing is known with probability `LEVEL`, degrees.
+"""Width of an arc that contains a random axis with probability `LEVEL`, degrees.
 
-A survey in which every stone fell tells no axis: in such simulated surveys arcs of 71 % of the half turn on average
-held the true axis in 73 % (`verification/backwards_coverage.py`), as often as if they had been laid at random.
+A survey in which every stone fell does not constrain the axis: in simulated surveys of this kind, arcs with a mean
+width of 71 % of 180° contained the true axis in 73 % of cases (`verification/backwards_coverage.py`), like random arcs.
 """
 
 _STORED: Final = {
     "level": "level", "turn": "turn", "probability": ("source", "level", "turn"), "prior": ("source", "level", "turn"),
     "pga": "source", "axis": "source",
 }  # fmt: skip
-"""Attributes of a `Posterior` in its file, with their dimensions."""
+"""Attributes of a `Posterior` that are stored in its file, with their dimensions."""
 
 
 @dataclass(frozen=True)
 class Posterior:
-    """Probability of motion, level and turn, after a survey and before it.
+    """Posterior and prior probability of motion, level and rotation.
 
     Attributes
     ----------
     sources : tuple of str
         Names of the motions.
     level : ndarray, shape (l,)
-        Peak velocities to which each is scaled, m/s; peaks are the largest over all azimuths.
+        Peak velocities to which motions are scaled, m/s (maximum over all azimuths).
     turn : ndarray, shape (r,)
-        Angles by which each motion is turned clockwise, degrees.
+        Clockwise rotations of the motions, degrees.
     probability, prior : ndarray, shape (s, l, r)
-        After and before the survey; each sums to 1.
+        Posterior and prior; each sums to 1.
     pga : ndarray, shape (s,)
-        PGA of each motion where its peak velocity is 1 m/s, m/s².
+        PGA of each motion scaled to a peak velocity of 1 m/s, m/s².
     axis : ndarray, shape (s,)
-        Azimuth of each motion's largest velocity where it is not turned, degrees.
+        Azimuth of the largest velocity of each unrotated motion, degrees.
     """
 
     sources: tuple[str, ...]
@@ -70,31 +70,32 @@ class Posterior:
         return np.broadcast_to(self.level, self.probability.shape[:2])
 
     def edges(self) -> tuple[float, float]:
-        """Probability of the weakest and of the strongest level."""
+        """Return the probability of the weakest and of the strongest level."""
         weight = self.probability.sum(axis=(0, 2))
         return float(weight[0]), float(weight[-1])
 
     def interval(self, values: ArrayLike, *, prior: bool = False) -> tuple[float, float]:
-        """Equal-tailed credible interval of a quantity that grows with the level, of probability `LEVEL`.
+        """Compute the equal-tailed credible interval (`LEVEL`) of a quantity that increases with the level.
 
         Parameters
         ----------
         values : array_like, shape (s, l)
             The quantity for each motion and level, positive.
         prior : bool
-            Before the survey instead.
+            Use the prior.
 
         Returns
         -------
         (float, float)
-            Between neighbouring values the distribution is interpolated over the logarithm. Where more than a tail lies
-            on the weakest or strongest level, the library ends before the answer does: that end is 0 or infinite.
+            Ends of the interval; the distribution is interpolated linearly in the logarithm. If the weakest (strongest)
+            level has more probability than one tail, the library does not cover the posterior, and that end is 0
+            (infinite).
         """
         weight = (self.prior if prior else self.probability).sum(axis=2).ravel()
         logs = np.log(np.asarray(values, dtype=np.float64)).ravel()
         distinct, place = np.unique(logs.round(12), return_inverse=True)
         mass = np.bincount(place.ravel(), weight)
-        # Each value stands for the cell half way to its neighbours.
+        # Each value represents the cell that reaches half way to its neighbours.
         middle = (distinct[1:] + distinct[:-1]) / 2
         edges = np.concatenate([[2 * distinct[0] - middle[0]], middle, [2 * distinct[-1] - middle[-1]]])
         below, tail = np.concatenate([[0.0], np.cumsum(mass)]), (1 - LEVEL) / 2
@@ -103,23 +104,23 @@ class Posterior:
         return 0.0 if weakest > tail else float(low), math.inf if strongest > tail else float(high)
 
     def of_sources(self) -> FloatArray:
-        """Probability of each motion, shape (s,)."""
+        """Return the probability of each motion, shape (s,)."""
         return np.asarray(self.probability.sum(axis=(1, 2)))
 
     def of_axes(self) -> FloatArray:
-        """Probability of each azimuth of the largest velocity, in steps of `TURN_DEG`; shape (180 / step,)."""
+        """Return the probability of each azimuth of the largest velocity, with step `TURN_DEG`; shape (180 / step,)."""
         place, weight = (self.axis[:, None] + self.turn) / TURN_DEG, self.probability.sum(axis=1)
         below, count = np.floor(place).astype(np.intp), 180 // TURN_DEG
-        # An axis between two steps is shared out to both.
+        # An axis between two steps is divided linearly between both.
         parts = ((below, 1 - (place - below)), (below + 1, place - below))
         shares = [np.bincount((at % count).ravel(), (part * weight).ravel(), count) for at, part in parts]
         return np.asarray(shares[0] + shares[1])
 
     def axis_arc(self, *, everything_fell: bool = False) -> tuple[float, float]:
-        """Middle (0 to 180) and width of the arc stated for the axis, degrees.
+        """Return middle (0 to 180) and width of the credible arc of the axis, degrees.
 
-        It is the shortest arc that holds `LEVEL` of the axis's probability, widened to `NO_AXIS_DEG` where every stone
-        of the survey fell (`everything_fell`).
+        It is the shortest arc with probability `LEVEL`, widened to `NO_AXIS_DEG` if every stone of the survey fell
+        (`everything_fell`).
         """
         middle, width = self._shortest_arc()
         return middle, max(width, NO_AXIS_DEG) if everything_fell else width
@@ -137,20 +138,20 @@ class Posterior:
 
 @dataclass(frozen=True)
 class InversionResult:
-    """The answer to a survey, with what a reader has to know of the survey.
+    """Posterior of a survey, with a summary of the survey.
 
     Attributes
     ----------
     name : str
-        Of the survey's file.
+        Name of the survey file.
     fell, stood : int
-        Stones.
+        Number of stones.
     fixed : float
-        Share taken to be fixed.
+        Assumed share of fixed stones.
     fit : float
-        p-value of the check whether the library fits, see `Inversion.fit`.
+        p-value of the check of fit, see `Inversion.fit`.
     posterior : Posterior
-        Of motion, level and turn.
+        Posterior of motion, level and rotation.
     """
 
     name: str
@@ -167,7 +168,7 @@ class InversionResult:
 
     @property
     def axis_arc(self) -> tuple[float, float]:
-        """Middle and width of the arc stated for the axis, degrees; see `Posterior.axis_arc`."""
+        """Middle and width of the credible arc of the axis, degrees; see `Posterior.axis_arc`."""
         return self.posterior.axis_arc(everything_fell=self.everything_fell)
 
     @property
@@ -178,7 +179,7 @@ class InversionResult:
 
 
 def write_inversion(answer: InversionResult, path: Path) -> None:
-    """Write an answer (NetCDF)."""
+    """Write the result of an inversion (NetCDF)."""
     table = xr.Dataset(
         {name: (dims, getattr(answer.posterior, name)) for name, dims in _STORED.items()},
         {"source": list(answer.posterior.sources)},
@@ -189,7 +190,7 @@ def write_inversion(answer: InversionResult, path: Path) -> None:
 
 
 def read_inversion(path: Path) -> InversionResult:
-    """Read what `write_inversion` wrote; a ResultError where it is missing or of another kind."""
+    """Read a file written by `write_inversion`; a ResultError if it is missing or another kind of file."""
     try:
         with xr.open_dataset(path, engine="netcdf4") as stored:
             table = stored.load()

@@ -1,4 +1,4 @@
-"""What the cube of a site says about the stones of a survey."""
+"""Predict the falls of the stones of a survey from the cube of its site."""
 
 import math
 
@@ -15,23 +15,23 @@ from overturning.statistics.falls import falls_towards, whole_circle
 from overturning.surveys.stones import BACKGROUND, Stone
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
-"""Outcomes of a stone whose face is known: towards the face's azimuth, then clockwise by 90° each."""
+"""Outcomes of a stone with known face: falls towards the azimuth of the face, then clockwise in steps of 90°."""
 
 
 class SitePrediction:
-    """Fall probabilities of one site, by azimuth and slenderness.
+    """Fall probabilities of a site by azimuth and slenderness.
 
     Parameters
     ----------
     cube : Dataset
-        A cube of one record; heights and frictions (and slendernesses where a stone has none) count the same each.
+        Cube of one record; heights and frictions (and B/H for stones without one) have equal weight.
     background : float
         See `BACKGROUND`.
 
     Raises
     ------
     ArgumentError
-        If the cube holds more than one record or is in space, or the background is not between 0 and 1.
+        If the cube has several records or is from the 3-D model, or the background is not between 0 and 1.
     """
 
     def __init__(self, cube: xr.Dataset, *, background: float = BACKGROUND) -> None:
@@ -51,8 +51,8 @@ class SitePrediction:
         self.share: FloatArray = plane_weight(self.azimuth, FULL_TURN, whole_circle=True)
         self._densities: dict[str, FloatArray] = {}
         self._never: set[str] = set()
-        # Of each plane and block (height and friction) the probability of falling towards its azimuth and away from it,
-        # and when it falls; NaN where not known.
+        # Probability of falling towards and away from the azimuth of each plane, and time of the fall, for each block
+        # (height and friction); NaN if unknown.
         site = whole_circle(site)
         p = fall_probability(site).transpose(*dims)
         self.plane: FloatArray = p["azimuth"].values.astype(np.float64)
@@ -62,14 +62,14 @@ class SitePrediction:
         ]
         self.blocks: FloatArray = np.stack(blocks[:2], axis=-2).astype(np.float64)
         self.times: FloatArray = blocks[2].astype(np.float64)
-        # Each azimuth's sector reaches half way to its neighbours; a turn after it began the first one begins again.
+        # The sector of an azimuth reaches half way to its neighbours; the last border is the first one + 360°.
         start = (self.azimuth[0] + self.azimuth[-1] - 360) / 2
         self.borders: FloatArray = start + 360 * np.concatenate([[0.0], np.cumsum(self.share)])
 
     def _at(self, azimuth_deg: FloatArray, b_over_h: float) -> tuple[FloatArray, FloatArray]:
-        """Interpolated probability of falling towards n azimuths and away, and the nearest cells' times of the fall.
+        """Interpolate the probability of falling towards n azimuths and away; also return times of falls (nearest cells).
 
-        Of each block: shapes (2, blocks, n) and (blocks, n).
+        Shapes are (2, blocks, n) and (blocks, n).
         """
         place = np.interp(b_over_h, self.b_over_h, np.arange(self.b_over_h.size))
         low = int(place)
@@ -81,19 +81,19 @@ class SitePrediction:
         return p.reshape(*by_azimuth.shape[1:], -1), self.times[cell, round(float(place))].T
 
     def is_outside_grid(self, stone: Stone) -> bool:
-        """Whether a B/H of a stone lies outside of the cube's, which has its nearest value there."""
+        """True if a B/H of a stone lies outside the grid of the cube, whose nearest value is then used."""
         least, most = self.b_over_h[[0, -1]].tolist()
         return min(stone.slenderness) < least - 1e-9 or max(stone.slenderness) > most + 1e-9
 
     def nearest(self, azimuth_deg: float) -> int:
-        """Place of the nearest azimuth."""
+        """Return the index of the nearest azimuth."""
         return int(nearest(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
 
     def density(self, b_over_h: float = math.nan, b_over_h_side: float = math.nan) -> FloatArray:
-        """Probability of each azimuth's sector, given that a stone of unknown orientation fell; sums to 1.
+        """Return the probability of each sector of azimuth for a fallen stone of unknown orientation; sums to 1.
 
-        It is the mean over all faces of what `sides` says; without ``b_over_h`` all slendernesses of the cube count the
-        same, and without ``b_over_h_side`` the footprint is square.
+        It is the mean of `sides` over all face azimuths. Without ``b_over_h`` all B/H of the cube have equal weight,
+        and without ``b_over_h_side`` the footprint is square.
         """
         of = _key(b_over_h, b_over_h_side)
         if of in self._densities:
@@ -101,14 +101,14 @@ class SitePrediction:
         shapes = [(b_over_h, b_over_h if math.isnan(b_over_h_side) else b_over_h_side)]
         if math.isnan(b_over_h):
             shapes = [(one, one) for one in self.b_over_h.tolist()]
-        # A stone falls towards an azimuth that faces it, or looks to its right, backwards or to its left.
+        # A fall towards an azimuth is a fall forwards, to the right, backwards or to the left, by face azimuth.
         falls = [
             np.sum([self._model(self.azimuth - 90.0 * turn, shape)[1 + turn] for turn in range(4)], axis=0)
             for shape in shapes
         ]
         known = np.isfinite(falls)
         values = np.where(known, falls, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-        # An azimuth of which nothing is known is like the others: it is not one towards which nothing falls.
+        # An azimuth with unknown outcomes gets the mean of the others, not 0.
         directed = known.any(axis=0)
         values[~directed] = values[directed].mean() if directed.any() else 0.0
         mass = values * self.share
@@ -121,14 +121,14 @@ class SitePrediction:
         return found
 
     def never_falls(self, stone: Stone) -> bool:
-        """Whether no stone like it falls in the cube, which then says nothing of the direction in which it fell."""
+        """True if no such stone falls in the cube, which then does not predict the direction of its fall."""
         if knows_face(stone):
             return bool((self._model(np.array([stone.face_azimuth_deg]), stone.slenderness)[1:, 0] == 0).all())
         self.density(*stone.slenderness)
         return _key(*stone.slenderness) in self._never
 
     def sides(self, stone: Stone) -> FloatArray:
-        """Probabilities of `SIDES` for a stone whose face azimuth and B/H are known; they sum to 1.
+        """Return the probabilities of `SIDES` for a stone with known face azimuth and B/H; they sum to 1.
 
         A rectangular stone falls over one of its edges: the two planes through its faces' normals are computed each
         with its own B/H, for each height and friction of the cube on its own. They are taken as independent within the
@@ -143,7 +143,7 @@ class SitePrediction:
         return np.asarray((1 - self.background) * model + self.background * blind)
 
     def _model(self, face_deg: FloatArray, slenderness: tuple[float, float]) -> FloatArray:
-        """What `sides` says of stones that face n azimuths, without background; NaN where nothing is known."""
+        """Return the probabilities of `SIDES` for n face azimuths, without background; NaN if unknown."""
         planes = [self._at(face_deg + 90.0 * i, shape) for i, shape in enumerate(slenderness)]
         p = np.array([probability for probability, _ in planes])
         known = np.isfinite(p).all(axis=(0, 1))

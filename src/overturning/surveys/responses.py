@@ -1,4 +1,4 @@
-"""What free stones in space do under each motion: computed on a grid of sizes, kept, smoothed to probabilities."""
+"""Outcomes of 3-D stones under candidate motions: simulated on a grid of sizes, cached, smoothed to probabilities."""
 
 import hashlib
 import math
@@ -26,57 +26,57 @@ from overturning.surveys.library import CandidateMotion
 from overturning.surveys.stones import Stone
 
 LEVELS: Final[FloatArray] = np.asarray(np.geomspace(0.2, 3.2, 13), np.float64)
-"""Peak velocities to which each motion is scaled, m/s."""
+"""Peak velocities to which motions are scaled, m/s."""
 
 HEIGHTS: Final[FloatArray] = np.asarray(0.3 * 1.5 ** np.arange(10), np.float64)
-"""Heights at which stones are computed, m; between them the outcome is interpolated."""
+"""Simulated heights, m; outcomes are interpolated between them."""
 
 SHAPES: Final[FloatArray] = np.asarray(np.geomspace(0.08, 0.8, 14), np.float64)
-"""B/H at which stones are computed."""
+"""Simulated B/H."""
 
 ASPECTS: Final = (1.0, 1.4, 2.0, 2.8, 4.0)
-"""D/B of rectangular stones, D the broader side; the nearest one is taken."""
+"""Simulated D/B of rectangular stones, D the broader side; the nearest value is used."""
 
 FRICTIONS: Final = (0.45, 0.65, 0.9)
-"""µ, which nobody has measured: the same probability each."""
+"""Simulated friction coefficients, with equal probability, as friction is not known."""
 
 ORIENTATION_STEP_DEG: Final = 15
-"""Step of a rectangular stone's face against the motion, degrees; a fall turns with the face to the nearest one."""
+"""Step of the face azimuth of rectangular stones relative to the motion, degrees; the nearest value is used."""
 
 BIN_WIDTH_DEG: Final = 5
-"""Width of the ways in which a stone can fall, degrees."""
+"""Width of a direction bin of falls, degrees."""
 
 DIRECTION_BINS: Final = 360 // BIN_WIDTH_DEG
 STOOD: Final = DIRECTION_BINS
-"""Place of standing after the ways in which a stone can fall."""
+"""Index of standing, after the direction bins."""
 UNKNOWN: Final = DIRECTION_BINS + 1
 
 LN_SHAPE_DEVIATION: Final = 0.15
-"""Standard deviation of ln B/H among stones that are written down alike: worn edges, footings, restitution."""
+"""Standard deviation of ln B/H among stones with equal measured sizes (worn edges, footings, restitution)."""
 
 LN_PGV_DEVIATION: Final = 0.15
 """Standard deviation of ln PGV over the site of one survey."""
 
 CONCENTRATION, UNIFORM_SHARE = 8.0, 0.2
-"""Falls scatter about the computed direction by a von Mises distribution, but for a share that goes any way."""
+"""Scatter of falls about the simulated direction: concentration (von Mises), and share with uniform directions."""
 
 CASE_S: Final = 1.5e-4
-"""Processor time of a case per second of its motion, s: measured with columns and prisms, of the order of magnitude."""
+"""Processor time of a case per second of motion, s; order of magnitude, measured with columns and prisms."""
 
 DRAWS: Final = 64
-"""Draws of sizes that are not known."""
+"""Number of random draws for unknown sizes."""
 
 
 @dataclass(frozen=True)
 class StoneKind:
-    """What is known of a stone beforehand.
+    """Size and shape of a stone, as far as known.
 
     Attributes
     ----------
     height, b_over_h : float or None
-        m, and the smaller B/H of its two planes; None where it is not known.
+        Height, m, and the smaller B/H of its two planes; None if unknown.
     aspect : float
-        D/B, broader over narrower side, of a rectangular stone; 0 of a round one.
+        D/B, broader over narrower side, of a rectangular stone; 0 for a round stone.
     """
 
     height: float | None = None
@@ -85,7 +85,7 @@ class StoneKind:
 
     @classmethod
     def of(cls, stone: Stone) -> "StoneKind":
-        """That of a stone; an `ArgumentError` where its size is beyond what is computed."""
+        """Return the kind of a stone; an `ArgumentError` if its size is outside the simulated range."""
         front, side = stone.slenderness
         for name, value, grid in (("height_m", stone.height, HEIGHTS), ("b_over_h", min(front, side), SHAPES)):
             if not (math.isnan(value) or 0.8 * grid[0] <= value <= 1.25 * grid[-1]):
@@ -102,12 +102,12 @@ class StoneKind:
 
     @property
     def orientations(self) -> FloatArray:
-        """Azimuths of the face against the motion's north that differ, degrees; of a round stone one."""
+        """Distinct face azimuths relative to the north of the motion, degrees; a round stone has one."""
         turn = 1 if self.aspect == 0.0 else 90 if self.aspect == 1.0 else 180
         return np.arange(0.0, turn, ORIENTATION_STEP_DEG)
 
     def weights(self, population: Population) -> FloatArray:
-        """Weight of each computed height and B/H, shape (heights, shapes); sums to 1."""
+        """Return the weight of each simulated height and B/H, shape (heights, shapes); sums to 1."""
         generator = np.random.Generator(np.random.PCG64(population.seed))
         unit = scipy.stats.qmc.Sobol(2, scramble=True, rng=generator).random(DRAWS).T
         height, width = (
@@ -137,20 +137,20 @@ def stone_kinds(stones: Sequence[Stone], name: str) -> list[StoneKind]:
 
 
 class Responses:
-    """What stones of some kinds do under motions at every level of peak velocity; computed once for many surveys.
+    """Outcomes of kinds of stones under motions at all levels of peak velocity, cached for further surveys.
 
     Parameters
     ----------
     motions, kinds : sequence of CandidateMotion, sequence of StoneKind
-        The motions and the stones' kinds; an `ArgumentError` where there is none of either.
+        Motions and kinds of stones; an `ArgumentError` if there is none of either.
     population : Population, optional
-        From which height and B/H are drawn where they are not known.
+        Distribution of unknown heights and B/H.
     folder : Path, optional
-        Where what was computed is kept; a folder of the user's cache where not given.
+        Cache folder; default: in the cache of the user.
     threads : int
-        Threads.
+        Number of threads.
     progress : callable, optional
-        Called with the number of motions that are done, and of all.
+        Called with the number of finished motions and of all motions.
     """
 
     def __init__(
@@ -180,9 +180,9 @@ class Responses:
         self.table = lru_cache(64)(self._table)
 
     def _table(self, kind: StoneKind) -> NDArray[np.float32]:
-        """Probability of each way, from the motion's north, and of standing.
+        """Return the probability of each direction bin, relative to the north of the motion, and of standing.
 
-        Shape (motions, levels, orientations, ways + 1).
+        Shape (motions, levels, orientations, bins + 1).
         """
         return np.stack([_outcome_probabilities(one, self._weights[kind]) for one in self._ways[kind.aspect]])
 
@@ -252,9 +252,9 @@ def _stored_file(one: CandidateMotion, aspect: float, folder: Path) -> Path:
 def load_or_compute_outcomes(
     one: CandidateMotion, aspect: float, nodes: NDArray[np.bool_], folder: Path, threads: int
 ) -> dict[str, NDArray[np.int8]]:
-    """What stones do under a motion: kept from before, or computed and kept in a file, see `_stored_file`.
+    """Load the outcomes of stones under a motion from the cache, or simulate and cache them (see `_stored_file`).
 
-    By ``height-shape``, the places where ``nodes``, shape (heights, shapes), is true: the way in which a stone falls,
+    Returns by key ``height-shape``, for the nodes that are True, shape (heights, shapes): direction bin of the fall,
     `STOOD` or `UNKNOWN`, shape (frictions, levels, orientations).
     """
     path, known = _stored_file(one, aspect, folder), dict[str, NDArray[np.int8]]()
@@ -263,7 +263,7 @@ def load_or_compute_outcomes(
             known = {name: stored[name] for name in stored.files}
     except FileNotFoundError:
         pass
-    except Exception:  # a torn archive raises nearly anything; what it held is computed again
+    except Exception:  # a damaged archive raises various exceptions; its content is simulated again
         path.unlink(missing_ok=True)
     missing = [(h, b) for h, b in np.argwhere(nodes).tolist() if f"{h}-{b}" not in known]
     if missing:
@@ -315,7 +315,7 @@ def _outcome_probabilities(ways: dict[str, NDArray[np.int8]], weight: FloatArray
     counts = np.bincount(place.ravel(), mass.ravel(), levels * orientations * (UNKNOWN + 1)).reshape(levels, -1)
     near = np.exp(-0.5 * (np.log(LEVELS[:, None] / LEVELS) / LN_PGV_DEVIATION) ** 2)
     shares = (near / near.sum(axis=1, keepdims=True) @ counts).reshape(levels, orientations, UNKNOWN + 1)[..., :UNKNOWN]
-    # Where nothing is known a stone may do anything.
+    # Without known outcomes the probabilities are uninformative.
     shares += 1e-6 * uninformative_outcome()
     shares /= shares.sum(axis=-1, keepdims=True)
     shares[..., :DIRECTION_BINS] = shares[..., :DIRECTION_BINS] @ scatter()
@@ -323,13 +323,13 @@ def _outcome_probabilities(ways: dict[str, NDArray[np.int8]], weight: FloatArray
 
 
 def uninformative_outcome() -> FloatArray:
-    """Probability of each way and of standing of a stone of which nothing is known, shape (ways + 1,)."""
+    """Return the probability of each direction bin and of standing without any information, shape (bins + 1,)."""
     return np.append(np.full(DIRECTION_BINS, 0.5 / DIRECTION_BINS), 0.5)
 
 
 @cache
 def scatter() -> FloatArray:
-    """Probability that a fall each way (rows) is found as each other one, shape (ways, ways)."""
+    """Return the probability that a simulated direction (rows) is observed in each bin, shape (bins, bins)."""
     angle = np.radians(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS))
     density = scipy.stats.vonmises.pdf(angle, CONCENTRATION)
     row = (1 - UNIFORM_SHARE) * density / density.sum() + UNIFORM_SHARE / DIRECTION_BINS

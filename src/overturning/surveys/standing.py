@@ -1,4 +1,4 @@
-"""What has stood: the probability that stones still stand after years of a hazard, and what stones that stand say."""
+"""Survival of stones under a seismic hazard, and bounds on the hazard from stones that still stand."""
 
 import math
 from dataclasses import dataclass
@@ -17,20 +17,20 @@ from overturning.errors import ResultError
 from overturning.tables import read_rows
 
 CAPACITIES: Final = np.linspace(-6.0, 6.0, 241)
-"""Capacities of single stones about their class's, in standard deviations, over which those are averaged."""
+"""Integration points for the capacity of a stone relative to its class, in standard deviations."""
 
 MIN_SPREAD: Final = 1e-3
-"""Least spread of a logarithm that is integrated over: a smaller one is a step."""
+"""Smallest logarithmic spread of a fragility curve; smaller values are replaced by it."""
 
 BOUND_PROBABILITY: Final = 0.95
-"""Probability with which the rate of stones that stood lies below its bound."""
+"""Probability that the rate of falls lies below its upper bound."""
 
 LARGEST_FACTOR: Final = 1e6
-"""On the hazard; where stones of a class would stand under so many times of it, none is bounded."""
+"""Largest factor on the hazard; if stones survive even this, there is no bound."""
 
 
 LARGEST_SHARE_BEYOND: Final = 0.9
-"""Share of the falls from levels beyond the records above which a hazard of implausible levels is refused."""
+"""Largest share of falls from levels beyond the records; above it, a hazard with implausible levels is refused."""
 
 PLAUSIBLE_TOPS: Final = {"g": (0.05, 20.0, 981.0, "Gal"), "cm/s": (5.0, 2000.0, 0.01, "m/s")}
 """By unit: least and largest plausible highest level of a hazard curve, and the likely other unit: how many of it make
@@ -72,7 +72,7 @@ class Hazard:
     measure, unit : str
         Intensity measure and its unit.
     level, rate : ndarray, shape (n,)
-        Ascending levels, and how often a year each is exceeded.
+        Ascending levels and their annual rates of exceedance, 1/year.
     """
 
     measure: str
@@ -81,11 +81,11 @@ class Hazard:
     rate: FloatArray
 
     def rate_at(self, level: ArrayLike) -> FloatArray:
-        """Annual rate at which levels within the curve are exceeded."""
+        """Interpolate the annual rate of exceedance of levels within the curve, 1/year."""
         return np.asarray(np.exp(np.interp(np.log(level), np.log(self.level), np.log(self.rate))))
 
     def falls(self, median: ArrayLike, spread: float, low: float = 0.0, high: float = math.inf) -> FloatArray:
-        """Annual rate of falls of lognormal fragilities by shaking from `low` to `high`, within the curve's levels.
+        """Compute the annual rate of falls from shaking between `low` and `high`, within the levels of the curve.
 
         ∫ P |dν| = P ν at the lower end − P ν at the upper end + ∫ ν dP, whose part over a power law a x^−k
         is exactly a m^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(x/m)/β, between its ends (completing the square;
@@ -94,16 +94,16 @@ class Hazard:
         Parameters
         ----------
         median : array_like, shape (m,)
-            In the unit of the levels.
+            Medians of lognormal fragility curves, in the unit of the levels.
         spread : float
-            Of the logarithm.
+            Standard deviation of the logarithm.
         low, high : float
             Levels, in the same unit.
 
         Returns
         -------
         ndarray, shape (m,)
-            1/year; 0 where the levels do not overlap.
+            Rate, 1/year; 0 if the levels do not overlap.
         """
         low, high = max(low, float(self.level[0])), min(high, float(self.level[-1]))
         if low >= high:
@@ -122,24 +122,24 @@ class Hazard:
 
 @dataclass(frozen=True)
 class SurvivalEstimate:
-    """How a class of stones stands under a hazard.
+    """Survival of a class of stones under a hazard.
 
     Attributes
     ----------
     stones, measure : str
         Class and intensity measure.
     rate : float
-        Falls a year, λ; shaking above the curve's last level counts with the probability there.
+        Annual rate of falls λ, 1/year; stronger shaking than the last level counts with the probability there.
     stands, low, high : float
-        Probability exp(−λT) that a stone stands after T years, and that at the ends of the median's interval, NaN
-        where it has none; `low` is also that with which every stone falls above the last level of the hazard.
+        Probability exp(−λT) that a stone stands after T years, and its values at the ends of the interval of the
+        median (NaN without interval). `low` also assumes that every stone falls above the last level of the hazard.
     share : float
-        Share of the class that stands where each stone keeps what sets it apart from the others of its class for all T
-        years; NaN where the parts of the spread are not known. It is no smaller than `stands`.
+        Share of the class that stands if the deviation of each stone from its class is constant over T years; at least
+        `stands`. NaN if the components of the spread are unknown.
     beyond : float
-        Share of λ that comes from levels to which the fragility was not fitted.
+        Share of λ from levels outside the range of the fragility data.
     first : float
-        Probability of falling at the first level of the hazard: weaker shaking is not counted.
+        Probability of falling at the first level of the hazard; weaker shaking is not counted.
     """
 
     stones: str
@@ -154,7 +154,7 @@ class SurvivalEstimate:
 
 
 def standing(curve: CurveRow, hazard: Hazard, years: float) -> SurvivalEstimate:
-    """How the stones of a fragility curve stand under a hazard for so many years; its median must be known."""
+    """Compute the survival of stones with a fragility curve under a hazard; the median must be known."""
     last, seldom = float(hazard.level[-1]), float(hazard.rate[-1])
 
     def chance(level: float, median: ArrayLike, spread: float) -> FloatArray:
@@ -164,12 +164,12 @@ def standing(curve: CurveRow, hazard: Hazard, years: float) -> SurvivalEstimate:
         return np.asarray(hazard.falls(median, spread) + seldom * chance(last, median, spread))
 
     spread = curve.log_spread
-    # An end beyond the data is 0 or infinite: all shaking of the curve throws the stone, or none.
+    # An end outside the data is 0 or infinite: all shaking overturns the stone, or none.
     medians = np.clip([curve.median, curve.median_low, curve.median_high], 1e-9 * hazard.level[0], 1e9 * last)
     rate, strong, weak = (float(one) for one in rates(medians, spread))
     strong += seldom * float(1 - chance(last, medians[1], spread)[0])
     known = float(hazard.falls(curve.median, spread, curve.least, curve.most)[0])
-    if curve.least <= last <= curve.most:  # above the hazard's last level stones fall as there
+    if curve.least <= last <= curve.most:  # above the last level, with the probability there
         known += seldom * float(chance(last, curve.median, spread)[0])
     share = math.nan
     if math.isfinite(curve.other_spread):
@@ -210,11 +210,11 @@ def rate_bound(years: float) -> float:
 
 
 def hazard_bound(curve: CurveRow, hazard: Hazard, years: float, bound: float) -> float:
-    """Times the hazard under which but 5 % of a class stand so many years: a stone that stands says that it is less.
+    """Compute the factor on the hazard under which only 5 % of a class would still stand: an upper bound.
 
-    Each stone keeps what sets it apart, and those that stand are the strong ones, so that this is more than the
-    ``bound`` of the rate over the mean rate of the class; it is that where the parts of the spread are not known. NaN
-    where no stone bounds it.
+    The deviation of each stone from its class is constant, and standing stones are the strong ones, so the factor is
+    larger than ``bound`` divided by the mean rate of the class. It equals this ratio if the components of the spread
+    are unknown. NaN without a bound.
     """
     rate = standing(curve, hazard, years).rate
     if math.isnan(bound) or not rate > 0:
@@ -223,7 +223,7 @@ def hazard_bound(curve: CurveRow, hazard: Hazard, years: float, bound: float) ->
     def too_many(log_factor: float) -> float:
         return standing(curve, hazard, years * math.exp(log_factor)).share - (1 - BOUND_PROBABILITY)
 
-    # Years count as the hazard does: twice the time is twice the hazard.
+    # Twice the time has the same effect as twice the hazard.
     first, last = math.log(bound / rate), math.log(LARGEST_FACTOR * max(1.0, bound / rate))
     if math.isnan(too_many(first)) or too_many(first) <= 0:
         return bound / rate
@@ -231,7 +231,7 @@ def hazard_bound(curve: CurveRow, hazard: Hazard, years: float, bound: float) ->
 
 
 def weaker_falls(curve: CurveRow, hazard: Hazard) -> float:
-    """Falls a year from a tenth of the hazard's first level up to it, were the curve to go on there as it begins."""
+    """Extrapolate the hazard to a tenth of its first level, and return the additional annual rate of falls, 1/year."""
     steepness = np.log(hazard.rate[0] / hazard.rate[1]) / np.log(hazard.level[1] / hazard.level[0])
     level = hazard.level[0] * np.array([0.1, 1.0])
     below = Hazard(hazard.measure, hazard.unit, level, hazard.rate[0] * (level / level[1]) ** -steepness)
@@ -239,12 +239,12 @@ def weaker_falls(curve: CurveRow, hazard: Hazard) -> float:
 
 
 def read_curves(path: Path) -> list[CurveRow]:
-    """Fragility curves of a run; a ResultError where the table is wrong."""
+    """Read the fragility curves of a run; a ResultError if the table is invalid."""
     return [row for _, row in read_rows(path, CurveRow, delimiter=",", error=ResultError, kind="fragility table")]
 
 
 def read_hazard(path: Path) -> dict[str, Hazard]:
-    """Hazard curves by measure; a ResultError where a level or rate is out of order, or a measure has one level."""
+    """Read hazard curves by measure; a ResultError if levels or rates are not monotonic, or there is only one level."""
     rows: dict[str, list[tuple[int, HazardRow]]] = {}
     for line, row in read_rows(path, HazardRow, delimiter=",", error=ResultError, kind="hazard table"):
         rows.setdefault(row.measure, []).append((line, row))

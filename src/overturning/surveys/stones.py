@@ -1,4 +1,4 @@
-"""A survey of fallen gravestones as somebody wrote it down: one row per stone, or per group of like stones."""
+"""Read a survey of fallen gravestones: a table with one row for each stone, or for a group of equal stones."""
 
 import difflib
 import math
@@ -18,8 +18,8 @@ OCTANTS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 """Compass octants in their order; octant i is centred on 45° i."""
 
 BACKGROUND = 0.05
-"""Share of stones taken to fall any way (pushed by a neighbour, on a bad footing): without it a single stone in a
-direction of probability zero would rule the model out for ever."""
+"""Assumed share of stones with a random outcome (pushed by a neighbour, bad footing). Without it, a single stone in a
+direction of probability zero would reject the model."""
 
 _YES, _NO = {"yes", "fell", "true", "1", "y"}, {"no", "stood", "false", "0", "n"}
 
@@ -31,7 +31,7 @@ class Stone:
     Attributes
     ----------
     fell : bool
-        Whether it fell.
+        True if the stone fell.
     azimuth_deg : float
         Direction towards which it fell, degrees clockwise from true north; NaN where it stood, or fell in an unknown
         direction.

@@ -105,4 +105,4 @@ class Convergence(BaseModel):
             said = f"{key}{format_validation_error(first)}; written by another version"
         except (OSError, ValueError):
             said = "no outcome of a convergence check"
-        raise ResultError(f"{path}: {said}; run the study again, which makes the convergence check anew")
+        raise ResultError(f"{path}: {said}; run the study again to recreate the convergence check")

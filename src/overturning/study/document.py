@@ -1,4 +1,4 @@
-"""The form of a study file: JSON schema and table of keys, both made from the model, and the text of a new study."""
+"""Documentation of the study file, generated from its model: JSON schema, table of keys, and template."""
 
 import json
 import re
@@ -11,18 +11,18 @@ from overturning.study.schema import Study
 
 
 def schema_text() -> str:
-    """The JSON schema of a study file."""
+    """Return the JSON schema of a study file."""
     schema = Study.model_json_schema()
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
 
 
 CATALOGUE = Path("workflow") / "schemas" / "config.schema.yaml"
-"""Where the catalogue of Snakemake workflows looks for the schema."""
+"""Path of the schema for the catalogue of Snakemake workflows."""
 
 
 def catalogue_schema_text() -> str:
-    """The same schema as YAML."""
+    """Return the JSON schema of a study file as YAML."""
     import yaml
 
     text: str = yaml.safe_dump(json.loads(schema_text()), allow_unicode=True, sort_keys=False, width=120)
@@ -60,7 +60,7 @@ def _keys(schema: dict[str, Any], model: dict[str, Any], prefix: str) -> list[tu
 
 
 def tables() -> dict[str, str]:
-    """The ``keys`` of a study file and the ``columns`` of the record table as Markdown tables."""
+    """Return the ``keys`` of a study file and the ``columns`` of the record table as Markdown tables."""
     schema = Study.model_json_schema()
     keys, columns = ["| key | default | meaning |", "|---|---|---|"], ["| column | meaning |", "|---|---|"]
     for key, entry, required in _keys(schema, schema, ""):
@@ -72,7 +72,7 @@ def tables() -> dict[str, str]:
 
 
 def with_tables(text: str) -> str:
-    """The text of a README with the tables put between their marks."""
+    """Return the text of a README with the tables inserted between their marks."""
     for name, table in tables().items():
         begin, end = f"<!-- {name}: made by `overturning study document`, do not edit -->", f"<!-- end of {name} -->"
         before, _, rest = text.partition(begin)

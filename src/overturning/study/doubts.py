@@ -1,4 +1,4 @@
-"""Doubts about a study: values that are possible, and more likely in another unit, another quantity or a slip."""
+"""Warnings about implausible values of a study, with the likely cause, such as another unit."""
 
 import math
 from collections.abc import Iterator
@@ -15,22 +15,22 @@ from overturning.study.evaluation import Population, Spread
 from overturning.study.schema import Study
 
 SLOWEST_SOIL: Final = 30.0
-"""Shear-wave velocity, m/s, below which a layer is doubted: mud and peat have more."""
+"""Smallest plausible shear-wave velocity of a layer, m/s; mud and peat have more."""
 
 LARGEST_FRICTION: Final = 3.0
-"""Friction coefficient above which one is doubted: arctan 3 is 72°."""
+"""Largest plausible friction coefficient (arctan 3 = 72°)."""
 
 LARGEST_B_OVER_H: Final = 1.5
-"""B/H above which one is doubted: such a block slides, and hardly ever rocks."""
+"""Largest plausible B/H; a wider block slides and hardly ever rocks."""
 
 LARGEST_AMPLITUDE: Final = 10.0
-"""Factor on a record above which one is doubted."""
+"""Largest plausible factor on a record."""
 
 DENSITIES: Final = (1000.0, 8000.0)
-"""Densities, kg/m³, outside of which one is doubted: water, and above steel."""
+"""Range of plausible densities, kg/m³: water to above steel."""
 
 LARGEST_SHARE_OUTSIDE: Final = 0.2
-"""Share of a population outside the study's values of a size from which the population is doubted."""
+"""Largest plausible share of a population outside the grid of the study."""
 
 
 def doubtful_settings(study: Study) -> Iterator[str]:
@@ -102,9 +102,9 @@ def _of_scene(key: str, scene: Scene) -> Iterator[str]:
 
 
 def _of_population(study: Study, stones: Population) -> Iterator[str]:
-    """Doubt a population that lies outside the study's heights, B/H or frictions: each stone takes the nearest value.
+    """Yield a warning if much of a population lies outside the heights, B/H or frictions of the study.
 
-    Sizes are spread evenly, so quantiles stand for the stones.
+    Such stones take the nearest value. Sizes are uniformly distributed, so quantiles represent the stones.
     """
     quantile = (np.arange(50) + 0.5) / 50
 

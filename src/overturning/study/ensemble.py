@@ -110,7 +110,7 @@ class Members:
             scramble, *columns = np.array(rows, np.float64).reshape(-1, len(COLUMNS)).T
         except (OSError, ValueError):
             raise ResultError(
-                f"{path}: damaged, or no table of ensemble members; run the study again, which makes it anew"
+                f"{path}: damaged, or no table of ensemble members; run the study again to recreate it"
             ) from None
         return cls(scramble.astype(np.int64), *columns)
 

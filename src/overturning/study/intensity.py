@@ -20,10 +20,10 @@ from overturning.study.schema import Study
 
 PERCENTILES = (0.0, 50.0, 100.0)
 SPECTRUM_PERIODS = np.geomspace(0.01, 10.0, 61)
-"""Periods of the spectra in the file, s: twenty per decade; those that a population names are added."""
+"""Periods of the spectra in the file, s, 20 per decade; periods of a population are added."""
 
 FREQUENCIES = np.geomspace(0.1, 50.0, 55)
-"""Frequencies of the smoothed Fourier spectra, Hz: twenty per decade."""
+"""Frequencies of the smoothed Fourier spectra, Hz, 20 per decade."""
 
 
 def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None:
@@ -46,7 +46,7 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
     own = study.population.period if study.population else ()
     table = table.assign(_of_records(records, np.unique([*SPECTRUM_PERIODS, *own])))
     table.attrs = {"Conventions": "CF-1.11", "title": f"{study.title or study.name}: intensity by azimuth"}
-    # A coordinate has no missing values, and CF forbids it to say what they would look like.
+    # CF forbids a fill value for coordinates.
     for name in table.coords:
         table[name].encoding["_FillValue"] = None
     with atomic_write(path) as part:
@@ -54,7 +54,7 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
 
 
 def _of_records(records: Sequence[Record], periods: FloatArray) -> dict[str, Any]:
-    """Variables of whole records; missing (not a number) where a record has no such measure."""
+    """Compute the variables of whole records; NaN if a record has no such measure."""
     motions = [Motion.of(record) for record in records]
     columns = [record_measures(motion, record.processing) for motion, record in zip(motions, records, strict=True)]
     spectra = [rotd(motion, periods, percentiles=PERCENTILES) for motion in motions]
@@ -97,7 +97,7 @@ def _of_records(records: Sequence[Record], periods: FloatArray) -> dict[str, Any
 
 
 def _smoothed(samples: FloatArray, interval: float) -> FloatArray:
-    """Smoothed Fourier amplitude at the common frequencies, as of `konno_ohmachi`; NaN beyond the Nyquist frequency."""
+    """Compute the Fourier amplitude, smoothed by `konno_ohmachi`, at `FREQUENCIES`; NaN above the Nyquist frequency."""
     frequency, amplitude = amplitude_spectrum(samples, interval)
     inside = frequency[-1] >= FREQUENCIES
     values = np.full(FREQUENCIES.size, np.nan)

@@ -1,4 +1,4 @@
-"""From a YAML file to a checked study, and from a wrong key to one line that says what to write instead."""
+"""Read and validate study files, with one line of message for each wrong key."""
 
 import json
 from collections.abc import Mapping
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
 def load_study(path: Path) -> Study:
     """Read and check a study file.
 
-    A `ConfigError` says that the file cannot be read, or names file, key, value and remedy of what is wrong.
+    A `ConfigError` is raised if the file cannot be read, or names file, key, value and remedy of each fault.
     """
     return check_study(read_study(path), str(path))
 
 
 def read_study(path: Path) -> dict[str, Any]:
-    """Keys and values of a study file as they stand there; a `ConfigError` where it cannot be read."""
+    """Read keys and values of a study file without validation; a `ConfigError` if it cannot be read."""
     return read_mapping(path, "study", "see config/README.md", "name a study file with --configfile")
 
 
 def check_study(data: Mapping[str, Any], where: str) -> Study:
-    """Check the content of a study file, `where` in the messages; a ConfigError has one line per wrong key."""
+    """Validate the content of a study file, called `where` in messages; a ConfigError has one line per wrong key."""
     try:
         return Study.model_validate(dict(data))
     except ValidationError as error:
@@ -39,11 +39,11 @@ def check_study(data: Mapping[str, Any], where: str) -> Study:
 
 
 def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, "RecordEntry"]:
-    """Rows of the record table, whose path counts from `root`, that a study uses, in its order.
+    """Return the rows of the record table (path relative to `root`) that a study uses, in its order.
 
-    A `ConfigError` names a record that is not in the table, and the study's file as `where`.
+    A `ConfigError` names a record that is not in the table, with the study file as `where`.
     """
-    # Imported here: a step of the workflow that reads no record does not wait for them.
+    # Imported lazily: workflow steps that read no record start faster.
     from overturning.records.catalogue import RecordEntry, read_catalogue
     from overturning.records.pulses import parse_pulse
 
@@ -65,7 +65,7 @@ def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, "Reco
 
 
 def study_from(text: str) -> Study:
-    """A study from the name of its file, or from its content as JSON; errors are those of `load_study`."""
+    """Load a study from a file name or from JSON text; for errors see `load_study`."""
     if not text.lstrip().startswith("{"):
         return load_study(Path(text))
     try:
@@ -77,7 +77,7 @@ def study_from(text: str) -> Study:
 
 
 def portable(study: Study) -> dict[str, Any]:
-    """The filled-in study without folders of the machine it ran on: absolute paths keep their last part only."""
+    """Return the complete study without folders of this machine: absolute paths are cut to their last part."""
     data = study.model_dump(mode="json")
     for key in ("table", "folder"):
         data["records"][key] = portable_name(data["records"][key])

@@ -1,4 +1,4 @@
-"""What does not go together in a study, each value of which is right by itself."""
+"""Cross-field validation of a study: combinations of settings that are not compatible."""
 
 from collections.abc import Iterator
 from typing import Any, Final
@@ -16,11 +16,11 @@ _PLANAR_ONLY: Final = {
     "surveys": "surveys are compared with a study in planes; leave them out here",
     "density": "nothing depends on it in space, where the contact is relative to the weight; leave it out",
 }
-"""Keys that a study in space refuses, with the reason."""
+"""Keys that a study with the 3-D model refuses, with the reason."""
 
 
 def incompatible_settings(study: Any) -> Iterator[str]:
-    """What does not go together in an `overturning.study.schema.Study`, the key first."""
+    """Yield a message, starting with the key, for each incompatible combination of settings of a `Study`."""
     named = [name for name, variant in study.variants.items() if variant.scene is not None]
     if named and (study.body is not None or "scene" not in study.model_fields_set):
         yield f"variants.{named[0]}.scene: only a study with a scene can have another one beside it"

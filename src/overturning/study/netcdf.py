@@ -1,4 +1,4 @@
-"""Dimensions, coordinates and outcome variables in a NetCDF file, written the same way for a part and for the cube."""
+"""Write dimensions, coordinates and outcome variables to a NetCDF file; shared by parts and cubes."""
 
 import hashlib
 from collections.abc import Iterable, Sequence
@@ -15,15 +15,15 @@ from overturning.model.variables import Variable
 
 
 def open_raw(path: Path, what: str, remedy: str, sealed: bool = False) -> Any:
-    """Open a netCDF4 file that masks and scales nothing; a ResultError with the remedy where it cannot be.
+    """Open a netCDF4 file without masking and scaling; a ResultError with the remedy if that fails.
 
-    A file that is not what it was when it was sealed is not opened; with `sealed` none without a seal is, either.
+    A file whose checksum does not match is refused; with `sealed`, also a file without a checksum.
     """
     from netCDF4 import Dataset
 
     found = checksum_matches(path)
     if found is False or (sealed and path.is_file() and not found):
-        raise ResultError(f"{path}: damaged, its checksum does not fit; {remedy}")
+        raise ResultError(f"{path}: damaged, its checksum does not match; {remedy}")
     try:
         file = Dataset(path)
     except OSError as error:
@@ -44,7 +44,7 @@ def add_coordinate(
 
 
 def add_grid(file: Any, grid: Grid) -> None:
-    """Create the dimensions of a grid with their coordinate variables; of elements numbers, and names beside them."""
+    """Create the dimensions of a grid with their coordinate variables; elements have numbers and names."""
     for name, values in grid.rows.items():
         file.createDimension(name, values.size)
         add_coordinate(file, name, name, values.dtype, values, **AXES[name])
@@ -61,11 +61,11 @@ def add_grid(file: Any, grid: Grid) -> None:
 
 
 CHUNK: Final = 1 << 20
-"""Values in a chunk of a file, unless a single direction has more: what is read at once, and a dask chunk."""
+"""Number of values in a chunk of a file (and in a dask chunk), unless a single direction has more."""
 
 
 def chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Shape of a file's chunks of one record: its whole grid, or as many directions of it as make up `CHUNK` values."""
+    """Return the chunk shape for one record: the whole grid, or as many directions as fit into `CHUNK` values."""
     return (min(shape[0], max(1, CHUNK // max(1, prod(shape[1:])))), *shape[1:])
 
 
@@ -83,7 +83,7 @@ def add_variable(file: Any, variable: Variable, grid: Grid, *before: str) -> Any
 
 
 def content_hash(file: Any, variables: Sequence[Variable]) -> str:
-    """SHA-256 over names and values of a cube's outcome variables, in an open file that masks and scales nothing."""
+    """Return the SHA-256 over names and values of the outcome variables, for a file opened by `open_raw`."""
     digest = hashlib.sha256()
     for variable in variables:
         digest.update(variable.name.encode())

@@ -1,4 +1,4 @@
-"""Parts of a sweep: each record's cases shared out to chunks, a file for each; named, written and read here alone."""
+"""Parts of a sweep: the cases of a record are divided into chunks, with one file per chunk."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -21,14 +21,14 @@ from overturning.study.schema import Study
 
 @dataclass(frozen=True)
 class Chunk:
-    """One of the chunks into which the cases of each record are shared out."""
+    """One of the chunks into which the cases of each record are divided."""
 
     number: int = 1  # from 1
     of: int = 1
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """The chunk that a text such as ``3-of-8`` names; an `ArgumentError` where it names none."""
+        """Parse a text such as ``3-of-8``; an `ArgumentError` if it is not a chunk."""
         found = re.fullmatch(r"(\d{1,9})-of-(\d{1,9})", text)
         if found is None or not 1 <= int(found[1]) <= int(found[2]):
             raise ArgumentError(f"chunk: {text!r}; write a number and that of all chunks, 3-of-8")
@@ -39,28 +39,28 @@ class Chunk:
 
 
 WHOLE: Final = Chunk()
-"""All cases of a record."""
+"""Chunk with all cases of a record."""
 
-_REMEDY: Final = "run again, which makes it anew"
+_REMEDY: Final = "run again to recreate it"
 
 
 def part_path(folder: Path, record_id: str, chunk: Chunk) -> Path:
-    """File of a part in a folder, ``rinaldi.3-of-8.nc``."""
+    """Return the path of a part in a folder, such as ``rinaldi.3-of-8.nc``."""
     return folder / f"{record_id}.{chunk}.nc"
 
 
 def parts_of(folder: Path, records: Iterable[str], chunks: int) -> list[Path]:
-    """Files of all parts of some records."""
+    """Return the paths of all parts of records."""
     all_chunks = [Chunk(number, chunks) for number in range(1, chunks + 1)]
     return [part_path(folder, record, chunk) for record in records for chunk in all_chunks]
 
 
 def piece_of(study: Study, grid: Grid, chunk: Chunk, variant: str = NOMINAL) -> Grid:
-    """The piece of the grid of a study's variant that a chunk computes.
+    """Return the piece of the grid of a variant that a chunk simulates.
 
-    Only the directions are shared out, by turns, so that each chunk has its share of long and short cases; those that
-    answer for one another by symmetry stay together, and so do all B/H, along which the ensemble looks at neighbours.
-    Of more chunks than there are such groups some have no direction at all.
+    Only the directions are divided, in alternation, so that chunks have similar run times. Directions that are copied
+    from each other by symmetry stay together, and so do all B/H, since the ensemble compares neighbours along B/H.
+    Some chunks are empty if there are more chunks than groups.
     """
     name = grid.names[0]
     directions = grid[name]
@@ -79,7 +79,7 @@ def write_part(
     attributes: dict[str, str | int],
     variables: tuple[Variable, ...] = VARIABLES,
 ) -> None:
-    """Write the outcome on a grid, or on a piece of one, as a part of the cube; without cells there is none."""
+    """Write the outcome on a piece of the grid as a part of the cube; an empty piece has attributes only."""
     from netCDF4 import Dataset
 
     with atomic_write(path) as part, Dataset(part, "w", format="NETCDF4") as file:
@@ -91,29 +91,29 @@ def write_part(
 
 
 class Part(NamedTuple):
-    """An open part that was found to be of the study."""
+    """Open part file that belongs to the study."""
 
-    file: Any  # netCDF4, masks and scales nothing
-    places: list[NDArray[np.intp]]  # of its cells, along each dimension of the whole grid
+    file: Any  # netCDF4 dataset without masking and scaling
+    places: list[NDArray[np.intp]]  # positions of its cells along each dimension of the whole grid
 
     def put(self, name: str, cells: NDArray[Any]) -> None:
-        """Put the values of a variable into their places in an array like the whole grid."""
+        """Copy the values of a variable to their positions in an array for the whole grid."""
         if self.places[0].size:
             where: tuple[Any, ...] = np.ix_(*self.places)
             cells[(slice(None), *where) if "amplitude" in self.file.dimensions else where] = self.file[name][:]
 
 
 def record_of(path: Path) -> tuple[str, str]:
-    """Record and variant of a part; a `ResultError` where it cannot be read."""
+    """Read record and variant of a part; a `ResultError` if it cannot be read."""
     with open_raw(path, "read", _REMEDY, sealed=True) as file:
         return file.record_id, file.variant
 
 
 @contextmanager
 def open_part(path: Path, grid: Grid, variables: Sequence[Variable]) -> Iterator[Part]:
-    """Open a part and check that its cells are some of a grid; a `ResultError` where they are not."""
+    """Open a part and check that its cells belong to a grid; a `ResultError` if they do not."""
     with open_raw(path, "read", _REMEDY, sealed=True) as file:
-        if not file.dimensions:  # of a chunk without cells
+        if not file.dimensions:  # empty chunk
             yield Part(file, [np.zeros(0, np.intp)] * len(grid.names))
             return
         if wrong := _find_mismatch(file, grid, variables):
@@ -122,7 +122,7 @@ def open_part(path: Path, grid: Grid, variables: Sequence[Variable]) -> Iterator
 
 
 def _find_mismatch(file: Any, grid: Grid, variables: Sequence[Variable]) -> str:
-    """What of an open part is not of a grid; empty where nothing is."""
+    """Return the first difference between an open part and a grid; "" if the part belongs to the grid."""
     factors = {"amplitude": np.array(grid.amplitude)} if grid.amplitude else {}
     needed = [*(variable.name for variable in variables), *grid.names, *factors]
     if absent := [name for name in needed if name not in file.variables]:
@@ -130,7 +130,7 @@ def _find_mismatch(file: Any, grid: Grid, variables: Sequence[Variable]) -> str:
     if tuple(file["element_name"][:] if "element" in file.dimensions else ()) != grid.element:
         return "its elements are not those of the scene"
     for name, values in {**grid.rows, **factors}.items():
-        # Equal, not close: a part of this study was made from the very same numbers.
+        # Compare exactly: a part of this study has exactly the same numbers.
         if not np.isin(file[name][:], values).all() or (name in factors and file[name].size != values.size):
             return f"its {name} values are not those of the study"
     return ""

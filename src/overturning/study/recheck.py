@@ -1,4 +1,4 @@
-"""Compute a random sample of a cube's cells again and compare them bit for bit."""
+"""Run a random sample of the cells of a cube again and compare the results bit by bit."""
 
 from dataclasses import dataclass, field
 from functools import cache
@@ -22,25 +22,25 @@ from overturning.study.sweep import ensemble_of, member_runner, scaled, simulate
 
 @dataclass
 class Recheck:
-    """What a recheck found."""
+    """Result of a recheck."""
 
-    of: int  # cells of the cube
-    content_as_stated: bool  # whether the file's numbers have the hash that the file states
-    cells: int = 0  # computed again
+    of: int  # number of cells of the cube
+    content_as_stated: bool  # True if the values match the hash in the file
+    cells: int = 0  # number of cells that were run again
     ensemble_cells: int = 0  # of these, with their ensemble
     differences: list[str] = field(default_factory=list)  # a line per value that differs
 
     @property
     def same(self) -> bool:
-        """Nothing differs."""
+        """True if all values agree."""
         return not self.differences and self.content_as_stated
 
 
 def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: int = 1) -> Recheck:
-    """Compute a random sample of a cube's cells again; the motions are in ``motion`` beside it where not given.
+    """Run a random sample of the cells of a cube again; the default folder of motions is ``motion`` next to it.
 
-    An `ArgumentError` says that no cell is asked for, a `ResultError` that the cube or a motion is not there, or that
-    the cube is a part of that of its study.
+    An `ArgumentError` is raised if `cells` is below 1, a `ResultError` if the cube or a motion is missing, or if the
+    cube is only a part of the cube of its study.
     """
     if cells < 1:
         raise ArgumentError(f"cells: {cells}; at least 1")
@@ -52,7 +52,7 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
         if any(cube.sizes.get(name) != row.size or not np.allclose(cube[name], row) for name, row in whole.items()):
             raise ResultError(f"{path}: a part of its study's cube; recheck the cube that the run made")
     folder = motions or motion_folder(path, study, variant)
-    # Under each motion as recorded, and at each of the study's amplitudes where there are several.
+    # Each motion as recorded, and at all amplitudes of the study if there are several.
     scales = grid.amplitude or (1.0,)
     shape = (len(names), len(scales), *grid.shape)
 
@@ -86,7 +86,7 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
 def _recompute_cell(
     motion: Motion, grid: Grid, place: list[int], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
-    """The cell's values by name, computed from its direction and, before it, the one that may answer for it."""
+    """Return the values of a cell by name, simulated with its direction and the one it may be copied from."""
     sources = model_for(study, variant).sources(grid).cell[place[0]]
     source = int(sources[place[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, place[0]] if study.simulation.leave_out else [place[0]]))

@@ -1,8 +1,8 @@
-"""Resuming after an earlier run: alone in the folder, with results that are intact and no older than they are.
+"""Resume an earlier run: lock the folder, and remove damaged results so that they are made again.
 
-What Snakemake has for this does less, as `verification.faults` shows: its lock stays behind when it is killed; it does
-not notice that a result which it finished was damaged later (``ensure`` looks at a result once, when it is made); and
-with ``update`` a failed step gives the earlier cube back as new, so that a further run takes it for up to date.
+The tools of Snakemake are not sufficient, as `verification.faults` shows: its lock remains if the process is killed; it
+does not detect damage to a finished result (``ensure`` tests a result once, when it is made); and with ``update`` a
+failed step restores the earlier cube with a new time, so that the next run treats it as up to date.
 """
 
 import fcntl
@@ -22,7 +22,7 @@ from overturning.study.evaluation import FORMATS
 from overturning.study.netcdf import open_raw
 
 DAMAGED: Final = "damaged or gone, is made again: "
-"""What a line begins with that names a file of `repair`."""
+"""Log prefix of a damaged or missing file that will be made again."""
 
 _TABLES: Final[dict[str, Callable[[Path], Any]]] = {
     "members.csv": Members.read,
@@ -34,17 +34,17 @@ _RECORD_FILES: Final = (
     *("logs/read/{}.log", "logs/sweep/*/{}.*-of-*.log"),
     *("benchmarks/read/{}.tsv", "benchmarks/sweep/*/{}.*-of-*.tsv"),
 )
-"""Files that a run writes for one record."""
+"""Patterns of the files that a run writes for one record."""
 
 _AHEAD: Final = 2.0  # s by which the clocks of a file system and of the processor may differ
 
 
 def lock(file: Path) -> int | None:
-    """Lock a folder by a file as long as this process lives, and wait for steps that outlived an earlier run.
+    """Lock a folder with a file while this process lives, and wait for steps still running from an earlier run.
 
-    The lock is the kernel's: it goes with the process that has the file open, however that ends, so that there is never
-    anything to unlock. Returned is the file's descriptor, which must stay open; None where the file system has no
-    locks. A `ResultError` names the process of another run that has locked the folder.
+    The operating system releases the lock when the process ends for any reason. Returns the file descriptor, which must
+    stay open; None if the file system has no locks. A `ResultError` names the process of another run that holds the
+    lock.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(file, os.O_RDWR | os.O_CREAT, 0o666)
@@ -66,7 +66,7 @@ def lock(file: Path) -> int | None:
 
 
 def _wait_for_steps(folder: Path) -> None:
-    """Wait for the processes that write results of a folder."""
+    """Wait for processes that write results of a folder."""
     import psutil
 
     for process in psutil.process_iter():
@@ -81,10 +81,10 @@ def _wait_for_steps(folder: Path) -> None:
 
 
 def repair(results: Path) -> list[Path]:
-    """Take away what is damaged or half-written among a study's results, and lists of figures that have gone.
+    """Remove damaged and incomplete files among the results of a study, and lists of missing figures.
 
-    It is made again; returned are the files that were damaged, or had gone. Times that lie ahead, because the clock was
-    set back, are put just before now, in their order: what is made from such a file is then newer than it.
+    The next run makes them again. Returns the files that were damaged or missing. File times in the future (after the
+    clock was set back) are set to just before now, in their order, so that files made from them are newer.
     """
     for left in results.rglob(".*.part"):
         left.unlink(missing_ok=True)
@@ -97,7 +97,7 @@ def repair(results: Path) -> list[Path]:
                 damaged.append(path)
     for path in damaged:
         path.unlink(missing_ok=True)
-    # Snakemake notices that one of its outputs has gone, not that a file of a folder has.
+    # Snakemake detects a missing output, but not a missing file in an output folder.
     for drawn in results.glob("figures/*.txt"):
         names = drawn.read_text(encoding="utf-8", errors="replace").splitlines()
         if gone := [path for name in names if not (path := drawn.parent / name).is_file()]:
@@ -113,22 +113,22 @@ def repair(results: Path) -> list[Path]:
 
 
 def remove_leftovers(results: Path, records: Collection[str]) -> dict[str, int]:
-    """Remove the files of records that are no longer in a study from its folder of results.
+    """Remove the files of records that no longer belong to a study from its folder of results.
 
-    Only a record whose motion or part a run has written there, sealed and under the record's name, is removed; other
-    files stay, whatever their names.
+    A record is removed only if a run has written its motion or part there, with checksum and record id; all other files
+    stay.
 
     Parameters
     ----------
     results : Path
-        Folder of the study's results; nothing outside it is removed, through no link either.
+        Folder of the results of the study; files outside it are never removed, not even through links.
     records : collection of str
-        Ids of the records that the study has.
+        Ids of the records of the study.
 
     Returns
     -------
     dict
-        Number of files that were removed, by the id of the record.
+        Number of removed files, by record id.
     """
     gone = {name for name, path in _written_records(results) if name not in records and _is_of_record(path, name)}
     inside, removed = results.resolve(), {}
@@ -142,14 +142,14 @@ def remove_leftovers(results: Path, records: Collection[str]) -> dict[str, int]:
 
 
 def _written_records(results: Path) -> Iterator[tuple[str, Path]]:
-    """Yield the record id in the name of each motion and part among a study's results, with the file."""
+    """Yield record id (from the file name) and path of each motion and part among the results of a study."""
     for pattern in ("read/*.nc", "motion/*.nc", "sweep/*/*.nc"):
         for path in results.glob(pattern):
             yield path.name.partition(".")[0], path
 
 
 def _is_of_record(path: Path, name: str) -> bool:
-    """Return True if a sealed NetCDF file states that it is of a record."""
+    """True if a NetCDF file with checksum has the given record id."""
     try:
         with open_raw(path, "read", "remove it", sealed=True) as file:
             return bool(getattr(file, "record_id", "") == name)
@@ -158,7 +158,7 @@ def _is_of_record(path: Path, name: str) -> bool:
 
 
 def backup_cubes(results: Path) -> None:
-    """Keep the cubes of a study under other names: Snakemake takes a result away before it makes it again."""
+    """Back up the cubes of a study under other names, since Snakemake deletes an output before it is made again."""
     for path in results.glob("cube*.nc"):
         kept = path.with_name(f".{path.name}.kept")
         kept.unlink(missing_ok=True)
@@ -167,7 +167,7 @@ def backup_cubes(results: Path) -> None:
 
 
 def restore_cubes(results: Path) -> None:
-    """Put cubes back that a run has taken away and not made anew, as old as can be: the next run makes them."""
+    """Restore cubes that a run has deleted and not replaced, with the oldest file time; the next run makes them."""
     for kept in results.glob(".cube*.nc.kept"):
         path = kept.with_name(kept.name.removeprefix(".").removesuffix(".kept"))
         if path.exists():

@@ -1,4 +1,4 @@
-"""Cubes from Python: opened, or of a small study in memory, without the workflow."""
+"""Open cubes and run small studies from Python, without the workflow."""
 
 import tempfile
 from collections.abc import Sequence
@@ -70,12 +70,12 @@ def _by_name(cube: "xr.Dataset") -> "xr.Dataset":
 
 
 def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
-    """The cases of a cube, or of a part of it, as a table of pandas.
+    """Convert the cases of a cube, or of a part of it, to a pandas table.
 
     Parameters
     ----------
     cube : xarray.Dataset
-        As of `overturning.open_cube`, `overturning.run_study` or `overturning.simulate`.
+        Cube from `overturning.open_cube`, `overturning.run_study` or `overturning.simulate`.
 
     Returns
     -------
@@ -92,9 +92,9 @@ def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
 
 
 def write_table(cube: "xr.Dataset", path: Path) -> int:
-    """Write a cube's cases to a .csv or .parquet file, one record at a time in memory, and count them.
+    """Write the cases of a cube to a .csv or .parquet file, one record at a time, and return their number.
 
-    A MissingDataError says so where pyarrow, which Parquet needs, is not installed.
+    A MissingDataError is raised if pyarrow, which Parquet needs, is not installed.
     """
     parts = (to_dataframe(cube.isel(record=[number]).load()) for number in range(cube.sizes["record"]))
     if path.suffix.lower() == ".csv":

@@ -1,4 +1,4 @@
-"""The sweep: every case of one record, or a chunk of them, into one part of the cube."""
+"""Sweep: simulate all cases of one record, or a chunk of them, and write one part of the cube."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -23,11 +23,11 @@ from overturning.study.scenes import NOMINAL, Sizes, grid_of, model_for, motion_
 from overturning.study.schema import Study
 
 NOMINAL_SHARE = 0.15
-"""Share of a sweep's work that the nominal run has beside a usual ensemble; only for the progress line."""
+"""Assumed share of the nominal run in the work of a sweep with an ensemble; only for the progress line."""
 
 
 def variables_of(study: Study) -> tuple[Variable, ...]:
-    """The variables of a study's cube: those of the outcome, and of the ensemble where there is one."""
+    """Return the variables of the cube of a study: outcome variables, and those of the ensemble if there is one."""
     model = model_for(study)
     return (*model.variables, *model.further_variables, *(model.ensemble_variables if study.ensemble.members else ()))
 
@@ -35,7 +35,7 @@ def variables_of(study: Study) -> tuple[Variable, ...]:
 def ensemble_of(
     study: Study, variant: str = NOMINAL, members: Members | None = None, everywhere: bool = False
 ) -> CellEnsemble:
-    """The ensemble of a variant of a study, perhaps with members that have been drawn before, or of all cells."""
+    """Create the ensemble of a variant, with given members or new ones; `everywhere` runs all cells."""
     settings = study.ensemble
     everywhere = everywhere or settings.where == "everywhere"
     return CellEnsemble(model_for(study, variant), members or draw_members(settings), everywhere, settings.half_width)
@@ -44,10 +44,10 @@ def ensemble_of(
 def simulate_variant(
     study: Study, variant: str, motion: Motion, grid: Grid, numerics: Numerics
 ) -> dict[str, NDArray[Any]]:
-    """Simulate a variant's model on the study's grid, or on a piece of it; arrays as of `simulate_grid`.
+    """Simulate the model of a variant on the grid of the study, or on a piece of it; for arrays see `simulate_grid`.
 
-    The scene of a variant is scaled by the same factor as the study's own; the slenderness is that of its reference
-    element where this has the name of the study's, otherwise the scene keeps its own and the outcome is repeated.
+    The scene of a variant is scaled by the same factor as that of the study. B/H applies to its reference element if
+    this has the same name as in the study; otherwise the scene keeps its own B/H and the outcome is repeated.
     """
     model, sizes = model_for(study, variant), Sizes.of(study, variant)
     sized = grid.replace_rows(height=sizes.heights(grid["height"]))
@@ -59,7 +59,7 @@ def simulate_variant(
 
 
 def member_runner(study: Study, variant: str, motion: Motion, numerics: Numerics) -> Runner:
-    """What runs cases of a variant for its ensemble, given heights and B/H of the study."""
+    """Return the function that runs member cases of a variant, given heights and B/H of the study."""
     model, sizes = model_for(study, variant), Sizes.of(study, variant)
 
     def run_members(cases: Cases, progress: Progress | None) -> Results:
@@ -81,10 +81,10 @@ def sweep_record(
     chunk: Chunk = WHOLE,
     numerics: Numerics | None = None,
 ) -> None:
-    """Simulate every case of one processed record, or a chunk of them, and write them as a part of the cube (NetCDF).
+    """Simulate all cases of one processed record, or a chunk of them, and write them as a part of the cube (NetCDF).
 
-    Members of the ensemble are drawn from the study where not given; `numerics` are those of `numerics_of`, with
-    threads, progress and cluster. The part states how many block steps were computed, which do not depend on chunks or
+    Members of the ensemble are drawn from the settings of the study if not given; `numerics` are from `numerics_of`,
+    with threads, progress and cluster. The part has the number of block steps, whose sum does not depend on chunks or
     threads.
     """
     grid, motion = piece_of(study, grid_of(study, variant), chunk, variant), motion_of(study, record, variant)
@@ -114,14 +114,14 @@ def sweep_record(
 
 
 def scaled(motion: Motion, factor: float) -> Motion:
-    """A motion times one of a study's factors."""
+    """Return a motion times an amplitude factor."""
     return motion if factor == 1.0 else motion.times(factor)
 
 
 def _stack_amplitudes(
     answers: list[dict[str, NDArray[Any]]], variables: tuple[Variable, ...], recorded: dict[str, NDArray[Any]]
 ) -> dict[str, NDArray[Any]]:
-    """Answers under the motion times each factor in one array; the ensemble is run as recorded only."""
+    """Stack outcomes of all amplitudes into one array; ensemble variables are missing except for amplitude 1."""
     unknown = {one.name: 0 if one.name == "members" else one.missing for one in variables}
     missing = {name: np.full_like(recorded[name], value) for name, value in unknown.items()}
     return {name: np.stack([one.get(name, absent) for one in answers]) for name, absent in missing.items()}

@@ -28,7 +28,7 @@ _UNITS: dict[str, dict[str, float]] = {
 
 
 def parse_quantity(value: object, unit: str) -> float:
-    """A number in a unit, or a text such as ``"60 cm"``, as a number in that unit; a ValueError names what fits."""
+    """Convert a number, or a text such as ``"60 cm"``, to a number in `unit`; a ValueError lists the units that fit."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"give a number in {unit}")
     if not isinstance(value, str):
@@ -44,7 +44,7 @@ def parse_quantity(value: object, unit: str) -> float:
 
 
 def _in(unit: str) -> tuple[Any, Any]:
-    """What reads a number in a unit, and says the unit in the schema."""
+    """Return a validator that reads a number in `unit`, and a field that has the unit in the schema."""
     read = BeforeValidator(partial(parse_quantity, unit=unit), json_schema_input_type=float | str)
     return read, Field(json_schema_extra={"unit": unit})
 
@@ -79,7 +79,7 @@ class Range(StrictModel):
         return self
 
     def values(self) -> tuple[float, ...]:
-        """The values, rounded to 1e-10 so that 0.1 + 2 · 0.05 is 0.2."""
+        """Return the values, rounded to 1e-10 so that 0.1 + 2 · 0.05 is 0.2."""
         count = int(np.floor((self.stop - self.start) / self.step + 1e-9)) + 1
         return tuple(round(self.start + index * self.step, 10) for index in range(count))
 
@@ -108,21 +108,21 @@ class AzimuthRange(StrictModel):
         return self
 
     def values(self) -> tuple[float, ...]:
-        """The azimuths, ascending, each once."""
+        """Return the azimuths, ascending, each once."""
         count = int(np.ceil((self.stop - self.start) / self.step - 1e-9))
         grid = {round(self.start + index * self.step, 10) for index in range(count)}
         return tuple(sorted(grid | {round(azimuth % 360.0, 10) for azimuth in self.also}))
 
 
 def _listed(value: Any) -> Any:
-    """The values of a range, a list of one number, or what is a list already."""
+    """Convert a range or a single value to a list; a list is returned unchanged."""
     if isinstance(value, dict):
         return Range.model_validate(value).values()
     return [value] if isinstance(value, int | float | str) else value
 
 
 def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
-    """Values in ascending order; a ValueError where there is none, or one stands twice."""
+    """Sort values; a ValueError if there are none, or if one is repeated."""
     if not values:
         raise ValueError("empty list; give at least one value")
     if len(set(values)) != len(values):

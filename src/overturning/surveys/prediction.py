@@ -67,7 +67,7 @@ class SitePrediction:
         self.borders: FloatArray = start + 360 * np.concatenate([[0.0], np.cumsum(self.share)])
 
     def _at(self, azimuth_deg: FloatArray, b_over_h: float) -> tuple[FloatArray, FloatArray]:
-        """Interpolate the probability of falling towards n azimuths and away; also return times of falls (nearest cells).
+        """Interpolate the probability of falling towards n azimuths and away, and return the nearest times of falls.
 
         Shapes are (2, blocks, n) and (blocks, n).
         """

@@ -20,7 +20,7 @@ AWAKE: Final = -1.0
 """Value of `Pairs.wakes` for a pair that is awake."""
 
 
-class Pairs(NamedTuple):
+class ActivePairs(NamedTuple):
     """Pairs that are awake, and the motion at which the others wake."""
 
     awake: Any
@@ -49,7 +49,7 @@ def all_awake(count: int) -> Any:
     travel[NEXT] = np.inf
     number = np.zeros(1, np.int64)
     number[0] = count
-    return Pairs(
+    return ActivePairs(
         np.arange(count), np.zeros(count, np.bool_), np.full(count, AWAKE), number, travel, np.zeros(4 * rows.COLUMNS)
     )
 
@@ -90,7 +90,7 @@ def wake_up(q: Any, a: Any, b: Any) -> None:
 
 
 @njit(**INNER)
-def slack_of(q: Any) -> tuple[float, float]:
+def motion_to_contact(q: Any) -> tuple[float, float]:
     """Return the motion before a pair could touch in any case, m, and its longest lever arm, m; 0, 0 if it is close."""
     slack, lever = np.inf, 0.0
     for j in range(rows.COLUMNS):
@@ -103,7 +103,7 @@ def slack_of(q: Any) -> tuple[float, float]:
 
 
 @njit(**INNER)
-def wake(state: Any, scene: Any, pairs: Pairs, travel: float) -> None:
+def wake(state: Any, scene: Any, pairs: ActivePairs, travel: float) -> None:
     """Wake the pairs that could touch after a sum of motions `travel` (m); infinity wakes all."""
     count, following = 0, np.inf
     for p in range(pairs.wakes.size):
@@ -123,7 +123,7 @@ def wake(state: Any, scene: Any, pairs: Pairs, travel: float) -> None:
 
 
 @njit(**INNER)
-def begin_step(state: Any, scene: Any, pairs: Pairs, size: int) -> None:
+def begin_step(state: Any, scene: Any, pairs: ActivePairs, size: int) -> None:
     """Wake the pairs that could touch in this step by its predicted motion; add up the motion of the last step."""
     if pairs.count[0] == pairs.wakes.size:
         return
@@ -147,9 +147,9 @@ def begin_step(state: Any, scene: Any, pairs: Pairs, size: int) -> None:
 
 
 @njit(**INNER)
-def stays_awake(q: Any, a: Any, b: Any, p: int, pairs: Pairs) -> bool:
+def stays_awake(q: Any, a: Any, b: Any, p: int, pairs: ActivePairs) -> bool:
     """Put a pair to sleep if it is out of reach; return True if it stays awake."""
-    slack, lever = slack_of(q)
+    slack, lever = motion_to_contact(q)
     if slack <= 0.0:
         return True
     fall_asleep(q, a, b)

@@ -62,13 +62,13 @@ class Pattern(NamedTuple):
 
 
 @njit(**OWNER)
-def pattern_of(size: int) -> Any:
+def empty_pattern(size: int) -> Any:
     """Return an empty pattern for `size` elements."""
     return Pattern(np.zeros((size, size), np.bool_), np.zeros((size, size), np.int64), np.zeros(size, np.int64))
 
 
 @njit(**INNER)
-def clear(pattern: Pattern) -> None:
+def clear_pattern(pattern: Pattern) -> None:
     """Empty the pattern; the cost is proportional to the number of nonzero submatrices."""
     for k in range(pattern.count.size):
         pattern.used[k, k] = False
@@ -79,7 +79,7 @@ def clear(pattern: Pattern) -> None:
 
 
 @njit(**INNER)
-def use(pattern: Pattern, i: int, k: int) -> None:
+def mark_nonzero(pattern: Pattern, i: int, k: int) -> None:
     """Mark submatrix (i, k) as nonzero; the caller must mark (k, i), too."""
     pattern.used[i, k] = True
     if i >= k:
@@ -129,7 +129,7 @@ def inverse_of(p: Submatrix) -> Submatrix:
 
 
 @njit(**INLINE)
-def enter(submatrix: Any, j: int, fresh: bool, diagonal: float, p: Submatrix) -> None:
+def subtract_terms(submatrix: Any, j: int, fresh: bool, diagonal: float, p: Submatrix) -> None:
     """Subtract `p` from a submatrix; a `fresh` one starts as `diagonal` times the unit matrix."""
     one, old = diagonal, load(submatrix, j)
     store(submatrix, j, minus(Submatrix(
@@ -147,10 +147,10 @@ def enter_pair(into: Blocks, fresh: Any, j: int, c: Outer, half: float, a: Inert
     ab = Submatrix(c.xx, c.xz, c.xb, c.zx, c.zz, c.zb, c.ax, c.az, c.ab)
     ba = Submatrix(c.xx, c.xz, c.xa, c.zx, c.zz, c.za, c.bx, c.bz, c.ba)
     bb = Submatrix(c.xx, c.xz, c.xb, c.zx, c.zz, c.zb, c.bx, c.bz, c.bb)
-    enter(into.aa, j, fresh[0], 1.0, scaled(aa, a, -half))
-    enter(into.ab, j, fresh[1], 0.0, scaled(ab, a, half))
-    enter(into.ba, j, fresh[1], 0.0, scaled(ba, b, half))
-    enter(into.bb, j, fresh[2], 1.0, scaled(bb, b, -half))
+    subtract_terms(into.aa, j, fresh[0], 1.0, scaled(aa, a, -half))
+    subtract_terms(into.ab, j, fresh[1], 0.0, scaled(ab, a, half))
+    subtract_terms(into.ba, j, fresh[1], 0.0, scaled(ba, b, half))
+    subtract_terms(into.bb, j, fresh[2], 1.0, scaled(bb, b, -half))
 
 
 @njit(**INLINE)
@@ -181,11 +181,11 @@ def divide(submatrix: Any, inverse: Any) -> None:
 def eliminate(submatrix: Any, factor: Any, row: Any, fresh: bool) -> None:
     """Subtract factor × row from a submatrix; a `fresh` one starts as zero."""
     for j in range(rows.COLUMNS):
-        enter(submatrix, j, fresh, 0.0, product(load(factor, j), load(row, j)))
+        subtract_terms(submatrix, j, fresh, 0.0, product(load(factor, j), load(row, j)))
 
 
 @njit(**APART)
-def carry(target: Any, submatrix: Any, source: Any) -> None:
+def subtract_product(target: Any, submatrix: Any, source: Any) -> None:
     """Subtract submatrix × (velocity change of `source`) from the velocity change of `target`."""
     for j in range(unknown(rows.COLUMNS)):
         v, w = rows.load_change(target, j), times(load(submatrix, j), rows.load_change(source, j))
@@ -193,7 +193,7 @@ def carry(target: Any, submatrix: Any, source: Any) -> None:
 
 
 @njit(**APART)
-def finish_row(e: Any, inverse: Any) -> None:
+def multiply_by_inverse(e: Any, inverse: Any) -> None:
     """Multiply the right-hand side of an element by the inverse of its pivot."""
     for j in range(rows.COLUMNS):
         rows.store_change(e, j, times(load(inverse, j), rows.load_change(e, j)))
@@ -216,24 +216,24 @@ def solve(state: Any, matrix: Any, pattern: Pattern, size: int) -> None:
             i = later[k, n]
             factor = of_submatrix(matrix, i * size + k)
             divide(factor, pivot)
-            carry(rows.of_element(state, i), factor, rows.of_element(state, k))
+            subtract_product(rows.of_element(state, i), factor, rows.of_element(state, k))
             for o in range(count[k]):
                 m = later[k, o]
                 row = of_submatrix(matrix, k * size + m)
                 eliminate(of_submatrix(matrix, i * size + m), factor, row, not used[i, m])
                 if not used[i, m]:
-                    use(pattern, i, m)
+                    mark_nonzero(pattern, i, m)
     for k in range(size - 1, -1, -1):
         if not used[k, k]:
             continue
         for n in range(count[k]):
             m = later[k, n]
-            carry(rows.of_element(state, k), of_submatrix(matrix, k * size + m), rows.of_element(state, m))
-        finish_row(rows.of_element(state, k), of_submatrix(matrix, k * size + k))
+            subtract_product(rows.of_element(state, k), of_submatrix(matrix, k * size + m), rows.of_element(state, m))
+        multiply_by_inverse(rows.of_element(state, k), of_submatrix(matrix, k * size + k))
 
 
 @njit(inline="always", **INNER)
-def block(matrix: Any, moves: Any, i: int, k: int, spare: int) -> Any:
+def submatrix_or_spare(matrix: Any, moves: Any, i: int, k: int, spare: int) -> Any:
     """Return submatrix (i, k), or a spare one if either element moves with the base and thus has no equations."""
     return of_submatrix(matrix, i * moves.size + k if moves[i] and moves[k] else moves.size * moves.size + spare)
 
@@ -245,7 +245,7 @@ def place(matrix: Any, pattern: Pattern, moves: Any, i: int, k: int) -> tuple[Bl
     fresh = not used[i, i], not used[i, k], not used[k, k]
     used[i, i], used[k, k] = moves[i], moves[k]
     if moves[i] and moves[k] and not used[i, k]:
-        use(pattern, i, k)
-        use(pattern, k, i)
-    aa, ab = block(matrix, moves, i, i, 0), block(matrix, moves, i, k, 1)
-    return Blocks(aa, ab, block(matrix, moves, k, i, 2), block(matrix, moves, k, k, 3)), fresh
+        mark_nonzero(pattern, i, k)
+        mark_nonzero(pattern, k, i)
+    aa, ab = submatrix_or_spare(matrix, moves, i, i, 0), submatrix_or_spare(matrix, moves, i, k, 1)
+    return Blocks(aa, ab, submatrix_or_spare(matrix, moves, k, i, 2), submatrix_or_spare(matrix, moves, k, k, 3)), fresh

@@ -26,9 +26,9 @@ class End(NamedTuple):
     closed: bool
     """True if the vertex also penetrates that face: a contact."""
     nx: float
-    """x component of the direction of the normal force on a."""
+    """Direction of the normal force on a, x component."""
     nz: float
-    """z component of the direction of the normal force on a."""
+    """Direction of the normal force on a, z component."""
     depth: float
     """Penetration of the vertex, m; negative while there is a gap."""
     before: float
@@ -44,7 +44,7 @@ class End(NamedTuple):
 class Stretch(NamedTuple):
     """Common stretch of two faces: their relative rotation, both ends, and all four vertices.
 
-    `turn_q` and `turn_r` are the cosine and sine of the rotation between both faces, as in `Facing`.
+    `turn_q` and `turn_r` are the cosine and sine of the rotation between both faces, as in `RelativePosition`.
     """
 
     turn_q: float
@@ -54,17 +54,17 @@ class Stretch(NamedTuple):
     now: Vertices
 
 
-class Facing(NamedTuple):
+class RelativePosition(NamedTuple):
     """Relative position of two faces."""
 
     anx: float
-    """x component of the outward normal of a's face, in the axes of the scene."""
+    """Outward normal of a's face in the axes of the scene, x component."""
     anz: float
-    """z component of the outward normal of a's face."""
+    """Outward normal of a's face, z component."""
     bnx: float
-    """x component of the outward normal of b's face."""
+    """Outward normal of b's face, x component."""
     bnz: float
-    """z component of the outward normal of b's face."""
+    """Outward normal of b's face, z component."""
     turn_q: float
     """Cosine of the rotation from one normal to the other."""
     turn_r: float
@@ -109,18 +109,18 @@ def face_of(shape: Any, face: int) -> Face:
 
 
 @njit(**INLINE)
-def facing(face_a: Face, face_b: Face, a: Pose, b: Pose) -> Facing:
+def relative_position(face_a: Face, face_b: Face, a: Pose, b: Pose) -> RelativePosition:
     """Compute the relative position of the faces of a pair."""
     dx, dz = a.x - b.x, a.z - b.z
     anx, anz = rotated(a, face_a.nx, face_a.nz)
     bnx, bnz = rotated(b, face_b.nx, face_b.nz)
     turn_q, turn_r = bnx * anx + bnz * anz, bnz * anx - bnx * anz
     an, at = anx * dx + anz * dz, anx * dz - anz * dx
-    return Facing(anx, anz, bnx, bnz, turn_q, turn_r, an, at, bnx * dx + bnz * dz, bnx * dz - bnz * dx)
+    return RelativePosition(anx, anz, bnx, bnz, turn_q, turn_r, an, at, bnx * dx + bnz * dz, bnx * dz - bnz * dx)
 
 
 @njit(**INLINE)
-def seen_from(off: float, along: float, q: float, r: float) -> tuple[float, float]:
+def rotate_to_other_face(off: float, along: float, q: float, r: float) -> tuple[float, float]:
     """Rotate a point of a face, relative to its own centre, to the normal and tangent of the other face.
 
     `q` and `r` are the cosine and sine of that rotation.
@@ -129,25 +129,25 @@ def seen_from(off: float, along: float, q: float, r: float) -> tuple[float, floa
 
 
 @njit(**INLINE)
-def vertex_of_a(off: float, along: float, wall: float, f: Facing, before: Seen) -> Vertex:
+def vertex_of_a(off: float, along: float, wall: float, f: RelativePosition, before: Seen) -> Vertex:
     """Describe a vertex of a relative to the face of b, which lies `wall` (m) from the centre of b."""
-    own_n, own_t = seen_from(off, along, f.turn_q, f.turn_r)
+    own_n, own_t = rotate_to_other_face(off, along, f.turn_q, f.turn_r)
     height, place = own_n + f.bn, own_t + f.bt
     seen = Seen(wall - height, place)
     return Vertex(seen, before.depth, before.place - place, Levers(own_t, own_n), Levers(place, height))
 
 
 @njit(**INLINE)
-def vertex_of_b(off: float, along: float, wall: float, f: Facing, before: Seen) -> Vertex:
+def vertex_of_b(off: float, along: float, wall: float, f: RelativePosition, before: Seen) -> Vertex:
     """Describe a vertex of b relative to the face of a; its place increases with the slip of a."""
-    own_n, own_t = seen_from(off, along, -f.turn_q, f.turn_r)
+    own_n, own_t = rotate_to_other_face(off, along, -f.turn_q, f.turn_r)
     height, place = own_n + f.an, own_t + f.at
     seen = Seen(wall + height, place)
     return Vertex(seen, before.depth, place - before.place, Levers(place, height), Levers(own_t, own_n))
 
 
 @njit(**INLINE)
-def vertices(a: Face, b: Face, f: Facing, before: Vertices) -> tuple[Vertex, Vertex, Vertex, Vertex]:
+def vertices(a: Face, b: Face, f: RelativePosition, before: Vertices) -> tuple[Vertex, Vertex, Vertex, Vertex]:
     """Describe the first and second vertex of a's face, then those of b's."""
     return (
         vertex_of_a(a.off, a.low, b.off, f, before.a1),
@@ -158,7 +158,7 @@ def vertices(a: Face, b: Face, f: Facing, before: Vertices) -> tuple[Vertex, Ver
 
 
 @njit(**INLINE)
-def end_of(mine: bool, faces: bool, f: Facing, a: Vertex, b: Vertex) -> End:
+def end_of(mine: bool, faces: bool, f: RelativePosition, a: Vertex, b: Vertex) -> End:
     """Return an end: with a's vertex if `mine`, else with b's."""
     depth = a.seen.depth if mine else b.seen.depth
     return End(
@@ -187,7 +187,7 @@ def stretch_of(pair: Pair, a: Pose, b: Pose, near: bool) -> Stretch:
 
     End 1 lies at a's first or b's second vertex, end 2 at a's second or b's first.
     """
-    f = facing(pair.face_a, pair.face_b, a, b)
+    f = relative_position(pair.face_a, pair.face_b, a, b)
     a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.history.before)
     low, high, to = pair.face_b.low, pair.face_b.high, pair.bounds
     mine_1, mine_2 = a1.seen.place <= high, a2.seen.place >= low
@@ -205,7 +205,7 @@ def stretch_of(pair: Pair, a: Pose, b: Pose, near: bool) -> Stretch:
 @njit(**INNER)
 def seen_before(pair: Pair, a: Element, b: Element, dt: float) -> Vertices:
     """Compute depths and places of the vertices of both faces a time `dt` (s) ago."""
-    f = facing(pair.face_a, pair.face_b, pose_before(a, dt), pose_before(b, dt))
+    f = relative_position(pair.face_a, pair.face_b, pose_before(a, dt), pose_before(b, dt))
     a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.history.before)
     return Vertices(a1.seen, a2.seen, b1.seen, b2.seen)
 

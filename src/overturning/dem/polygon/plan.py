@@ -197,4 +197,6 @@ def _check_variants(scene: Scene, variants: list[Prepared]) -> None:
         )
     alike = {(tuple(item.pairs), tuple(item.support.tolist()), tuple(item.sizes)) for item in variants}
     if len(alike) != 1:
-        raise ArgumentError(f"scene {scene.name}: different elements can meet at different sizes; sweep them apart")
+        raise ArgumentError(
+            f"scene {scene.name}: the elements that can touch depend on the size; sweep these sizes separately"
+        )

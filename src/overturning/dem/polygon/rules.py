@@ -25,7 +25,7 @@ from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import Arrays
 from overturning.dem.polygon.distant import all_awake, wake
 from overturning.dem.polygon.energy import energy, springs
-from overturning.dem.polygon.equations import SIZE, SPARE, pattern_of
+from overturning.dem.polygon.equations import SIZE, SPARE, empty_pattern
 from overturning.dem.polygon.memory import load_at_rest
 from overturning.dem.polygon.path import POSE_COLUMNS, add_forces, record_state
 from overturning.dem.polygon.resting import all_at_rest
@@ -93,7 +93,7 @@ def workspace(rules: Any) -> Any:
     for i in range(elements):
         moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
     matrix = aligned((elements * elements + SPARE) * SIZE)
-    return Workspace(borrowed(owner), owner, matrix, pattern_of(elements), all_awake(pairs), moves)
+    return Workspace(borrowed(owner), owner, matrix, empty_pattern(elements), all_awake(pairs), moves)
 
 
 @njit(**INLINE)

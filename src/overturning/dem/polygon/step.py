@@ -11,7 +11,7 @@ from overturning.dem.kernel.mechanics import larger
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.centred import correct, couple, is_fine, keep
 from overturning.dem.polygon.distant import begin_step, stays_awake
-from overturning.dem.polygon.equations import clear, place, solve
+from overturning.dem.polygon.equations import clear_pattern, place, solve
 from overturning.dem.polygon.mechanics import acceleration, after, moved, power
 from overturning.dem.polygon.search import in_reach
 from overturning.dem.polygon.state import Case, Course, Inertia, Plane, Pose, Trial, Verdict
@@ -124,7 +124,7 @@ def step(up: Any, state: Any, matrix: Any, pattern: Any, pairs: Any, moves: Any,
     """Compute one step of all cases; `up` is None if the base moves level."""
     clear_marks(state)
     size, near = moves.size, pairs.near
-    clear(pattern)
+    clear_pattern(pattern)
     for i in range(size):
         predict(up, rows.of_element(state, i), state, ticks, scene.gravity)
     begin_step(state, scene, pairs, size)

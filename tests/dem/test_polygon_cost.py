@@ -27,13 +27,13 @@ CHANGE = rows.ELEMENT.row(Element, "trial.change.x")
 @njit
 def eliminated(state, blocks, links, size):  # type: ignore[no-untyped-def]
     """Enter blocks of linked elements and solve, in every lane the same; the number of submatrices that it took."""
-    pattern, matrix = equations.pattern_of(size), np.zeros(size * size * equations.SIZE)
+    pattern, matrix = equations.empty_pattern(size), np.zeros(size * size * equations.SIZE)
     for k in range(size):
         pattern.used[k, k] = True
     for i, k in links:
         if not pattern.used[i, k]:
-            equations.use(pattern, i, k)
-            equations.use(pattern, k, i)
+            equations.mark_nonzero(pattern, i, k)
+            equations.mark_nonzero(pattern, k, i)
     for i in range(size):
         for k in range(size):
             if pattern.used[i, k]:
@@ -43,7 +43,7 @@ def eliminated(state, blocks, links, size):  # type: ignore[no-untyped-def]
                         matrix[place] = blocks[i, k, number // 3, number % 3]
     equations.solve(borrowed(state), borrowed(matrix), pattern, size)
     used = pattern.used.sum()
-    equations.clear(pattern)
+    equations.clear_pattern(pattern)
     # What is borrowed is freed after its owner's last use.
     return used, pattern.used.any() or pattern.count.any(), matrix[0], state[0]
 

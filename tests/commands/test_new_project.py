@@ -122,7 +122,7 @@ def test_a_record_and_a_study_of_ones_own(tmp_path: Path, monkeypatch: pytest.Mo
     assert "error: ..: a folder; name the files of one record" in said("records", "add", "..", status=1)
     assert "config/records.tsv: my-site" in said(*given, *columns)
     assert Path("resources/records/my-site.csv").is_file()
-    assert "exists already" in said(*given, *columns, status=1)
+    assert "is there already" in said(*given, *columns, status=1)
     assert "config/own.yaml" in said("study", "new", "--name", "own", "--records", "my-site, rinaldi")
     assert "study 'own', 2 records" in said("study", "check", "config/own.yaml")
     own = Path("config/own.yaml")

@@ -1,4 +1,4 @@
-"""A film made from closed forms: one block falls towards +s, one stands; and the path of a body in space that falls."""
+"""Films for tests, from closed forms: a block that falls towards +s and one that stands; path of a falling 3-D body."""
 
 import math
 
@@ -11,12 +11,12 @@ from overturning.motion.motion import Motion
 
 
 def falling_body(motion: Motion, b_over_h: float = 0.25) -> xr.Dataset:
-    """A slender body under a motion."""
+    """Return the trajectory of a slender 3-D body under a motion."""
     return trajectory(motion, "rectangle", orientation_deg=10.0, height=0.6, b_over_h=b_over_h, friction=0.8)
 
 
 def block(rotation: np.ndarray, width: float = 0.24, height: float = 0.6) -> FilmBody:
-    """A block that turns about its right corner (rotation > 0) or left one."""
+    """Return a block that rotates about its right corner (rotation > 0) or its left corner."""
     pivot = np.where(rotation >= 0, width / 2, -width / 2)
     s = pivot - pivot * np.cos(rotation) + height / 2 * np.sin(rotation)
     z = pivot * np.sin(rotation) + height / 2 * np.cos(rotation)
@@ -28,7 +28,7 @@ BASE = FilmBody("base", np.array([[-5, -0.3], [5, -0.3], [5, 0], [-5, 0.0]]), np
 
 
 def two_panels(duration: float = 4.0, title: str = "Test block", forces: bool = True) -> Film:
-    """The first falls at 2.5 s of ``duration``, the second rocks and stands."""
+    """Return a film of two blocks: the first falls at 2.5 s, the second rocks and stands."""
     time = np.arange(0, duration + 1e-9, 0.02)
     falls = np.clip((time - 1.0) / 1.5, 0, 1) ** 3 * math.pi / 2
     rocks = 0.1 * np.sin(2 * np.pi * time) * np.exp(-time)

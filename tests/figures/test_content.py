@@ -1,4 +1,4 @@
-"""A figure that would show nothing is refused, with the reason and a remedy."""
+"""Figures without content are refused with the reason and a remedy."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -21,7 +21,7 @@ OF_OUTCOMES = ("polar", "blocks", "plane", *OF_FALLS)
 
 
 def results_of(folder: Path, *records: Record) -> Path:
-    """A cube with its motions and intensity measures."""
+    """Write a cube with its motions and intensity measures, and return its path."""
     settings = study(ensemble={"members": 0}, records={"use": [record.record_id for record in records]})
     write_intensity(settings, list(records), folder / "intensity.nc")
     return cube_of(settings, list(records), folder)
@@ -29,19 +29,19 @@ def results_of(folder: Path, *records: Record) -> Path:
 
 @pytest.fixture(scope="module")
 def weak(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """100 Gal, below the 196 Gal from which the widest block, B/H 0.2, rocks at all: every case stands."""
+    """Cube of a record of 100 Gal; the widest block (B/H 0.2) rocks from 196 Gal on, so that all cases stand."""
     record = replace(pulse("a", 1.0), fault_strike_deg=30.0)
     return results_of(tmp_path_factory.mktemp("weak"), record)
 
 
 @pytest.fixture(scope="module")
 def strong(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Falls under a record whose fault nobody knows."""
+    """Cube with falls under a record without a fault strike."""
     return results_of(tmp_path_factory.mktemp("strong"), pulse("a", 6.0))
 
 
 @pytest.mark.parametrize("kind", OF_FALLS)
-def test_a_figure_of_falls_is_refused_where_nothing_falls(weak: Path, tmp_path: Path, kind: str) -> None:
+def test_figure_of_falls_is_refused_without_falls(weak: Path, tmp_path: Path, kind: str) -> None:
     out = tmp_path / "empty.svg"
     text = said("figure", kind, weak, "-o", out, status=1)
     assert text.startswith(f"error: {kind}: nothing to draw: none of the 18 cases with an outcome overturns; choose ")
@@ -49,13 +49,13 @@ def test_a_figure_of_falls_is_refused_where_nothing_falls(weak: Path, tmp_path: 
 
 
 @pytest.mark.parametrize("kind", ["polar", "blocks", "plane"])
-def test_a_map_of_blocks_that_stand_is_not_empty(weak: Path, tmp_path: Path, kind: str) -> None:
+def test_map_of_standing_blocks_is_drawn(weak: Path, tmp_path: Path, kind: str) -> None:
     said("figure", kind, weak, "-o", tmp_path / "stands.svg")
     assert (tmp_path / "stands.svg").stat().st_size > 1000
 
 
 @pytest.mark.parametrize("kind", OF_OUTCOMES)
-def test_every_figure_of_a_cube_is_refused_where_no_case_has_an_outcome(strong: Path, kind: str) -> None:
+def test_figures_of_a_cube_without_outcomes_are_refused(strong: Path, kind: str) -> None:
     with open_cube(strong) as cube:
         missing = {name: xr.full_like(cube[name], np.nan) for name in ("overturned", "fall_azimuth") if name in cube}
         status = xr.full_like(cube["status"], Status.OVER_BUDGET) if "status" in cube else None
@@ -65,14 +65,14 @@ def test_every_figure_of_a_cube_is_refused_where_no_case_has_an_outcome(strong: 
             plot.KINDS[kind](beside)
 
 
-def test_axes_without_a_fault_are_refused_and_roses_are_not(strong: Path) -> None:
+def test_axes_need_a_fault_strike_but_roses_do_not(strong: Path) -> None:
     with open_cube(strong) as cube:
         assert plot.rose(cube).axes
         with refused(ArgumentError, "axes: nothing to draw: the fault strike of no record", "fault_strike_deg"):
             plot.axes(cube)
 
 
-def test_nothing_that_falls_follows_anything(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_follow_figure_needs_a_reference(monkeypatch: pytest.MonkeyPatch) -> None:
     cube = space_cube().assign_coords(pulse=("record", [1, 1]))
     unknown = xr.Dataset({name: ("record", [np.nan] * 2) for name in ("pgv_azimuth", "pga_azimuth", "pulse_axis")})
     monkeypatch.setattr(plot, "_measures", lambda _: unknown)
@@ -84,7 +84,7 @@ def test_nothing_that_falls_follows_anything(monkeypatch: pytest.MonkeyPatch) ->
         plot.follow(no_fault)
 
 
-def test_ground_that_does_not_move_is_refused(tmp_path: Path) -> None:
+def test_motion_figures_refuse_ground_at_rest(tmp_path: Path) -> None:
     still = Motion(np.zeros(500), np.zeros(500), sampling_interval=0.01, trust_data=True)
     for kind, draw in (("history", plot.history), ("spectra", plot.spectra)):
         with refused(ArgumentError, f"{kind}: nothing to draw: the ground does not move (peak 0 Gal)"):
@@ -96,7 +96,7 @@ def test_ground_that_does_not_move_is_refused(tmp_path: Path) -> None:
         )
 
 
-def test_every_kind_of_figure_is_tested_here() -> None:
+def test_all_kinds_of_figures_are_covered() -> None:
     assert {*OF_OUTCOMES, "follow", "intensity", "hodograph", "history"} == set(plot.KINDS)
 
 

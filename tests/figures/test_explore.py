@@ -1,4 +1,4 @@
-"""The page to look around in a cube: its data are the cube's."""
+"""The data of the explorer page match the cube."""
 
 import base64
 import json
@@ -17,7 +17,7 @@ BAD = "</script><script>window.hurt = 1</script>"
 
 
 def cube(records: int = 2, step: int = 30, ratios: int = 3, heights: int = 2, frictions: int = 2) -> xr.Dataset:
-    """Random outcomes, with an ensemble, some of them missing."""
+    """Return a 2-D cube of random outcomes with an ensemble, some of them missing."""
     random = np.random.Generator(np.random.PCG64(1))
     azimuth = np.arange(0, 360, step)
     shape = (records, azimuth.size, heights, ratios, frictions)
@@ -48,7 +48,7 @@ def cube(records: int = 2, step: int = 30, ratios: int = 3, heights: int = 2, fr
 
 
 def space_cube() -> xr.Dataset:
-    """Random outcomes of a body in space, which falls in the first two rings of B/H only; without an ensemble."""
+    """Return a 3-D cube of random outcomes without an ensemble, with falls at the first two B/H only."""
     random = np.random.Generator(np.random.PCG64(2))
     shape = (2, 6, 1, 5, 2, 2)
     fell = random.random(shape) < 0.6
@@ -73,14 +73,14 @@ def space_cube() -> xr.Dataset:
 
 
 def decoded(data: dict[str, Any], name: str, kind: str, shape: tuple[int, ...]) -> np.ndarray:
-    """What the page reads: the cells of every record, those of a missing value as NaN."""
+    """Return the decoded cells of all records, with NaN for missing values."""
     parts = [np.frombuffer(base64.b64decode(record["cells"][name]), kind) for record in data["records"]]
     values = np.concatenate(parts).reshape(shape)
     missing = 2 if kind == "i1" else np.iinfo(kind).max
     return np.where(values == missing, np.nan, values)
 
 
-def test_the_numbers_are_those_of_the_cube() -> None:
+def test_page_data_match_the_cube() -> None:
     whole = cube()
     runs = np.resize([share for n in (8, 16, 24) for share in np.arange(n + 1) / n], whole["overturned"].shape)
     whole["probability_towards"][:] = runs
@@ -93,8 +93,8 @@ def test_the_numbers_are_those_of_the_cube() -> None:
     np.testing.assert_allclose(towards * data["steps"]["chance"], whole["probability_towards"], rtol=1e-6)
 
 
-def test_a_fall_late_in_a_long_record_has_its_time() -> None:
-    """All later ones were at 655.34 s."""
+def test_late_fall_in_a_long_record_keeps_its_time() -> None:
+    """With a fixed time step of 0.01 s, 16 bits end at 655.34 s."""
     whole = cube()
     whole["overturning_time"][1] *= 180.0
     data, shape = explorer_data(whole), tuple(whole.sizes[name] for name in DIMENSIONS)
@@ -105,7 +105,7 @@ def test_a_fall_late_in_a_long_record_has_its_time() -> None:
     np.testing.assert_allclose(found[1], whole["overturning_time"][1], atol=0.03)
 
 
-def test_a_body_in_space_has_its_map_out_to_the_first_ring_without_falls() -> None:
+def test_map_of_a_3d_body_ends_at_the_first_ring_without_falls() -> None:
     whole = space_cube()
     data = explorer_data(whole)
     shape = whole["overturned"].shape
@@ -118,7 +118,7 @@ def test_a_body_in_space_has_its_map_out_to_the_first_ring_without_falls() -> No
     assert (data["space"], data["degrees"]) == (True, [True])
 
 
-def test_rotations_without_a_critical_angle_are_degrees() -> None:
+def test_rotations_without_a_critical_angle_are_in_degrees() -> None:
     both = xr.concat([cube(), cube()], "element").transpose(*DIMENSIONS, "element").assign_coords(element=["a", "b"])
     both["critical_angle"] = ("element", "b_over_h"), np.array([[0.1, 0.2, 0.3], [np.nan] * 3])
     both = both.isel(record=[0])
@@ -130,7 +130,7 @@ def test_rotations_without_a_critical_angle_are_degrees() -> None:
     np.testing.assert_allclose(found, both["peak_rotation"][..., 1], atol=0.00501)  # 65.5° were the largest
 
 
-def test_the_default_study_fits_and_is_the_same_bytes_each_time(tmp_path: Path) -> None:
+def test_page_of_the_default_study_is_small_and_reproducible(tmp_path: Path) -> None:
     large = cube(records=28, step=5, ratios=11, frictions=3)
     assert large["overturned"].size == 133_056
     for name in ("a.html", "b.html"):

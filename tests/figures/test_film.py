@@ -1,4 +1,4 @@
-"""The film: its data, its page, and as GIF and MP4."""
+"""Films: data, page, GIF and MP4."""
 
 import base64
 import json
@@ -46,7 +46,7 @@ def test_the_view_holds_all_free_bodies() -> None:
     assert bottom < 0 < 0.6 < top
 
 
-def test_a_page_is_small_the_same_and_needs_nothing_from_outside(tmp_path: Path) -> None:
+def test_page_is_small_reproducible_and_self_contained(tmp_path: Path) -> None:
     for name in ("a.html", "b.html"):
         write_film_page(two_panels(duration=30.0), tmp_path / name)
     page = (tmp_path / "a.html").read_bytes()
@@ -56,7 +56,7 @@ def test_a_page_is_small_the_same_and_needs_nothing_from_outside(tmp_path: Path)
         assert word not in page
 
 
-def test_fine_motion_keeps_its_peak() -> None:
+def test_thinned_motion_keeps_its_peak() -> None:
     acceleration = np.zeros(4000)
     acceleration[1237] = 7.0
     panel = Panel("p", "stands", np.nan, (BASE, block(np.zeros(100))), acceleration, 0.0005)
@@ -65,7 +65,7 @@ def test_fine_motion_keeps_its_peak() -> None:
     assert len(unpack(motion)) < 250
 
 
-def test_refuses() -> None:
+def test_invalid_films_are_refused() -> None:
     with pytest.raises(ArgumentError, match="at least one"):
         Film("f", 0.0, 0.02, ())
     with pytest.raises(ArgumentError, match="not finite"):
@@ -73,7 +73,7 @@ def test_refuses() -> None:
 
 
 @pytest.mark.long
-def test_gif(tmp_path: Path) -> None:
+def test_gif_has_the_frames_of_the_film(tmp_path: Path) -> None:
     for name in ("a.gif", "b.gif"):
         write_film_movie(two_panels(duration=0.9), tmp_path / name)
     assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
@@ -85,7 +85,7 @@ def test_gif(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gif", "b.gif"]
 
 
-def test_mp4(tmp_path: Path) -> None:
+def test_mp4_is_written_or_ffmpeg_is_asked_for(tmp_path: Path) -> None:
     if shutil.which("ffmpeg") is None:
         with pytest.raises(MissingDataError, match="ffmpeg"):
             write_film_movie(two_panels(duration=0.4), tmp_path / "a.mp4")
@@ -95,11 +95,11 @@ def test_mp4(tmp_path: Path) -> None:
     assert os.path.getsize(tmp_path / "a.mp4") > 1000
 
 
-def test_other_endings(tmp_path: Path) -> None:
+def test_other_extensions_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match="avi"):
         write_film_movie(two_panels(duration=0.4), tmp_path / "a.avi")
 
 
-def test_a_name_cannot_end_its_script() -> None:
+def test_record_name_cannot_end_the_script() -> None:
     page = film_page(two_panels(duration=0.4, title="</script><script>window.hurt = 1</script>"))
     assert "<script>window.hurt" not in page

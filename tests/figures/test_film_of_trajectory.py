@@ -1,4 +1,4 @@
-"""Films of trajectories, of blocks in planes and of bodies in space, and the figure of a body's axis."""
+"""Films of 2-D and 3-D trajectories, and the figure of a 3-D body's axis."""
 
 import re
 from pathlib import Path
@@ -32,13 +32,13 @@ BLOCK = {"height": 0.6, "b_over_h": 0.3, "friction": 1.0}
 
 @pytest.fixture(scope="module")
 def motion() -> Motion:
-    """One cycle of a sine towards north after two quiet seconds, strong enough to throw a slender block."""
+    """One cycle of a sine towards north after two seconds of rest, strong enough to overturn a slender block."""
     time = np.arange(0, 6, 0.01)
     pulse = np.where((time > 2) & (time < 3), 9.0 * np.sin(2 * np.pi * (time - 2)), 0.0)
     return Motion(pulse, 0 * pulse, sampling_interval=0.01)
 
 
-def test_a_fall(motion: Motion) -> None:
+def test_film_of_a_fall_ends_with_the_block_on_its_side(motion: Motion) -> None:
     path = trajectory(motion, azimuth_deg=0, **BLOCK)
     side = int(stone(path)["overturned"])
     assert side != 0
@@ -56,13 +56,13 @@ def test_a_fall(motion: Motion) -> None:
     assert vertex_paths(body)[..., 1].min() > -0.01, "nothing sinks into the base"
 
 
-def test_falls_of_opposite_planes_mirror_each_other(motion: Motion) -> None:
+def test_films_of_opposite_azimuths_mirror_each_other(motion: Motion) -> None:
     one, other = (trajectory(motion, azimuth_deg=angle, **BLOCK) for angle in (0, 180))
     assert int(stone(one)["overturned"]) == -int(stone(other)["overturned"])
     assert outcome(one) == outcome(other)
 
 
-def test_standing_blocks_need_no_movement(motion: Motion) -> None:
+def test_film_without_movement_shows_the_peak_of_the_motion(motion: Motion) -> None:
     path = trajectory(motion, azimuth_deg=90, **BLOCK)
     assert movement_interval(path) is None
     assert outcome(path).startswith("stands")
@@ -70,7 +70,7 @@ def test_standing_blocks_need_no_movement(motion: Motion) -> None:
     assert film.frames > 10
 
 
-def test_in_step(motion: Motion) -> None:
+def test_panels_play_synchronously(motion: Motion) -> None:
     paths = [trajectory(motion, azimuth_deg=angle, **BLOCK) for angle in (0, 90)]
     film = film_of(paths, motion, "two")
     assert film.end < 6  # it stops at the fall
@@ -120,8 +120,8 @@ def real(request: pytest.FixtureRequest) -> xr.Dataset:
     return path.assign(base_velocity=("time", np.interp(path["time"], every, velocity)))
 
 
-def test_forces_keep_to_contact_law_and_slider(real: xr.Dataset) -> None:
-    """Never tension, never more than μ times the normal force: neither is put in where one corner carries all."""
+def test_forces_obey_contact_law_and_friction_limit(real: xr.Dataset) -> None:
+    """Forces are never tensile, and friction is at most μ times the normal force."""
     force = in_weights(real)
     along, normal = force.sum(axis=1).T
     assert force[:, :, 1].min() >= 0
@@ -151,7 +151,7 @@ def test_forces_change_the_momentum_as_the_kernel_did(real: xr.Dataset) -> None:
         assert np.abs(gained - found).max() < allowed * np.abs(found).max()
 
 
-def test_a_stone_that_begins_oblique_is_told_in_degrees() -> None:
+def test_rotation_of_a_leaning_stone_is_in_degrees() -> None:
     ground = {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}
     oblique = {"name": "stone", "width": 0.3, "height": 0.6, "stands_on": "ground", "rotation_deg": 10}
     scene = check_scene({"name": "oblique", "reference": "stone", "elements": [ground, oblique]})
@@ -160,8 +160,8 @@ def test_a_stone_that_begins_oblique_is_told_in_degrees() -> None:
     assert re.fullmatch(r"stands \(largest rotation 1\d(\.\d)?°\)", text), text
 
 
-def test_a_cylinder_that_rolls_on_is_not_said_to_rest() -> None:
-    """It rolls on its rim: half a minute of rest later it is turned otherwise, and rolls still."""
+def test_rolling_cylinder_is_not_reported_at_rest() -> None:
+    """The cylinder rolls on its rim, and still rolls half a minute after the end of the motion."""
     motion = Motion.sine(4.5, 0.8, azimuth_deg=20)
     rest = np.zeros(round(30 / motion.sampling_interval))
     later = Motion(*(np.append(each, rest) for each in motion.horizontal), sampling_interval=motion.sampling_interval)
@@ -173,7 +173,7 @@ def test_a_cylinder_that_rolls_on_is_not_said_to_rest() -> None:
     assert outcome(trajectory(later, "rectangle", **given)).endswith("by the end")
 
 
-def test_no_trajectory() -> None:
+def test_film_without_trajectory_is_refused() -> None:
     with pytest.raises(ArgumentError, match="at least one"):
         film_of([], Motion(np.zeros(2), np.zeros(2), sampling_interval=0.01), "none")
 
@@ -190,7 +190,7 @@ def bodies(pulse: Motion) -> list:
     return [falling_body(pulse, ratio) for ratio in (0.25, 0.6)]
 
 
-def test_a_box_has_six_faces_that_look_outwards() -> None:
+def test_box_has_six_outward_faces() -> None:
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-2, 2) for z in (-3, 3)], float)
     faces = faces_of(corners)
     assert sorted(map(len, faces)) == [4] * 6
@@ -199,7 +199,7 @@ def test_a_box_has_six_faces_that_look_outwards() -> None:
         assert np.cross(b - a, c - b) @ corners[list(face)].mean(axis=0) > 0
 
 
-def test_the_corners_of_its_poses_stand_on_the_base_and_lie_where_it_fell(bodies: list, pulse: Motion) -> None:
+def test_body_corners_start_on_the_base_and_end_at_the_fall(bodies: list, pulse: Motion) -> None:
     film = film_of(bodies, pulse, "title")
     panel = film.panels[0]
     (body,) = panel.bodies
@@ -220,14 +220,14 @@ def test_the_corners_of_its_poses_stand_on_the_base_and_lie_where_it_fell(bodies
     assert len(film.data()["panels"][0]["motions"]) == 2
 
 
-def test_a_film_in_space_is_a_page(bodies: list, pulse: Motion, tmp_path: Path) -> None:
+def test_film_of_a_3d_body_must_be_a_page(bodies: list, pulse: Motion, tmp_path: Path) -> None:
     film = film_of(bodies, pulse, "title")
     with pytest.raises(ArgumentError, match=r"use the extension \.html"):
         write_film_movie(film, tmp_path / "film.gif")
     assert not list(tmp_path.iterdir())
 
 
-def test_the_figure_of_the_axis(bodies: list, pulse: Motion) -> None:
+def test_axis_figure_shows_tilt_and_outcome(bodies: list, pulse: Motion) -> None:
     with style():
         figure = axis_figure(bodies[0], pulse, "title")
         titles = [axes.get_title() for axes in figure.axes]

@@ -1,4 +1,4 @@
-"""Further figures: the same bytes each time, nothing cut at three sizes, curves closed, sense of direction right."""
+"""Further figures: reproducible files, no text cut off at three sizes, closed curves, correct directions."""
 
 import re
 from collections.abc import Callable
@@ -42,7 +42,7 @@ AZIMUTH = np.arange(0, 360, 15)
 
 
 def cube() -> xr.Dataset:
-    """Five records that fall within 50° of 40°, the slender ones more; with an ensemble at one B/H."""
+    """Return a cube of five records with falls within 50° of 40°, more for slender blocks; an ensemble at one B/H."""
     slender = np.array([0.2, 0.3, 0.4])
     offset = (AZIMUTH - 40 + 180) % 360 - 180
     sign = np.where(np.abs(offset) < 90, 1, -1)
@@ -95,7 +95,7 @@ def axes() -> Figure:
     return axes_figure({"all records": found}, {"all records": summarise_axes(found)})
 
 
-def test_the_interval_of_a_mean_axis_goes_on_beyond_the_fault() -> None:
+def test_interval_of_a_mean_axis_wraps_at_90_degrees() -> None:
     """70° ± 40° reaches from 30° to 110°, which is −70° as an axis."""
     found = xr.Dataset({"axis": ("event", [70.0]), "resultant": ("event", [0.5])}, {"event": ["an earthquake"]})
     nan = float("nan")
@@ -127,7 +127,7 @@ def responses() -> Figure:
     return response_figure(paths(), "A block")
 
 
-def test_what_has_no_outcome_is_not_said_to_stand() -> None:
+def test_missing_outcome_is_not_labelled_as_standing() -> None:
     one = paths()[0].copy()
     one["status"], one["overturned"] = 0 * one["status"] + int(Status.UNDECIDED), np.nan * one["overturned"]
     told = [response_figure([path], "A block").axes[0].get_title().partition(": ")[2] for path in (one, *paths())]
@@ -168,8 +168,8 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", FIGURES)
-def test_the_same_bytes_each_time(name: str, tmp_path: Path) -> None:
-    """CaseFigure twice as SVG; one of them in every format, whose writers know nothing of the figure."""
+def test_figure_files_are_reproducible(name: str, tmp_path: Path) -> None:
+    """Each figure is written twice as SVG, and one figure in each format."""
     files = [f"{name}.svg", *([f"{name}.png", f"{name}.pdf"] if name == "boundary" else [])]
     for folder in ("one", "two"):
         with style():
@@ -180,7 +180,7 @@ def test_the_same_bytes_each_time(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("factor", [0.85, *(pytest.param(factor, marks=pytest.mark.long) for factor in (1.0, 1.6))])
 @pytest.mark.parametrize("name", FIGURES)
-def test_nothing_is_cut(name: str, factor: float) -> None:
+def test_no_text_is_cut_off(name: str, factor: float) -> None:
     with style():
         figure = FIGURES[name]()
         width, height = figure.get_size_inches()
@@ -195,8 +195,8 @@ def test_nothing_is_cut(name: str, factor: float) -> None:
     assert box.y1 <= height * factor + margin
 
 
-def test_a_boundary_of_half_the_azimuths_of_a_scene_without_mirror_image() -> None:
-    """At 30° the block falls at the smallest and the largest of three B/H; beyond 90° nothing is known."""
+def test_boundary_of_an_asymmetric_scene_with_half_the_azimuths() -> None:
+    """At 30° the block falls at the smallest and the largest of three B/H; azimuths beyond 90° are not simulated."""
     flags = np.zeros((4, 1, 3, 1))
     flags[:, :, 0], flags[1, 0, 2, 0] = 1, -1
     azimuth = ("azimuth", [0, 30, 60, 90], {"period": 360.0})
@@ -235,7 +235,7 @@ def test_boundary_curves_close() -> None:
         plt.close(figure)
 
 
-def test_the_probability_stands_at_the_azimuth_of_the_fall() -> None:
+def test_map_shows_the_probability_at_the_fall_azimuth() -> None:
     with style():
         figure = plane_map_figure(cube().isel(record=0), "A")
         mesh = figure.axes[0].collections[0]
@@ -249,7 +249,7 @@ def test_the_probability_stands_at_the_azimuth_of_the_fall() -> None:
 @pytest.mark.parametrize("place", [(36, 136), (61.2, -149.9), (-41.3, 174.8), (40, 33), (0, -179.9), (63.5, -147.4)])
 @pytest.mark.parametrize("origin", [(35, 135), (63.5, -147.4), (-42.7, 173), (37.2, 37), (0, 179.9)])
 def test_distance_and_direction_from_the_epicentre(place: tuple[float, float], origin: tuple[float, float]) -> None:
-    """Those of the geodesic on a sphere, by obspy."""
+    """Compared with obspy's geodesic on a sphere."""
     length, azimuth, _ = gps2dist_azimuth(*origin, *place, a=6_371_000, f=0)
     east, north = local_km(*place, *origin)
     assert np.hypot(east, north) == pytest.approx(length / 1000, rel=1e-6, abs=1e-6)
@@ -266,8 +266,8 @@ def test_a_map_needs_coordinates() -> None:
     plt.close("all")
 
 
-def test_the_line_of_a_fit_without_intervals() -> None:
-    """Of few earthquakes a fit has no intervals, but its probability is ½ along the line all the same."""
+def test_fit_without_intervals_is_drawn() -> None:
+    """With few earthquakes a fit has no intervals, but the fitted probability along the line is still ½."""
     number = np.zeros(4)
     fit = LogisticFit(
         ("intercept", *PREDICTORS),
@@ -292,7 +292,7 @@ def test_the_line_of_a_fit_without_intervals() -> None:
     np.testing.assert_allclose(fit.probability(rows), 0.5, rtol=1e-9)
 
 
-def test_a_rose_from_the_normals_of_fewer_earthquakes_says_of_how_many() -> None:
+def test_rose_from_the_fault_normal_states_its_number_of_earthquakes() -> None:
     def titles(normals: list[float]) -> list[str]:
         figure = rose_figure(cube().assign_coords(fault_normal=("record", normals)))
         return [axes.get_title() for axes in figure.axes]
@@ -301,8 +301,8 @@ def test_a_rose_from_the_normals_of_fewer_earthquakes_says_of_how_many() -> None
     assert titles([30.0, 40.0] + 3 * [np.nan])[1] == "2 earthquakes, from the fault normal"
 
 
-def test_beside_the_epicentre_a_station_lies_in_no_direction() -> None:
-    """No closer than epicentres are told, as no radial direction leads away from one there."""
+def test_station_at_the_epicentre_has_no_direction() -> None:
+    """Below the accuracy of epicentres a radial direction is not defined."""
     places = {"station_latitude": ("station", [35.001, 35.1]), "station_longitude": ("station", [133.0, 133.0])}
     epicentre = {"epicentre_latitude": 35.0, "epicentre_longitude": 133.0}
     site = xr.Dataset(places | epicentre, {"station": ["near", "far"]})
@@ -312,7 +312,7 @@ def test_beside_the_epicentre_a_station_lies_in_no_direction() -> None:
     ]
 
 
-def test_points_of_the_plane() -> None:
+def test_plane_points_match_cube_and_intensity() -> None:
     pga, ratio, falls = plane_points(cube(), intensity(), 0.6, 0.3, 1.0)
     assert pga.size == 5 * 12
     assert ratio == pytest.approx(0.1 * pga**0.2)
@@ -320,7 +320,7 @@ def test_points_of_the_plane() -> None:
 
 
 @pytest.mark.parametrize("name", ["spectra", "hodograph", "response"])
-def test_letters_are_legible_on_a_page(name: str) -> None:
+def test_text_is_legible_at_page_width(name: str) -> None:
     with style():
         figure = FIGURES[name]()
         figure.canvas.draw()
@@ -338,7 +338,7 @@ def test_axes_of_the_hodograph_have_units() -> None:
     assert names == [(f"east, {unit}", f"north, {unit}") for unit in ("Gal", "cm/s", "cm")]
 
 
-def test_the_response_shows_every_element_and_ends_with_the_curve() -> None:
+def test_response_shows_each_element_and_ends_with_the_path() -> None:
     scene = load_scene("three-tier", Path(__file__).parents[2])
     path = trajectory(motion(), scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=1.0)
     with style():
@@ -355,7 +355,7 @@ def test_the_response_shows_every_element_and_ends_with_the_curve() -> None:
     assert last <= float(path["time"][-1]) + 1e-9
 
 
-def test_the_slip_of_a_stone_on_others_is_drawn_as_that_over_the_ground() -> None:
+def test_slip_of_a_stone_on_others_is_relative_to_the_ground() -> None:
     """On slippery bases it slips by little of what it moves with these."""
     scene = load_scene("three-tier", Path(__file__).parents[2])
     path = trajectory(motion(), scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=0.2)

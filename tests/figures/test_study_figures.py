@@ -1,4 +1,4 @@
-"""Maps and roses show falls where they are, also of odd studies."""
+"""Maps and roses show falls at their azimuths, also for unusual studies."""
 
 from pathlib import Path
 
@@ -85,7 +85,7 @@ def test_an_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> N
     assert weight[added == 120.0] == pytest.approx(7 * 30 / 180)
 
 
-def test_the_map_shows_the_fall_at_the_azimuth_it_goes_to(cube: xr.Dataset) -> None:
+def test_map_shows_the_fall_at_its_azimuth(cube: xr.Dataset) -> None:
     with style():
         figure = plane_map_figure(cube.isel(record=0), "A")
         axes = figure.axes[0]
@@ -114,7 +114,7 @@ def test_studies_without_falls_without_faults_and_with_one_azimuth_are_drawn(cub
 
 
 def probability_cube(cube: xr.Dataset) -> xr.Dataset:
-    """Falls towards 30°, with an ensemble; away from it on the other side, and one block without an outcome."""
+    """Cube with falls towards 30° and an ensemble, falls away from it on the other side, and one missing outcome."""
     flags = cube["overturned"]
     towards = xr.where(flags > 0, 0.9, xr.where(flags < 0, 0.1, 0.0))
     away = xr.where(flags < 0, 0.9, xr.where(flags > 0, 0.1, 0.0))
@@ -126,7 +126,7 @@ def probability_cube(cube: xr.Dataset) -> xr.Dataset:
     )
 
 
-def test_the_other_side_standing_and_no_outcome_look_different(cube: xr.Dataset) -> None:
+def test_outcomes_have_different_colours(cube: xr.Dataset) -> None:
     with style():
         figure = plane_map_figure(probability_cube(cube).isel(record=0), "A")
         figure.canvas.draw()
@@ -138,7 +138,7 @@ def test_the_other_side_standing_and_no_outcome_look_different(cube: xr.Dataset)
     assert legend == ["stands", "falls to the other side", "no outcome", "fault normal"]
 
 
-def test_the_map_marks_the_way_from_the_epicentre_where_it_is_known(cube: xr.Dataset) -> None:
+def test_map_marks_the_radial_direction_if_known(cube: xr.Dataset) -> None:
     one = cube.isel(record=0)
     placed = {"epicentre_latitude": 35.0, "epicentre_longitude": 135.0, "station_latitude": 34.0}
     with style():
@@ -174,7 +174,7 @@ def test_cells_are_arcs_and_fill_the_page(cube: xr.Dataset, step: int) -> None:
 @pytest.mark.parametrize(
     ("heights", "frictions", "expected"), [(1, 1, (1, 1)), (2, 3, (2, 3)), (1, 5, (2, 3)), (4, 1, (2, 2))]
 )
-def test_panels_are_never_more_than_three_in_a_row(heights: int, frictions: int, expected: tuple[int, int]) -> None:
+def test_a_row_has_at_most_three_panels(heights: int, frictions: int, expected: tuple[int, int]) -> None:
     assert rows_and_columns(heights, frictions) == expected
 
 
@@ -196,11 +196,11 @@ def test_bearings() -> None:
 DEUTERANOPIA = np.array(
     [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
 )
-"""Machado, Oliveira & Fernandes (2009, IEEE Transactions on Visualization and Computer Graphics 15), on linear RGB."""
+"""Simulation of colour blindness in linear RGB (Machado et al. 2009, IEEE Trans. Visual. Comput. Graphics 15)."""
 
 
 def cielab(linear: np.ndarray) -> np.ndarray:
-    """CIELAB of linear sRGB, white point D65 (IEC 61966-2-1, CIE 15)."""
+    """Convert linear sRGB to CIELAB, white point D65 (IEC 61966-2-1, CIE 15)."""
     to_xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
     xyz = linear @ to_xyz.T / to_xyz.sum(axis=1)
     f = np.where(xyz > (6 / 29) ** 3, np.cbrt(xyz), xyz / (3 * (6 / 29) ** 2) + 4 / 29)
@@ -208,8 +208,8 @@ def cielab(linear: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seen", [np.eye(3), DEUTERANOPIA], ids=["all colours", "without green"])
-def test_colours_of_azimuths_are_told_apart_without_red_and_green(seen: np.ndarray) -> None:
-    """A just noticeable difference is about 2.3; 233° and 293° had 7 where hues alone told them apart."""
+def test_azimuth_colours_differ_with_red_green_blindness(seen: np.ndarray) -> None:
+    """A just noticeable difference is about 2.3; with colours that differ only in hue, 233° and 293° differ by 7."""
     given = COLOURS(np.arange(256))[:, :3]
     linear = np.where(given <= 0.04045, given / 12.92, ((given + 0.055) / 1.055) ** 2.4)
     lab = cielab(np.clip(linear @ seen.T, 0.0, 1.0))
@@ -217,7 +217,7 @@ def test_colours_of_azimuths_are_told_apart_without_red_and_green(seen: np.ndarr
         assert np.linalg.norm(lab - np.roll(lab, apart, axis=0), axis=1).min() > 20
 
 
-def test_a_map_ends_at_the_first_ring_without_falls_and_its_letters_stand_where_nothing_falls(cube: xr.Dataset) -> None:
+def test_map_ends_at_the_first_empty_ring_and_labels_avoid_falls(cube: xr.Dataset) -> None:
     wide = xr.concat([cube, 0 * cube.assign_coords(b_over_h=[0.6, 0.8])], "b_over_h", data_vars="all").isel(record=0)
     with style():
         figure = plane_map_figure(wide, "A")
@@ -235,7 +235,7 @@ def test_a_map_ends_at_the_first_ring_without_falls_and_its_letters_stand_where_
         assert radius_label_azimuth(cells, free + 5) != free
 
 
-def test_of_few_azimuths_only_those_far_apart_leave_something_unknown() -> None:
+def test_only_wide_gaps_of_azimuths_are_unknown() -> None:
     """Named by hand are the ends of the gaps: half of 60° and 70°, and the same seen from behind, are a step wide."""
     unknown = {(60, 70, 240, 250): [50, 80, 230, 260], (60, 150, 240, 330): [], (0, 30, 90, 180, 210, 270): []}
     for azimuth, ends in unknown.items():
@@ -245,7 +245,7 @@ def test_of_few_azimuths_only_those_far_apart_leave_something_unknown() -> None:
 
 
 def drawn_cells(figure: plt.Figure) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Middle azimuth (degrees), B/H and kind of every part of the first compass, as they are drawn."""
+    """Return azimuth (degrees), B/H and kind of all parts drawn in the first polar map."""
     mesh = figure.axes[0].collections[0]
     theta, radius = np.moveaxis(mesh.get_coordinates(), -1, 0)
     middles = (np.degrees(theta[:, :-1] + theta[:, 1:]) / 2, (radius[:-1] + radius[1:]) / 2)
@@ -253,8 +253,8 @@ def drawn_cells(figure: plt.Figure) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     return azimuth % 360, ratio, np.asarray(mesh.get_array()).reshape(azimuth.shape)
 
 
-def test_part_of_a_circle_is_drawn_where_it_was_computed_and_nowhere_else() -> None:
-    """Of 0° to 80°, and so 180° to 260°, a map reached out to 130°, and curves went straight across."""
+def test_part_of_a_circle_is_drawn_only_where_it_was_simulated() -> None:
+    """For azimuths 0° to 80° (and 180° to 260°), maps must not extend to 130°, and curves must not cross the gap."""
     azimuth = np.arange(0.0, 90.0, 10.0)
     flags = np.ones((1, azimuth.size, 1, 3, 1)) * [[1.0], [0.0], [0.0]]
     part = xr.Dataset(
@@ -282,8 +282,8 @@ def test_part_of_a_circle_is_drawn_where_it_was_computed_and_nowhere_else() -> N
         plt.close("all")
 
 
-def test_the_innermost_ring_is_drawn_however_far_the_next_one_is(cube: xr.Dataset) -> None:
-    """Half-way from 0.1 to 0.4 the ring of 0.1 began below 0, where a compass draws nothing: it stayed white."""
+def test_innermost_ring_is_drawn_for_a_wide_spacing(cube: xr.Dataset) -> None:
+    """Regression: for B/H 0.1 and 0.4 the inner edge of the first ring was negative, and the ring was not drawn."""
     one = cube.assign_coords(b_over_h=[0.1, 0.4]).isel(record=0)
     with style():
         figure = plane_map_figure(one.assign(overturned=abs(one["overturned"] * 0) + 1.0), "A")
@@ -294,8 +294,8 @@ def test_the_innermost_ring_is_drawn_however_far_the_next_one_is(cube: xr.Datase
     np.testing.assert_allclose(pixel / 255, to_rgb(FALLS), atol=0.01)
 
 
-def test_a_map_does_not_end_before_a_fall_of_whose_neighbourhood_nothing_falls(cube: xr.Dataset) -> None:
-    """One case falls at the largest B/H, none of its ensemble; the map ended before it, and the explorer said so."""
+def test_map_includes_a_fall_whose_ensemble_stands(cube: xr.Dataset) -> None:
+    """Regression: the map ended before a case that falls at the largest B/H while all of its ensemble stands."""
     wide = xr.concat([cube * 0, 0 * cube.assign_coords(b_over_h=[0.6, 0.8])], "b_over_h", data_vars="all")
     chances = {f"probability_{side}": 0 * wide["overturned"] for side in ("towards", "away")}
     wide["overturned"][:, 3, 0, 3, 0] = 1.0
@@ -309,8 +309,8 @@ def test_a_map_does_not_end_before_a_fall_of_whose_neighbourhood_nothing_falls(c
     assert [record["rings"] for record in data["records"]] == [4, 4]
 
 
-def test_the_rose_beside_maps_in_space_is_said_to_be_of_these_maps() -> None:
-    """Its falls are those of the heights and frictions that are shown, not of all."""
+def test_rose_next_to_3d_maps_is_labelled_with_their_falls() -> None:
+    """The rose shows the falls of the heights and frictions in the maps, not of all."""
     whole = space_cube().assign_coords(pulse=("record", [1, 1])).isel(record=0)
     one = whole.sel(friction=[0.5])
     with style():
@@ -323,8 +323,8 @@ def test_the_rose_beside_maps_in_space_is_said_to_be_of_these_maps() -> None:
     assert around.get_title() == "falls of these maps"
 
 
-def test_no_figure_names_a_friction_that_a_scene_does_not_take(tmp_path: Path) -> None:
-    """A stone on ice of µ = 0.1, whatever friction the study has for another scene, stood as µ = 1."""
+def test_figures_omit_a_friction_that_the_scene_overrides(tmp_path: Path) -> None:
+    """Regression: a scene with its own µ = 0.1 was labelled µ = 1, the friction of the study."""
     grid = {"azimuth": {"step": 90}, "b_over_h": [0.2, 0.4], "friction": [0.2, 1.0], "ensemble": {"members": 0}}
     scenes = {"scene": ICY, "variants": {"other": {"scene": "gravestone"}}}
     settings = check_study({"name": "icy", "records": {"use": ["a"]}, **grid, **scenes}, "icy")

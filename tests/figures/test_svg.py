@@ -1,4 +1,4 @@
-"""An SVG made small shows what it showed: its texts, its picture's pixels, its ticks where they were."""
+"""A compact SVG has the same texts, pixels and tick positions."""
 
 import base64
 import io
@@ -15,7 +15,7 @@ from overturning.figures.write import save
 
 
 def drawn(path: Path, small: bool) -> str:
-    """Two panels with logarithmic ticks, marks, a picture inside, and formulas."""
+    """Draw two panels with logarithmic ticks, markers, a raster image and formulas; return the SVG."""
     import matplotlib.pyplot as plt
 
     random = np.random.Generator(np.random.PCG64(1))
@@ -35,18 +35,18 @@ def drawn(path: Path, small: bool) -> str:
 
 
 def texts(svg: str) -> str:
-    """All that can be read."""
+    """Return all texts of an SVG."""
     return "".join(re.findall(r">([^<>\n]+)</t", svg))
 
 
 def pixels(svg: str) -> np.ndarray:
-    """The picture inside."""
+    """Return the pixels of the raster image in an SVG."""
     (data,) = re.findall(r"data:image/png;base64,([^\"]*)", svg)
     with Image.open(io.BytesIO(base64.b64decode(data))) as picture:
         return np.asarray(picture.convert("RGBA"))
 
 
-def test_small_svg_shows_the_same(tmp_path: Path) -> None:
+def test_compact_svg_looks_the_same(tmp_path: Path) -> None:
     large, small = drawn(tmp_path / "large.svg", small=False), drawn(tmp_path / "small.svg", small=True)
     assert len(small) < 0.9 * len(large)
     assert texts(small) == texts(large)
@@ -57,7 +57,7 @@ def test_small_svg_shows_the_same(tmp_path: Path) -> None:
     assert small == drawn(tmp_path / "again.svg", small=True)
 
 
-def test_coordinates_are_rounded_and_factors_are_exact() -> None:
+def test_coordinates_are_rounded_but_factors_are_exact() -> None:
     made = compact(
         '<svg><metadata>\n<x>1</x></metadata><g id="axes_1"><path id="m" d="M 0.123456 -1.996 \nL 3 4.5001 \n"/>'
         '<use xlink:href="#m" x="10.1234567" y="2" transform="scale(0.1234567 1)" style="width: 0.1234567"/></g></svg>'
@@ -69,7 +69,7 @@ def test_coordinates_are_rounded_and_factors_are_exact() -> None:
 
 
 def compasses(path: Path) -> bytes:
-    """Draw two compasses and a panel with turned texts, a legend, and axes with and without a name."""
+    """Draw two compasses and a panel with rotated texts, a legend, and axes with and without labels."""
     with style():
         figure, panels = grid(1, 2, 6.4, 3.5, polar=True)
         for axes in panels.flat:
@@ -86,16 +86,14 @@ def compasses(path: Path) -> bytes:
 
 
 @pytest.mark.parametrize("kind", ["svg", "png"])
-def test_names_of_axes_that_are_not_looked_for_change_no_byte(
-    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_skipping_empty_axis_labels_changes_no_byte(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     spared = compasses(tmp_path / f"spared.{kind}")
     monkeypatch.setattr("matplotlib.axis.Axis.set_label_coords", lambda *_: None)
     assert compasses(tmp_path / f"whole.{kind}") == spared
 
 
 @pytest.mark.parametrize("kind", ["svg", "png", "pdf"])
-def test_a_figure_is_written_outside_the_projects_style_too(kind: str, tmp_path: Path) -> None:
+def test_figure_is_saved_outside_the_style_context(kind: str, tmp_path: Path) -> None:
     with style():
         figure, panels = grid(1, 1, 3.0, 3.0, polar=False)
         panels[0, 0].set_title("µ · φ")

@@ -1,4 +1,4 @@
-"""Azimuths of peaks, and the axis of the strongest pulse, of motions made for it."""
+"""Azimuths of peaks and axis of the strongest pulse, for synthetic motions and records."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from tests.dem.near_field import near_field
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 33.0, 90.0, 145.0, 260.0])
-def test_axis_and_period_of_a_pulse_are_found_under_noise(azimuth: float) -> None:
+def test_pulse_axis_and_period_are_recovered_from_noise(azimuth: float) -> None:
     time = np.arange(0, 20, 0.01)
     velocity = np.exp(-(((time - 8.0) / 0.8) ** 2)) * np.cos(2 * np.pi * (time - 8.0) / 2.0 + 1.0)
     noise = np.cumsum(np.random.default_rng(2).normal(size=(2, time.size)), axis=1) * 2e-4
@@ -21,8 +21,8 @@ def test_axis_and_period_of_a_pulse_are_found_under_noise(azimuth: float) -> Non
     assert period == pytest.approx(2.0, rel=0.15)
 
 
-def test_the_wavelet_is_that_of_daubechies() -> None:
-    """Values by PyWavelets 1.9, `Wavelet("db4").wavefun(level=14)`; energy, moments and shifts by what defines it."""
+def test_wavelet_matches_pywavelets_db4() -> None:
+    """Values from PyWavelets 1.9, `Wavelet("db4").wavefun(level=14)`; energy, moments, shifts by definition."""
     wavelet, x = daubechies_wavelet(), np.arange(1793) / 256
     known = {1.5: 0.0449, 2.5: -0.0465, 3.0: -0.8872, 3.5: 1.0437, 4.0: -0.3975, 4.5: 0.0616, 5.5: 0.0026}
     assert np.interp(list(known), x, wavelet) == pytest.approx(list(known.values()), abs=5e-4)
@@ -36,14 +36,14 @@ def test_the_wavelet_is_that_of_daubechies() -> None:
 @pytest.mark.parametrize(
     ("number", "axis", "period"), [(3, 85.73, 3.08), (16, 8.71, 0.79), (21, 80.57, 0.79), (28, 54.19, 12.0)]
 )
-def test_axes_of_records_are_those_of_shahi_and_bakers_wavelet(number: int, axis: float, period: float) -> None:
-    """By PyWavelets' db4, convolved in time with the velocity at samples no closer than 0.04 s."""
+def test_pulse_axes_match_a_time_domain_convolution(number: int, axis: float, period: float) -> None:
+    """Reference: PyWavelets' db4 convolved in time with the velocity, at samples at least 0.04 s apart."""
     found = pulse_axis(near_field(number, pulse=number < 15)[0])
     assert abs((found[0] - axis + 90) % 180 - 90) < 0.2
     assert found[1] == pytest.approx(period, rel=0.01)
 
 
-def test_peaks_point_where_the_vector_is_largest() -> None:
+def test_peak_azimuths_point_along_the_largest_vector() -> None:
     north, east = np.zeros(200), np.zeros(200)
     north[50], east[50], north[120] = -3.0, 4.0, 4.9
     towards = peak_azimuths(Motion(north, east, sampling_interval=0.01))

@@ -1,4 +1,4 @@
-"""Motions made of a formula or of an obspy Stream."""
+"""Motions from a formula or from an obspy Stream."""
 
 import warnings
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 
 
-def test_a_sine_has_its_amplitude_and_direction() -> None:
+def test_sine_has_the_given_amplitude_and_direction() -> None:
     motion = Motion.sine(3.0, 0.8, azimuth_deg=60, cycles=2, rest=0.5)
     assert motion.duration == pytest.approx(2.6)
     assert motion.along(60).max() == pytest.approx(3.0, rel=1e-4)
@@ -37,7 +37,7 @@ def stream(*channels: str, npts: int = 100):  # type: ignore[no-untyped-def]
 
 
 @pytest.mark.parametrize("key", ["network", "station", "location"])
-def test_components_of_two_places_are_no_motion(key: str) -> None:
+def test_components_of_different_stations_are_refused(key: str) -> None:
     several = stream("HNN", "HNE", "HNZ")
     assert Motion.from_obspy(several).samples == 100
     several[1].stats[key] = "10"
@@ -45,8 +45,8 @@ def test_components_of_two_places_are_no_motion(key: str) -> None:
         Motion.from_obspy(several)
 
 
-def test_masked_samples_are_refused_wherever_they_stand() -> None:
-    """What an array holds below its mask is no motion: here 30 m/s²."""
+def test_masked_samples_are_refused_in_each_component() -> None:
+    """Values under a mask (here 30 m/s²) must not be used."""
     samples = np.where(np.arange(200) == 70, 30.0, np.sin(np.arange(200) / 10))
     gap, still = np.ma.masked_greater(samples, 20.0), np.zeros(200)
     for of in (
@@ -63,7 +63,7 @@ def test_masked_samples_are_refused_wherever_they_stand() -> None:
 
 
 @pytest.mark.parametrize("channels", [("HNN", "HNE", "HNZ"), ("NS2", "EW2", "UD2")])
-def test_from_obspy(channels: tuple[str, ...]) -> None:
+def test_stream_gives_the_motion_of_its_components(channels: tuple[str, ...]) -> None:
     motion = Motion.from_obspy(stream(*channels))
     assert (motion.north[0], motion.east[0], motion.up[0]) == (2.0, 4.0, 6.0)  # type: ignore[index]
     assert motion.sampling_interval == 0.01
@@ -81,13 +81,13 @@ def test_from_obspy(channels: tuple[str, ...]) -> None:
         (("TRAN", "N90E"), "'TRAN' is neither N, E nor Z"),
     ],
 )
-def test_streams_that_are_no_motion(channels: tuple[str, ...], message: str) -> None:
+def test_invalid_streams_are_refused(channels: tuple[str, ...], message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
         Motion.from_obspy(stream(*channels))
 
 
-def test_a_gap_that_was_merged_is_refused() -> None:
-    """What lies under the mask is whatever the memory held: here 1e9 m/s² from half a second on."""
+def test_merged_gap_is_refused() -> None:
+    """Values under the mask of a gap are arbitrary: here 1e9 m/s² from 0.5 s on."""
     from obspy import Stream, Trace, UTCDateTime
 
     pieces = Stream()
@@ -123,8 +123,8 @@ def test_channels_of_velocity_sensors_are_refused_unless_their_unit_is_stated(ch
 
 @pytest.mark.parametrize(("output", "taken"), [("ACC", True), ("VEL", False), ("DISP", False)])
 @pytest.mark.parametrize("code", ["HH", "HN"])
-def test_what_obspy_has_removed_the_response_to_counts(code: str, output: str, taken: bool) -> None:
-    """Obspy itself removes the response of a flat velocity sensor, and writes it into the trace's processing."""
+def test_output_of_remove_response_decides_the_unit(code: str, output: str, taken: bool) -> None:
+    """Obspy removes the response of a flat velocity sensor and records this in the trace's processing."""
     from obspy.core.inventory import Channel, Inventory, Network, Station
     from obspy.core.inventory.response import Response
 
@@ -143,8 +143,8 @@ def test_what_obspy_has_removed_the_response_to_counts(code: str, output: str, t
             Motion.from_obspy(found)
 
 
-def test_what_obspy_has_integrated_is_no_acceleration() -> None:
-    """A velocity of obspy's `integrate` had the size of a motion, and was taken for m/s²."""
+def test_integrated_trace_is_refused() -> None:
+    """Regression: a velocity from obspy's `integrate` has a plausible size and was read as m/s²."""
     found = stream("HNN", "HNE").integrate()
     with pytest.raises(ArgumentError, match=r"HNN: integrated by obspy; .* unit='m/s2'"):
         Motion.from_obspy(found)
@@ -152,7 +152,7 @@ def test_what_obspy_has_integrated_is_no_acceleration() -> None:
     assert Motion.from_obspy(found.differentiate()).samples == 100
 
 
-def test_a_direction_in_a_sac_header_that_contradicts_the_code_is_warned_of() -> None:
+def test_sac_direction_contradicting_the_code_gives_a_warning() -> None:
     found = stream("HNN", "HNE", "HNZ")
     axes = {"HNN": (0.0, 90.0), "HNE": (93.0, 90.0), "HNZ": (0.0, 0.0)}
     for trace in found:
@@ -167,8 +167,8 @@ def test_a_direction_in_a_sac_header_that_contradicts_the_code_is_warned_of() ->
             Motion.from_obspy(wrong)
 
 
-def test_counts_are_no_accelerations() -> None:
-    """Some that are few were taken for m/s², of others the answer was that they look like Gal."""
+def test_counts_are_refused() -> None:
+    """Regression: small counts were read as m/s², and larger ones were said to look like Gal."""
     found = stream("HNN", "HNE")
     for trace in found:
         trace.data = (3 * trace.data).astype(np.int32)
@@ -180,8 +180,8 @@ def test_counts_are_no_accelerations() -> None:
     assert Motion.from_obspy(found, unit="mm/s2").north[0] == pytest.approx(0.003)
 
 
-def test_an_offset_that_drives_the_velocity_is_warned_of() -> None:
-    """Of raw counts as obspy reads them; `overturning.read` takes it off, this only warns of it."""
+def test_drifting_velocity_gives_a_warning() -> None:
+    """Raw counts read by obspy contain an offset; `overturning.read` removes it, `from_obspy` only warns."""
     found = stream("HNN", "HNE", npts=4000)
     for trace, offset, speed in zip(found, (0.0, 0.05), (0.07, 0.06), strict=True):
         trace.data = np.sin(np.arange(4000) * speed) * np.hanning(4000) + offset
@@ -195,7 +195,7 @@ def test_an_offset_that_drives_the_velocity_is_warned_of() -> None:
         )
 
 
-def test_the_borehole_of_kik_net_is_refused_unless_declared() -> None:
+def test_kik_net_borehole_must_be_declared() -> None:
     with pytest.raises(ArgumentError, match=r"NS1: it belongs to the borehole sensor; .* sensor='borehole'"):
         Motion.from_obspy(stream("NS1", "EW1", "UD1"))
     assert Motion.from_obspy(stream("NS1", "EW1", "UD1"), sensor="borehole").samples == 100
@@ -211,13 +211,13 @@ def test_the_borehole_of_kik_net_is_refused_unless_declared() -> None:
         (-30, 3**0.5 / 2, -0.5), (750, 3**0.5 / 2, 0.5),
     ],
 )  # fmt: skip
-def test_direction_cosines_are_those_of_the_compass(azimuth: float, north: float, east: float) -> None:
+def test_direction_cosines_of_compass_angles(azimuth: float, north: float, east: float) -> None:
     """Cosine and sine of angles of the equilateral triangle and the square, clockwise from north."""
     assert direction_cosines(azimuth) == pytest.approx((north, east), abs=1e-12)
 
 
-def test_an_integral_by_trapezia() -> None:
-    """By hand: 0, (0 + 1)/2 · 0.5, that and (1 + 3)/2 · 0.5, that and (3 − 1)/2 · 0.5."""
+def test_integral_follows_the_trapezoidal_rule() -> None:
+    """Computed by hand: cumulative sum of (0 + 1)/2 · 0.5, (1 + 3)/2 · 0.5 and (3 − 1)/2 · 0.5, from 0."""
     np.testing.assert_allclose(integrate(np.array([0.0, 1.0, 3.0, -1.0]), 0.5), [0.0, 0.25, 1.25, 1.75])
 
 
@@ -229,10 +229,8 @@ def test_an_integral_by_trapezia() -> None:
         (lambda wave: np.clip(np.roll(wave, 7), -0.3, 0.3), "stream: east is clipped: "),
     ],
 )
-def test_dead_copied_and_clipped_traces_of_a_stream_are_warned_of(
-    east: Callable[[np.ndarray], np.ndarray], word: str
-) -> None:
-    """A motion along one axis that is made of arrays is meant so."""
+def test_dead_copied_and_clipped_traces_give_warnings(east: Callable[[np.ndarray], np.ndarray], word: str) -> None:
+    """A motion made from arrays may be along one axis without a warning."""
     time = np.arange(1000) / 100
     wave = np.sin(2 * np.pi * time) * np.sin(np.pi * time / 10) ** 2
     wave /= np.abs(wave).max()

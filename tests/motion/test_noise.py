@@ -1,4 +1,4 @@
-"""Onset and signal-to-noise ratio against motions made of known noise and a known signal."""
+"""Onset and signal-to-noise ratio of motions with known noise and a known signal."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ TIME = np.arange(0, 60, DT)
 
 
 def made(ahead: float, noise: float, seed: int = 3, drift: float = 0.0) -> np.ndarray:
-    """White noise of a standard deviation; from ``ahead`` s on a signal a hundred times as strong that dies away."""
+    """White noise of a standard deviation, with a decaying signal a hundred times as strong from ``ahead`` s on."""
     random = np.random.default_rng(seed)
     envelope = np.where(ahead <= TIME, np.exp(-(TIME - ahead) / 10), 0.0)
     return noise * random.normal(size=TIME.size) + envelope * random.normal(size=TIME.size) + drift * TIME
@@ -39,7 +39,7 @@ def test_white_noise_and_a_white_signal_have_the_ratio_of_their_powers():
 
 
 @pytest.mark.parametrize("lasting", [12, 3000])
-def test_both_parts_are_tapered_over_a_twentieth_at_either_end_and_one_sample_at_least(lasting):
+def test_windows_are_tapered_over_five_per_cent_at_each_end(lasting):
     """Against scipy's Tukey window, whose taper is the share α/2 of the steps from its first sample to its last."""
     random = np.random.default_rng(8)
     samples = 0.01 * random.normal(size=5200)
@@ -56,8 +56,8 @@ def test_both_parts_are_tapered_over_a_twentieth_at_either_end_and_one_sample_at
         np.testing.assert_allclose(spectrum, expected, rtol=1e-9)
 
 
-def test_an_offset_of_the_noise_is_no_noise():
-    """As a sensor has it that the shock tilts: the samples before the onset stand apart from those after it."""
+def test_constant_offset_does_not_count_as_noise():
+    """A tilted sensor has an offset between the samples before and after the onset."""
     level, shifted = made(20.0, 0.01), made(20.0, 0.01) - np.where(TIME < 20.0, 0.05, 0.0)
     first, second = noise_ratio([level], DT), noise_ratio([shifted], DT)
     assert first is not None
@@ -66,7 +66,7 @@ def test_an_offset_of_the_noise_is_no_noise():
     np.testing.assert_allclose(first.noise, second.noise, rtol=1e-6)
 
 
-def test_without_noise_before_the_onset_there_is_nothing_to_compare():
+def test_no_ratio_without_noise_before_the_onset():
     assert noise_ratio([made(1.0, 0.01)], DT) is None
     assert noise_ratio([np.zeros(100)], DT) is None
     quiet = made(20.0, 0.0)
@@ -77,15 +77,15 @@ def record(north, east) -> Record:
     return Record("r", north, east, None, DT)
 
 
-def test_the_corner_is_where_the_signal_rises_above_the_noise():
-    """Noise with a long-period part, below 0.4 Hz above the signal: the corner lies there."""
+def test_corner_is_where_the_signal_exceeds_the_noise():
+    """The noise exceeds the signal below 0.4 Hz, so the corner is at 0.4 Hz."""
     rumble = 0.05 * np.sin(2 * np.pi * 0.2 * TIME) + 0.05 * np.sin(2 * np.pi * 0.33 * TIME + 1)
     corner, reason = choose_corner(record(made(30.0, 0.01) + rumble, made(30.0, 0.01, seed=5) + rumble))
     assert 0.33 < corner < 0.6
     assert "less than 3 times the noise of the first 30" in reason
 
 
-def test_without_noise_the_corner_is_the_default_and_says_so():
+def test_corner_without_noise_is_the_default_with_a_note():
     corner, reason = choose_corner(record(made(0.5, 0.01), made(0.5, 0.01)))
     assert corner == DEFAULT_HZ
     assert "no noise of 2 s before the onset" in reason
@@ -102,8 +102,8 @@ def test_without_noise_the_corner_is_the_default_and_says_so():
 
 
 @pytest.mark.parametrize("tilt", [0.03, 0.3])
-def test_a_tilt_that_the_shock_leaves_raises_the_corner_until_the_displacement_is_that_of_the_ground(tilt):
-    """Made-up truth: a velocity pulse of 4 s in weak noise, and a sensor that tilts as the pulse passes."""
+def test_sensor_tilt_raises_the_corner_and_recovers_the_displacement(tilt):
+    """Known truth: a velocity pulse of 4 s in weak noise, and a sensor that tilts during the pulse."""
     time = np.arange(0, 120, DT)
     random, away = np.random.default_rng(9), time - 48
     ground = [np.exp(-((away / 5) ** 2)) * np.cos(2 * np.pi * away / 4 + phase) for phase in (0.0, 1.0)]
@@ -118,7 +118,7 @@ def test_a_tilt_that_the_shock_leaves_raises_the_corner_until_the_displacement_i
     assert found == pytest.approx(true, rel=0.1)
 
 
-def test_auto_is_written_down_with_its_reason_as_a_number():
+def test_auto_corner_is_stored_as_a_number_with_its_reason():
     raw = record(made(30.0, 0.01), made(30.0, 0.01, seed=5))
     done = process(raw, None)
     step = done.processing[-1]

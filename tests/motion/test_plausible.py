@@ -1,4 +1,4 @@
-"""Motions of an impossible size are refused, with the unit that would make them possible."""
+"""Implausible motions are refused, with the unit that would make them plausible."""
 
 import numpy as np
 import pytest
@@ -25,14 +25,14 @@ G = 9.80665
         (4.9 * G, "g", []),
     ],
 )
-def test_the_bounds_and_the_other_unit(peak, unit, words):
+def test_implausible_peak_names_bound_and_likely_unit(peak, unit, words):
     found = implausibility([peak * WAVE / np.abs(WAVE).max(), 0 * WAVE], 0.01, unit=unit)
     assert bool(found) == bool(words)
     for word in words:
         assert word in found
 
 
-def test_a_velocity_that_no_ground_has():
+def test_implausible_velocity_is_reported():
     steady = np.full(1000, 2.0)
     assert "peak velocity 1998 cm/s" in implausibility([steady], 0.01)
     assert implausibility([steady], 0.01, pgv=False) == ""
@@ -41,7 +41,7 @@ def test_a_velocity_that_no_ground_has():
     assert "at most 1000 cm/s" in implausibility([steady / 1.98], 0.01)
 
 
-def test_simulate_from_python_refuses_gal_and_takes_them_on_trust():
+def test_simulate_refuses_numbers_in_gal_unless_trusted():
     with pytest.raises(ArgumentError, match=r"numbers declared in m/s² look like Gal .* trust_data=True"):
         Motion(800 * WAVE, 0 * WAVE, sampling_interval=0.01)
     trusted = Motion(800 * WAVE, 0 * WAVE, sampling_interval=0.01, trust_data=True)

@@ -1,4 +1,4 @@
-"""Motion through soil against the closed form of one damped layer on a half-space."""
+"""Site response compared with the closed form of one damped layer on a half-space."""
 
 import importlib.util
 import json
@@ -31,7 +31,7 @@ PULSE = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_de
 
 
 def transfer(frequency: np.ndarray, layer: Layer, rock: Rock) -> np.ndarray:
-    """Surface over outcrop (Kramer 1996, Geotechnical Earthquake Engineering, 7.28); G (√(1 − 4ξ²) + 2iξ)."""
+    """Return the ratio of surface to outcrop (Kramer 1996, eq. 7.28) for the shear modulus G (√(1 − 4ξ²) + 2iξ)."""
     speed = [one.velocity_m_s * np.sqrt(np.sqrt(1 - 4 * one.damping**2) + 2j * one.damping) for one in (layer, rock)]
     impedance = layer.density_kg_m3 * speed[0] / (rock.density_kg_m3 * speed[1])
     phase = 2 * np.pi * frequency * layer.thickness_m / speed[0]
@@ -43,7 +43,7 @@ def noise() -> np.ndarray:
     return np.random.default_rng(2).normal(size=2000) * np.hanning(2000)
 
 
-def test_one_layer_is_the_closed_form(noise: np.ndarray) -> None:
+def test_one_layer_matches_the_closed_form(noise: np.ndarray) -> None:
     found = through_soil(noise, INTERVAL, [LAYER], ROCK)
     length = 1 << 16
     frequency = np.fft.rfftfreq(length, INTERVAL)
@@ -53,7 +53,7 @@ def test_one_layer_is_the_closed_form(noise: np.ndarray) -> None:
     assert found.converged
 
 
-def test_what_follows_the_record_does_not_come_before_it(noise: np.ndarray) -> None:
+def test_free_vibration_does_not_wrap_to_the_start(noise: np.ndarray) -> None:
     # A pulse at the very end: without zeros behind it its echo would stand at the start.
     late = np.zeros(1000)
     late[-50:] = np.hanning(50)
@@ -62,7 +62,7 @@ def test_what_follows_the_record_does_not_come_before_it(noise: np.ndarray) -> N
     assert 5 * 4 * LAYER.thickness_m / LAYER.velocity_m_s < MIN_ZERO_PADDING  # five fundamental periods
 
 
-def test_resonance_stands_at_the_fundamental_period() -> None:
+def test_resonance_is_at_the_fundamental_period() -> None:
     time = np.arange(0, 30, INTERVAL)
     peaks = [
         np.abs(through_soil(np.sin(2 * np.pi * time / period), INTERVAL, [LAYER], ROCK).samples[1500:3000]).max()
@@ -72,7 +72,7 @@ def test_resonance_stands_at_the_fundamental_period() -> None:
     assert peaks == pytest.approx(expected, rel=0.03)
 
 
-def test_weak_motion_through_a_curve_is_nearly_linear_and_strong_motion_is_not(noise: np.ndarray) -> None:
+def test_equivalent_linear_response_of_weak_motion_is_linear(noise: np.ndarray) -> None:
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})
     weak, strong = (through_soil(scale * noise, INTERVAL, [soft], ROCK) for scale in (1e-4, 3.0))
     assert weak.converged
@@ -81,7 +81,7 @@ def test_weak_motion_through_a_curve_is_nearly_linear_and_strong_motion_is_not(n
     assert ratio < 0.8
 
 
-def test_refuses_what_is_no_profile(noise: np.ndarray) -> None:
+def test_invalid_profiles_are_refused(noise: np.ndarray) -> None:
     with pytest.raises(ValidationError, match="thickness_m"):
         Layer(thickness_m=0, velocity_m_s=200)
     with pytest.raises(ValidationError, match="layers"):
@@ -90,7 +90,7 @@ def test_refuses_what_is_no_profile(noise: np.ndarray) -> None:
         through_soil(noise, INTERVAL, [LAYER.model_copy(update={"curve": "none"})], ROCK)
 
 
-def test_as_the_site_of_a_study() -> None:
+def test_site_of_a_study_changes_the_motion() -> None:
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})
     done = process(PULSE, (), Site(layers=[soft], rock=ROCK))
     alone = through_soil(PULSE.north, PULSE.sampling_interval, [soft], ROCK)
@@ -101,8 +101,8 @@ def test_as_the_site_of_a_study() -> None:
     assert np.abs(linear.north).max() > np.abs(done.north).max()
 
 
-def test_a_borehole_s_motion_is_not_taken_for_outcropping_rock() -> None:
-    """The surface came out too weak: within, what goes up and what comes back cancel in part."""
+def test_borehole_motion_is_not_treated_as_outcrop() -> None:
+    """As outcrop, a borehole motion would give a too weak surface motion: it contains downgoing waves."""
     deep = replace(PULSE, extra={"declared": ["borehole sensor"], "processed": True})
     with refused(RecordError, "record pulse: of a borehole", "write `motion: within` at the site"):
         process(deep, (), Site(layers=[LAYER], rock=ROCK))
@@ -111,8 +111,8 @@ def test_a_borehole_s_motion_is_not_taken_for_outcropping_rock() -> None:
     assert np.abs(within.north).max() > 1.3 * np.abs(outcrop.north).max()
 
 
-def test_a_record_that_is_given_to_a_study_goes_through_its_site() -> None:
-    """One sine at the period of the layer, 4 H/v: the surface moves more, and throws what stands on rock."""
+def test_record_passed_to_a_study_uses_its_site() -> None:
+    """For a sine at the period of the layer, 4 H/v, the surface overturns blocks that stand on rock."""
     motion = Motion.sine(amplitude=2.0, period=0.4, cycles=6)
     keys = {"azimuth": {"step": 180}, "b_over_h": [0.2, 0.3], "height": [0.3], "ensemble": {"members": 0}}
     rock, soft = (run_study([motion], **keys, **more) for more in ({}, {"site": SITE}))
@@ -122,7 +122,7 @@ def test_a_record_that_is_given_to_a_study_goes_through_its_site() -> None:
     assert np.abs(rock["overturned"]).sum() < np.abs(soft["overturned"]).sum()
 
 
-def test_a_variant_has_motions_of_its_own(tmp_path: Path) -> None:
+def test_variant_with_soil_has_its_own_motions(tmp_path: Path) -> None:
     record = rounded(PULSE)
     study = {"name": "x", "records": {"use": ["pulse"]}, "variants": {"soft": {"site": SITE}}}
     renamed = replace(record, record_id="pulse")

@@ -1,4 +1,4 @@
-"""Spectra and intensity measures against closed forms and against pyrotd, eqsig, pykooh and pyshindo."""
+"""Spectra and intensity measures compared with closed forms and with pyrotd, eqsig, pykooh and pyshindo."""
 
 import importlib
 import importlib.metadata
@@ -41,7 +41,7 @@ TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
 
 def peer(name: str) -> Any:
-    """A package that the tests compare with; its absence is a failure where skipping is forbidden."""
+    """Import a reference package; if it is missing, skip the test, or fail if skipping is forbidden."""
     if name == "pyrotd":
         # It asks pkg_resources for its own version, which newer setuptools no longer bring.
         stub: Any = types.ModuleType("pkg_resources")
@@ -61,14 +61,14 @@ def rinaldi() -> Record:
 @given(
     arrays(np.float64, (2, 300), elements=st.floats(-1e3, 1e3)), st.lists(st.floats(0, 360), min_size=1, max_size=40)
 )
-def test_the_largest_along_an_azimuth_is_that_of_all_samples(pair, azimuths):
+def test_largest_along_azimuths_matches_all_samples(pair, azimuths):
     cosines = cosines_of(np.array(azimuths))
     expected = np.abs(cosines[:, :1] * pair[0] + cosines[:, 1:] * pair[1]).max(axis=1)
     np.testing.assert_array_equal(largest_along(pair, cosines), expected)
 
 
-def test_the_largest_of_a_line_of_motion():
-    """All motion along N60E: the lower bound across it is zero, and nothing may be left out there."""
+def test_largest_along_azimuths_of_a_linear_motion():
+    """For motion along N60E only, the lower bound across it is zero, and no sample may be left out."""
     wave = np.random.default_rng(0).normal(size=5000)
     pair = np.stack([wave * 0.5, wave * math.sqrt(0.75)])
     azimuths = np.arange(0.0, 360.0, 7.5)
@@ -84,7 +84,7 @@ def component_spectrum(samples, interval, periods, damping=0.05):
 
 @pytest.mark.parametrize("count", [64, 75])
 def test_the_interpolated_motion_passes_through_its_samples(count):
-    """Of white noise, which goes up to the Nyquist frequency; that is a term of its own where the count is even."""
+    """White noise reaches the Nyquist frequency, which has a separate term if the number of samples is even."""
     noise = np.random.default_rng(count).normal(size=(2, count))
     finer = Oscillators(noise, 0.01, longest_s=0.0)._interpolated(4)
     np.testing.assert_allclose(finer[:, ::4], noise, atol=1e-12)
@@ -92,7 +92,7 @@ def test_the_interpolated_motion_passes_through_its_samples(count):
 
 @pytest.mark.parametrize("period", [0.05, 0.3, 1.0, 4.0])
 @pytest.mark.parametrize("damping", [0.0, 0.05, 0.2])
-def test_a_suddenly_applied_acceleration(period, damping):
+def test_response_to_a_step_of_acceleration(period, damping):
     """D = a/ω² (1 + exp(−πh/√(1−h²))) at half a period, the textbook overshoot."""
     steady = np.concatenate([np.zeros(100), np.full(4000, 2.0)])
     omega = 2 * math.pi / period
@@ -103,7 +103,7 @@ def test_a_suddenly_applied_acceleration(period, damping):
     assert omega > 0
 
 
-def test_a_steady_sine_is_amplified_as_the_transfer_function_says():
+def test_response_to_a_sine_matches_the_transfer_function():
     time = np.arange(0, 100, 0.01)
     for forcing, period in ((1.0, 0.5), (1.0, 1.0), (0.7, 2.0)):
         ratio = period / forcing
@@ -114,7 +114,7 @@ def test_a_steady_sine_is_amplified_as_the_transfer_function_says():
 
 
 def test_limits_of_the_spectrum(rinaldi):
-    """A stiff oscillator feels PGA; a soft one stays where it is, so its displacement is the ground's."""
+    """A stiff oscillator responds with PGA; a soft one stays at rest, so its relative displacement is the ground's."""
     pga = np.abs(rinaldi.north).max()
     assert component_spectrum(rinaldi.north, rinaldi.sampling_interval, [0.001])[0] == pytest.approx(pga, rel=0.01)
     short = np.concatenate(
@@ -185,7 +185,7 @@ def three(record: Record) -> Motion:
     return Motion(record.north, record.east, 0.5 * record.east[::-1], sampling_interval=record.sampling_interval)
 
 
-def test_jma_intensity_and_spectrum_intensity_are_pyshindo_s(rinaldi):
+def test_jma_and_spectrum_intensity_agree_with_pyshindo(rinaldi):
     motion = three(rinaldi)
     assert instrumental_intensity(motion) == pytest.approx(PYSHINDO["intensity"], abs=1e-9)
     np.testing.assert_allclose(spectrum_intensity(motion, [0, 90]) * 100, PYSHINDO["si20"], rtol=0.005)
@@ -219,7 +219,7 @@ def test_jma_intensity_of_a_steady_sine():
         assert found == pytest.approx(2 * math.log10(gain) + 0.94, abs=0.005)
 
 
-def test_the_survey_rule_goes_up_to_all_stones_through_jmas_degrees():
+def test_survey_rule_matches_the_degrees_of_the_jma_scale():
     """JMA's degrees are 6 upper from 6.0 to below 6.5, 7 from 6.5 on; a share of stones is at most 1."""
     (low, high, *upper), (then, whole, *seven) = SURVEY_RULE
     assert low < high == then < whole == 1
@@ -227,7 +227,7 @@ def test_the_survey_rule_goes_up_to_all_stones_through_jmas_degrees():
     assert (seven[0], seven[2]) == (6.5, "7")
 
 
-def test_jma_intensity_of_the_horizontal_motion_is_that_without_a_vertical_one(rinaldi):
+def test_horizontal_jma_intensity_equals_zero_vertical_motion(rinaldi):
     level = Motion(rinaldi.north, rinaldi.east, 0 * rinaldi.north, sampling_interval=rinaldi.sampling_interval)
     both = Motion(rinaldi.north, rinaldi.north, rinaldi.north / np.sqrt(2), sampling_interval=rinaldi.sampling_interval)
     assert instrumental_intensity(level, horizontal=True) == instrumental_intensity(level)
@@ -268,8 +268,8 @@ def test_fourier_amplitude_of_a_sine_and_of_a_pulse():
     np.testing.assert_allclose(amplitude_spectrum(spike, 0.01)[1], 0.07)
 
 
-def test_konno_ohmachi_is_its_own_formula():
-    """The window [sin(b log₁₀ f/f_c)/(b log₁₀ f/f_c)]⁴, normalised, term by term; and as pykooh has it."""
+def test_konno_ohmachi_matches_formula_and_pykooh():
+    """Compared with the normalised window [sin(b log₁₀ f/f_c)/(b log₁₀ f/f_c)]⁴, and with pykooh."""
     random = np.random.default_rng(3)
     frequency = np.arange(0, 25, 0.05)
     amplitude = random.uniform(0.5, 2, frequency.size)
@@ -291,7 +291,7 @@ def test_konno_ohmachi_is_its_own_formula():
 
 
 @pytest.mark.parametrize("frequency", [8.0, 15.0, 20.0])
-def test_slow_oscillators_feel_what_is_fast_between_samples_of_20_ms(frequency):
+def test_slow_oscillators_follow_fast_motion_at_20_ms(frequency):
     """Far above its own frequency an oscillator's velocity is that of the ground: A/ω, in closed form to 1 %."""
     time = np.arange(0, 20, 0.02)
     bell = np.sin(np.pi * time / 20) ** 2
@@ -302,7 +302,7 @@ def test_slow_oscillators_feel_what_is_fast_between_samples_of_20_ms(frequency):
     assert found == pytest.approx(exact, rel=0.02)
 
 
-def test_the_data_set_names_units_and_agrees_half_a_turn_on(rinaldi):
+def test_dataset_has_units_and_a_period_of_180_degrees(rinaldi):
     motion = Motion.of(rinaldi)
     table = intensity_by_azimuth(motion, np.arange(0, 360, 30))
     assert set(table) == set(MEASURES)
@@ -314,20 +314,20 @@ def test_the_data_set_names_units_and_agrees_half_a_turn_on(rinaldi):
     assert (table.si05 > table.si20).all()
 
 
-def test_the_predominant_period_is_that_of_the_motion():
+def test_predominant_period_of_a_sine():
     time = np.arange(0, 30, 0.01)
     motion = Motion(np.sin(2 * np.pi * time / 0.8), np.sin(2 * np.pi * time / 0.3), sampling_interval=0.01)
     np.testing.assert_allclose(measures_by_azimuth(motion, [0, 90])["predominant_period"], [0.8, 0.3], rtol=0.04)
 
 
-def test_predominant_periods_are_sought_from_0_04_to_4_s():
-    """Of a motion outside of them the nearest to resonance is the end of the range."""
+def test_predominant_period_is_between_0_04_and_4_s():
+    """For a motion outside the range, the closest end of the range is returned."""
     time = np.arange(0, 40, 0.002)
     motion = Motion(np.sin(2 * np.pi * time / 0.01), np.sin(2 * np.pi * time / 10), sampling_interval=0.002)
     np.testing.assert_allclose(measures_by_azimuth(motion, [0, 90])["predominant_period"], [0.04, 4.0])
 
 
-def test_record_measures_tell_what_processing_did(rinaldi):
+def test_record_measures_contain_peaks_before_and_after_processing(rinaldi):
     done = process(rinaldi, [Scale(factor=2), Highpass(corner_hz=0.2)])
     found = record_measures(Motion.of(done), done.processing)
     assert found["pga_unprocessed"] == pytest.approx(max(np.abs(rinaldi.north).max(), np.abs(rinaldi.east).max()))
@@ -337,14 +337,14 @@ def test_record_measures_tell_what_processing_did(rinaldi):
 
 
 @pytest.mark.parametrize("periods", [[], [0.0], [-1.0], [math.nan], [[1.0]]])
-def test_senseless_periods_are_refused(periods):
+def test_invalid_periods_are_refused(periods):
     with pytest.raises(ArgumentError, match="period_s"):
         rotd(Motion([0, 1], [0, 1], sampling_interval=0.01), periods)
 
 
 @pytest.mark.long
-def test_no_rotated_motion_is_held():
-    """Acceleration, velocity, displacement of 360 rotated motions of 300 s would be 86 MB each; a part is used."""
+def test_rotated_motions_are_not_stored():
+    """The 360 rotated motions of 300 s would take 86 MB for each of acceleration, velocity and displacement."""
     import tracemalloc
 
     motion = Motion(*np.random.default_rng(2).normal(size=(2, 30_000)), sampling_interval=0.01)
@@ -356,7 +356,7 @@ def test_no_rotated_motion_is_held():
     assert peak < 40e6
 
 
-def test_a_sine_has_the_peaks_of_calculus():
+def test_peaks_of_a_sine_match_the_closed_form():
     """A sin ωt from rest: v = A/ω (1 − cos ωt), PGV 2A/ω; d = A/ω t − A/ω² sin ωt, 2πA/ω² at last."""
     amplitude, period = 3.0, 1.0
     omega = 2 * np.pi / period
@@ -371,17 +371,17 @@ def test_a_sine_has_the_peaks_of_calculus():
 
 
 @pytest.mark.parametrize("azimuths", [[], [[0, 1]], [np.nan]])
-def test_senseless_azimuths_are_refused(azimuths):
+def test_invalid_azimuths_are_refused(azimuths):
     with pytest.raises(ArgumentError, match="azimuth_deg"):
         intensity_by_azimuth(Motion([0, 1], [0, 1], sampling_interval=1), azimuths)
 
 
-def test_an_intensity_is_published_as_jma_does():
+def test_published_intensity_follows_jma_rounding():
     """The third decimal is rounded, the second dropped (JMA's explanation of the computation of seismic intensity)."""
     assert published_intensity([6.4949, 6.4951, 6.46, 4.5, 5.999, 0.299]).tolist() == [6.4, 6.5, 6.4, 4.5, 6.0, 0.3]
 
 
-def test_jmas_filter_at_frequencies_that_simplify_it():
+def test_jma_filter_at_special_frequencies():
     """The notice of 1996: f^-½, (1 + 0.694 x² + … + 0.000155 x¹²)^-½ of x = f/10, and √(1 − exp(−(f/0.5)³)).
 
     At 10 Hz the high cut is the root of the sum of its coefficients, 2.001859, and the low cut 1; at 0.5 Hz the low

@@ -305,7 +305,7 @@ def test_one_takes_what_check_takes_and_a_pulse(tmp_path, capsys):
     assert run(*given, "--record", path, "--columns", "time:s north:gal east:gal") == 1
     assert run(*given, "--record", path, "--format", "geonet") == 1
     assert run(*given, "--record", "rinaldi", "--unit", "g") == 1
-    assert "no file of that name" in capsys.readouterr().err
+    assert "no such file; options that describe a file" in capsys.readouterr().err
     assert run(*given, "--record", path, "--sensor", "roof") == 1
     capsys.readouterr()
     for record, what in ((path, "a file"), ("sine amplitude_gal=800 period_s=1", "a pulse")):

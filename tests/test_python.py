@@ -511,3 +511,12 @@ def test_one_thing_has_one_word_on_the_command_line_in_python_and_in_a_study() -
     assert names(overturning.Contact) - {"static_penetration"} == contact
     options = {option for one in click_of(app).commands["one"].params for option in one.opts}
     assert {"--body", "--plan", "--mesh", "--sampling-interval"} <= options
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("friction", "x"), ("height", ["tall"]), ("azimuth_deg", [[0], [1, 2]]), ("b_over_h", {"a": 1})]
+)
+def test_what_is_no_row_of_numbers_is_named(name: str, value: object) -> None:
+    given: dict[str, Any] = {"azimuth_deg": [0.0]} | {name: value}
+    with pytest.raises(ArgumentError, match=rf"^{name}: .* it must be a number or a row of numbers$"):
+        overturning.simulate(Motion.sine(6.0, 1.0), **given)

@@ -236,6 +236,8 @@ def short_value(value: object) -> str:
     def cut(part: object, level: int) -> object:
         if isinstance(part, list | tuple):
             return [cut(one, level - 1) for one in part[:20]] if level else "…"
+        if isinstance(part, dict):
+            return {str(key): cut(one, level - 1) for key, one in part.items()} if level else "…"
         return part if part is None or isinstance(part, bool | int | float) else str(part)[:60]
 
     return _short(json.dumps(cut(value, 3), ensure_ascii=False))

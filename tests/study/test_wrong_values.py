@@ -144,6 +144,7 @@ def test_a_wrong_step_is_answered_with_what_to_write(processing: Any, message: s
         ("scene: 3", "mine.yaml: scene: 3 – it has keys of its own"),
         ("scene: nosuch", "mine.yaml: scene: \"nosuch\" – scene nosuch: no file"),
         ("scene: {name: a, elements: []}", "mine.yaml: scene.elements: [] – at least 2 values needed, not 0"),
+        ("scene: {elements: [{name: b, width: 1, height: 1}]}", 'scene.elements: [{"name": "b", "width": 1'),
         ("site: {layers: [{thicknes_m: 3}]}", "site.layers.0.thicknes_m: unknown key; did you mean thickness_m?"),
         ("contact: {stiffness: aut}", "\"aut\" – it should be 'auto'; or give a number in N/m"),
         ("crate: {date: 5}", "mine.yaml: crate.date: 5 – a date is needed, as in 2026-11-21"),

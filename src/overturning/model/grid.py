@@ -52,11 +52,14 @@ class Grid:
         Raises
         ------
         ArgumentError
-            If a row is empty or the cases are too many.
+            If a row is empty or no row of numbers, or the cases are too many.
         """
         checked = {}
         for name, values in rows.items():
-            row = np.atleast_1d(np.asarray(values, dtype=np.float64))
+            try:
+                row = np.atleast_1d(np.asarray(values, dtype=np.float64))
+            except (TypeError, ValueError):
+                raise ArgumentError(f"{name}: {str(values)[:60]!r}; it must be a number or a row of numbers") from None
             if row.ndim != 1 or row.size == 0:
                 raise ArgumentError(f"{name}: shape {row.shape}; give a row of at least one value")
             checked[name.removesuffix("_deg")] = row

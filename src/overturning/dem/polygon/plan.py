@@ -124,7 +124,7 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
     table["amplitude"], table["friction"], table["damping"] = cases.amplitude, cases.friction, cases.damping_factor
     table["calm"], table["after"] = np.inf, motion.samples + np.ceil(AFTERMATH * slowest / motion.sampling_interval)
     table["finest"] = finest[variant]
-    # A refined case divides each step, so that contacts last more ticks.
+    # A shorter time step divides every step; the same time after a contact change then takes more of them.
     table["dwell"] = np.round(SCENE.dwell_of(square, rate) * divided * numerics.refinement)[variant]
     table["standing"], table["settled"] = SCENE.whole, SCENE.settled
     first, stays_at_rest = np.zeros(cases.size, np.int64), np.zeros(cases.size, np.bool_)

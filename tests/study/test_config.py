@@ -113,7 +113,10 @@ IN_PLANES = [
     ({"figures": {"height": 0.7}}, "figures.height: 0.7 is not computed; add it to height, or name one of them"),
     ({"asks": "survey"}, "asks: survey, and there is nothing to compare with; give `surveys` or `published`"),
     ({"asks": "reference"}, "asks: reference, which only a body in space is free to follow"),
-    ({"asks": "site", "variants": {"soft": SOIL}}, "asks: site, beside which variant? name one in primary.against"),
+    (
+        {"asks": "site", "variants": {"soft": SOIL}},
+        "asks: site, compared with which variant? name one in primary.against",
+    ),
     (
         {"asks": "vertical", "primary": {"statistic": "share", "against": "soft"}, "variants": {"soft": SOIL}},
         "asks: vertical, but variant 'soft' has none of its own",
@@ -168,7 +171,7 @@ IN_SPACE = [
     ({"height": [60]}, "60 m; a stone is 0.01 to 50 m high; is that in centimetres"),
     ({"azimuth": {"step": 30}}, "azimuth: a body in space moves in all directions at once; give orientation"),
     ({"scene": {"name": "x"}}, "scene"),
-    (STACK, "variants.stack.scene: only a study with a scene can have another one"),
+    (STACK, "variants.stack.scene: only a study with a scene can have a variant"),
     ({"density": 2000}, "density: nothing depends on it in space"),
     ({"surveys": [{"stones": "a.csv"}]}, "surveys: surveys are compared with a study in planes"),
     ({"contact": {"stiffness": 1e6}}, "in space stiffness is auto"),

@@ -26,8 +26,8 @@ _TERMS: Final = {"sha256": "http://schema.org/sha256"}
 
 _FOLDERS: Final = {
     "motion": ("Motions", "Ground motion of each record: accelerations north, east and up, as computed with."),
-    "figures": ("Figures", "Figures of the report, and those beside it."),
-    "survey": ("Surveys", "Stones that somebody found, beside what the study predicts for them."),
+    "figures": ("Figures", "Figures of the report, and further ones."),
+    "survey": ("Surveys", "Observed stones, and the predictions of the study."),
     "fragility": ("Fragility", "Fragility curves of the study's population, as a table and for OpenQuake."),
     "explore-records": ("Cells of the explorer", "What explore.html reads of each record."),
 }
@@ -50,7 +50,7 @@ _FILES: Final = {
     "figures/history/*": ("Time histories of {stem}", "Motion before and after processing, spectra, Husid plot."),
     "figures/maps/*": ("Map {stem}", "Stations and epicentre of an earthquake."),
     "figures/illustrative/*": ("Case {stem}", "Of a case to watch, chosen by rule."),
-    "figures/survey/*": ("Survey {stem}", "Stones found beside those predicted."),
+    "figures/survey/*": ("Survey {stem}", "Observed and predicted stones."),
     "figures/rose.*": ("Rose", "Azimuths of the falls of all records."),
     "figures/axes.*": ("Axes", "Fall axes by earthquake, relative to the fault."),
     "figures/plane.*": ("Plane", "Falls over peak acceleration and velocity."),

@@ -32,7 +32,7 @@ def catalogue_schema_text() -> str:
 def _resolve(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
     optional = entry.get("anyOf", ())
     forms = optional if len(optional) == 2 and optional[1] == {"type": "null"} else entry.get("oneOf", ())
-    for form in (entry, *forms):  # a word or settings, or none: the keys are those of the settings
+    for form in (entry, *forms):  # text, settings or null: use the keys of the settings
         if "$ref" in form:
             model = schema["$defs"][form["$ref"].rpartition("/")[2]]
             return model | {key: value for key, value in entry.items() if key not in ("$ref", "oneOf", "anyOf")}

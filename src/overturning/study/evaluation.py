@@ -1,4 +1,4 @@
-"""The sections of a study file that say what is made of its outcomes: figures, question, comparisons, population."""
+"""Sections of a study file for the evaluation of outcomes: figures, question, comparisons, population."""
 
 import datetime
 from typing import Annotated, Final, Literal, Self
@@ -13,7 +13,7 @@ FORMATS: Final = ("svg", "png", "pdf")
 
 
 class Figures(StrictModel):
-    """How the figures of a study are written: polar maps, intensity by azimuth, rose, axes, plane."""
+    """Size, resolution and formats of the figures of a study."""
 
     size: float = Field(default=1.0, ge=0.5, le=4, description="factor on the size of the figures; letters keep theirs")
     dpi: int = Field(
@@ -45,20 +45,20 @@ class Figures(StrictModel):
 
 
 class Crate(StrictModel):
-    """What the research crate of the results says that only those know who publish them."""
+    """Licence, date and authors for the research crate of the results."""
 
     licence: str = Field(
         default="",
-        description="terms of what was computed, or where they stand: https://spdx.org/licenses/CC-BY-4.0",
+        description="licence of the results, or its URL: https://spdx.org/licenses/CC-BY-4.0",
     )
     date: datetime.date | None = Field(
-        default=None, description="day of publication; not given: that of the version of overturning, no clock's"
+        default=None, description="day of publication; not given: release date of this version of overturning"
     )
     authors: tuple[Annotated[str, Field(min_length=1)], ...] = Field(default=(), description="names of the authors")
 
 
 class Published(StrictModel):
-    """What a publication states of one component, to compare the study with."""
+    """Published values for one component, to compare with the study."""
 
     record: str = Field(description="id of the record")
     azimuth: Degree = Field(description="azimuth of the component, one of the study's, degrees clockwise from north")
@@ -66,7 +66,7 @@ class Published(StrictModel):
     pga_gal: float | None = Field(default=None, gt=0, description="peak ground acceleration, Gal")
     pgv_cm_s: float | None = Field(default=None, gt=0, description="peak ground velocity, cm/s")
     pgd_cm: float | None = Field(default=None, gt=0, description="peak ground displacement, cm")
-    b_over_h: float = Field(gt=0, description="slenderness of the block whose outcome is stated, one of the study's")
+    b_over_h: float = Field(gt=0, description="B/H of the block with a published outcome, one of the study's")
     overturns: bool = Field(description="whether the block overturns")
 
 
@@ -74,7 +74,7 @@ Asks = Literal["direction", "reference", "vertical", "scene", "site", "survey"]
 """Kinds of questions."""
 
 CONTRASTS: Final = ("vertical", "scene", "site")
-"""Those of a variant beside the study, named like what the variant changes."""
+"""Questions that compare a variant with the study, named after the setting that the variant changes."""
 
 
 class Primary(StrictModel):
@@ -84,15 +84,15 @@ class Primary(StrictModel):
         default="alignment",
         description="the one statistic that answers the question, chosen before the results are seen: `alignment` of "
         "falls with the fault normal, of the records with a velocity pulse where others are their control; `share` of "
-        "the cases that overturn; `fall_rate` of the population; `published` outcomes that are found again",
+        "the cases that overturn; `fall_rate` of the population; `published` outcomes that are reproduced",
     )
     against: Name | None = Field(
-        default=None, description="variant whose share or fall rate is taken from the study's own"
+        default=None, description="variant whose share or fall rate is subtracted from that of the study"
     )
 
 
 class Survey(StrictModel):
-    """Stones that somebody has found fallen, to compare with what the study predicts for their site."""
+    """Survey of fallen stones, to compare with the prediction of the study for their site."""
 
     stones: str = Field(
         min_length=1, description="survey of fallen stones (CSV, see docs/formats.md); path from the project's folder"
@@ -100,16 +100,16 @@ class Survey(StrictModel):
     record: str | None = Field(
         default=None, description="id of the site's record; not needed where the study has one record only"
     )
-    background: float = Field(default=0.05, ge=0, lt=1, description="share of the stones taken to fall any way")
+    background: float = Field(default=0.05, ge=0, lt=1, description="share of stones assumed to fall at random")
     backwards: bool = Field(
         default=True,
-        description="search for the motion that the stones ask for, too: minutes to an hour, once for stones of such "
+        description="also invert the survey for the motion: minutes to an hour, once for stones of these "
         "sizes; false: compare only",
     )
 
 
 class Spread(StrictModel):
-    """Values spread evenly between two ends."""
+    """Values distributed uniformly between two ends."""
 
     low: float = Field(gt=0, description="lowest value")
     high: float = Field(gt=0, description="highest value")
@@ -122,15 +122,13 @@ class Spread(StrictModel):
 
 
 class Population(StrictModel):
-    """A cemetery: the distribution of its stones, and how strongly each record is to shake it."""
+    """Population of stones (a cemetery): distribution of sizes, friction and face azimuths."""
 
     width: Spread = Field(default=Spread(low=0.3, high=0.4), description="widths of the square shafts, m: low, high")
     height: Spread = Field(default=Spread(low=0.6, high=0.9), description="heights of the shafts, m: low, high")
     friction: Spread = Field(default=Spread(low=0.5, high=0.9), description="friction coefficients µ: low, high")
     fixed: float = Field(default=0.0, ge=0, lt=1, description="share of stones fixed to their base, which do not fall")
-    face: Degree | None = Field(
-        default=None, description="azimuth that the faces look to, degrees; not given: stones look any way"
-    )
+    face: Degree | None = Field(default=None, description="azimuth of the faces, degrees; not given: random azimuths")
     face_spread: Degree = Field(
         default=10.0, ge=0, le=180, description="half-width of the faces' azimuths about `face`, degrees"
     )
@@ -139,7 +137,7 @@ class Population(StrictModel):
         default=5.0, gt=0, le=180, description="turn about the vertical from which a standing stone is rotated, degrees"
     )
     period: tuple[Annotated[Second, Field(ge=0.01, le=10)], ...] = Field(
-        default=(), description="periods of Sa(T), s, over which there are fragility curves beside PGA and PGV"
+        default=(), description="periods of Sa(T), s, for fragility curves in addition to those for PGA and PGV"
     )
     stones: int = Field(default=256, ge=16, le=65536, description="stones drawn, the same under every record")
     seed: int = Field(default=1, ge=0, description="seed of the draw")

@@ -23,7 +23,7 @@ def incompatible_settings(study: Any) -> Iterator[str]:
     """Yield a message, starting with the key, for each incompatible combination of settings of a `Study`."""
     named = [name for name, variant in study.variants.items() if variant.scene is not None]
     if named and (study.body is not None or "scene" not in study.model_fields_set):
-        yield f"variants.{named[0]}.scene: only a study with a scene can have another one beside it"
+        yield f"variants.{named[0]}.scene: only a study with a scene can have a variant with another scene"
     contacts = {f"variants.{name}.": one.contact for name, one in study.variants.items() if one.contact is not None}
     contacts[""] = study.contact
     if study.body is not None:
@@ -103,7 +103,7 @@ def _of_question(study: Any) -> Iterator[str]:
     if study.asks not in CONTRASTS:
         return
     if study.primary.against not in study.variants:
-        yield f"asks: {study.asks}, beside which variant? name one in primary.against"
+        yield f"asks: {study.asks}, compared with which variant? name one in primary.against"
         return
     other = getattr(study.variants[study.primary.against], study.asks)
     if other is None or other == getattr(study.simulation, study.asks, None):

@@ -53,8 +53,8 @@ class Study(StrictModel):
         default="direction",
         description="kind of the question, for which the report builds its answer: `direction` of falls relative to "
         "the fault; which `reference` they follow, peaks, pulse or fault; what `vertical` motion, another `scene` or "
-        "another `site` changes, case by case beside the variant that `primary.against` names; a `survey`, or a "
-        "publication, beside the study",
+        "another `site` changes, case by case compared with the variant that `primary.against` names; a `survey`, or "
+        "a publication, compared with the study",
     )
     primary: Primary = Field(default=Primary(), description="the statistic that answers the question")
     records: Records = Field(description="the records")
@@ -63,7 +63,7 @@ class Study(StrictModel):
         description="processing steps in order; not given: by kind of file (processed files are left alone)",
     )
     site: Site | None = Field(
-        default=None, description="soil that the records, taken for rock, go through; not given: the ground they are of"
+        default=None, description="soil above the records, which are treated as rock motions; not given: no soil"
     )
     scene: SceneChoice = Field(
         default_factory=gravestone,
@@ -73,12 +73,12 @@ class Study(StrictModel):
         json_schema_extra={"default": "gravestone"},
     )
     body: BodySettings | None = Field(
-        default=None, description="a free body in space instead of a scene in vertical planes; not given: in planes"
+        default=None, description="a free 3-D body instead of a 2-D scene in vertical planes; not given: 2-D"
     )
-    orientation: Orientations = Field(default=Orientations(), description="directions that a body in space faces")
+    orientation: Orientations = Field(default=Orientations(), description="directions that a 3-D body faces")
     azimuth: AzimuthRange = Field(
         default=AzimuthRange(),
-        description="azimuths of the motion, degrees clockwise from north; a body in space has `orientation` instead",
+        description="azimuths of the motion, degrees clockwise from north; a 3-D body has `orientation` instead",
     )
     b_over_h: Values[Slenderness] = Field(
         default=(0.2, 0.3, 0.4), description="slenderness B/H: a list, or start, stop, step"
@@ -89,7 +89,7 @@ class Study(StrictModel):
     )
     amplitude: Values[Factor] = Field(
         default=(1.0,),
-        description="factors on each whole record, with a `site` on what comes through the soil, 1 among them: a list, "
+        description="factors on each whole record (with a `site`, on the motion above the soil), including 1: a list, "
         "or start, stop, step; a dimension of the cube where there is more than one, and the ensemble is run for 1 "
         "only",
     )
@@ -99,13 +99,14 @@ class Study(StrictModel):
     )
     simulation: Simulation = Field(default=Simulation(), description="how the cases are computed")
     ensemble: Ensemble = Field(
-        default=Ensemble(), description="each case run again in a neighbourhood, to see how far its answer holds"
+        default=Ensemble(),
+        description="reruns of each case in a neighbourhood of its parameters: probability of falling",
     )
     verification: Annotated[
         Annotated[Literal["none"], Tag("literal")] | Annotated[Verification, Tag("settings of verification")],
-        # Told apart beforehand, so that a wrong key is one message and not one per form.
+        # Distinguish both forms before validation, so that a wrong key gives one message, not one for each form.
         Discriminator(lambda value: "literal" if isinstance(value, str) else "settings of verification"),
-    ] = Field(default=Verification(), description="`none`, or which part of the study is run again more exactly")
+    ] = Field(default=Verification(), description="`none`, or settings of the convergence check")
     variants: dict[Name, Variant] = Field(
         default={},
         description="further settings of contact, scene, site or vertical motion by name, each with a cube of its own; "
@@ -115,7 +116,7 @@ class Study(StrictModel):
         default=(), description="published values; the report compares the study with them"
     )
     population: Population | None = Field(
-        default=None, description="a cemetery of many stones, whose fall rate is wanted under each record"
+        default=None, description="a population of stones, whose fall rate is computed under each record"
     )
     surveys: tuple[Survey, ...] = Field(
         default=(), description="surveys of fallen stones; the report compares each with what its site's cube predicts"
@@ -194,7 +195,7 @@ class Study(StrictModel):
 
     @property
     def several_blocks(self) -> bool:
-        """Whether there are others than the one of the large maps."""
+        """True if there are other blocks than the one of the large maps."""
         return len(self.height) * len(self.friction) * len(self.aspects) > 1
 
     @property
@@ -204,10 +205,10 @@ class Study(StrictModel):
 
     @property
     def directions(self) -> tuple[float, ...]:
-        """Azimuths of the motion, or orientations of the body in space, degrees, ascending."""
+        """Azimuths of the motion, or orientations of the 3-D body, degrees, ascending."""
         return tuple(self.azimuth.values() if self.body is None else self.orientation.values(self.body))
 
     @property
     def aspects(self) -> tuple[float, ...]:
-        """D/B of a body in space."""
+        """D/B of a 3-D body."""
         return (1.0,) if self.body is None else self.body.aspect

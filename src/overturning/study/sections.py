@@ -1,4 +1,4 @@
-"""The sections of a study file that say what is computed: records, contact, simulation, ensemble, check, body."""
+"""Sections of a study file for the simulation: records, contact, simulation, ensemble, check, body."""
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -19,7 +19,7 @@ PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 
 
 class Records(StrictModel):
-    """Which records to study and where they are described."""
+    """Records of the study, and the table that describes them."""
 
     table: str = Field(
         default="config/records.tsv", description="record table, tab-separated; path from the project's folder"
@@ -53,7 +53,7 @@ class ContactSettings(StrictModel):
 
     stiffness: Literal["auto"] | Stiffness = Field(
         default="auto",
-        description="normal spring K_n per corner, N/m; auto: static penetration of 1e-7 B, in space of 2e-6 B",
+        description="normal spring K_n per corner, N/m; auto: static penetration of 1e-7 B (2-D) or 2e-6 B (3-D)",
     )
     stiffness_ratio: float = Field(default=1.0, ge=0, description="tangential over normal stiffness, K_s/K_n")
     damping_ratio: float | None = Field(
@@ -73,7 +73,7 @@ class ContactSettings(StrictModel):
         return self
 
     def over(self, others: "ContactSettings") -> "ContactSettings":
-        """These settings, what they do not give as others have it; either damping takes the place of both."""
+        """Merge with other settings, which are used for keys that are not given; either damping replaces both."""
         damping = {"damping_ratio", "damping"}
         replaced = self.model_fields_set | (damping if self.model_fields_set & damping else set())
         kept = others.model_dump(exclude=replaced)
@@ -81,7 +81,7 @@ class ContactSettings(StrictModel):
 
 
 class Simulation(StrictModel):
-    """How the cases are computed."""
+    """Numerical settings of the simulation."""
 
     scheme: str | None = Field(
         default=None, description="integration scheme; the kernel's default where it is not given"
@@ -102,7 +102,7 @@ class Simulation(StrictModel):
 
 
 def scene_of_choice(choice: Any) -> Any:
-    """The scene of a name or path; anything else as it is."""
+    """Load a scene from a name or path; return any other value unchanged."""
     # A name or path is read at once, so that a filled-in study holds the whole scene.
     return load_scene(choice) if isinstance(choice, str) else choice
 
@@ -111,7 +111,7 @@ SceneChoice = Annotated[Scene, BeforeValidator(scene_of_choice, json_schema_inpu
 
 
 class Variant(StrictModel):
-    """A second setting, computed beside the nominal one into a cube of its own: of contact, scene, ground or motion."""
+    """Variant of contact, scene, soil or vertical motion, simulated in addition to the study, with its own cube."""
 
     scene: SceneChoice | None = Field(
         default=None,
@@ -129,7 +129,7 @@ class Variant(StrictModel):
 
 
 class Ensemble(StrictModel):
-    """Each case run again in a neighbourhood: uniform half-widths, scrambled Sobol points."""
+    """Ensemble of runs of each case in a neighbourhood: uniform distributions, scrambled Sobol points."""
 
     members: int = Field(
         default=24, ge=0, le=4096, description="runs per case at most, even (two scrambles); 0 leaves it out"
@@ -163,7 +163,7 @@ class Ensemble(StrictModel):
 
 
 class Verification(StrictModel):
-    """A random part of the study run again more exactly, to see how far its answers hang on the computation."""
+    """Convergence check: a random part of the study is run again more exactly."""
 
     share: float = Field(
         default=0.02,
@@ -185,7 +185,7 @@ Sides = Annotated[int, Field(ge=3, le=96)]
 
 
 class BodySettings(StrictModel):
-    """A free body in space."""
+    """Free 3-D body."""
 
     plan: Literal["rectangle", "circle"] | Sides = Field(
         default="rectangle",
@@ -236,15 +236,15 @@ class BodySettings(StrictModel):
         return self
 
     def shape(self) -> "Shape":
-        """The kind of body; an `ArgumentError` where there is none."""
-        # Imported here: what a study in planes needs not is not waited for.
+        """Return the shape of the body; an `ArgumentError` if it is invalid."""
+        # Imported lazily: 2-D studies do not need it.
         from overturning.model.shapes import Polyhedron, shape_of
 
         return shape_of(self.plan if self.vertices is None else Polyhedron(self.vertices))
 
 
 class Orientations(StrictModel):
-    """Directions that a body faces: from start by step, up to the turn after which it looks the same."""
+    """Orientations of a body: from start by step, up to the rotation that maps the body onto itself."""
 
     start: Degree = Field(
         default=0.0, ge=0, lt=360, description="first azimuth that the body faces, degrees clockwise from north"
@@ -258,16 +258,16 @@ class Orientations(StrictModel):
     )
 
     def values(self, body: BodySettings) -> tuple[float, ...]:
-        """The orientations, ascending; one alone of a body that looks the same from everywhere.
+        """Return the orientations, ascending; a body of revolution has one.
 
-        A ValueError where the step does not divide the turn after which the body of an aspect looks the same, or the
-        start does not lie below the step.
+        A ValueError is raised if the step does not divide the rotation that maps the body of an aspect onto itself, or
+        if the start does not lie below the step.
         """
         from overturning.model.shapes import orientation_grid
 
         shape = body.shape()
         try:
-            # What symmetry repeats of one aspect must be in the grid of all.
+            # The step must fit the symmetry of each aspect.
             for aspect in body.aspect:
                 orientation_grid(self.step, shape, aspect)
             grid = orientation_grid(self.step, shape, body.aspect)

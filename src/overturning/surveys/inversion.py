@@ -40,7 +40,7 @@ REPLICATES: Final = 200
 """Number of random surveys in the check of fit."""
 
 MIN_FIT_P_VALUE: Final = 0.01
-"""p-value of the check of fit below which the survey does not fit any motion of the library."""
+"""Smallest p-value of the check of fit; below it no motion of the library fits the survey."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Inversion:
     def log_likelihood(self, stones: Sequence[Stone]) -> FloatArray:
         """Compute the log-likelihood of a survey of independent stones, shape (2, s, l, r).
 
-        Index 0 has the part of which stones fell, index 1 that of the directions of fallen stones.
+        Index 0 is the part from falling or standing, index 1 the part from directions of fallen stones.
         """
         total = np.zeros((2, len(self.responses.motions), LEVELS.size, TURNS))
         for stone in stones:

@@ -14,7 +14,7 @@ from unittest import mock
 import numpy as np
 import typer
 
-from overturning.dem.kernel.balance import FINER, until_balanced
+from overturning.dem.kernel.balance import RERUN_REFINEMENT, rerun_until_balanced
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import plan_of
 from overturning.dem.simulate import simulate_arrays
@@ -155,12 +155,12 @@ def study() -> Iterator[Figure]:
 
     def counted(run: Callable[[Any, int], None], *more: Any) -> None:
         def noted(rows: Any, finer: int) -> None:
-            again.append(rows.size if finer == FINER else 0)
+            again.append(rows.size if finer == RERUN_REFINEMENT else 0)
             run(rows, finer)
 
-        until_balanced(noted, *more)
+        rerun_until_balanced(noted, *more)
 
-    with mock.patch("overturning.dem.plan.until_balanced", counted):
+    with mock.patch("overturning.dem.plan.rerun_until_balanced", counted):
         found, seconds = measured(partial(run_all, motions, grid=axes), 1, int)
     status, about = found["status"], "space, config/in-space.yaml"
     yield Figure(f"{about}: cases", status.size)

@@ -104,7 +104,7 @@ SHAPES = [(Rectangle(), 0.4, 1.0), (Rectangle(), 1.5, 2.0), (Regular(5), 0.3, 1.
 def test_the_stable_step_is_the_limit(
     shape: object, ratio: float, aspect: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(balance, "MOST_AGAIN", 0)  # a finer step would mend it
+    monkeypatch.setattr(balance, "MAX_RERUNS", 0)  # a finer step would mend it
     body = shape.body(0.6, ratio, aspect)
     normal, _, dashpot = SOFT.specific(body)
     mode = highest_mode(body)
@@ -142,10 +142,12 @@ def test_a_body_on_an_edge_or_a_vertex_is_slower() -> None:
 
 def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     grid = {"orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.35], "friction": [0.4]}
-    first, finer = (simulate_arrays(part(10), "rectangle", refinement=times, **grid) for times in (1, balance.FINER))
+    first, finer = (
+        simulate_arrays(part(10), "rectangle", refinement=times, **grid) for times in (1, balance.RERUN_REFINEMENT)
+    )
     bound = float(np.median(first["energy_error"]))
     monkeypatch.setattr(balance, "ENERGY_BOUND", bound)
-    monkeypatch.setattr(balance, "MOST_AGAIN", 1)
+    monkeypatch.setattr(balance, "MAX_RERUNS", 1)
     found, again = simulate_arrays(part(10), "rectangle", **grid), first["energy_error"] > bound
     never = again & (finer["energy_error"] > bound)
     np.testing.assert_array_equal(found["status"] == Status.UNSTABLE, never)

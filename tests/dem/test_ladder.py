@@ -6,8 +6,18 @@ import pytest
 from overturning.dem.block.centred import Corners, Corrected, correct, found_of
 from overturning.dem.block.state import GENTLE_STEPS, Block, Change, Corner, Predicted, PredictedCorner
 from overturning.dem.kernel import balance
-from overturning.dem.kernel.balance import ENERGY_BOUND, FINER
-from overturning.dem.kernel.clock import BLOCK, BODY, ONSET, SCENE, Attempt, Clock, Found, Pace, next_attempt
+from overturning.dem.kernel.balance import ENERGY_BOUND, RERUN_REFINEMENT
+from overturning.dem.kernel.clock import (
+    BLOCK,
+    BODY,
+    MAX_SLIP_ONSET_STEP,
+    SCENE,
+    Attempt,
+    Clock,
+    Found,
+    Pace,
+    next_attempt,
+)
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import plan_of, run_cases
 from overturning.dem.time_step import contact_time, highest_eigenvalue
@@ -161,7 +171,7 @@ def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(p
         assert again
         assert as_before == (attempt.tries == 0.0)
         lengths.append(attempt.length)
-    assert lengths[-1] == lengths[-2] == ONSET * pace.whole
+    assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP * pace.whole
     # What slides, and was taken to, does so in steps of any length.
     slides = NOTHING._replace(slides=True)
     assert not next_attempt.py_func(pace, clock, Attempt(pace.whole, 8.0, 0.0), slides, pace.whole, pace.whole)[0]
@@ -183,11 +193,11 @@ def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(
     general: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cases, kernel = blocks(), {"general": general}
-    first, finer = (run_cases(pulse(), cases, refinement=times, **kernel) for times in (1, FINER))
+    first, finer = (run_cases(pulse(), cases, refinement=times, **kernel) for times in (1, RERUN_REFINEMENT))
     moved = first.status == Status.SIMULATED
     bound = float(np.median(first.energy_error[moved]))
     monkeypatch.setattr(balance, "ENERGY_BOUND", bound)
-    monkeypatch.setattr(balance, "MOST_AGAIN", 1)
+    monkeypatch.setattr(balance, "MAX_RERUNS", 1)
     found = run_cases(pulse(), cases, **kernel)
     again = moved & (first.energy_error > bound)
     assert 0.2 < again.sum() / moved.sum() < 0.8

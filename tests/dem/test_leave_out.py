@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from overturning.dem.block import plan as block_plan
 from overturning.dem.body import plan as body_plan
-from overturning.dem.kernel.ground import LEAD, LEAP, LOOKS, loudest_ahead
+from overturning.dem.kernel.ground import LEAD, REST_CHECK_BLOCK, REST_CHECKS_PER_BLOCK, loudest_ahead
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import plan as polygon_plan
 from overturning.dem.quiet import overshoot
@@ -194,8 +194,8 @@ def test_the_largest_ahead_is_that_of_all_samples_of_the_window(samples: int, in
     size = np.zeros((2, samples + 3))
     size[:, :samples] = np.random.default_rng(seed).random((2, samples))
     found = loudest_ahead(size, interval)
-    assert found.shape == (2, samples // LEAP + 1, LOOKS)
+    assert found.shape == (2, samples // REST_CHECK_BLOCK + 1, REST_CHECKS_PER_BLOCK)
     for (row, leap, look), largest in np.ndenumerate(found):
-        at = LEAP * leap + look
-        window = size[row, at : at + LEAP + int(np.ceil(LEAD / interval)) + 1]
-        assert largest == (window.max() if at + LEAP <= samples else np.inf)
+        at = REST_CHECK_BLOCK * leap + look
+        window = size[row, at : at + REST_CHECK_BLOCK + int(np.ceil(LEAD / interval)) + 1]
+        assert largest == (window.max() if at + REST_CHECK_BLOCK <= samples else np.inf)

@@ -167,9 +167,9 @@ def test_a_path_takes_no_more_memory_than_is_allowed(monkeypatch: pytest.MonkeyP
     path = computed()
     numbers = sum(values.size for values in path.variables.values() if "time" in values.dims)
     # The kernel asks for the rows of a whole sample.
-    monkeypatch.setattr(plan, "MOST_PATH", numbers + 20 * numbers // path.sizes["time"])
+    monkeypatch.setattr(plan, "MAX_PATH_NUMBERS", numbers + 20 * numbers // path.sizes["time"])
     assert computed().sizes == path.sizes
-    monkeypatch.setattr(plan, "MOST_PATH", numbers - 1)
+    monkeypatch.setattr(plan, "MAX_PATH_NUMBERS", numbers - 1)
     with refused(ArgumentError, "trajectory", "GB or more", "cut the motion"):
         computed()
 

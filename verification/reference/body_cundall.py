@@ -57,7 +57,7 @@ from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, Rows, al
 from overturning.dem.kernel.mechanics import larger, within_circle
 from overturning.dem.kernel.queue import run_queue
 from overturning.dem.numerics import Numerics
-from overturning.dem.time_step import Scheme, scheme_of, steps_per_sample
+from overturning.dem.time_step import Scheme, parse_scheme, steps_per_sample
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
@@ -349,7 +349,7 @@ def in_use() -> Iterator[None]:
     plan_centred = body_plan.plan_body
 
     def plan(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> body_plan.BodyPlan:
-        if scheme_of(numerics.scheme) != Scheme.CUNDALL:
+        if parse_scheme(numerics.scheme) != Scheme.CUNDALL:
             return plan_centred(model, motion, cases, numerics)
         planned = plan_centred(model, motion, cases, replace(numerics, scheme="centred", time_step="auto"))
         modes = np.array([highest_mode(solid) for solid in planned.solids])[planned.table["body"]]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import ENERGY_BOUND
-from overturning.dem.limits import DEEPEST
+from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.polygon.prepare import Prepared
 from overturning.model.geometry import PlacedElement
 from overturning.model.results import Results
@@ -79,7 +79,7 @@ def contradiction(bounds: Bounds, found: Results, row: int, fits: bool) -> str:
     agree with what rigid elements under this motion can do: below both thresholds they neither fall nor slide. Whether
     its flags go with its rotations is given as `fits`.
     """
-    limit = DEEPEST * 0.5 * bounds.size
+    limit = MAX_PENETRATION * 0.5 * bounds.size
     if found.status[row] not in (Status.SIMULATED, Status.AT_REST):
         return "" if np.all(found.overturned[row] == INT8_MISSING) else "flag in spite of the mark"
     if not np.isin(found.overturned[row], (-1, 0, 1)).all():

@@ -14,7 +14,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.run import run, run_cases
-from overturning.dem.time_step import highest_eigenvalue, rocking_time, scheme_of, stable_step, steps_per_sample
+from overturning.dem.time_step import highest_eigenvalue, parse_scheme, rocking_time, stable_step, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
@@ -156,7 +156,7 @@ def _step_ratio(
     case: StabilityCase, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray | None = None
 ) -> float:
     """Δt/Δt_stable of a case, from the highest eigenvalues of springs and dashpots; what was asked for if refused."""
-    scheme = scheme_of(case.scheme)
+    scheme = parse_scheme(case.scheme)
     try:
         per_sample = float(steps_per_sample(scheme, case.time_step, square, rate, interval, period)[0])
     except ArgumentError:

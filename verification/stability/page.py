@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from overturning.dem.limits import DEEPEST
+from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.numerics import BUDGET
 from overturning.model.contact import PRECISION_FLOOR
 from verification.stability.cases import ADVERSARIAL, SCENES
@@ -98,7 +98,7 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
     soft = ratio > 0.1
     unstable = (ending == Ending.UNSTABLE) & (ratio < 1e-2)
     # The penetration is in B, its limit a share of half the smaller side.
-    sunk = blocks["penetration"] > 0.5 * DEEPEST * np.minimum(1.0, 1.0 / blocks["b_over_h"])
+    sunk = blocks["penetration"] > 0.5 * MAX_PENETRATION * np.minimum(1.0, 1.0 / blocks["b_over_h"])
     over, undecided = ending == Ending.OVER_BUDGET, ending == Ending.UNDECIDED
     in_scenes = (scenes["ending"] == Ending.UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
     lines = [

@@ -14,7 +14,7 @@ import pandas as pd
 
 from overturning.arrays import FloatArray
 from overturning.dem.block.rigid import ORDER, rocking
-from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
+from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, parse_scheme
 from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.results import Results
 from overturning.model.scene import gravestone
@@ -43,7 +43,7 @@ LEAST_EXPLICIT: Final = 0.1
 """Cundall's scheme is not run in finer steps: the springs set its longest, a fiftieth of the other's by default."""
 PENETRATIONS: Final = (2e-3, 2e-4, 2e-5, 2e-6, STATIC_PENETRATION, 2e-8)
 """δ/B."""
-AUTOMATIC: Final = AUTO_FRACTION[scheme_of(DEFAULT_SCHEME)]
+AUTOMATIC: Final = AUTO_FRACTION[parse_scheme(DEFAULT_SCHEME)]
 FINEST: Final = 0.006
 """Δt/Δt_stable of the reference, with the centred scheme."""
 THIN_BELOW, EVERY = 0.05, 3

@@ -1,4 +1,4 @@
-"""Cases under one motion, shared out to the workers of a dask cluster."""
+"""Cases under one motion, distributed to the workers of a dask cluster."""
 
 from collections.abc import Callable
 from dataclasses import fields, replace
@@ -9,46 +9,45 @@ import numpy as np
 from overturning.dem.numerics import Numerics
 from overturning.motion.motion import Motion
 
-MOST: Final = 16384
-"""Cases of a task: half a second's work or more, and no more than that is lost with a worker."""
+MAX_CASES_PER_TASK: Final = 16384
+"""Largest number of cases in a task: at least half a second of work; no more is lost with a worker."""
 
-FEWEST: Final = 256
-"""Below so many the kernel's columns would not be full."""
+MIN_CASES_PER_TASK: Final = 256
+"""Smallest number of cases in a task; fewer would not fill the kernel's lanes."""
 
 
 def run_on_cluster(run: Callable[[Motion, Any, Numerics], Any], motion: Motion, cases: Any, numerics: Numerics) -> Any:
-    """Run cases on the cluster of ``numerics.client``, with the same bits as here.
+    """Run cases on the cluster of ``numerics.client``; results are bit-equal to a local run.
 
     Parameters
     ----------
     run : callable
-        Runs some of the cases on a worker and returns a dataclass of arrays, a row per case.
+        Function run on a worker with a subset of the cases; returns a dataclass of arrays, one row per case.
     motion : Motion
-        The ground's.
+        Input motion.
     cases : Cases
         All cases.
     numerics : Numerics
-        How they are computed. Each task has one thread, and `progress` counts cases.
+        Numerical options. Each task has one thread, and `progress` counts cases.
 
     Returns
     -------
     Results
-        In the order of the cases, none of which depends on another. What a lost worker held or worked at is computed
-        again by another.
+        Results in the order of the cases. Tasks of a lost worker are computed again by another.
 
     Raises
     ------
     Exception
-        What `run` raises on a worker.
+        Any exception that `run` raises on a worker.
     """
     from distributed import as_completed
 
     client, progress = numerics.client, numerics.progress
     here = replace(numerics, client=None, progress=None, threads=1)
-    wanted = min(cases.size // FEWEST, 4 * sum(client.ncores().values()))
-    count = max(1, wanted, -(-cases.size // MOST))
+    wanted = min(cases.size // MIN_CASES_PER_TASK, 4 * sum(client.ncores().values()))
+    count = max(1, wanted, -(-cases.size // MAX_CASES_PER_TASK))
     pieces = [np.arange(part, cases.size, count) for part in range(count)]
-    # The result of a task and not scattered data, which would be gone with the worker that holds it.
+    # Submitted as the result of a task: scattered data would be lost with the worker that holds it.
     ground = client.submit(_itself, motion, pure=False)
     tasks = {client.submit(run, ground, _some(cases, piece), here, pure=False): piece for piece in pieces}
     done = 0

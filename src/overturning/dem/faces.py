@@ -1,4 +1,4 @@
-"""What the vertical planes of a rectangle's faces say of it, beside its outcome in space."""
+"""2-D outcomes in the vertical planes of a rectangle's faces, next to its 3-D outcome."""
 
 from dataclasses import replace
 from typing import Any
@@ -20,11 +20,11 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
 
-def simulate_further(model: Model, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
-    """Simulate a grid as `simulate_grid` does, with the model's `further_variables`.
+def simulate_with_face_planes(model: Model, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
+    """Simulate a grid like `simulate_grid`, including the model's `further_variables`.
 
-    A rectangle is simulated in the planes of its faces, too: along its orientation B/H wide, across it D/H. Where it
-    would fall in both, `first_edge` decides. The work of both is in ``block_steps``.
+    A rectangle is also simulated by the 2-D model in the planes of its faces: with B/H along its orientation and D/H
+    across it. If it falls in both, `first_edge` decides. ``block_steps`` includes these simulations.
     """
     arrays = simulate_grid(model, motion, grid, numerics)
     if not isinstance(model, Body) or not model.oblong:

@@ -1,4 +1,4 @@
-"""Beyond what a case has no answer."""
+"""Limits beyond which a case has no valid outcome."""
 
 from typing import Final
 
@@ -7,16 +7,21 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 
-DEEPEST: Final = 0.2
-"""Penetration, in half the smaller side, beyond which the contact law no longer holds."""
+MAX_PENETRATION: Final = 0.2
+"""Largest penetration for which the contact law holds, as a share of half the smaller side."""
 
-AFTERMATH: Final = 20.0
-"""Time after the record, in 1/p, at which a block that may still fall is undecided."""
+MAX_TIME_AFTER_RECORD: Final = 20.0
+"""Time after the record, in 1/p, after which a block that may still fall is undecided."""
 
 
-def sinks_too_far(sunk: FloatArray, size: FloatArray | float) -> NDArray[np.bool_]:
-    """Whether a weight at rest presses a contact in beyond what its law holds for, so that a case has no answer.
+def exceeds_penetration_limit(sunk: FloatArray, size: FloatArray | float) -> NDArray[np.bool_]:
+    """True if the static penetration exceeds the range of the contact law, so that the case has no valid outcome.
 
-    `sunk` is the static penetration, m, `size` the smaller side of what rests, m.
+    Parameters
+    ----------
+    sunk : ndarray
+        Static penetration, m.
+    size : ndarray or float
+        Smaller side of the resting element, m.
     """
-    return ~(sunk <= DEEPEST * 0.5 * np.asarray(size))
+    return ~(sunk <= MAX_PENETRATION * 0.5 * np.asarray(size))

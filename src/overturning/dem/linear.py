@@ -1,4 +1,4 @@
-"""Small dense linear algebra with the same bits everywhere: those of LAPACK depend on the processor."""
+"""Small dense linear algebra with bit-equal results on all processors, unlike LAPACK."""
 
 import math
 
@@ -20,7 +20,7 @@ def solve(matrix: FloatArray, right: FloatArray) -> FloatArray | None:
     Returns
     -------
     ndarray, shape (n,), or None
-        None where the matrix is singular to 1e-12 of its largest diagonal: the structure can move without force.
+        None if the matrix is singular to 1e-12 of its largest diagonal entry: the structure can move without force.
     """
     a, b = matrix.copy(), right.copy()
     n = b.size
@@ -48,7 +48,7 @@ def solve(matrix: FloatArray, right: FloatArray) -> FloatArray | None:
 
 
 def highest_eigenvalue(matrix: FloatArray) -> float:
-    """Largest eigenvalue of a symmetric matrix by Jacobi rotations.
+    """Compute the largest eigenvalue of a symmetric matrix by Jacobi rotations.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def highest_eigenvalue(matrix: FloatArray) -> float:
     Returns
     -------
     float
-        To about 1e-12 of itself.
+        Largest eigenvalue, with a relative accuracy of about 1e-12; 0 for an empty matrix.
     """
     a = matrix.copy()
     n = len(a)
@@ -84,7 +84,7 @@ def highest_eigenvalue(matrix: FloatArray) -> float:
 
 
 def lowest_eigenvalue(matrix: FloatArray) -> float:
-    """Smallest eigenvalue of a symmetric positive definite matrix: 1 over the largest of its inverse, 0 of none."""
+    """Compute the smallest eigenvalue of a symmetric positive definite matrix; 0 for an empty or singular one."""
     columns = [solve(matrix, unit) for unit in np.eye(len(matrix))]
     inverse = np.array([column for column in columns if column is not None])
     return 1.0 / highest_eigenvalue(0.5 * (inverse + inverse.T)) if len(inverse) == len(matrix) > 0 else 0.0

@@ -1,4 +1,4 @@
-"""How a case is computed: scheme, step, what is left out, and what the computation may take."""
+"""Numerical options of a simulation: scheme, time step, omissions, and limits."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,45 +8,44 @@ from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ArgumentError
 
 Progress = Callable[[int, int], None]
-"""Called now and then with the block steps done and those expected."""
+"""Callback that receives the block steps done and the block steps expected."""
 
 BUDGET: Final = 2_000_000_000
-"""Block steps of one case."""
+"""Default largest number of block steps of one case."""
 
 BODY_STEP: Final = 5
-"""Block steps that a step of a body in space counts as in the budget, by the time that it takes;"""
+"""Block steps charged to the budget for one step of a 3-D body, in proportion to its processor time."""
 
 ELEMENT_STEP: Final = 20
-"""and that of an element of a scene: what a case needs at most is then known within half a minute of processor time."""
+"""Block steps charged to the budget for one step of one scene element."""
 
 
 @dataclass(frozen=True)
 class Numerics:
-    """How cases are computed, the same for all of them.
+    """Numerical options, the same for all cases.
 
     Parameters
     ----------
     scheme : str
-        Integration scheme, "centred", or in planes "cundall"; see docs/method.md.
+        Integration scheme, "centred", or "cundall" for planar models; see docs/method.md.
     time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
     leave_out : bool
-        Leave out what a rigid block does not feel: mirrored azimuths, cases below the thresholds of rocking and
-        sliding, the time before and after anything can move, and that for which a body that stands cannot be moved.
+        Skip computations that cannot change the outcome: mirrored azimuths, cases below the thresholds of rocking and
+        sliding, and times at which the input motion cannot move a body at rest.
     refinement : int
-        Each step is divided into so many; for verification.
+        Number of parts into which each step is divided; for verification.
     budget : int
-        Block steps of one case, all attempts and reruns together, beyond which it is given up and marked `over_budget`;
-        a step of a body counts as `BODY_STEP`, of an element of a scene as `ELEMENT_STEP` of them.
+        Largest number of block steps of one case, including rejected steps and reruns; beyond it the case is marked
+        `over_budget`. One step of a 3-D body counts as `BODY_STEP`, of a scene element as `ELEMENT_STEP` block steps.
     threads : int
-        Threads to share the cases among; the bits do not depend on it.
+        Number of threads; results are bit-equal for any number.
     progress : callable, optional
-        Called now and then with the block steps done and those expected.
+        Callback that receives the block steps done and the block steps expected.
     client : dask.distributed.Client, optional
-        Cluster whose workers compute the cases; the bits do not depend on it, and a worker that is lost costs time
-        only.
+        Cluster whose workers compute the cases; results are bit-equal, also if a worker is lost.
     general : bool
-        Take the general kernel also where the block's would do.
+        Use the general scene kernel even for a single block.
 
     Raises
     ------

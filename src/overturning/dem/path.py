@@ -21,7 +21,7 @@ POSES: Final = {
 }
 
 
-def described(dimensions: str, values: Any, units: str, long_name: str) -> tuple[Any, ...]:
+def variable_spec(dimensions: str, values: Any, units: str, long_name: str) -> tuple[Any, ...]:
     """A variable of a dataset."""
     return dimensions.split(), values, {"units": units, "long_name": long_name}
 
@@ -40,7 +40,7 @@ class PlanePath:
     place: FloatArray  # shape (rows, contacts, 2): where it acts, m; NaN where nothing touches or nothing is known
     contacts: list[tuple[str, str]]  # names of the two elements
 
-    def described(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    def dataset_parts(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Variables, coordinates and attributes of a dataset, with the results of the case."""
         vertices = np.full((len(self.placed), max(len(item.shape.vertices) for item in self.placed), 2), np.nan)
         for item, row in zip(self.placed, vertices, strict=True):
@@ -52,32 +52,34 @@ class PlanePath:
         aside = np.mean(vertices[:, :, 0], axis=1, where=side)
         slip = x - [item.x for item in self.placed] + low * np.sin(angle) + aside * (np.cos(angle) - 1.0)
         variables = {
-            name: described("time element", self.poses[:, :, column], *about)
+            name: variable_spec("time element", self.poses[:, :, column], *about)
             for column, (name, about) in enumerate(POSES.items())
         }
         mean = "mean from this time to the next"
         variables |= {
-            "base_slip": described("time element", slip, "m", "displacement of the middle of the lower side"),
-            "ground_acceleration": described(
+            "base_slip": variable_spec("time element", slip, "m", "displacement of the middle of the lower side"),
+            "ground_acceleration": variable_spec(
                 "time", self.ground, "m s-2", "acceleration of the base towards the azimuth"
             ),
-            "contact_force": described("time contact xz", self.force, "N", f"force on contact_on, {mean}"),
-            "contact_place": described("time contact xz", self.place, "m", f"where it acts, {mean}"),
+            "contact_force": variable_spec("time contact xz", self.force, "N", f"force on contact_on, {mean}"),
+            "contact_place": variable_spec("time contact xz", self.place, "m", f"where it acts, {mean}"),
             "contact_on": ("contact", [on for on, _ in self.contacts]),
             "contact_by": ("contact", [by for _, by in self.contacts]),
             "kind": ("element", [item.element.kind for item in self.placed]),
-            "critical_angle": described("element", self.critical, "rad", "critical angle"),
-            "fallen_angle": described(
+            "critical_angle": variable_spec("element", self.critical, "rad", "critical angle"),
+            "fallen_angle": variable_spec(
                 "element side",
                 [(np.nan, np.nan) if item.fixed else item.fallen_rotations for item in self.placed],
                 "rad",
                 "rotation to a side at which it has fallen",
             ),
-            "vertices": described("element vertex xz", vertices, "m", "vertices about the centre, counter-clockwise"),
+            "vertices": variable_spec(
+                "element vertex xz", vertices, "m", "vertices about the centre, counter-clockwise"
+            ),
         }
         variables |= self._of_case(results)
         coordinates = {
-            "time": described("time", self.time, "s", "time after the record's start"),
+            "time": variable_spec("time", self.time, "s", "time after the record's start"),
             "element": ("element", [item.element.name for item in self.placed]),
             "side": ("side", [-1, 1], {"long_name": "side over which it tips, 1 towards the azimuth"}),
         }

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.balance import until_balanced
+from overturning.dem.kernel.balance import rerun_until_balanced
 from overturning.dem.kernel.ground import Ground, loudest_ahead
 from overturning.dem.kernel.queue import Job, run_queue
 from overturning.dem.numerics import Numerics
@@ -21,15 +21,15 @@ from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
-MOST_PATH: Final = 100_000_000
+MAX_PATH_NUMBERS: Final = 100_000_000
 """Numbers that the dataset of a path may hold: 0.8 GB."""
 
 
 def check_path(numbers: int) -> None:
-    """Refuse a path of so many numbers or more, by an `ArgumentError`, where that is above `MOST_PATH`."""
-    if numbers > MOST_PATH:
+    """Refuse a path of so many numbers or more, by an `ArgumentError`, where that is above `MAX_PATH_NUMBERS`."""
+    if numbers > MAX_PATH_NUMBERS:
         raise ArgumentError(
-            f"trajectory: a path of {8e-9 * numbers:.1f} GB or more, at most {8e-9 * MOST_PATH:.1f} GB; cut "
+            f"trajectory: a path of {8e-9 * numbers:.1f} GB or more, at most {8e-9 * MAX_PATH_NUMBERS:.1f} GB; cut "
             "the motion to its strong part, take a larger time_step or, in a scene, fewer elements"
         )
 
@@ -37,7 +37,7 @@ def check_path(numbers: int) -> None:
 class Path(Protocol):
     """The way of a model in one case."""
 
-    def described(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    def dataset_parts(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Variables, coordinates and attributes of a dataset, with the results of the case."""
 
 
@@ -49,7 +49,7 @@ ANSWERS: Final = {
 """Columns of the kernels' results in planes, by the variables that they are."""
 
 
-def alike(*columns: NDArray[Any]) -> NDArray[np.int64]:
+def group_equal_cases(*columns: NDArray[Any]) -> NDArray[np.int64]:
     """Numbers of cases, shape (n,): the same where all columns, each of shape (n,), are."""
     return np.asarray(np.unique(np.stack(columns), axis=1, return_inverse=True)[1]).ravel()
 
@@ -84,7 +84,7 @@ class Plan(ABC):
     steps: NDArray[np.int64]  # shape (n,), per sample
     first: NDArray[np.int64]  # shape (n,): sample from which it is computed
     stays_at_rest: NDArray[np.bool_]  # shape (n,): below the thresholds of rocking and sliding for the whole record
-    too_soft: NDArray[np.bool_]  # shape (n,): the weight alone `sinks_too_far`; no answer, and not computed
+    too_soft: NDArray[np.bool_]  # shape (n,): the weight alone `exceeds_penetration_limit`; no answer, and not computed
     table: NDArray[np.void]  # shape (n,): the kernel's cases
 
     @property
@@ -105,7 +105,7 @@ class Plan(ABC):
         interval = self.motion.sampling_interval
         return loudest_ahead(across, interval), loudest_ahead(up, interval)
 
-    def uncomputed(self) -> Results:
+    def initial_results(self) -> Results:
         """Results of all cases as long as none is computed: at rest, or without an answer."""
         results = Results.at_rest(self.model.variables, self.cases.size, len(self.model.elements))
         results.status[self.too_soft], results.overturned[self.too_soft] = Status.UNSTABLE, INT8_MISSING
@@ -131,12 +131,12 @@ class Plan(ABC):
                 check_path(2 * len(kept) * self.path_numbers)
             kept = kept[:noted]
 
-        until_balanced(run, found["status"], found["energy"])
+        rerun_until_balanced(run, found["status"], found["energy"])
         return self.answers(chosen, tables), kept
 
     def trace(self) -> tuple[Results, Path]:
         """Result and path of a plan's only case."""
-        results, path, only = self.uncomputed(), self.room(True), np.zeros(1, np.int64)
+        results, path, only = self.initial_results(), self.room(True), np.zeros(1, np.int64)
         before = self.motion.samples
         if self.stays_at_rest[0] or self.too_soft[0]:
             path = path[:0]
@@ -144,10 +144,10 @@ class Plan(ABC):
             before = int(self.first[0])
             answers, path = self.compute(only, np.zeros(1, np.int64), path)
             results.store(only, answers)
-        rest = self.resting(self.motion.samples)
-        return results, self.path(self.followed(np.concatenate([rest[:before], path]), rest))
+        rest = self.rest_rows(self.motion.samples)
+        return results, self.path(self.fill_skipped_samples(np.concatenate([rest[:before], path]), rest))
 
-    def followed(self, rows: NDArray[Any], rest: NDArray[Any]) -> NDArray[Any]:
+    def fill_skipped_samples(self, rows: NDArray[Any], rest: NDArray[Any]) -> NDArray[Any]:
         """Rows of a path with those of the samples that were left out: the body stays, and the ground goes on.
 
         `rest` has a row for each sample of the record, with the ground's motion.
@@ -164,7 +164,7 @@ class Plan(ABC):
             filled[column] = np.where(new, ground, filled[column])
         return filled
 
-    def queued(
+    def common_rules(
         self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int, ticks: float, lanes: int
     ) -> dict[str, Any]:
         """What the rules of all models hold, of `Rules`, for `Plan.rules`; `ticks` are those of a whole step."""
@@ -178,7 +178,7 @@ class Plan(ABC):
             at_once=steps,
             weight=len(self.model.elements),
             budget=self.numerics.budget // self.step_cost,
-            most_rows=MOST_PATH // self.path_numbers,
+            most_rows=MAX_PATH_NUMBERS // self.path_numbers,
             lanes=lanes,
         )
         ground, row = Ground(self.ground, self.upward, *self.loudest), self.row[chosen]
@@ -202,7 +202,7 @@ class Plan(ABC):
         check_path(rows * self.path_numbers)
         return np.zeros(rows, self.path_row)
 
-    def resting(self, count: int) -> NDArray[Any]:
+    def rest_rows(self, count: int) -> NDArray[Any]:
         """Rows of as many samples at the begin of the record, in which the only case rests."""
         rows = np.zeros(count, self.path_row)
         rows["time"] = np.arange(count) * self.motion.sampling_interval
@@ -213,7 +213,7 @@ class Plan(ABC):
         """The path of the only case, by its rows."""
 
 
-def shaking(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
+def ground_motions(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
     """Row of each case, and rows of the base's acceleration along the azimuths, m/s², three zeros after the record."""
     if (np.asarray(cases.aspect) != 1.0).any():
         raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; only a rectangle in space has one")

@@ -78,7 +78,7 @@ def run(
         found: Results = run_on_cluster(partial(run, model), motion, cases, numerics)
         return found
     planned = plan_of(model, motion, cases, numerics)
-    results = planned.uncomputed()
+    results = planned.initial_results()
     counter = np.zeros(1, np.int64)
     moving = np.flatnonzero(~planned.stays_at_rest & ~planned.too_soft)
     length = planned.steps[moving] * np.maximum(motion.samples - planned.first[moving], 1)
@@ -88,7 +88,7 @@ def run(
     def compute(chosen: NDArray[np.int64]) -> None:
         results.store(chosen, planned.compute(chosen, counter)[0])
 
-    queues = shared_out(order, planned.group, planned.halved)
+    queues = split_into_queues(order, planned.group, planned.halved)
     run_queues(compute, queues, numerics, counter, int(length.sum()) * len(model.elements))
     return results
 
@@ -124,7 +124,7 @@ def run_cases(
     return run(model, as_motion(motion), cases, Numerics(**options))
 
 
-def shared_out(order: NDArray[np.int64], group: NDArray[np.int64], halved: bool) -> list[NDArray[np.int64]]:
+def split_into_queues(order: NDArray[np.int64], group: NDArray[np.int64], halved: bool) -> list[NDArray[np.int64]]:
     """Queues of cases with the same number in `group`, by which they are ordered; long ones `halved`."""
     queues = []
     for chosen in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):

@@ -23,7 +23,7 @@ HEAVY_DAMPING: Final = 2.0
 proportion to its inverse: it would stay stable, but which corners press and slip is guessed from a velocity that the
 dashpots change too much."""
 
-LONGEST_ROCKING: Final = 0.006
+MAX_ROCKING_STEP: Final = 0.006
 """The centred scheme is stable with any step; this one, in 1/p with p = √(3g/4R), is the longest that follows the
 motion of a block between changes of contact, whatever the contact's stiffness (docs/method.md)."""
 
@@ -38,11 +38,11 @@ AUTO_FRACTION: Final = {Scheme.CUNDALL: 0.5, Scheme.CENTRED: 1.0}
 SCENE_FRACTION: Final = 0.5
 """The same for a scene of polygons with Cundall's scheme."""
 
-MOST_STEPS_PER_SAMPLE: Final = 2_000_000
+MAX_STEPS_PER_SAMPLE: Final = 2_000_000
 """More than this cannot be resolved in any reasonable time."""
 
 
-def scheme_of(name: str) -> Scheme:
+def parse_scheme(name: str) -> Scheme:
     """The scheme of a name.
 
     Raises
@@ -113,7 +113,7 @@ def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: Fl
     Cundall's scheme, whose dashpot lags by half a step, needs Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The centred
     scheme takes the dashpots at the end of the step. For a scene of polygons that leaves Δt ≤ 2/ω, less where
     ξ_max is above `HEAVY_DAMPING`; for a block it takes the springs there, too, and is limited by the motion alone,
-    `LONGEST_ROCKING`.
+    `MAX_ROCKING_STEP`.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: Fl
     """
     if scheme == Scheme.CUNDALL:
         return 4.0 / (np.sqrt(rate**2 + 4.0 * square) + rate)
-    return 2.0 * contact_time(square, rate) if period is None else LONGEST_ROCKING * period
+    return 2.0 * contact_time(square, rate) if period is None else MAX_ROCKING_STEP * period
 
 
 def contact_time(square: FloatArray, rate: FloatArray) -> FloatArray:
@@ -171,10 +171,10 @@ def steps_per_sample(
         If the step is above the stable one, or so small that a sample takes millions.
     """
     stable = stable_step(scheme, square, rate, period)
-    return samples_divided(stable, stable * _automatic(scheme, square, rate, period), time_step, sampling_interval)
+    return steps_from_stable(stable, stable * _automatic(scheme, square, rate, period), time_step, sampling_interval)
 
 
-def samples_divided(
+def steps_from_stable(
     stable: FloatArray, automatic: FloatArray, time_step: float | str, sampling_interval: float
 ) -> NDArray[np.int64]:
     """Steps per sample for a stable and an automatic step, s; the rest and the errors as of `steps_per_sample`."""
@@ -189,9 +189,9 @@ def samples_divided(
         if time_step > least:
             raise ArgumentError(f"time_step: {time_step:g} s is not stable; at most {least:.4g} s, or 'auto'")
         step = np.full_like(stable, time_step)
-    if np.min(step) * MOST_STEPS_PER_SAMPLE < sampling_interval:
+    if np.min(step) * MAX_STEPS_PER_SAMPLE < sampling_interval:
         raise ArgumentError(
-            f"contact: a time step of {np.min(step):.3g} s would take more than {MOST_STEPS_PER_SAMPLE} steps per "
+            f"contact: a time step of {np.min(step):.3g} s would take more than {MAX_STEPS_PER_SAMPLE} steps per "
             f"sample of {sampling_interval:g} s; choose less damping, a softer contact or a larger step"
         )
     steps = np.ceil(sampling_interval / step * (1.0 - 1e-12)).astype(np.int64)
@@ -201,7 +201,7 @@ def samples_divided(
     return (steps + unit - 1) // unit * unit
 
 
-def shortening(scheme: Scheme, time_step: float | str, stable: FloatArray) -> FloatArray | float:
+def step_reduction(scheme: Scheme, time_step: float | str, stable: FloatArray) -> FloatArray | float:
     """By how much a wanted step is shorter than the automatic one of a block; checked by `steps_per_sample`."""
     if time_step == "auto":
         return 1.0

@@ -69,7 +69,7 @@ def trajectory(
     ------
     ArgumentError
         As `overturning.simulate`, where there is more than one case, and where the path would be longer than
-        `overturning.dem.plan.MOST_PATH`.
+        `overturning.dem.plan.MAX_PATH_NUMBERS`.
     """
     model, more = as_model(model), {name: options.pop(name, 1.0) for name in ("aspect", "amplitude")}
     grid = grid_over(
@@ -87,7 +87,7 @@ def trajectory(
     results, path = plan_of(model, as_motion(motion), case, numerics).trace()
     views = {name: values.reshape(grid.shape + values.shape[1:]) for name, values in vars(results).items()}
     model.rotate_outcomes(views, grid, sources)
-    variables, coordinates, attributes = path.described(results)
+    variables, coordinates, attributes = path.dataset_parts(results)
     known = {f"{model.direction}_deg": grid.directions.item(), **size, **more}
     given = {name: value for name, value in known.items() if name != "aspect" or name in model.case_dims}
     return dataset(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.faces import simulate_further
+from overturning.dem.faces import simulate_with_face_planes
 from overturning.dem.numerics import Numerics, Progress
 from overturning.dem.run import run
 from overturning.model.cases import Cases
@@ -52,8 +52,10 @@ def simulate_variant(
     model, sizes = model_for(study, variant), Sizes.of(study, variant)
     sized = grid.replace_rows(height=sizes.heights(grid["height"]))
     if sizes.own_ratio is None:
-        return simulate_further(model, motion, sized, numerics)
-    arrays = simulate_further(model, motion, sized.replace_rows(b_over_h=np.array([sizes.own_ratio])), numerics)
+        return simulate_with_face_planes(model, motion, sized, numerics)
+    arrays = simulate_with_face_planes(
+        model, motion, sized.replace_rows(b_over_h=np.array([sizes.own_ratio])), numerics
+    )
     counts = {name: arrays.pop(name) for name in COUNTS}
     return {name: np.repeat(values, grid.shape[2], axis=2) for name, values in arrays.items()} | counts
 

@@ -6,13 +6,13 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.block.state import ROWS, TICKS, Account, Block, Peaks, Shaking, State, base_slip
-from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, Course
+from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, CaseProgress
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_block, load_state, load_peaks = (ROWS.access(of).load for of in (Block, State, Peaks))
-load_account, load_course = ROWS.access(Account).load, ROWS.access(Course).load
+load_account, load_course = ROWS.access(Account).load, ROWS.access(CaseProgress).load
 load_shaking = ROWS.access(Shaking).load
 
 

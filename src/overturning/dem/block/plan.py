@@ -11,20 +11,20 @@ from overturning.dem.block.path import block_path
 from overturning.dem.block.rules import CASE, RESULT, ROW, BlockRules
 from overturning.dem.block.state import COLUMNS, GENTLE, MOST_FRICTION, RIGID, TICKS
 from overturning.dem.kernel.clock import BLOCK
-from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
+from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import Numerics
 from overturning.dem.path import PlanePath
-from overturning.dem.plan import ANSWERS, Plan, alike, rounded, shaking
-from overturning.dem.quiet import BORNE, borne, overshoot, quiet_windows
+from overturning.dem.plan import ANSWERS, Plan, ground_motions, rounded
+from overturning.dem.quiet import REST_THRESHOLD_FACTOR, overshoot, quiet_windows, rest_threshold
 from overturning.dem.time_step import (
     Scheme,
     contact_time,
     highest_eigenvalue,
     lowest_eigenvalue,
+    parse_scheme,
     rocking_time,
-    scheme_of,
-    shortening,
     stable_step,
+    step_reduction,
     steps_per_sample,
 )
 from overturning.model.cases import Cases
@@ -48,26 +48,26 @@ class BlockPlan(Plan):
     @property
     def group(self) -> NDArray[np.int64]:
         """Queue index of each case; cases with equal step lengths, all with or all without friction, share one."""
-        return alike(self.steps, self.table["standing"], self.table["friction"] == 0)
+        return group_equal_cases(self.steps, self.table["standing"], self.table["friction"] == 0)
 
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BlockRules:
         """Return the kernel's input for cases with equal step lengths, all with or all without friction."""
-        scheme, queued = SCHEMES[self.scheme][0], self.queued(chosen, tables, finer, TICKS, COLUMNS)
+        scheme, queued = SCHEMES[self.scheme][0], self.common_rules(chosen, tables, finer, TICKS, COLUMNS)
         cases, job = queued["cases"], queued.pop("job")
         cases["settled"] *= finer
         cases["gentle"] /= finer
         # Many steps between two tests of the lanes, but none beyond the next sample: the motion is loaded up to there.
         job = job._replace(at_once=int(job.ticks / float(cases["standing"][0])) + scheme.ahead)
         with_friction = 0 if cases["friction"][0] > 0 else None
-        return BlockRules(job, **queued, scheme=scheme, with_friction=with_friction, deepest=DEEPEST)
+        return BlockRules(job, **queued, scheme=scheme, with_friction=with_friction, deepest=MAX_PENETRATION)
 
     def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:  # noqa: ARG002
         """Convert the kernel's results to outcome variables."""
         return {name: tables["results"][column] for name, column in ANSWERS.items()}
 
-    def resting(self, count: int) -> NDArray[np.void]:
+    def rest_rows(self, count: int) -> NDArray[np.void]:
         """Return the first `count` rows of a path with the block at rest."""
-        rows, case = super().resting(count), self.table[0]
+        rows, case = super().rest_rows(count), self.table[0]
         rows["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["stiffness"]
         rows["ground"] = self.ground[0, :count] * case["amplitude"]
         return rows
@@ -94,14 +94,14 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
     """
     ground_element, block = model.scene.elements
     law, density = model.scene.law(ground_element, block), model.scene.materials[block.material].density
-    scheme = scheme_of(numerics.scheme)
+    scheme = parse_scheme(numerics.scheme)
     height, ratio = np.asarray(cases.height), np.asarray(cases.b_over_h)
     friction = np.asarray(cases.friction) if law.friction is None else np.full(cases.size, law.friction)
     amplitude, tilt = np.asarray(cases.amplitude), np.asarray(cases.initial_tilt)
     width = ratio * height
     normal, tangential, dashpot = law.contact.specific(width, height, density)
     dashpot = dashpot * np.asarray(cases.damping_factor)
-    row, ground = shaking(motion, cases)
+    row, ground = ground_motions(motion, cases)
     check_precision(normal, height, 0.0)
     square = highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
     rate = highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
@@ -115,7 +115,9 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         usual = steps_per_sample(scheme, "auto", square, rate, interval, period)
         standing = np.where(np.sqrt(square) * interval >= RIGID, np.gcd(usual, steps), 1)
     # A shorter time step also shortens the finest step.
-    shorter = shortening(scheme, numerics.time_step, stable_step(scheme, square, rate, period)) / numerics.refinement
+    shorter = (
+        step_reduction(scheme, numerics.time_step, stable_step(scheme, square, rate, period)) / numerics.refinement
+    )
     finest = BLOCK.finest * shorter * contact_time(square, rate)
     halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
     if scheme == Scheme.CENTRED:
@@ -136,7 +138,7 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         if scheme == Scheme.CENTRED:
             slowest = lowest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
             delay = dashpot / np.maximum(normal, tangential)
-            bears = borne(ratio, friction, ratio, overshoot(slowest, delay, interval), BORNE)
+            bears = rest_threshold(ratio, friction, ratio, overshoot(slowest, delay, interval), REST_THRESHOLD_FACTOR)
     table = np.zeros(cases.size, CASE)
     columns = {
         "width": width,
@@ -152,7 +154,7 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         "tilt_sin": rounded(np.sin, tilt),
         "first": first,
         "calm": calm,
-        "after": samples + np.ceil(AFTERMATH * period / interval),
+        "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * period / interval),
         "bears": bears,
         "gentle": GENTLE * finest * width * rounded(np.arctan, ratio) / period,
         "finest": np.ldexp(1.0, BLOCK.halvings - np.clip(halvings, 0, BLOCK.halvings)),
@@ -165,5 +167,5 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
     return BlockPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground, steps=steps,
         first=first, stays_at_rest=stays_at_rest, table=table,
-        too_soft=sinks_too_far(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),
+        too_soft=exceeds_penetration_limit(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),
     )  # fmt: skip

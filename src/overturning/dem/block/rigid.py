@@ -16,8 +16,8 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.lanes import INNER, OPTIONS
 from overturning.dem.kernel.mechanics import renormalised
-from overturning.dem.limits import AFTERMATH
-from overturning.dem.plan import rounded, shaking
+from overturning.dem.limits import MAX_TIME_AFTER_RECORD
+from overturning.dem.plan import ground_motions, rounded
 from overturning.dem.time_step import rocking_time
 from overturning.model.cases import Cases
 from overturning.model.variables import INT8_MISSING
@@ -276,7 +276,7 @@ def rocking(motion: Motion, cases: Cases, order: int = ORDER) -> Rocking:
     a_up < −g.
     """
     height, ratio, tilt = (np.asarray(values) for values in (cases.height, cases.b_over_h, cases.initial_tilt))
-    row, ground = shaking(motion, cases)
+    row, ground = ground_motions(motion, cases)
     up = np.zeros(ground.shape[1]) if motion.up is None else np.append(motion.up, np.zeros(3))
     per_sample = motion.sampling_interval / rocking_time(ratio * height, height)
     diagonal, alpha = np.sqrt(1.0 + ratio * ratio), rounded(np.arctan, ratio)
@@ -288,7 +288,7 @@ def rocking(motion: Motion, cases: Cases, order: int = ORDER) -> Rocking:
         "restitution": np.maximum(1.0 - 1.5 * ratio * ratio / (1.0 + ratio * ratio), 0.0),
         "steps": np.ceil(per_sample / LONGEST),
         "rest": REST * per_sample,
-        "after": motion.samples + np.ceil(AFTERMATH / per_sample),
+        "after": motion.samples + np.ceil(MAX_TIME_AFTER_RECORD / per_sample),
         "amplitude": cases.amplitude,
         "tilt": tilt,
         "tilt_sine": rounded(np.sin, alpha - np.abs(tilt)),

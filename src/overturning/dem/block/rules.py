@@ -15,8 +15,8 @@ from overturning.dem.block.ending import energy, finish_block, has_ended, note
 from overturning.dem.block.loops import loops_of
 from overturning.dem.block.state import COLUMNS, ROWS, TICKS, Block, Corner, Peaks, Shaking, State, Taken, arm_of
 from overturning.dem.kernel.clock import Attempt, Clock
-from overturning.dem.kernel.ending import Course, Rest, begin_sample, is_still, surely_goes_on
-from overturning.dem.kernel.ground import Ground, is_looked_at, piece, samples_at_rest
+from overturning.dem.kernel.ending import CaseProgress, RestState, begin_sample, cannot_end_yet, is_still
+from overturning.dem.kernel.ground import Ground, is_rest_check_sample, piece, samples_at_rest
 from overturning.dem.kernel.lanes import INLINE, INNER, aligned
 from overturning.dem.kernel.mechanics import renormalised
 from overturning.dem.kernel.queue import Job, implement, with_room
@@ -27,7 +27,7 @@ CASE: Final = np.dtype([(name, "f8") for name in (
     "tilt", "tilt_cos", "tilt_sin", "first", "calm", "after", "gentle", "bears",
     *Clock._fields,
 )])  # fmt: skip
-"""What a case is computed with, in the units of `Block`, `Course` and `Clock`."""
+"""What a case is computed with, in the units of `Block`, `CaseProgress` and `Clock`."""
 
 RESULT: Final = np.dtype([(name, "f8") for name in (
     "status", "side", "time", "angle", "slip", "residual", "depth", "energy", "steps", "left_out",
@@ -65,7 +65,7 @@ class Work(NamedTuple):
 load_block, store_block, _ = ROWS.access(Block)
 load_state, store_state, _ = ROWS.access(State)
 load_peaks, store_peaks, _ = ROWS.access(Peaks)
-load_course, store_course, _ = ROWS.access(Course)
+load_course, store_course, _ = ROWS.access(CaseProgress)
 store_attempt, store_taken, store_clock = (ROWS.access(of).store for of in (Attempt, Taken, Clock))
 load_taken = ROWS.access(Taken).load
 store_push, store_lift = ROWS.access(Shaking, "push").store, ROWS.access(Shaking, "lift").store
@@ -73,8 +73,8 @@ NUMBERS: Final = ROWS.count
 COS, SIN, TICK, LAST_UPRIGHT = (
     ROWS.row(State, "cos"), ROWS.row(State, "sin"), ROWS.row(State, "tick"), ROWS.row(Peaks, "last_upright")
 )  # fmt: skip
-LENGTH, BEARS, FOUND = ROWS.row(Attempt, "length"), ROWS.row(Rest, "bears"), ROWS.row(Rest, "found")
-SAMPLE, UPRIGHT_UNTIL = ROWS.row(Course, "sample"), ROWS.row(Course, "upright_until")
+LENGTH, BEARS, FOUND = ROWS.row(Attempt, "length"), ROWS.row(RestState, "bears"), ROWS.row(RestState, "found")
+SAMPLE, UPRIGHT_UNTIL = ROWS.row(CaseProgress, "sample"), ROWS.row(CaseProgress, "upright_until")
 
 
 def workspace(rules: Any) -> Any:  # noqa: ARG001, its type picks this function
@@ -125,7 +125,7 @@ def put(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), energy(block, at_rest, 0.0)
     state[BEARS + j], course = (
         case.bears,
-        Course(case.amplitude, case.first, case.calm, case.after, case.first * interval, first, barrier),
+        CaseProgress(case.amplitude, case.first, case.calm, case.after, case.first * interval, first, barrier),
     )
     store_course(state, j, course)
 
@@ -187,7 +187,7 @@ def mark_due(state: Any, active: int, due: Any, ticks: float, end: float, deepes
         most = deepest * (b if b < block.half_height else block.half_height)
         sound = (s.cos > 0.0) & (load_peaks(state, j).depth <= most)
         total = (s.vx + s.vz + s.vw) + (s.x + s.z + s.cos)
-        goes_on = surely_goes_on(load_course(state, j), s.tick, ticks, end, total, sound)
+        goes_on = cannot_end_yet(load_course(state, j), s.tick, ticks, end, total, sound)
         due[j] = 0.0 if goes_on else 1.0
         count += 0 if goes_on else 1
     return count
@@ -209,7 +209,7 @@ def leave_out_samples(state: Any, cases: Any, active: int, row: Any, ground: Any
             motion_of(s.vx, s.vz, s.vw, block), motion_of(s.ax, s.az, s.aw, block), length * block.step, bears
         )
         held = (s.left.normal > 0.0) & (s.right.normal > 0.0) & (taken.left == 0.0) & (taken.right == 0.0)
-        found = (length >= TICKS) & is_looked_at(now) & held & still
+        found = (length >= TICKS) & is_rest_check_sample(now) & held & still
         state[FOUND + j] = 1.0 if found else 0.0
         count += 1 if found else 0
     for j in range(active if count > 0 else 0):

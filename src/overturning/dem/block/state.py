@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.clock import BLOCK, Attempt, Clock
-from overturning.dem.kernel.ending import Course, Rest
+from overturning.dem.kernel.ending import CaseProgress, RestState
 from overturning.dem.kernel.ground import Line
 from overturning.dem.kernel.lanes import INLINE, Rows
 
@@ -259,7 +259,7 @@ class Kept(NamedTuple):
 
 
 ROWS: Final = Rows(
-    COLUMNS, Block, Clock, State, Attempt, Taken, Peaks, Account, Shaking, Course, Predicted, Change, Rest
+    COLUMNS, Block, Clock, State, Attempt, Taken, Peaks, Account, Shaking, CaseProgress, Predicted, Change, RestState
 )
 
 

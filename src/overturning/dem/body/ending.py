@@ -20,14 +20,14 @@ from overturning.dem.body.state import (
 )
 from overturning.dem.body.vectors import Matrix, Vector, apply, cross, dot, frame_of, full, plus
 from overturning.dem.kernel.clock import Attempt
-from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, UPRIGHT, Course, is_still
+from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, UPRIGHT, CaseProgress, is_still
 from overturning.dem.kernel.ground import within_sample
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_body, load_state, load_peaks = (ROWS.access(of).load for of in (Body, State, Peaks))
-load_account, load_course, load_stance = (ROWS.access(of).load for of in (Account, Course, Stance))
+load_account, load_course, load_stance = (ROWS.access(of).load for of in (Account, CaseProgress, Stance))
 load_shaking = ROWS.access(Shaking).load
 load_memory = VERTEX.access(Point, "old").load
 VERTEX_SIZE: Final = VERTEX.size

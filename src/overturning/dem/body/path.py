@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.path import described
+from overturning.dem.path import variable_spec
 from overturning.model.results import Results
 from overturning.model.variables import BODY_VARIABLES
 
@@ -21,7 +21,7 @@ class BodyPath:
     corners: FloatArray  # positions at rest relative to the centre, shape (corners, 3), m
     edges: NDArray[np.int64]  # indices of the corners of each edge, shape (edges, 2)
 
-    def described(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+    def dataset_parts(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
         """Return variables, coordinates and attributes of the dataset of a case, including its results."""
         cosine, sine = self.cosines
 
@@ -37,30 +37,30 @@ class BodyPath:
         w, x, y, z = quaternion.T
         axis = enu(np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1))
         variables = {
-            "place": described("time enu", enu(of("x", "y", "z")), "m", "centre, in the frame of the base"),
-            "quaternion": described(
+            "place": variable_spec("time enu", enu(of("x", "y", "z")), "m", "centre, in the frame of the base"),
+            "quaternion": variable_spec(
                 "time wxyz",
                 np.concatenate([quaternion[:, :1], enu(quaternion[:, 1:])], axis=1),
                 "1",
                 "rotation from the pose at rest",
             ),
-            "velocity": described(
+            "velocity": variable_spec(
                 "time enu", enu(of("vx", "vy", "vz")), "m s-1", "of the centre, relative to the base"
             ),
-            "angular_velocity": described("time enu", enu(of("wx", "wy", "wz")), "rad s-1", "angular velocity"),
-            "tilt_north": described("time", axis[:, 1], "1", "northward component of the body's axis"),
-            "tilt_east": described("time", axis[:, 0], "1", "eastward component of the body's axis"),
-            "ground_acceleration": described(
+            "angular_velocity": variable_spec("time enu", enu(of("wx", "wy", "wz")), "rad s-1", "angular velocity"),
+            "tilt_north": variable_spec("time", axis[:, 1], "1", "northward component of the body's axis"),
+            "tilt_east": variable_spec("time", axis[:, 0], "1", "eastward component of the body's axis"),
+            "ground_acceleration": variable_spec(
                 "time enu", enu(of("ground_x", "ground_y", "ground_z")), "m s-2", "acceleration of the base"
             ),
-            "outline": described("corner enu", enu(self.corners), "m", "corners at rest, from the centre"),
+            "outline": variable_spec("corner enu", enu(self.corners), "m", "corners at rest, from the centre"),
             "edges": (("edge", "end"), self.edges),
         }
         for item in BODY_VARIABLES:
             if item.name != "repeated":
                 variables[item.name] = ((), item.decoded(getattr(results, item.name)[0]), item.all_attributes)
         coordinates = {
-            "time": described("time", self.rows["time"], "s", "time after the record's start"),
+            "time": variable_spec("time", self.rows["time"], "s", "time after the record's start"),
             "enu": ("enu", ["east", "north", "up"]),
         }
         return variables, coordinates, {}

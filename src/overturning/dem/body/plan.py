@@ -14,11 +14,11 @@ from overturning.dem.body.rules import BODY, CASE, RESULT, ROW, START, BodyRules
 from overturning.dem.body.state import COLUMNS, RIGID, TICKS
 from overturning.dem.body.statics import highest_mode, lowest_mode, rest, unloading
 from overturning.dem.kernel.clock import BODY as PACE
-from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
+from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import BODY_STEP, Numerics
-from overturning.dem.plan import Plan, alike
-from overturning.dem.quiet import BORNE, borne, overshoot, quiet_windows
-from overturning.dem.time_step import Scheme, contact_time, scheme_of, steps_per_sample
+from overturning.dem.plan import Plan, group_equal_cases
+from overturning.dem.quiet import REST_THRESHOLD_FACTOR, overshoot, quiet_windows, rest_threshold
+from overturning.dem.time_step import Scheme, contact_time, parse_scheme, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -50,7 +50,7 @@ class BodyPlan(Plan):
     @property
     def group(self) -> NDArray[np.int64]:
         """Index of the queue of each case; cases with equal step lengths, also at rest, share one."""
-        return alike(self.steps, self.table["standing"])
+        return group_equal_cases(self.steps, self.table["standing"])
 
     @property
     def kind(self) -> Any:
@@ -65,7 +65,7 @@ class BodyPlan(Plan):
 
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BodyRules:
         """Return the kernel's input for cases with the same numbers of steps per sample, moving and at rest."""
-        queued = self.queued(chosen, tables, finer, TICKS, COLUMNS)
+        queued = self.common_rules(chosen, tables, finer, TICKS, COLUMNS)
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
         job, standing = queued["job"], float(queued["cases"]["standing"][0])
         queued["job"] = job._replace(at_once=int(job.ticks / standing))
@@ -85,9 +85,9 @@ class BodyPlan(Plan):
         orientation = np.asarray(self.cases.azimuth_deg)[chosen]
         return outcome_variables(tables["results"], orientation, self.cosines[chosen], faces)
 
-    def resting(self, count: int) -> NDArray[np.void]:
+    def rest_rows(self, count: int) -> NDArray[np.void]:
         """Return the first `count` rows of a path with the body at rest."""
-        rows, case = super().resting(count), self.table[0]
+        rows, case = super().rest_rows(count), self.table[0]
         for name in START.names or ():
             rows[name] = case["start"][name]
         rows["ground_x"], rows["ground_y"] = self.ground[0, :, :count] * case["amplitude"]
@@ -104,7 +104,7 @@ class BodyPlan(Plan):
 def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> BodyPlan:
     """Check the arguments and plan the cases of a 3-D body; see `overturning.dem.run.run` for parameters and errors."""
     shape, contact, start = model.shape, model.contact, model.start
-    if scheme_of(numerics.scheme) != Scheme.CENTRED:
+    if parse_scheme(numerics.scheme) != Scheme.CENTRED:
         raise ArgumentError(f"scheme: {numerics.scheme!r}; a body in space has 'centred' alone")
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a body in space starts at rest; leave it at 0")
@@ -145,7 +145,9 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         slowest, unloads = (np.array([function(body) for body in made]) for function in (lowest_mode, unloading))
         stiffer = np.maximum(laws[which, 0], laws[which, 1])
         rings = overshoot((np.minimum(laws[:, 0], laws[:, 1]) * slowest)[which], dashpot / stiffer, interval)
-        bears = borne((reach / foot)[which], friction * unloads[which, 1], unloads[which, 0], rings, BORNE)
+        bears = rest_threshold(
+            (reach / foot)[which], friction * unloads[which, 1], unloads[which, 0], rings, REST_THRESHOLD_FACTOR
+        )
     table = np.zeros(cases.size, CASE)
     columns = {
         "body": which,
@@ -157,9 +159,9 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         "bears": bears,
         "first": first,
         "calm": calm,
-        "after": samples + np.ceil(AFTERMATH * period[which] / interval),
+        "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * period[which] / interval),
         # The points of a rim store velocities, which would oscillate in steps of a sample.
-        "steady": BORNE * threshold if start is None and made[0].radius == 0.0 else 0.0,
+        "steady": REST_THRESHOLD_FACTOR * threshold if start is None and made[0].radius == 0.0 else 0.0,
         **pace,
     }
     for name, values in columns.items():
@@ -175,7 +177,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies, points=points,
         cosines=cosines, row=row, ground=along, steps=steps, first=first, table=table,
         stays_at_rest=stays_at_rest,
-        too_soft=sinks_too_far(sunk, 2.0 * np.minimum(foot, reach))[which],
+        too_soft=exceeds_penetration_limit(sunk, 2.0 * np.minimum(foot, reach))[which],
     )  # fmt: skip
 
 
@@ -254,7 +256,7 @@ def _kernel_tables(made: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
         fallen = body.fall_tilt * (FALL_SHARE if len(body.sectors) else 1.0)
         values = {
             "foot": foot, "radius": body.radius, "reach": reach, "critical": reach**2 / (reach**2 + foot**2),
-            "fallen": np.round(np.cos(fallen), 12), "deepest": DEEPEST * min(reach, foot),
+            "fallen": np.round(np.cos(fallen), 12), "deepest": MAX_PENETRATION * min(reach, foot),
             "ends": body.ends,
         }  # fmt: skip
         for name, value in values.items():

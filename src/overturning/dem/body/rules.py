@@ -43,8 +43,8 @@ from overturning.dem.body.vectors import (
     transposed,
 )
 from overturning.dem.kernel.clock import Attempt, Clock
-from overturning.dem.kernel.ending import STILL, Course, Rest, begin_sample, surely_goes_on
-from overturning.dem.kernel.ground import Ground, cannot_move, is_looked_at, piece, samples_at_rest
+from overturning.dem.kernel.ending import STILL, CaseProgress, RestState, begin_sample, cannot_end_yet
+from overturning.dem.kernel.ground import Ground, below_rest_threshold, is_rest_check_sample, piece, samples_at_rest
 from overturning.dem.kernel.lanes import INNER, aligned
 from overturning.dem.kernel.queue import Job, by_type, implement, with_room
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -58,7 +58,7 @@ CASE: Final = np.dtype([("body", "i8"), *((name, "f8") for name in (
     "stiffness", "tangential", "dashpot", "friction", "amplitude", "bears", "steady", "first", "calm", "after",
     *Clock._fields,
 )), ("start", START)])  # fmt: skip
-"""What a case is computed with, in the units of `Body`, `Course` and `Clock`; `body` is the row of `BODY`."""
+"""What a case is computed with, in the units of `Body`, `CaseProgress` and `Clock`; `body` is the row of `BODY`."""
 
 BODY: Final = np.dtype([(name, "f8") for name in (
     "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "axx", "ayy", "azz", "axy", "axz", "ayz", "foot", "radius", "reach",
@@ -127,7 +127,7 @@ load_body, store_body, _ = ROWS.access(Body)
 load_state, store_state, _ = ROWS.access(State)
 store_turn = ROWS.access(State, "turn").store
 load_peaks, store_peaks, _ = ROWS.access(Peaks)
-load_course, store_course, _ = ROWS.access(Course)
+load_course, store_course, _ = ROWS.access(CaseProgress)
 load_stance, store_stance, _ = ROWS.access(Stance)
 store_shaking, store_attempt, store_clock = (ROWS.access(of).store for of in (Shaking, Attempt, Clock))
 store_vertex, store_memory = VERTEX.access(Vertex).store, VERTEX.access(Point, "old").store
@@ -135,8 +135,8 @@ NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
 TICK, LAST_UPRIGHT = ROWS.row(State, "tick"), ROWS.row(Peaks, "last_upright")
 LENGTH, LOADED = ROWS.row(Attempt, "length"), ROWS.row(Loaded, "sample")
-BEARS, FOUND = ROWS.row(Rest, "bears"), ROWS.row(Rest, "found")
-SAMPLE, UPRIGHT_UNTIL = ROWS.row(Course, "sample"), ROWS.row(Course, "upright_until")
+BEARS, FOUND = ROWS.row(RestState, "bears"), ROWS.row(RestState, "found")
+SAMPLE, UPRIGHT_UNTIL = ROWS.row(CaseProgress, "sample"), ROWS.row(CaseProgress, "upright_until")
 
 
 loops_of = by_type(LOOPS)
@@ -190,7 +190,7 @@ def put(state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, inte
     store_attempt(state, j, Attempt(case.finest, case.dwell, 0.0))
     store_peaks(state, j, Peaks(lean_of(f), 0.0, 0.0, -1.0))
     barrier = GRAVITY * (np.sqrt(of.reach * of.reach + of.foot * of.foot) - of.foot)
-    store_course(state, j, Course(
+    store_course(state, j, CaseProgress(
         case.amplitude, case.first, case.calm, case.after, case.first * interval,
         energy(body, begin, vertices, points.shape[0], j), barrier,
     ))  # fmt: skip
@@ -265,7 +265,7 @@ def mark_due(state: Any, active: int, due: Any, ticks: float, end: float) -> int
     for j in range(active):
         s, stance = load_state(state, j), load_stance(state, j)
         sound = (frame_of(s.turn).zz > stance.fallen) & (load_peaks(state, j).depth <= stance.deepest)
-        due[j] = 0.0 if surely_goes_on(load_course(state, j), s.tick, ticks, end, total_of(s), sound) else 1.0
+        due[j] = 0.0 if cannot_end_yet(load_course(state, j), s.tick, ticks, end, total_of(s), sound) else 1.0
     for j in range(active):
         count += due[j]
     return int(count)
@@ -296,8 +296,8 @@ def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> 
         course, over, bears = load_course(state, j), state[TICK + j] * (1.0 / job.ticks), state[BEARS + j]
         now = course.sample + over
         # The shaking first, then the body, which takes longer to look at.
-        quiet = state[FOUND + j] > 0.0 and is_looked_at(now)
-        quiet = quiet and cannot_move(ground, row[cases[j]], now, course.amplitude, bears)
+        quiet = state[FOUND + j] > 0.0 and is_rest_check_sample(now)
+        quiet = quiet and below_rest_threshold(ground, row[cases[j]], now, course.amplitude, bears)
         if quiet and rests(state, work.vertices, count, base, j, bears):
             samples = samples_at_rest(ground, row[cases[j]], now, course.amplitude, bears)
             state[SAMPLE + j] += samples

@@ -12,7 +12,7 @@ from numba import njit
 
 from overturning.dem.body.vectors import Matrix, Quaternion, Symmetric, Vector, apply, frame_of, full, transposed
 from overturning.dem.kernel.clock import BODY, Attempt, Clock
-from overturning.dem.kernel.ending import Course, Rest
+from overturning.dem.kernel.ending import CaseProgress, RestState
 from overturning.dem.kernel.ground import Line
 from overturning.dem.kernel.lanes import INLINE, Rows
 
@@ -154,7 +154,7 @@ class Loaded(NamedTuple):
 
 
 class Stance(NamedTuple):
-    """What a case is judged by beside its `Course`."""
+    """What a case is judged by beside its `CaseProgress`."""
 
     spin: float
     """Vertical angular momentum about the origin at the start;"""
@@ -270,8 +270,8 @@ class Largest(NamedTuple):
 
 
 ROWS: Final = Rows(
-    COLUMNS, Body, Clock, State, Matrix, Lying, Peaks, Account, Shaking, Loaded, Course, Stance, Attempt, Rejected,
-    Predicted, Equations, Change, Sum, Largest, Rest,
+    COLUMNS, Body, Clock, State, Matrix, Lying, Peaks, Account, Shaking, Loaded, CaseProgress, Stance, Attempt,
+    Rejected, Predicted, Equations, Change, Sum, Largest, RestState,
 )  # fmt: skip
 VERTEX: Final = Rows(COLUMNS, Vertex, Point, PredictedPoint)
 

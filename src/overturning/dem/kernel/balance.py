@@ -1,4 +1,4 @@
-"""Cases whose energy does not balance are computed again with finer steps, for all models."""
+"""Rerun, with finer steps, of cases whose energy does not balance; for all models."""
 
 from collections.abc import Callable
 from typing import Any, Final
@@ -9,29 +9,31 @@ from numpy.typing import NDArray
 from overturning.model.status import Status
 
 ENERGY_BOUND: Final = 1e-2
-"""Largest energy error of a simulated case; beyond it work and energy do not balance and the flag is missing."""
+"""Largest energy error of a valid case; above it, work and energy do not balance and the flag is missing."""
 
-FINER: Final = 4
-"""A case whose energy does not balance is computed again with steps so many times shorter, all of them,"""
+RERUN_REFINEMENT: Final = 4
+"""Refinement factor for each rerun of a case whose energy does not balance."""
 
-MOST_AGAIN: Final = 2
-"""and so often, before it is marked."""
+MAX_RERUNS: Final = 2
+"""Maximum number of reruns before a case is marked unstable."""
 
 
-def until_balanced(run: Callable[[NDArray[np.int64], int], None], status: NDArray[Any], error: NDArray[Any]) -> None:
-    """Run cases, those in which work and energy do not balance again with finer steps, and mark what still does not.
+def rerun_until_balanced(
+    run: Callable[[NDArray[np.int64], int], None], status: NDArray[Any], error: NDArray[Any]
+) -> None:
+    """Run cases; rerun those whose energy does not balance with finer steps, and mark the remaining ones unstable.
 
     Parameters
     ----------
     run : callable
-        ``run(rows, finer)`` fills these rows of the results with steps so many times finer than planned. It counts on
-        from the steps that it finds there, so that the budget of a case is that of all its runs.
+        ``run(rows, finer)`` fills rows of the results, with planned steps divided by ``finer``. It adds to the number
+        of steps in these rows, so that the budget of a case covers all its runs.
     status, error : ndarray, shape (n,)
         Views of the results: `Status` and energy error.
     """
     rows = np.arange(status.size)
-    for again in range(1 + MOST_AGAIN):
-        run(rows, FINER**again)
+    for again in range(1 + MAX_RERUNS):
+        run(rows, RERUN_REFINEMENT**again)
         rows = rows[(status[rows] == Status.SIMULATED) & ~(error[rows] <= ENERGY_BOUND)]
         if not rows.size:
             return

@@ -1,9 +1,9 @@
-"""The clock of a case: how long its next step is, and whether the last one is accepted (docs/method.md, "The clock").
+"""Step control of a case: acceptance of an attempted step and length of the next (docs/method.md, "The clock").
 
-A whole step is as long as the motion allows. A step in which a contact would open or close is rejected and halved
-until it is the finest one, which resolves the contact; after the change come some steps of each length before those of
-twice the length. Lengths are in ticks. A longer step begins only at a multiple of its length: so each lies within a
-sample, over which the shaking is linear.
+A whole step is as long as the motion allows. A step in which a contact would open or close is rejected and halved, down
+to the finest step, which resolves the contact. After the change, each length is kept for some steps before it doubles.
+Lengths are in ticks. A longer step begins only at a multiple of its length, so that each step lies within one sample,
+over which the input motion is linear.
 """
 
 from typing import Final, NamedTuple
@@ -13,131 +13,129 @@ from numba import njit
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.time_step import LONGEST_ROCKING
+from overturning.dem.time_step import MAX_ROCKING_STEP
 
 
 class Pace(NamedTuple):
-    """Constants of a model's clock."""
+    """Constants of the step control of a model."""
 
     longest: float
-    """Longest whole step, in 1/p, p = √(3g/4R) of what rocks fastest;"""
+    """Longest whole step, in 1/p; p = √(3g/4R) of the element that rocks fastest."""
     finest: float
-    """longest step in which a contact may open or close, in 1/ω of the highest mode of the contact;"""
+    """Longest step in which a contact may open or close, in 1/ω of the highest mode of the contact."""
     whole: float
-    """ticks of a whole step, a power of two: so often it may be halved;"""
+    """Ticks of a whole step: a power of two, whose exponent is the largest number of halvings."""
     fine: float
-    """a step of up to so many finest ones is fine: there the predicted forces decide what is in contact and slides, in
-    longer ones what was last found;"""
+    """Longest step, in finest steps, that uses predicted forces for contact and slip; longer ones the last state."""
     tries: float
-    """how often a longer step is done again where that proves wrong, before it is done in shorter ones;"""
+    """Number of repetitions of a longer step with corrected sliding points before it is shortened."""
     dwell: float
-    """steps of one length after a change of contact, before those of twice the length; more where the contact rings;"""
+    """Steps of one length after a contact change before the length doubles; more for a lightly damped contact."""
     settled_above: float
-    """steps longer than so many finest ones no longer resolve what the change has set off:"""
+    """Length, in finest steps, above which steps no longer resolve the vibration after a contact change."""
     settled: float
-    """so many of each of these lengths, and of the length to which a step is shortened."""
+    """Steps of each length above `settled_above`, and of a length to which a step was shortened."""
 
     @property
     def halvings(self) -> int:
-        """How often a whole step may be halved."""
+        """Largest number of halvings of a whole step."""
         return int(self.whole).bit_length() - 1
 
     def dwell_of(self, square: FloatArray, rate: FloatArray) -> FloatArray:
-        """Steps of a length after a change of contacts with ω² (1/s²) and twice the damping rate (1/s).
+        """Return the steps of a length after a contact change, for ω² (1/s²) and twice the damping rate (1/s).
 
-        More where one rings: where its damping ratio is below a half.
+        The number grows if the damping ratio is below one half.
         """
         return np.asarray(self.dwell * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0))
 
 
-# Where measured: the rigid limit and the default step, docs/measurements.md; scenes, `python -m verification.scenes
-# steps`; in space, `python -m verification.space`. A body in space takes shorter steps, since its deepest point runs
-# round a rim.
-BLOCK: Final = Pace(LONGEST_ROCKING, 0.08, 2.0**24, 4.0, 2.0, 8.0, 8.0, 2.0)
+# Measured in docs/measurements.md (rigid limit, default step), by `python -m verification.scenes steps` (scenes) and
+# `python -m verification.space` (3-D bodies). A 3-D body needs shorter steps: its lowest point moves along a rim.
+BLOCK: Final = Pace(MAX_ROCKING_STEP, 0.08, 2.0**24, 4.0, 2.0, 8.0, 8.0, 2.0)
 SCENE: Final = Pace(0.0125, 0.16, 2.0**20, 4.0, 2.0, 8.0, 8.0, 2.0)
 BODY: Final = Pace(0.004, 0.1, 2.0**9, 2.0, 3.0, 8.0, 8.0, 4.0)
 
-SLIDING: Final = 0.25
-"""Longest step of what slides as a whole, in samples: within a longer one it could stop, or begin."""
+MAX_SLIDING_STEP: Final = 0.25
+"""Longest step of a body that slides on all its contacts, in samples; it could stop or start within a longer one."""
 
-ONSET: Final = 0.0625
-"""Longest step in which a body begins to slide, in samples: it slides all through it."""
+MAX_SLIP_ONSET_STEP: Final = 0.0625
+"""Longest step in which a body begins to slide, in samples; it is taken to slide during the whole step."""
 
-TURN: Final = 0.015625
-"""Longest step in which friction changes its sign, in samples: half of it has the sign of before."""
+MAX_FRICTION_REVERSAL_STEP: Final = 0.015625
+"""Longest step in which friction changes its sign, in samples; half of it still has the old sign."""
 
-NO_FRACTION: Final = 2.0**52
-"""A positive number below it that is added to this one and taken off again has lost its fraction."""
+INTEGER_ROUNDING: Final = 2.0**52
+"""2**52: adding and subtracting it rounds a positive float64 to an integer."""
 
 
 class Clock(NamedTuple):
-    """What the clock of a case goes by beside the constants of its model; lengths in ticks."""
+    """Step lengths and counts of a case; lengths in ticks."""
 
     finest: float
-    """Finest step,"""
+    """Finest step, ticks."""
     standing: float
-    """and step of a body that stands, at least the whole one;"""
+    """Step while the body rests on all contacts (≥ whole step), ticks."""
     dwell: float
-    """steps of a length after a change of contact,"""
+    """Steps of one length after a contact change."""
     settled: float
-    """and of the longer ones of `Pace.settled_above`."""
+    """Steps of one length above `Pace.settled_above`."""
 
 
 class Attempt(NamedTuple):
-    """How the next step is to be tried."""
+    """Next step to attempt."""
 
     length: float
-    """Its length in ticks;"""
+    """Length, ticks."""
     left: float
-    """steps of this length until longer ones may be tried;"""
+    """Steps of this length before longer ones may be tried."""
     tries: float
-    """how often this step was done again with other points sliding."""
+    """Number of repetitions of this step with other sliding points."""
 
 
 class Found(NamedTuple):
-    """What an attempt has found."""
+    """Result of an attempted step."""
 
     changed: bool
-    """Whether a contact opens or closes;"""
+    """True if a contact opens or closes."""
     fast: bool
-    """whether the motion asks for a shorter step;"""
+    """True if the motion requires a shorter step."""
     gentle: bool
-    """whether the step may be accepted all the same;"""
+    """True if the step may be accepted anyway."""
     wrong: bool
-    """whether a point sticks or slides otherwise than taken,"""
+    """True if the sticking or sliding of a point differs from the assumption."""
     reversed: bool
-    """whether one slides against its velocity: a slip reversal;"""
+    """True if a point slides against its velocity (slip reversal)."""
     back: bool
-    """whether one slides that friction held the other way before, so that friction changes its sign within the step;"""
+    """True if the friction of a sliding point had the opposite sign before, so that it changes sign in the step."""
     slides: bool
-    """whether all points that carry a body slide, so that nothing holds it;"""
+    """True if all contact points of a body slide."""
     stands: bool
-    """whether all contacts are closed at its end."""
+    """True if all contacts are closed at the end of the step."""
 
 
 @njit(**INLINE)
 def next_attempt(
     pace: Pace, clock: Clock, tried: Attempt, found: Found, tick: float, ticks: float
 ) -> tuple[bool, bool, Attempt]:
-    """Whether an attempt that would end at a tick is rejected, whether its points are taken as before, the next one.
+    """Accept or reject an attempted step and choose the next. Returns (rejected, keep assumed contacts, next attempt).
 
-    A body may begin to slide in a step of up to `ONSET` of a sample, which has so many `ticks`, and friction may change
-    its sign in one of up to `TURN`. In the half of a step in which a body begins to slide, what stuck is taken to stick
-    once more.
+    `tick` is the end of the attempt and `ticks` the length of a sample. A body may begin to slide in a step of up to
+    `MAX_SLIP_ONSET_STEP` of a sample, and friction may change its sign in one of up to `MAX_FRICTION_REVERSAL_STEP`. If
+    a step in which a body begins to slide is halved, the points that stuck are assumed to stick again.
     """
     length = tried.length
     shorter = (found.changed | found.fast) & (length > clock.finest) & (not found.gentle)
     wrong = found.wrong & (not shorter)
-    onset = found.slides & (length > ONSET * ticks)
-    back = found.back & (length > TURN * ticks)
+    onset = found.slides & (length > MAX_SLIP_ONSET_STEP * ticks)
+    back = found.back & (length > MAX_FRICTION_REVERSAL_STEP * ticks)
     halved = ((found.reversed | back) & (not shorter)) | (wrong & (onset | (tried.tries >= pace.tries)))
     retry, sooner = wrong & (not halved), wrong & onset & (not found.reversed)
     shorter = shorter | halved
     longest = clock.standing if found.stands else pace.whole
     above = 2.0 * length if length < pace.whole else clock.standing
     times = tick / above
-    fits = (times + NO_FRACTION) - NO_FRACTION == times
-    longer = (tried.left <= 1.0) & (length < longest) & fits & (not (found.slides & (above > SLIDING * ticks)))
+    fits = (times + INTEGER_ROUNDING) - INTEGER_ROUNDING == times
+    longer = (tried.left <= 1.0) & (length < longest) & fits & (not (found.slides & (above > MAX_SLIDING_STEP * ticks)))
     left = (
         (clock.settled if length >= pace.settled_above * clock.finest else clock.dwell) if longer else tried.left - 1.0
     )

@@ -1,6 +1,6 @@
-"""What the kernels of blocks and of polygons share of the mechanics, in the order of docs/method.md.
+"""Mechanics shared by the block and polygon kernels, in the order of docs/method.md.
 
-Only ``+ - * /``, comparisons and selections: the bits of libm's functions differ between processors.
+Only ``+ - * /``, comparisons and selections are used: the last bits of libm functions differ between processors.
 """
 
 import math

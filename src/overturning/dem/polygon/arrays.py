@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import Clock
-from overturning.dem.limits import DEEPEST
+from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
 from overturning.dem.polygon.prepare import Prepared, smallest
@@ -182,4 +182,6 @@ def limits_of(prepared: Prepared) -> NDArray[np.void]:
     needs, lightest = barrier > 1e-6 * whole, min(free, key=lambda item: item.mass)
     rest_energy = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
     least_barrier, least_scale = np.where(needs, barrier, -np.inf).min(), np.where(needs, barrier, whole).min()
-    return np.array((DEEPEST * 0.5 * smallest(prepared.placed), rest_energy, least_barrier, least_scale), LIMITS)
+    return np.array(
+        (MAX_PENETRATION * 0.5 * smallest(prepared.placed), rest_energy, least_barrier, least_scale), LIMITS
+    )

@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import SCENE
-from overturning.dem.limits import AFTERMATH
+from overturning.dem.limits import MAX_TIME_AFTER_RECORD
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.path import PlanePath
-from overturning.dem.plan import ANSWERS, Plan, check_path, shaking
+from overturning.dem.plan import ANSWERS, Plan, check_path, ground_motions
 from overturning.dem.polygon import arrays as t
 from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, path_columns, scene_path
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.polygon.rows import COLUMNS
 from overturning.dem.polygon.rules import SCHEMES, SceneRules
-from overturning.dem.quiet import BORNE_BY_STACKS, SAFE_SHARE, borne, overshoot, quiet_windows
-from overturning.dem.time_step import HEAVY_DAMPING, Scheme, samples_divided, scheme_of, steps_per_sample
+from overturning.dem.quiet import SAFE_SHARE, SCENE_REST_THRESHOLD_FACTOR, overshoot, quiet_windows, rest_threshold
+from overturning.dem.time_step import HEAVY_DAMPING, Scheme, parse_scheme, steps_from_stable, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import check_precision
@@ -59,7 +59,7 @@ class PolygonPlan(Plan):
         """Return the kernel's input for cases with the same number of steps per sample."""
         scheme = SCHEMES[self.scheme]
         return SceneRules(
-            **self.queued(chosen, tables, finer, scheme.ticks, COLUMNS),
+            **self.common_rules(chosen, tables, finer, scheme.ticks, COLUMNS),
             scheme=scheme,
             stands_from=self.stands_from[chosen],
             variant=self.variant[chosen],
@@ -86,7 +86,7 @@ class PolygonPlan(Plan):
         check_path(rows * columns)
         return np.zeros((rows, columns))
 
-    def resting(self, count: int) -> FloatArray:
+    def rest_rows(self, count: int) -> FloatArray:
         """Return the first `count` rows of a path with all elements at rest."""
         prepared = self.variants[0]
         rest, poses_end = np.zeros((count, path_columns(prepared))), 2 + POSE_COLUMNS * len(prepared.placed)
@@ -105,7 +105,7 @@ class PolygonPlan(Plan):
 
 def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) -> PolygonPlan:
     """Check the arguments and plan the cases of a scene; see `overturning.dem.run.run` for the errors."""
-    scheme, scene = scheme_of(numerics.scheme), model.scene
+    scheme, scene = parse_scheme(numerics.scheme), model.scene
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a scene starts at rest; rotate an element in the scene file instead")
     keys = np.stack([np.asarray(cases.height), np.asarray(cases.b_over_h), np.asarray(cases.damping_factor)], axis=1)
@@ -113,7 +113,7 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
     variant = variant.reshape(-1)
     variants = [prepare(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
     _check_variants(scene, variants)
-    row, ground = shaking(motion, cases)
+    row, ground = ground_motions(motion, cases)
     square = np.array([item.square for item in variants])
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
     time = np.array([item.rocking_time for item in variants])
@@ -122,7 +122,10 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
     slowest = np.sqrt(np.array([item.radius for item in variants]) / (0.75 * scene.gravity))[variant]
     table = np.zeros(cases.size, t.CASE)
     table["amplitude"], table["friction"], table["damping"] = cases.amplitude, cases.friction, cases.damping_factor
-    table["calm"], table["after"] = np.inf, motion.samples + np.ceil(AFTERMATH * slowest / motion.sampling_interval)
+    table["calm"], table["after"] = (
+        np.inf,
+        motion.samples + np.ceil(MAX_TIME_AFTER_RECORD * slowest / motion.sampling_interval),
+    )
     table["finest"] = finest[variant]
     # A shorter time step divides every step; the same time after a contact change then takes more of them.
     table["dwell"] = np.round(SCENE.dwell_of(square, rate) * divided * numerics.refinement)[variant]
@@ -168,7 +171,7 @@ def _rest_thresholds(
     delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential)) for one in laws])[variant]
     rings = overshoot(slowest[variant], delay * np.asarray(cases.damping_factor), interval)
     # `onset`, the smallest of all frictions and thresholds, replaces the threshold of sliding.
-    return borne(lifts[variant], onset, lifts[variant], rings, BORNE_BY_STACKS)
+    return rest_threshold(lifts[variant], onset, lifts[variant], rings, SCENE_REST_THRESHOLD_FACTOR)
 
 
 def steps_of(
@@ -183,7 +186,7 @@ def steps_of(
     frequency = np.sqrt(square)
     whole = np.minimum(SCENE.longest * time, interval)
     heavy = np.maximum(0.5 * rate / frequency / HEAVY_DAMPING, 1.0)
-    fewest, steps = (samples_divided(whole, whole, wanted, interval) for wanted in ("auto", time_step))
+    fewest, steps = (steps_from_stable(whole, whole, wanted, interval) for wanted in ("auto", time_step))
     # The number of halvings does not depend on the time step: a shorter one makes all steps shorter.
     halvings = np.clip(np.frexp(interval / fewest * frequency * heavy / SCENE.finest)[1], 0, SCENE.halvings)
     return steps, np.ldexp(SCENE.whole, -halvings), steps / fewest

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.limits import sinks_too_far
+from overturning.dem.limits import exceeds_penetration_limit
 from overturning.dem.polygon.statics import (
     ContactLaws,
     LoadedEnd,
@@ -93,7 +93,7 @@ class Prepared:
     @property
     def exceeds_penetration_limit(self) -> bool:
         """True if the weight alone makes a pair exceed the penetration limit; its faces may even be swapped then."""
-        return bool(sinks_too_far(self.static_penetration, smallest(self.placed)).any())
+        return bool(exceeds_penetration_limit(self.static_penetration, smallest(self.placed)).any())
 
     @property
     def has_no_outcome(self) -> bool:

@@ -17,7 +17,14 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import Attempt, Clock
-from overturning.dem.kernel.ground import Ground, Line, cannot_move, is_looked_at, piece, samples_at_rest
+from overturning.dem.kernel.ground import (
+    Ground,
+    Line,
+    below_rest_threshold,
+    is_rest_check_sample,
+    piece,
+    samples_at_rest,
+)
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, aligned, borrowed
 from overturning.dem.kernel.mechanics import renormalised
 from overturning.dem.kernel.queue import Job, by_type, implement
@@ -251,9 +258,9 @@ def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> 
     for j in range(active):
         case = rows.load_case(state, j)
         now = case.sample + case.shaking.tick * (1.0 / rules.job.ticks)
-        long = case.attempt.length >= ticks and is_looked_at(now)
+        long = case.attempt.length >= ticks and is_rest_check_sample(now)
         # Test the shaking first: testing the elements takes longer.
-        quiet = long and cannot_move(ground, row[cases[j]], now, case.amplitude, case.bears)
+        quiet = long and below_rest_threshold(ground, row[cases[j]], now, case.amplitude, case.bears)
         if quiet and all_at_rest(state, j, scene):
             samples = samples_at_rest(ground, row[cases[j]], now, case.amplitude, case.bears)
             state[rows.SAMPLE + j] += samples

@@ -43,7 +43,7 @@ def test_flags_and_sides_are_equal_where_what_begins_is_followed(
     number: int, pulse: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What is left out of whole cases, and of their begin and end, changes nothing."""
-    monkeypatch.setattr(block_plan, "borne", lambda lifts, *_: 0.0 * lifts)
+    monkeypatch.setattr(block_plan, "rest_threshold", lambda lifts, *_: 0.0 * lifts)
     motion = record_of(number, pulse)
     short = simulate_arrays(motion, **BLOCKS)
     full = simulate_arrays(motion, **BLOCKS, leave_out=False)
@@ -140,7 +140,7 @@ def test_a_body_at_rest_that_is_not_followed_falls_as_one_that_is(
     cases = Cases(np.repeat(np.arange(0.0, 180.0, 20.0), 4), 0.6, np.tile([0.3, 0.34, 0.4, 0.5], 9), 0.9)
     motion = quiet_then_pulse(wave, vertical, 0.07 if name == "scene" else 0.13)
     short = run(model, motion, cases)
-    monkeypatch.setattr(plan, "borne", lambda lifts, *_: 0.0 * lifts)
+    monkeypatch.setattr(plan, "rest_threshold", lambda lifts, *_: 0.0 * lifts)
     full = run(model, motion, cases)
     assert (full.samples_left_out == 0).all()
     assert short.samples_left_out.mean() > 100

@@ -122,10 +122,8 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
     slowest = np.sqrt(np.array([item.radius for item in variants]) / (0.75 * scene.gravity))[variant]
     table = np.zeros(cases.size, t.CASE)
     table["amplitude"], table["friction"], table["damping"] = cases.amplitude, cases.friction, cases.damping_factor
-    table["calm"], table["after"] = (
-        np.inf,
-        motion.samples + np.ceil(MAX_TIME_AFTER_RECORD * slowest / motion.sampling_interval),
-    )
+    table["calm"] = np.inf
+    table["after"] = motion.samples + np.ceil(MAX_TIME_AFTER_RECORD * slowest / motion.sampling_interval)
     table["finest"] = finest[variant]
     # A shorter time step divides every step; the same time after a contact change then takes more of them.
     table["dwell"] = np.round(SCENE.dwell_of(square, rate) * divided * numerics.refinement)[variant]

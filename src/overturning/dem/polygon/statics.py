@@ -55,7 +55,7 @@ def _displacement_slices(placed: list[PlacedElement]) -> dict[int, slice]:
 
 
 def find_joints(placed: list[PlacedElement], pairs: list[ElementPair], lean: float = 0.0) -> list[Joint]:
-    """Return the touching ends; for `lean` see `overturning.model.geometry.resting`."""
+    """Return the touching ends; for `lean` see `overturning.model.geometry.touching_ends`."""
     return _joints(placed, pairs, touching_ends(placed, pairs, lean))
 
 

@@ -14,7 +14,7 @@ from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import Numerics
 from overturning.dem.path import PlanePath
-from overturning.dem.plan import ANSWERS, Plan, ground_motions, rounded
+from overturning.dem.plan import ANSWERS, Plan, ground_motions, group_equal_cases, rounded
 from overturning.dem.quiet import REST_THRESHOLD_FACTOR, overshoot, quiet_windows, rest_threshold
 from overturning.dem.time_step import (
     Scheme,

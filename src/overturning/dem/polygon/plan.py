@@ -163,7 +163,7 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
 def _rest_thresholds(
     variants: list[Prepared], variant: NDArray[np.int64], cases: Cases, onset: FloatArray, interval: float
 ) -> FloatArray:
-    """Return |a|/g up to which samples are skipped while a case is at rest; see `overturning.dem.quiet.borne`."""
+    """Return |a|/g up to which samples at rest are skipped; see `overturning.dem.quiet.rest_threshold`."""
     lifts, slowest = (np.array([getattr(item, name) for item in variants]) for name in ("threshold", "slowest"))
     laws = [item.laws for item in variants]
     delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential)) for one in laws])[variant]

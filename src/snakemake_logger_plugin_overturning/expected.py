@@ -21,7 +21,7 @@ _TAIL: Final = 400
 
 
 @dataclass
-class Job:
+class RunningJob:
     """A running job.
 
     Attributes
@@ -67,7 +67,7 @@ class Expected:
     _began: float = 0.0
     _planned: float = 0.0  # expected seconds of all jobs
     _done: float = 0.0  # expected seconds of the jobs that ended
-    _running: dict[int, Job] = field(default_factory=dict)
+    _running: dict[int, RunningJob] = field(default_factory=dict)
 
     def plan(self, counts: dict[str, int], now: float | None = None) -> None:
         """Store the number of jobs of each rule."""
@@ -77,7 +77,7 @@ class Expected:
 
     def begin(self, job: int, rule: str, name: str, logs: list[Path], size: float = 1.0) -> None:
         """Store a job that begins; its size is relative to the mean job of its rule."""
-        self._running[job] = Job(name, size * self.seconds.get(rule, UNKNOWN), logs)
+        self._running[job] = RunningJob(name, size * self.seconds.get(rule, UNKNOWN), logs)
 
     def end(self, job: int, well: bool) -> None:
         """Store a job that ended, successfully or not."""

@@ -220,7 +220,7 @@ def stood(
         for of, one in zip(known, outcomes, strict=True)
     ]
     heads = ("stones", "measure", "falls a year", f"P(stands {years:g} years)", "share of the class that stands")
-    more = ("of the falls, beyond the records", "hazard at most so many times")
+    more = ("of the falls, beyond the records", "largest factor on the hazard")
     if lines:
         print(*plain_lines(Section("What has stood", (table((*heads, *more), lines, "tttt%%t"),))), sep="\n")
     for (row, curve), found in zip(known, outcomes, strict=True):

@@ -59,8 +59,8 @@ def response_figure(paths: Sequence[xr.Dataset], title: str) -> Figure:
             if alpha <= LIMIT_FACTOR * largest:
                 for sign in (1, -1):
                     rows[1, column].axhline(sign * alpha, linestyle=style.DASHED, **(look | {"linewidth": 0.7}))
-                beside = {"xycoords": ("axes fraction", "data"), "va": "bottom", "fontsize": 8}
-                rows[1, column].annotate("α", (0.01, alpha), color=look["color"], **beside)
+                position = {"xycoords": ("axes fraction", "data"), "va": "bottom", "fontsize": 8}
+                rows[1, column].annotate("α", (0.01, alpha), color=look["color"], **position)
         for row, axes in enumerate(rows[:, column]):
             axes.axhline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
             axes.locator_params(axis="y", nbins=5)

@@ -45,7 +45,7 @@ class Layer(BaseModel, extra="forbid", frozen=True):
         default=0.05,
         ge=0,
         lt=0.5,
-        description="Damping ratio; beside a curve, which has its own, it counts for nothing.",
+        description="Damping ratio; ignored for a layer with a curve, which has its own.",
     )
     curve: str | None = Field(
         default=None, description="Published modulus-reduction curve, by pystrata's name; none: the layer is linear."

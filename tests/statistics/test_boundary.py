@@ -47,7 +47,7 @@ def test_falls_beyond_the_grid(make_cube, sector) -> None:
     assert easiest["ratio"].values == pytest.approx(0.5 / 0.1)
 
 
-def test_above_the_largest_known_outcome_nothing_is_said(make_cube, sector) -> None:
+def test_no_boundary_above_the_largest_known_outcome(make_cube, sector) -> None:
     """Towards 60° what falls up to B/H 0.3 was not told above: the boundary lies above 0.3, not above 0.5."""
     cube = make_cube(sector(60, 20))
     untold = (cube["azimuth"] % 180 == 60) & (cube["b_over_h"] > 0.3)
@@ -60,7 +60,7 @@ def test_above_the_largest_known_outcome_nothing_is_said(make_cube, sector) -> N
     assert not easiest["bounded"].any()
 
 
-def test_how_much_easier(make_cube) -> None:
+def test_ratio_of_easiest_to_hardest_plane(make_cube) -> None:
     def rule(azimuth, height, slender, friction):
         limit = 0.25 + 0.2 * np.cos(np.radians(azimuth - 30)) ** 2
         return np.where(slender <= limit, np.where(np.cos(np.radians(azimuth - 30)) >= 0, 1, -1), 0)
@@ -98,7 +98,7 @@ def test_lazy_is_the_same(make_cube, sector) -> None:
     xr.testing.assert_allclose(lazy.compute(), boundary(cube))
 
 
-def test_nothing_falls_where_an_outcome_is_missing_too(make_cube) -> None:
+def test_missing_outcomes_do_not_count_as_falls(make_cube) -> None:
     cube = make_cube(lambda azimuth, *_rest: np.zeros_like(azimuth))
     cube["overturned"][{"b_over_h": 2}] = np.nan
     assert boundary(cube)["stands_throughout"].all()
@@ -107,7 +107,7 @@ def test_nothing_falls_where_an_outcome_is_missing_too(make_cube) -> None:
     assert easiest["ratio"].isnull().all()
 
 
-def test_a_plane_of_which_nothing_is_known_is_not_the_hardest(make_cube) -> None:
+def test_a_plane_without_known_outcomes_is_not_the_hardest(make_cube) -> None:
     """Up to B/H = 0.3 ± 0.1 all fall: three times as easily along 60° as across, whatever plane 30 does."""
     cube = make_cube(lambda a, _, s, __: np.where(s <= 0.3 + 0.1 * np.cos(np.radians(2 * (a - 60))), 1, 0))
     cube["overturned"][{"azimuth": cube["azimuth"] % 180 == 30}] = np.nan

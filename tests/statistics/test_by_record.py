@@ -20,7 +20,7 @@ def cube(make_cube, sector):
     return made.assign_coords({name: ("record", values) for name, values in described.items()})
 
 
-def test_records_read_together_say_what_each_says_alone(cube, monkeypatch):
+def test_batches_of_records_equal_single_records(cube, monkeypatch):
     together = sums_by_record(cube, "b_over_h")
     for cells in (1, 2 * cube["overturned"].size // 4):  # one at a time, and by two
         monkeypatch.setattr(by_record, "CELLS_PER_READ", cells)
@@ -45,7 +45,7 @@ def test_fall_axes_of_the_groups(cube):
     assert axes["vs30 from 500"]["axis"].values == pytest.approx([80])
 
 
-def test_what_cannot_be_grouped_by_is_named(cube):
+def test_unknown_group_coordinates_are_named(cube):
     with pytest.raises(ArgumentError, match=r"by: 'geology'; records are described by .*vs30, wall"):
         record_groups(cube, "geology")
     with pytest.raises(ArgumentError, match="edges"):

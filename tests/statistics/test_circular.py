@@ -119,21 +119,21 @@ def test_chi_square_is_scipys() -> None:
 
 
 @pytest.mark.parametrize("probability", [[0.5, 0.6], [1.5, -0.5], [1.0]])
-def test_what_is_no_probability_is_refused(probability: list[float]) -> None:
+def test_invalid_probabilities_are_refused(probability: list[float]) -> None:
     with pytest.raises(ArgumentError):
         grouped_watson_test([1, 2], probability)
     with pytest.raises(ArgumentError, match="0 to 1"):
         watson_u2_test([0.2, 1.2])
 
 
-def test_nothing_observed() -> None:
+def test_tests_without_observations() -> None:
     for result in (watson_u2_test([]), grouped_watson_test([0, 0], [0.5, 0.5])):
         assert result.n == 0
         assert math.isnan(result.p_value)
 
 
 @pytest.mark.parametrize("place", [0.0, 0.3, 1.0])
-def test_one_angle_says_nothing_against_any_direction(place: float) -> None:
+def test_one_angle_rejects_no_direction(place: float) -> None:
     assert watson_u2_test([place]).p_value == 1.0
     assert grouped_watson_test(np.eye(8)[int(7 * place)], np.full(8, 1 / 8)).p_value == 1.0
 

@@ -106,7 +106,7 @@ def test_score_by_hand() -> None:
     assert found.skill == pytest.approx(2 / 3 - 1 / 2)
 
 
-def test_what_falls_by_wests_formula_is_predicted_by_it(make_cube) -> None:
+def test_falls_by_wests_formula_are_predicted_by_it(make_cube) -> None:
     azimuth, slender = np.arange(0, 180, 20), np.array([0.1, 0.2, 0.3, 0.4])
     pga = STANDARD_GRAVITY * np.linspace(0.05, 0.45, azimuth.size)
     cube = make_cube(
@@ -128,7 +128,7 @@ def test_what_falls_by_wests_formula_is_predicted_by_it(make_cube) -> None:
     assert len(found.blocks) == 8
 
 
-def test_rules_are_ranked_within_blocks_beside_the_rule_that_knows_no_motion(make_cube) -> None:
+def test_rules_are_ranked_within_blocks_with_the_slenderness_rule(make_cube) -> None:
     # Falls by the pulse after one impact, of blocks that mostly fall (B/H 0.1) or mostly stand (0.4).
     azimuth, slender = np.arange(0, 180, 10), np.array([0.1, 0.2, 0.3, 0.4])
     pga = STANDARD_GRAVITY * np.linspace(0.15, 0.60, azimuth.size)

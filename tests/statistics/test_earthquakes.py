@@ -44,7 +44,7 @@ def test_axis_relative_to_the_fault_normal(axes, offsets, more, expected) -> Non
     assert summarise_axes(found).alignment.n == len(expected)
 
 
-def test_what_does_not_fall_or_has_no_fault_normal_is_not_in_n(make_cube, sector) -> None:
+def test_n_excludes_records_without_falls_or_fault_normal(make_cube, sector) -> None:
     cube = make_cube([sector(60, 10)] * 4, azimuth=range(360), events="ABCD", fault_normal=[60, 60, 60, math.nan])
     cube["overturned"][{"record": 1}] = 0
     summary = summarise_axes(axes_by_earthquake(cube))
@@ -55,7 +55,7 @@ def test_what_does_not_fall_or_has_no_fault_normal_is_not_in_n(make_cube, sector
     assert np.isnan([nothing.axis_deg, nothing.alignment.value]).all()
 
 
-def test_only_blocks_that_just_fall_tell_and_an_earthquake_weighs_as_its_falls_agree(make_cube) -> None:
+def test_only_marginal_blocks_count_and_weights_follow_the_resultant(make_cube) -> None:
     """B/H 0.1 falls in every plane and B/H 0.3 near one axis, or, of the last earthquake, near two across each other.
 
     The expected numbers are of the azimuths in which B/H 0.3 falls, by numpy.

@@ -35,7 +35,7 @@ def line(azimuth: list[int], overturned: list[float]) -> xr.Dataset:
         ([30, 120], [-1, 1], {30: 0, 120: 1, 210: 1, 300: 0}),
     ],
 )
-def test_each_fall_stands_once_at_the_azimuth_it_goes_to(azimuth, flags, expected) -> None:
+def test_each_fall_is_counted_once_at_its_azimuth(azimuth, flags, expected) -> None:
     assert falls_towards(line(azimuth, flags)).to_series().to_dict() == expected
     lazy = falls_towards(line(azimuth, flags).chunk({"azimuth": 2}))
     assert lazy.chunks is not None
@@ -47,7 +47,7 @@ def test_missing_outcomes_stay_missing() -> None:
     np.testing.assert_array_equal(overturns(line([0, 90], [np.nan, -1])), [np.nan, 1])
 
 
-def test_a_flag_that_is_a_whole_number_says_no_more_than_one_that_is_read() -> None:
+def test_integer_and_float_flags_are_equivalent() -> None:
     read = line([0, 30, 60, 90, 120, 150], [1, np.nan, np.nan, 0, -1, 0])
     whole = read.fillna(-128).astype("int8").assign_coords(azimuth=read["azimuth"])  # as in the file
     for found in (overturns, informative_blocks, fall_shares, lambda one: fall_means(one, informative=True)):

@@ -58,7 +58,7 @@ def test_no_curve_where_there_is_none(share: list[float]) -> None:
     assert math.isnan(lognormal_fit([1.0, 2.0, 4.0], share)[0])
 
 
-def test_refuses_what_is_no_share() -> None:
+def test_invalid_shares_are_refused() -> None:
     with pytest.raises(ArgumentError, match="0 to 1"):
         lognormal_fit([1.0, 2.0], [0.0, 1.2])
 
@@ -125,7 +125,7 @@ def test_formats(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("between", "within"), [(0.5, 0.3), (0.15, 0.45), (0.0, 0.4)])
-def test_the_spread_of_records_is_told_from_that_of_stones(between: float, within: float) -> None:
+def test_spread_of_records_is_separated_from_that_of_stones(between: float, within: float) -> None:
     """60 records that each are so much stronger than their intensity says, 200 stones that each take so much more.
 
     The median that every record has is drawn; the standard error of a spread of 60 values is 9 % of it.

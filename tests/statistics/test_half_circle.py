@@ -90,7 +90,7 @@ CLOSE = {
 
 @pytest.mark.parametrize("half", [FIRST, SECOND, np.arange(9, 45)], ids=["0…175", "180…355", "45…220"])
 @pytest.mark.parametrize("name", [*THE_SAME, *CLOSE])
-def test_half_of_the_azimuths_say_the_same(name: str, half: np.ndarray) -> None:
+def test_half_of_the_azimuths_give_the_same_result(name: str, half: np.ndarray) -> None:
     cube = whole()
     found, expected = ((THE_SAME | CLOSE)[name](one) for one in (cube.isel(azimuth=half), cube))
     if not isinstance(expected, (xr.Dataset, xr.DataArray)):
@@ -141,7 +141,7 @@ def test_falls_of_stones_turned_every_way_before_walls_go_where_they_go() -> Non
     assert density[prediction.azimuth < 180].sum() == pytest.approx(1)
 
 
-def test_half_a_circle_says_nothing_of_a_scene_that_faces_the_other_half() -> None:
+def test_half_a_circle_leaves_the_other_half_of_a_scene_missing() -> None:
     """Of one that faces 250, in the gap of 185° between 175 and 0, there is no answer."""
     half = before_a_wall(np.ones_like, AZIMUTH[FIRST])
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
@@ -154,6 +154,6 @@ def test_half_a_circle_says_nothing_of_a_scene_that_faces_the_other_half() -> No
     assert flags.sel(azimuth=slice(180, None)).isnull().all()
 
 
-def test_a_missing_outcome_is_not_taken_from_behind(make_cube: Callable[..., xr.Dataset]) -> None:
+def test_missing_outcomes_are_not_copied_from_the_opposite_azimuth(make_cube: Callable[..., xr.Dataset]) -> None:
     cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, np.nan, 1.0), azimuth=[0, 90, 180, 270])
     assert falls_towards(cube).isel(azimuth=[0, 1]).isnull().all()

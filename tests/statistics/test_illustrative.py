@@ -30,7 +30,7 @@ def which_side(cube: xr.Dataset) -> tuple[dict[str, float], tuple[float, ...]] |
     return found.get(WHICH_SIDE)
 
 
-def test_both_sides_are_shown_where_both_occur_and_nothing_where_they_do_not(make_cube) -> None:
+def test_the_case_of_both_sides_exists_only_if_both_occur(make_cube) -> None:
     """At 40° the broad block falls to the other side, at 40 and 60° the slender one, which does so in every run."""
 
     def fell(azimuth: np.ndarray, _: np.ndarray, broad: np.ndarray, __: np.ndarray) -> np.ndarray:
@@ -59,12 +59,12 @@ def test_falls_normal_to_the_fault(shown, rocks: list[float], broad: float) -> N
 
 
 @pytest.mark.parametrize(("rocks", "broad"), [([0.3, 0.7], 0.4), ([0.3, 0.0], 0.2), ([0.05, 0.0], None)])
-def test_the_closest_call_is_the_largest_rotation_of_what_stands(shown, rocks: list[float], broad: float) -> None:
+def test_the_closest_case_has_the_largest_rotation_of_standing_blocks(shown, rocks: list[float], broad: float) -> None:
     assert shown(rocks).get("Stands, but only just") == broad
 
 
 @pytest.mark.parametrize(("turn", "titles"), [(-0.2, ["Stands, and has turned"]), (0.04, [])])
-def test_a_stone_that_has_turned_by_less_than_is_told_has_not(make_cube, turn: float, titles: list[str]) -> None:
+def test_turns_below_the_printed_resolution_do_not_count(make_cube, turn: float, titles: list[str]) -> None:
     cube = make_cube(lambda azimuth, *_: 0 * azimuth, azimuth=[0, 45], height=[0.6], b_over_h=[0.3], friction=[1.0])
     still = cube.rename(azimuth="orientation").expand_dims(aspect=[1.0])
     still = still.assign(residual_twist=still["overturned"] + turn, fall_azimuth=still["overturned"] * np.nan)

@@ -79,7 +79,7 @@ def test_intervals_hold_the_truth_and_estimates_are_unbiased_for_14_earthquakes(
     assert mean[1:3] == pytest.approx(truth[1:3], rel=0.045)
 
 
-def test_what_hangs_on_one_earthquake_has_no_interval() -> None:
+def test_no_interval_if_the_fit_depends_on_one_earthquake() -> None:
     """All that falls is of one earthquake, or a predictor varies in one alone."""
     x, event = np.linspace(-1, 1, 40), np.arange(40) // 4
     falls = np.where(event == 5, np.arange(40) % 2, 0)
@@ -126,7 +126,7 @@ def test_intervals_cover_with_clusters() -> None:
     ("outcome", "word"),
     [([0, 0, 0, 0], "nothing falls"), ([1, 1, 1, 1], "everything falls"), ([0, 0, 1, 1], "separate")],
 )
-def test_where_there_is_no_fit_it_is_said_why(outcome: list[int], word: str) -> None:
+def test_the_note_states_why_a_fit_fails(outcome: list[int], word: str) -> None:
     fit = logistic_fit([[1.0], [2.0], [3.0], [4.0]], outcome, [0, 1, 2, 3])
     assert word in fit.note
     assert np.isnan(fit.coefficient).all()

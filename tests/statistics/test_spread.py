@@ -50,7 +50,7 @@ def test_shares_of_divided_cells_do_not_hang_on_which_runs_were_left_out(chances
     ("towards", "away", "parts", "both"),
     [(0, 0, 0, 0), (3, 0, 1, 0), (8, 0, 0, 0), (5, 1, 1, 1), (4, 4, 0, 1), (2, 1, 1, 0), (2, 2, 1, 0), (1, 4, 1, 1)],
 )
-def test_what_eight_runs_say_of_a_cell(towards: int, away: int, parts: int, both: int) -> None:
+def test_statistics_of_eight_runs(towards: int, away: int, parts: int, both: int) -> None:
     """By the words: divided where some fall and some stand; to both sides where more than half fall, some each way."""
     assert runs_disagree(np.array(towards), np.array(away), 8) == parts
     assert falls_to_both_sides(np.array(towards), np.array(away), 8) == both

@@ -191,7 +191,7 @@ IN_SPACE = [
         *((SPACE | change, expected) for change, expected in IN_SPACE),
     ],
 )
-def test_wrong_key_or_value_is_a_line_that_says_what_to_write(
+def test_each_wrong_key_or_value_gives_a_line_with_the_remedy(
     change: dict, expected: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(CONFIG.parent)  # from where scenes are named
@@ -232,7 +232,7 @@ def test_studies_are_frozen() -> None:
         study.density = 1.0
 
 
-def test_what_goes_together_is_taken() -> None:
+def test_compatible_settings_are_accepted() -> None:
     """A population of blocks and of square prisms, soil of a variant, a spring of any stiffness above 0."""
     assert check_study(SMALL | {"population": {"width": {"low": 0.2, "high": 0.3}}}, "x").population.height.high == 0.9
     assert check_study(SMALL | {"body": {}, "population": {}}, "x").population.rotated == 5.0
@@ -244,7 +244,7 @@ def test_what_goes_together_is_taken() -> None:
     assert check_study(SMALL | {"scene": "three-tier", "variants": block}, "x").variants["block"].contact is not None
 
 
-def test_the_contact_of_a_variant_is_the_studys_but_for_what_it_gives() -> None:
+def test_contact_of_a_variant_defaults_to_that_of_the_study() -> None:
     variants = {"ringing": {"contact": {"damping": 9}}, "hard": {"contact": {"stiffness": "auto"}}}
     own = {"stiffness": 1e7, "stiffness_ratio": 0.5, "damping_ratio": 1.0}
     study = check_study(SMALL | {"contact": own, "variants": variants}, "x")
@@ -256,13 +256,13 @@ def test_the_contact_of_a_variant_is_the_studys_but_for_what_it_gives() -> None:
 
 
 @pytest.mark.parametrize("key", ["[]", "../../etc/passwd", "", "<b>"])
-def test_a_key_that_looks_like_none_is_named_all_the_same(key: str) -> None:
+def test_unknown_keys_unlike_any_other_are_named(key: str) -> None:
     with pytest.raises(ConfigError, match="unknown key; known are ") as problem:
         check_study({"name": "a", "records": {"use": ["b"]}, key: 1}, "mine.yaml")
     assert str(problem.value).startswith(f'mine.yaml: "{key}": unknown key')
 
 
-def test_what_yaml_or_python_stumbles_over_is_refused_in_a_line(tmp_path: Path) -> None:
+def test_invalid_yaml_and_python_values_give_one_line(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     twice = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(
         f"{name}: &{name} [{','.join([f'*{last}'] * 9)}]\n" for last, name in zip("abcdefgh", "bcdefghi", strict=True)

@@ -47,7 +47,7 @@ def test_intervals_are_scipys() -> None:
     np.testing.assert_allclose(np.stack([low, high], axis=1), expected, rtol=0, atol=1e-12)
 
 
-def test_interval_without_cases_says_nothing() -> None:
+def test_interval_without_cases_is_0_to_1() -> None:
     assert wilson(0, 0) == (0.0, 1.0)
 
 
@@ -162,7 +162,7 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
     assert again == found
 
 
-def test_what_changes_is_settled_by_finer_steps_or_chaotic(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_changed_cases_are_confirmed_by_finer_steps_or_chaotic(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     settings = study(verification={"at_least": 10, "cost": 30})
     done = swept(settings, [short(7)], tmp_path)
     own = done.sample.answers["overturned"][:, 0]
@@ -238,7 +238,7 @@ def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused()
     assert found.finer.outcomes[0].cases == found.chosen == 2
 
 
-def test_blocks_that_cannot_slide_stand_beside_the_exact_rigid_block(tmp_path: Path) -> None:
+def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Path) -> None:
     data = {"friction": [0.58, 1.0, 1.2], "b_over_h": [0.2, 0.3, 1.1], "ensemble": {"members": 0}}
     settings = study(**data, verification={"at_least": 2})
     records = [short(7, "a"), short(8, "b")]
@@ -286,7 +286,7 @@ def row_of_two(**keys: object) -> Study:
     return check_study({"name": "row", "records": {"use": ["a"]}, "scene": ROW, "friction": [0.7], **keys}, "row")
 
 
-def test_what_may_slide_or_is_no_rectangle_has_no_exact_rigid_block() -> None:
+def test_sliding_blocks_and_other_shapes_have_no_rigid_reference() -> None:
     """Without such a cell no cube is read."""
     nowhere = Path("nowhere.nc")
     assert read_rigid(nowhere, study(friction=[0.33, 0.99])) is None
@@ -351,7 +351,7 @@ def test_the_gravestone_scene_is_checked_with_the_fast_kernel() -> None:
         np.testing.assert_array_equal(found.block_steps, expected.block_steps)
 
 
-def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(tmp_path: Path) -> None:
+def test_the_command_checks_a_scene_for_the_report(tmp_path: Path) -> None:
     settings = row_of_two(azimuth={"step": 30}, friction=[0.4, 0.7], verification={"cost": 4})
     cube = cube_of(settings, [short(7)], tmp_path)
     output = tmp_path / "convergence.json"

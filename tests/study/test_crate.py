@@ -65,7 +65,7 @@ def test_a_motion_through_soil_is_not_called_that_of_the_record(tmp_path: Path) 
     }
 
 
-def test_inputs_have_source_hash_and_terms_and_motions_say_of_which_they_are(crate: dict[str, dict[str, Any]]) -> None:
+def test_inputs_have_source_hash_and_licence_and_motions_their_record(crate: dict[str, dict[str, Any]]) -> None:
     record = crate["#record-b"]
     assert (record["identifier"], record["sha256"], record["description"]) == ("made", "0" * 64, "S, E")
     assert crate[record["license"]["@id"]]["name"] == "none"

@@ -141,7 +141,7 @@ def test_in_space_members_are_run_where_the_azimuth_of_a_fall_changes(motion: Mo
     assert weight == pytest.approx([1.0, 0.0, *[1.0] * 7], abs=1e-3)
 
 
-def test_the_weight_of_a_fall_is_the_resultant_of_what_its_members_are_drawn_from() -> None:
+def test_weight_of_a_fall_is_the_resultant_of_its_members() -> None:
     """Members from a von Mises distribution of known resultant; the plain resultant of eight is 0.31 where it is 0."""
     generator, count = np.random.default_rng(5), 4000
     for kappa in (0.0, 0.5, 2.0, 8.0):
@@ -253,7 +253,7 @@ def test_a_cell_is_settled_by_its_own_flags() -> None:
     assert np.array_equal(is_converged(elements, 0.19), is_converged(flags, 0.19))  # every element counts
 
 
-def test_a_cell_stops_where_its_own_members_say_so(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
+def test_a_cell_stops_by_its_own_members(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
     members = draw_members(Ensemble(amplitude=0.1, b_over_h=0.05))
     every, some = run(motion, nominal, members), run(motion, nominal, members, widest=0.19)
     assert set(np.unique(some["members"])) == {8, 16, 24}

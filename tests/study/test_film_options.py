@@ -44,7 +44,7 @@ def test_the_command_gives_the_outcome_of_the_cell(
         assert ("falls towards" in capsys.readouterr().out) == bool((abs(cell["overturned"]) == 1).any())
 
 
-def test_a_study_that_one_command_cannot_repeat_says_why() -> None:
+def test_the_reason_is_given_if_one_command_cannot_repeat_a_study() -> None:
     record = rounded(pulse_record(parse_pulse(PULSE)))
     cube = run_study([record], **BLOCK, azimuth={"step": 90}, simulation={"time_step": 0.0001})
     assert film_options(cube)["missing"] == "the study has numerical settings of its own"

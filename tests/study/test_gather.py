@@ -83,7 +83,7 @@ def test_every_cell_is_in_its_place(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("scene", "period"), [("gravestone", 180.0), ("three-tier", 180.0), ("against-a-wall", 360.0)])
-def test_a_cube_says_whether_opposite_azimuths_are_one_case(scene: str, period: float, tmp_path: Path) -> None:
+def test_a_cube_states_if_opposite_azimuths_are_one_case(scene: str, period: float, tmp_path: Path) -> None:
     """A wall on one side stands in the way of a fall towards 0°, or 180° under the opposite motion: two cases."""
     of_scene = STUDY.model_copy(update={"scene": load_scene(scene)})
     with netCDF4.Dataset(tmp_path / "cube.nc", "w") as cube:
@@ -95,7 +95,7 @@ def test_a_cube_says_whether_opposite_azimuths_are_one_case(scene: str, period: 
     assert (answering == grid["azimuth"].size) == (period == 360)
 
 
-def test_what_describes_a_record_is_carried_into_the_cube(tmp_path: Path) -> None:
+def test_record_metadata_are_copied_to_the_cube(tmp_path: Path) -> None:
     numbers = {"magnitude": 7.8, "rupture_distance": 1.5, "vs30": 410.0, "pulse_period": 2.2}
     known = numbers | {"site_class": "C", "wall": "foot", "agency_processing": "gefiltert in Zürich"}
     described = [replace(RECORDS[0], extra=RECORDS[0].extra | known), RECORDS[1]]
@@ -113,7 +113,7 @@ def test_what_describes_a_record_is_carried_into_the_cube(tmp_path: Path) -> Non
     assert processing in found.attrs["record_processing"], "as it is written, for those who look at it with ncdump"
 
 
-def test_one_earthquake_under_two_names_is_one_in_the_cube_and_said(tmp_path: Path) -> None:
+def test_two_names_of_an_earthquake_are_merged_with_a_note(tmp_path: Path) -> None:
     names = ("Loma Prieta 10/18/1989", "Loma Prieta, CA")
     named = [
         replace(record, event=name, extra={"origin_time": f"1989-10-18T00:04:{second}Z"})
@@ -166,7 +166,7 @@ def test_missing_outcomes_are_missing_and_never_a_flag(tmp_path: Path) -> None:
         assert cube["status"][0, 2, 0, 1, 1] == Status.UNDECIDED
 
 
-def test_flags_of_records_say_what_their_values_mean(tmp_path: Path) -> None:
+def test_record_flags_have_flag_meanings(tmp_path: Path) -> None:
     found = cube(tmp_path)
     for name, meanings in (("pulse", "no_pulse pulse"), ("vertical", "horizontal_only with_vertical")):
         assert found[name].attrs["flag_values"].tolist() == [0, 1]

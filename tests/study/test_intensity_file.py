@@ -56,7 +56,7 @@ def test_the_periods_of_a_population_are_among_those_of_the_spectra(tmp_path: Pa
         assert table.psa_rotd.sel(percentile=50, period=0.5).values == pytest.approx(psa)
 
 
-def test_the_file_tells_what_processing_did(table: xr.Dataset) -> None:
+def test_the_file_has_peaks_before_and_after_processing(table: xr.Dataset) -> None:
     assert np.isnan(table.pgd_processed[0])
     # one cycle of a sine from rest leaves a drift of A T²/2π per period, which the filter takes away
     assert float(table.pgd_processed[1]) < 0.7 * float(table.pgd_unprocessed[1])

@@ -55,7 +55,7 @@ def test_a_path_out_of_the_folder(tmp_path: Path, source: str) -> None:
         check_files(study_of(tmp_path, f"one\tauto\t{source}"), "mine.yaml")
 
 
-def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
+def test_unreadable_files_are_named(tmp_path: Path) -> None:
     for name in ("one.csv", "two.csv"):
         (tmp_path / name).write_text("time,north,east\n0,1,2\n", encoding="utf-8")
     study = study_of(tmp_path, "one\tcsv\tone.csv", "two\tnonsense\ttwo.csv")
@@ -69,7 +69,7 @@ def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
     assert "format 'nonsense'" in second
 
 
-def test_what_was_left_out_of_a_file_is_said(tmp_path: Path) -> None:
+def test_skipped_data_of_a_file_are_noted(tmp_path: Path) -> None:
     waves = 50 * np.sin(np.arange(500) / 9)
     (tmp_path / "x.asa").write_text(unam_text({"N00E": waves, "N90E": waves[::-1], "V": waves}), encoding="utf-8")
     study = study_of(tmp_path, "one\tauto\tx.asa", b_over_h=[0.02, 0.1])
@@ -78,7 +78,7 @@ def test_what_was_left_out_of_a_file_is_said(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("gal", "weak"), [(90.0, True), (105.0, False)])
-def test_a_record_too_weak_to_move_any_stone_is_said_to_be(tmp_path: Path, gal: float, weak: bool) -> None:
+def test_a_record_too_weak_to_move_any_stone_is_noted(tmp_path: Path, gal: float, weak: bool) -> None:
     """West: a rigid block of B/H = 0.1 rocks from 98 Gal on, along the motion."""
     row = f"slight\tsynthetic\tsine amplitude_gal={gal:g} period_s=1 azimuth_deg=40"
     study = study_of(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5])
@@ -105,7 +105,7 @@ def test_a_vertical_motion_that_is_left_out_holds_no_stone(tmp_path: Path, witho
     assert weak not in told(check_study(plain | without, "mine.yaml"))
 
 
-def test_nothing_is_said_of_the_strength_of_a_record_that_soil_may_amplify(tmp_path: Path) -> None:
+def test_no_note_on_weak_records_that_soil_can_amplify(tmp_path: Path) -> None:
     """The preflight has the motion of the rock alone."""
     row = "slight\tsynthetic\tsine amplitude_gal=90 period_s=1 azimuth_deg=40"
     layer = {"thickness_m": 20, "velocity_m_s": 150, "density_kg_m3": 1800}
@@ -169,7 +169,7 @@ def test_a_study_without_soil_needs_no_optional_package(monkeypatch: pytest.Monk
     check_packages(mine("rinaldi"), "mine.yaml")
 
 
-def test_a_study_too_large_is_refused_with_what_it_would_take() -> None:
+def test_a_study_too_large_is_refused_with_its_size() -> None:
     fine = {"start": 0.001, "stop": 10, "step": 0.001}
     with pytest.raises(
         ConfigError, match=r"mine\.yaml: 1 record × 7,200,000,000 cases = .* of processor time, .* of memory"
@@ -192,7 +192,7 @@ def test_cases_that_no_run_would_compute_are_refused_before_it(keys: dict[str, A
         told(mine("wtmc", **keys))
 
 
-def test_what_a_run_is_said_to_take_is_about_what_was_measured() -> None:
+def test_estimated_run_time_is_near_the_measured_one() -> None:
     measured = pd.read_csv(ROOT / "verification/results/x86-64-2-cores.csv").set_index("quantity")["value"]
     processor_s = float(measured["default study, whole run: processor time"])
     assert 0.5 < size_of(load_study(ROOT / "config/near-fault.yaml")).processor_s / processor_s < 2

@@ -51,7 +51,7 @@ def test_members_are_checked_too(tmp_path: Path) -> None:
         Members.read(path)
 
 
-def test_only_what_is_damaged_or_half_written_is_taken_away(tmp_path: Path) -> None:
+def test_only_damaged_and_incomplete_files_are_removed(tmp_path: Path) -> None:
     kept = [motion(tmp_path / "motion" / "a.nc"), motion(tmp_path / "cube.nc")]
     cut, emptied = motion(tmp_path / "sweep" / "nominal" / "a.nc"), motion(tmp_path / "motion" / "b.nc")
     cut.write_bytes(cut.read_bytes()[:-200])

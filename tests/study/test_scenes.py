@@ -208,7 +208,7 @@ def test_a_variant_without_vertical_motion_is_the_study_without_it(tmp_path: Pat
 
 
 @pytest.mark.parametrize("variant", ["nominal", "monolith", "gravestone"])
-def test_an_ensemble_of_a_scene_says_how_often_each_element_falls(tmp_path: Path, variant: str) -> None:
+def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path, variant: str) -> None:
     """Every member is a case that can be run by itself: amplitude, B/H, friction, damping and azimuth changed."""
     study = _study(
         azimuth={"start": 0, "stop": 360, "step": 90}, b_over_h=[0.3], friction=[0.8],

@@ -76,7 +76,7 @@ def test_cube_has_orientation_and_aspect_in_place_of_azimuth(cube: xr.Dataset, s
     assert cube["vertical"].item() == 0
 
 
-def test_flags_have_the_values_that_they_are_said_to_have(cube: xr.Dataset) -> None:
+def test_flags_have_their_documented_values(cube: xr.Dataset) -> None:
     """CF 1.11, section 3.5: one meaning for each of the flag values, and no other value."""
     flags = {name: values for name, values in cube.variables.items() if "flag_values" in values.attrs}
     assert {"overturned", "plane_overturned", "repeated", "vertical"} <= set(flags)
@@ -184,7 +184,7 @@ def test_gathering_refuses_a_part_in_planes(cube_file: Path, settings: Study, tm
         gather(space, [record()], [tmp_path / "a.nc"], tmp_path / "cube.nc")
 
 
-def test_vertical_motion_is_applied_and_said(tmp_path: Path) -> None:
+def test_vertical_motion_is_applied_and_flagged(tmp_path: Path) -> None:
     data = SMALL | {"orientation": {"step": 90}, "body": {}, "ensemble": {"members": 0}, "b_over_h": [0.25]}
     cubes = []
     for vertical in (True, False):

@@ -124,7 +124,7 @@ def test_a_wrong_cell_of_a_table_is_answered_in_plain_words(model: type[BaseMode
         ("detrend", 'processing: "detrend" – a list is needed: [detrend]'),
     ],
 )
-def test_a_wrong_step_is_answered_with_what_to_write(processing: Any, message: str, tmp_path: Path) -> None:
+def test_a_wrong_step_gives_the_remedy(processing: Any, message: str, tmp_path: Path) -> None:
     """The same in a study and in Python."""
     with pytest.raises(ConfigError, match=re.escape(f"mine.yaml: {message}")):
         check_study(BASE | {"processing": processing}, "mine.yaml")
@@ -150,7 +150,7 @@ def test_a_wrong_step_is_answered_with_what_to_write(processing: Any, message: s
         ("crate: {date: 5}", "mine.yaml: crate.date: 5 – a date is needed, as in 2026-11-21"),
     ],
 )  # fmt: skip
-def test_a_wrong_value_is_answered_with_what_to_write(text: str, message: str) -> None:
+def test_a_wrong_value_gives_the_remedy(text: str, message: str) -> None:
     with pytest.raises(OverturningError) as found:
         check_study(BASE | yaml.safe_load(text), "mine.yaml")
     assert message in str(found.value)

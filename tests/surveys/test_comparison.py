@@ -88,14 +88,14 @@ def test_octants_carry_less_than_azimuths(site) -> None:
     assert grouped.fit_exact.n == 0
 
 
-def test_count_stands_for_like_stones(site) -> None:
+def test_count_equals_repeated_stones(site) -> None:
     one = compare_survey([fallen(60), fallen(60), fallen(80)], site)
     two = compare_survey([fallen(60, count=2), fallen(80)], site)
     assert one.log_likelihood_ratio == two.log_likelihood_ratio
     assert one.octant_observed.tolist() == two.octant_observed.tolist()
 
 
-def test_stones_beyond_the_study_s_slenderness_are_told(make_cube, sector) -> None:
+def test_stones_outside_the_grid_of_b_over_h_are_counted(make_cube, sector) -> None:
     cube = make_cube(sector(60, 30), azimuth=range(0, 360, 2), b_over_h=(0.2, 0.3, 0.4))
     inside = [fallen(60), fallen(60, b_over_h=0.4), fallen(60, b_over_h=0.2, b_over_h_side=0.3)]
     outside = [fallen(60, b_over_h=0.5, count=2), fallen(60, b_over_h=0.2, b_over_h_side=0.1)]
@@ -110,7 +110,7 @@ def test_stones_beyond_the_study_s_slenderness_are_told(make_cube, sector) -> No
 
 
 @pytest.mark.parametrize(("front", "side"), [(0.2, 0.2), (0.2, 0.35), (0.5, 0.5)])
-def test_stones_turned_every_way_do_what_each_does_that_faces_one(make_cube, front: float, side: float) -> None:
+def test_unknown_orientation_is_the_mean_over_faces(make_cube, front: float, side: float) -> None:
     """Planes within 60° of 20° fall, up to B/H 0.4 all, at times of their own: where both fall the first decides."""
 
     def rule(azimuth, _, slender, __):
@@ -231,7 +231,7 @@ def test_cells_without_an_outcome_do_not_count_as_standing(make_cube, sector) ->
     assert SitePrediction(site, background=0).sides(facing()).sum() == pytest.approx(1)
 
 
-def test_an_azimuth_without_any_outcome_is_not_one_towards_which_nothing_falls(make_cube) -> None:
+def test_azimuths_without_outcomes_do_not_have_probability_0(make_cube) -> None:
     """All planes fall but one, of which nothing is known: stones fall any way."""
     cube = make_cube(lambda azimuth, *_: np.where(azimuth % 180 == 90, np.nan, 1.0), azimuth=range(0, 180, 10))
     prediction = SitePrediction(cube, background=0)
@@ -293,7 +293,7 @@ def test_confusion_matrix(make_cube, sector) -> None:
         ({"face_azimuth_deg": 60.0, "b_over_h_side": 0.2}, ""),
     ],
 )
-def test_only_what_is_missing_is_called_missing(site, given: dict[str, float], missing: str) -> None:
+def test_only_missing_values_are_reported_missing(site, given: dict[str, float], missing: str) -> None:
     stone = fallen(60, **given)
     alone, among = (
         " ".join(survey_sentences(compare_survey(stones, site)))
@@ -325,7 +325,7 @@ def test_observed_side(azimuth: float, side: int) -> None:
     assert observed_side(fallen(azimuth, face_azimuth_deg=60.0, b_over_h=0.4)) == side
 
 
-def test_nothing_fell_anywhere(make_cube) -> None:
+def test_a_survey_without_falls(make_cube) -> None:
     site = make_cube(lambda a, *_rest: np.zeros_like(a))
     comparison = compare_survey([fallen(10), fallen(200)], site)
     assert comparison.log_likelihood_ratio == pytest.approx(0, abs=1e-9)
@@ -335,7 +335,7 @@ def test_nothing_fell_anywhere(make_cube) -> None:
 
 
 @pytest.mark.parametrize("background", [0.0, 0.05])
-def test_stones_of_which_none_falls_in_the_study_are_told(make_cube, background: float) -> None:
+def test_stones_that_never_fall_in_the_study_are_counted(make_cube, background: float) -> None:
     """Up to B/H 0.3 all fall; what the prediction says of the others it does not know from the study."""
     site = make_cube(lambda azimuth, _, shape, *_rest: np.where(azimuth < 180, 1, -1) * (shape < 0.35))
     slender, stout, faced = fallen(10), fallen(200, b_over_h=0.45), fallen(80, b_over_h=0.45, face_azimuth_deg=80.0)

@@ -69,7 +69,7 @@ def column(size: tuple[float, float], azimuth: float = math.nan, count: int = 1)
     return Stone(math.isfinite(azimuth), azimuth, False, count, b_over_h=shape, height=height, round=True)
 
 
-def test_motions_of_one_id_are_told_apart(tmp_path: Path) -> None:
+def test_motions_with_equal_ids_are_distinguished(tmp_path: Path) -> None:
     """Of a record on rock and on soil the figure had one bar, and the table two lines of one name."""
     paths = [tmp_path / name for name in ("a.nc", "soft/a.nc", "b.nc")]
     for path, peak in zip(paths, (3.0, 5.0, 4.0), strict=True):
@@ -172,7 +172,7 @@ def test_a_survey_of_which_everything_fell_states_no_axis(inversion: Inversion) 
     assert not nothing.everything_fell
 
 
-def test_a_survey_that_no_motion_explains_is_said_not_to_fit(inversion: Inversion) -> None:
+def test_a_survey_that_no_motion_explains_does_not_fit(inversion: Inversion) -> None:
     """The broad low columns fell and the slender tall ones stood: by the rule none does that."""
     odd = inversion.answer("odd.csv", [column(SIZES[2], 0, 12), column(SIZES[0], count=12)])
     assert odd.fit < 0.01
@@ -182,7 +182,7 @@ def test_a_survey_that_no_motion_explains_is_said_not_to_fit(inversion: Inversio
     assert not any("fits" in text for text in cautions(even))
 
 
-def test_sizes_that_are_not_given_are_said_and_are_those_that_are_drawn() -> None:
+def test_missing_sizes_are_reported_and_drawn_at_random() -> None:
     tall, shaped = Stone(True, 60, False, 4, b_over_h=0.2, round=True), Stone(True, 60, False, 2, height=0.75)
     assert sizes_taken([column(SIZES[0])]) == ""
     said = sizes_taken([column(SIZES[0]), tall, shaped])
@@ -201,7 +201,7 @@ def test_a_survey_without_background_has_an_answer(inversion: Inversion) -> None
     assert one.interval(one.pgv) == pytest.approx(other.interval(other.pgv), rel=0.3)
 
 
-def test_fixed_stones_say_less(inversion: Inversion) -> None:
+def test_fixed_stones_carry_less_information(inversion: Inversion) -> None:
     stones = [column(size, count=4) for size in SIZES]
     loose = Inversion(inversion.responses, fixed=0.8)
     bound, less = (one.posterior(one.log_likelihood(stones)) for one in (inversion, loose))
@@ -256,7 +256,7 @@ def test_a_motion_that_is_in_no_library_lies_within_the_bounds(tmp_path: Path) -
     assert high / low < 8  # before the survey 15
 
 
-def test_what_is_computed_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_outcomes_are_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     calls: list[int] = []
 
     def counting(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:

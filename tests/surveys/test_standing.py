@@ -35,7 +35,7 @@ def test_a_lognormal_fragility_under_a_power_law(k: float, median: float, spread
     assert found.stands == pytest.approx(math.exp(-500 * rate), rel=1e-9)
 
 
-def test_any_hazard_by_quadrature_and_what_lies_beyond_the_records() -> None:
+def test_any_hazard_by_quadrature_and_share_beyond_the_records() -> None:
     level, rate = np.array([0.05, 0.2, 0.5, 1.0]), np.array([2e-2, 2e-3, 3e-4, 2e-5])
     hazard = Hazard("PGA", "g", level, rate)
 
@@ -65,7 +65,7 @@ def test_any_hazard_by_quadrature_and_what_lies_beyond_the_records() -> None:
     assert math.isnan(without.high)
 
 
-def test_stones_that_keep_what_sets_them_apart_stand_longer() -> None:
+def test_stones_with_constant_deviations_stand_longer() -> None:
     """Without a spread of records stone s falls as often as ln s is exceeded: E exp(−k0 s^−k T), by SciPy."""
     hazard = power_law(1e-3, 2.0, 1e-4, 1e4)
     found = standing(curve(0.6, 0.5, record_spread=0.0, other_spread=0.5), hazard, 300.0)
@@ -124,7 +124,7 @@ def test_the_command_reads_what_a_run_writes(tables: tuple[Path, Path], stood: C
     assert f"{100 * math.exp(-rate):.2f}\u00a0%" in row, "which stood as 1.00"
 
 
-def test_where_no_curve_fits_no_median_is_said_to_lie_beyond(
+def test_without_a_fit_no_median_is_reported_outside_the_data(
     tables: tuple[Path, Path], stood: Callable[..., str]
 ) -> None:
     tables[1].write_text("measure,unit,level,annual_rate\nPGV/PGA,s,0.01,1\nPGV/PGA,s,1,0.1\n", encoding="utf-8")
@@ -143,7 +143,9 @@ def test_where_no_curve_fits_no_median_is_said_to_lie_beyond(
         ("", "no level"),
     ],
 )
-def test_a_wrong_hazard_is_told(tables: tuple[Path, Path], rows: str, said: str, stood: Callable[..., str]) -> None:
+def test_an_invalid_hazard_is_refused(
+    tables: tuple[Path, Path], rows: str, said: str, stood: Callable[..., str]
+) -> None:
     tables[1].write_text("measure,unit,level,annual_rate\n" + rows, encoding="utf-8")
     assert said in stood(*tables, years=100)
 
@@ -209,7 +211,7 @@ def test_one_stone_of_a_class_that_stands_is_a_strong_one(tmp_path: Path, stood:
     assert stands / 4000 == pytest.approx(0.05, abs=0.012)
 
 
-def test_a_hazard_that_begins_too_high_is_told(tmp_path: Path, stood: Callable[..., str]) -> None:
+def test_a_hazard_that_begins_too_high_is_reported(tmp_path: Path, stood: Callable[..., str]) -> None:
     """1 % fall at the first level: what lies below it is the difference from a curve that begins lower."""
     spread, rates = math.hypot(0.3, 0.5), []
     for first in (0.155, 0.0155, 0.005):

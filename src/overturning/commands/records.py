@@ -18,7 +18,7 @@ Paths = Annotated[
     list[Path], typer.Argument(help="files or folders; for one file, the other files of its record are found")
 ]
 
-app = typer.Typer(no_args_is_help=True, help="Check record files, or fetch them.")
+app = typer.Typer(no_args_is_help=True, help="Check, plot, add or fetch record files.")
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""From the axes of a sensor to north, east and up: common window, orientation, checks."""
+"""Assemble a record from the axes of a sensor: common window, rotation to north and east, checks."""
 
 import hashlib
 import math
@@ -33,14 +33,14 @@ MAX_SPREAD_S = 0.5
 """Largest difference in start or in length between components of one record, s."""
 
 MIN_WINDOW_PEAK = 0.8
-"""Share of a component's peak that the common window must hold, where lengths are further apart than that."""
+"""Smallest share of a component's peak in the common window, if lengths differ by more than `MAX_SPREAD_S`."""
 
 MAX_STATION_DISTANCE_KM = 1.0
-"""Largest distance between the places that files of one station state, km: rounded degrees and minutes differ."""
+"""Largest distance between stated places of one station, km; files round them to degrees or minutes."""
 
 
 def iso(moment: datetime | None) -> str | None:
-    """A time, of no zone in UTC, as ISO 8601 in UTC, without trailing zeros of the second."""
+    """Return a time (default zone UTC) as ISO 8601 in UTC, without trailing zeros of the second."""
     if moment is None:
         return None
     text = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%f")
@@ -50,10 +50,9 @@ def iso(moment: datetime | None) -> str | None:
 def _to_north_east(
     first: FloatArray, first_azimuth_deg: float, second: FloatArray, second_azimuth_deg: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Turn two horizontal components to north and east.
+    """Rotate two horizontal components to north and east.
 
-    Solves a₁ = n cos φ₁ + e sin φ₁, a₂ = n cos φ₂ + e sin φ₂, so that axes that are not quite at right
-    angles are allowed too.
+    Solves a₁ = n cos φ₁ + e sin φ₁, a₂ = n cos φ₂ + e sin φ₂, so the axes need not be exactly perpendicular.
     """
     c1, s1 = direction_cosines(first_azimuth_deg)
     c2, s2 = direction_cosines(second_azimuth_deg)
@@ -78,7 +77,7 @@ class _AssemblyReasons(RefusalReasons):
         return bool(self._found)
 
     def contradict(self, why: str, remedy: str) -> None:
-        """Refuse what contradicts itself, or write down that it is trusted."""
+        """Refuse a contradiction, or note that it is trusted."""
         if not self.trusting:
             raise RecordError(f"{why}; {remedy}")
         self.trusted.append(why)
@@ -87,10 +86,10 @@ class _AssemblyReasons(RefusalReasons):
 def _common_window(components: Sequence[Component], reasons: _AssemblyReasons) -> list[Component]:
     """Cut components to the samples that all of them have.
 
-    Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains. A RecordError
-    says so where the rates differ, or starts by more than 0.5 s. Lengths may differ in one file, whose recorder stopped
-    its channels one after the other. Unlike lengths of several files, and stations, earthquakes, sensors or their
-    places that differ, or raw beside processed data, are contradictions, which may be trusted.
+    Starts are rounded to whole samples relative to the latest; a shift of less than half a sample remains. Raises a
+    RecordError if the rates differ, or the starts by more than 0.5 s. Lengths may differ in one file, because recorders
+    stop channels one after another. Different lengths of several files, different stations, earthquakes, sensors or
+    places, and a mixture of raw and processed data are contradictions, which ``trust_data`` accepts.
     """
     said = [
         (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location, sensor)
@@ -100,7 +99,7 @@ def _common_window(components: Sequence[Component], reasons: _AssemblyReasons) -
         named = {" ".join(text.split()).casefold(): text for text in texts if text}
         if len(named) > 1:
             why = f"{components[0].file}: components of {' and '.join(map(repr, named.values()))}"
-            remedy = "give the files of one sensor together, or say --trust-data if it is one all the same"
+            remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
             reasons.contradict(why, f"they are not of one record: {remedy}")
     interval = components[0].sampling_interval
     for other in components[1:]:
@@ -145,13 +144,13 @@ def _common_window(components: Sequence[Component], reasons: _AssemblyReasons) -
 
 
 def _check_one_place(components: Sequence[Component], reasons: _AssemblyReasons) -> None:
-    """Refuse components whose station stands at two places."""
+    """Refuse components that state two places of one station."""
     places = [(c.latitude, c.longitude) for c in components if c.latitude is not None and c.longitude is not None]
     for place in places[1:]:
         if (apart := distance_km(places[0], place)) > MAX_STATION_DISTANCE_KM:
             first, other = (f"{north:g}° N, {east:g}° E" for north, east in (places[0], place))
             why = f"{components[0].file}: components at {first} and at {other}, {apart:.3g} km apart"
-            remedy = "give the files of one sensor together, or say --trust-data if it is one all the same"
+            remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
             reasons.contradict(why, f"they are not of one record: {remedy}")
 
 
@@ -175,12 +174,12 @@ def assemble(
 ) -> Record:
     """Make one record of the components of one sensor: two horizontal axes and at most one vertical one, in any order.
 
-    What is `declared` is of the axes, and whether to go on where a header's peak contradicts the data, files are unlike
-    long, or the motion is not the size of one; `stated` are fields that are known better than from the files (station,
-    event, licence…). A vertical axis that says neither up nor down is left out, unless its sense is declared. A
-    `RecordError` names all that speaks against the record: components missing or doubled, an axis unknown, the motion
-    of a sensor that was not declared, rates, starts or lengths that differ, a header's peak that contradicts the data,
-    a motion above 5 g or 1000 cm/s or below 0.0001 g.
+    `declared` gives directions of the axes and ``trust_data``, which accepts contradictions of header and data,
+    different lengths and implausible amplitudes. `stated` are fields that replace those of the files (station, event,
+    licence…). A vertical axis of unknown sense is left out unless its sense is declared. A `RecordError` names all
+    reasons against the record: missing or repeated components, an unknown axis, a sensor that was not declared,
+    different rates, starts or lengths, a header's peak that contradicts the data, a motion above 5 g or 1000 cm/s or
+    below 0.0001 g.
     """
     declared = declared or Declarations()
     reasons = _AssemblyReasons(trusting=declared.trust_data)
@@ -207,7 +206,7 @@ def assemble(
     window = components
     with reasons.collect():
         window = _common_window(components, reasons)
-    # A header's peak that the data contradict says more of the same axis.
+    # Skip this check after a peak that contradicts the header: its message is the better one for the same axis.
     if not reasons.found:
         with reasons.collect():
             check_dead_axis(window, reasons.contradict)
@@ -248,7 +247,7 @@ def assemble(
         up=window[2].samples * float(window[2].vertical) + 0.0 if len(window) == 3 else None,
         sampling_interval=first.sampling_interval,
         start=iso(first.start),
-        # Of one file, or of the joined hashes where a record lies in several.
+        # Hash of the file; of the joined hashes if the record has several files.
         sha256=hashes[0] if len(hashes) == 1 else hashlib.sha256("".join(hashes).encode()).hexdigest(),
         component_azimuths_deg=tuple(azimuths),
         processing=_cut_to_common(components, window, north, east),
@@ -258,12 +257,12 @@ def assemble(
 
 
 def borehole_name(station: str) -> str:
-    """Name of a station with the word borehole, which distinguishes it from the sensor at the surface."""
+    """Return the name of a station with the word borehole, unless it has it already."""
     return station if "borehole" in station.lower() else f"{station} (borehole)".strip()
 
 
 def _unused_declaration_note(component: Component, declared: Declarations) -> str:
-    """What was declared of samples and is not taken, because their file states it; empty where nothing was."""
+    """Return a note on declarations that are not used because the file states its own values; "" if none."""
     said = [f"unit {declared.unit}"] if declared.unit not in (None, component.unit) else []
     if declared.processed not in (None, component.processed):
         said.append("processed" if declared.processed else "raw")
@@ -275,7 +274,7 @@ def _unused_declaration_note(component: Component, declared: Declarations) -> st
 
 
 def _check_amplitude(components: Sequence[Component]) -> str:
-    """What speaks against a motion's size: of raw data without its offset, and without the velocity that drifts."""
+    """Return the reason why the amplitudes are implausible, "" if none; raw data without mean, and without PGV."""
     raw = not all(c.processed for c in components)
     moving = [c.samples - c.samples.mean() if raw else c.samples for c in components]
     if not any(samples.any() for samples in moving):
@@ -286,7 +285,7 @@ def _check_amplitude(components: Sequence[Component]) -> str:
 def _cut_to_common(
     whole: Sequence[Component], window: Sequence[Component], north: FloatArray, east: FloatArray
 ) -> tuple[dict[str, Any], ...]:
-    """The step that says what the common window left out; nothing where components are equally long."""
+    """Return the processing step of the common window; empty if all components have the same length."""
     sizes = {c.axis: c.samples.size for c in whole}
     kept, interval = window[0].samples.size, window[0].sampling_interval
     left_out = max(sizes.values()) - kept
@@ -296,7 +295,7 @@ def _cut_to_common(
 
 
 def _axes(components: Sequence[Component], azimuths_deg: Sequence[float] | None, name: str) -> list[Component]:
-    """The two horizontal components, with their azimuths, and the vertical one, if any."""
+    """Return the two horizontal components with their azimuths, then the vertical one, if any."""
     vertical = [c for c in components if c.vertical]
     horizontal = [c for c in components if not c.vertical]
     if len(horizontal) != 2 or len(vertical) > 1:
@@ -328,11 +327,11 @@ def _axes(components: Sequence[Component], azimuths_deg: Sequence[float] | None,
 def _apply_vertical_sense(
     components: Sequence[Component], sense: VerticalSense | None
 ) -> tuple[list[Component], list[str]]:
-    """Vertical axes of unknown sense with the declared one, or left out; notes of what nobody, or wrongly, declared."""
+    """Give vertical axes of unknown sense the declared one, or leave them out; return the components and notes."""
     vertical = {"up": 1, "down": -1}.get(sense or "", 0)
     kept, notes, third = [], [], third_axis(components)
     for component in components:
-        if sense == "none" and component.vertical:  # which says its sense, and is left out all the same
+        if sense == "none" and component.vertical:  # Left out as declared, although its sense is known.
             continue
         unknown = component.azimuth_deg is None and not component.vertical
         if not (unknown and (component is third or is_unsigned_vertical(component.axis))):

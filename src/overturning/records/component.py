@@ -1,4 +1,4 @@
-"""What a file reader returns: one sensor axis with what the file says about it; axis names as networks write them."""
+"""Component of a record: samples and metadata of one sensor axis; and names of axes as networks write them."""
 
 import math
 import re
@@ -30,11 +30,11 @@ _NAMED = {word: direction for direction, words in _WORDS.items() for word in wor
 
 
 def parse_axis(text: str) -> Direction:
-    """Azimuth (0 ≤ azimuth < 360°, clockwise from north) and vertical sense (+1 up, −1 down, else 0) of an axis.
+    """Return azimuth (0 ≤ azimuth < 360°, clockwise from north) and vertical sense (+1 up, −1 down, else 0) of an axis.
 
     Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``, ``360 Deg``, ``N``, ``Up``, ``Down``, and the
-    Japanese ``NS2``, ``EW2``, ``UD2``, of which the first letter is positive and the number that of the sensor… None
-    and 0: nothing is known (``H1``, ``RAD``, ``--L``, and a bare ``VERT``, whose sense nobody states).
+    Japanese ``NS2``, ``EW2``, ``UD2`` (positive towards the first letter; the number is that of the sensor). None and 0
+    for names without a direction: ``H1``, ``RAD``, ``--L``, and ``VERT``, whose sense is unknown.
     """
     word = re.sub(r"\s*(DEG(REES?)?|°)\.?$", "", text.strip().upper()).strip()
     word = re.sub(r"^(N-?S|E-?W|U-?D)[12]$", r"\1", word)
@@ -52,16 +52,16 @@ def parse_axis(text: str) -> Direction:
 
 
 def is_unsigned_vertical(text: str) -> bool:
-    """Whether an axis is vertical, up or down not being said: ``V``, ``+V``, ``VER``, ``Vert``, COSMOS code 402."""
+    """Return True for a vertical axis of unknown sense: ``V``, ``+V``, ``VER``, ``Vert``, COSMOS code 402."""
     word = text.strip().upper().rpartition(":")[2].strip().rstrip(".")
     return word in {"V", "+V", "-V", "VER", "VRT", "VERT", "VERTICAL", "402"}
 
 
 def third_axis(components: "Sequence[Component]") -> "Component | None":
-    """Find the vertical axis of three by elimination: no name states it, but the other two are horizontal.
+    """Return the vertical axis of three by elimination: its name does not state it, but the other two are horizontal.
 
-    These have azimuths near a right angle, or the same name but for the numbers 1 and 2, of which it has 3 (``HN3``).
-    None where there is no such axis.
+    Either the other two have azimuths near a right angle, or the three names differ only in the numbers 1, 2 and 3
+    (``HN3``). None if there is no such axis.
     """
     unknown = [c for c in components if c.azimuth_deg is None and not c.vertical]
     if len(components) != 3 or any(c.vertical for c in components):
@@ -75,16 +75,16 @@ def third_axis(components: "Sequence[Component]") -> "Component | None":
 
 
 MINIMUM_SINE: Final = 0.9
-"""Smallest sine of the angle between two horizontal axes that may be turned to north and east."""
+"""Smallest sine of the angle between two horizontal axes that can be rotated to north and east."""
 
 
 def channel_axis(code: str) -> Direction:
-    """Azimuth and vertical sense of a SEED channel by its last letter: Z up, N and E within 5° of north and east."""
+    """Return azimuth and vertical sense of a SEED channel by its last letter: Z up, N and E north and east (to 5°)."""
     return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(code[-1:].upper(), UNKNOWN)
 
 
 def channel_code_notes(code: str, direction: Direction, by: str) -> tuple[str, ...]:
-    """What is said of a SEED channel whose direction is more than 5° from the one of its code; empty of any other."""
+    """Return a note if the direction of a SEED channel differs by more than 5° from its code's."""
     coded = channel_axis(code) if len(code) == 3 else UNKNOWN
     if UNKNOWN in (coded, direction):
         return ()
@@ -98,7 +98,7 @@ def channel_code_notes(code: str, direction: Direction, by: str) -> tuple[str, .
 
 
 def direction_by_code(code: str, direction: Direction, why: str) -> tuple[Direction, tuple[str, ...]]:
-    """Return the direction that a channel code names (HNE, E, EW) where nothing else states one, with a note of it."""
+    """Return the direction that a channel code names (HNE, E, EW), with a note, if ``direction`` is unknown."""
     if direction != UNKNOWN:
         return direction, ()
     coded = channel_axis(code) if re.fullmatch("[A-Z]{2}[NEZ]", code.upper()) else parse_axis(code)
@@ -109,16 +109,16 @@ def direction_by_code(code: str, direction: Direction, why: str) -> tuple[Direct
 
 
 def coded_azimuth(code: float) -> Direction:
-    """Direction of a horizontal axis whose azimuth a code states, from 1 to 360 degrees; any other says nothing."""
+    """Return the direction of a horizontal axis with an azimuth code from 1 to 360 degrees; else `UNKNOWN`."""
     return (float(code) % 360.0, 0) if 0 < code <= 360 else UNKNOWN
 
 
 CODED_SENSES: Final[dict[int, Direction]] = {500: (None, 1), 600: (None, -1)}
-"""Codes of a vertical axis in the place of the azimuth, of California's formats on film; 400 says nothing."""
+"""Codes of a vertical axis in place of an azimuth, in California's film formats; 400 states no sense."""
 
 
 def agreed_direction(text: str, coded: Direction, error: Callable[[str], RecordError]) -> Direction:
-    """Direction of an axis by its name, or where that says nothing by a code; both must agree, to a degree."""
+    """Return the direction of an axis by its name, else by its code; both must agree to 1°."""
     named = parse_axis(text)
     if UNKNOWN in (named, coded):
         return coded if named == UNKNOWN else named
@@ -131,14 +131,14 @@ def agreed_direction(text: str, coded: Direction, error: Callable[[str], RecordE
 
 
 PEAK_TOLERANCE = 0.005
-"""Largest relative difference between a header's peak and the data's, 0.5 %."""
+"""Largest relative difference between the peaks of header and data, 0.5 %."""
 
 MAX_VAULT_DEPTH_M = 3.0
-"""Depth down to which a sensor is taken as one at the surface, m: vaults, piers and posts in the soil."""
+"""Largest depth of a surface sensor, m: vaults, piers and posts in the soil."""
 
 
 def sensor_at(depth_m: float | None = None, text: str = "") -> Sensor:
-    """Which sensor it is, by its depth below the surface or its place in words; that of the surface if neither."""
+    """Return the sensor by its depth, m, or by a text on its place; surface if neither states it."""
     size = r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b"
     for pattern in (
         rf"depth\D{{0,5}}{size}",
@@ -161,13 +161,13 @@ _RAISED_PLACE: Final = re.compile(
 
 
 def stated_location(line: str) -> str:
-    """What a line says of where its sensor stands; empty where it does not."""
+    """Return the location of the sensor that a line states; "" if none."""
     found = re.search(r"\bLocation:\s*(.*)", line, re.IGNORECASE)
     return " ".join(found[1].split()) if found else ""
 
 
 def structure_note(location: str) -> str:
-    """What is said of a sensor that stands high up in a structure by the words of its place; empty of any other."""
+    """Return a note on a sensor that is high up in a structure, by its location; "" for any other."""
     return (
         f"a sensor at {location!r} has the motion of a structure, not of the ground"
         if _RAISED_PLACE.search(location)
@@ -177,17 +177,17 @@ def structure_note(location: str) -> str:
 
 @dataclass(frozen=True)
 class StatedPeak:
-    """The peak acceleration that a file's header states."""
+    """Peak acceleration that a file's header states."""
 
     value: float  # absolute, m/s²
     resolution: float = 0.0  # unit of the last printed digit, m/s²; the comparison allows half of it
-    after_mean: bool = False  # whether it is that of the samples less their mean
+    after_mean: bool = False  # True if it is the peak after subtraction of the mean
     line: int | None = None  # line of the file that states it, counted from 1
 
 
 @dataclass(frozen=True)
 class Component:
-    """Acceleration along one axis of one sensor, as a file gives it."""
+    """Acceleration along one axis of one sensor, as its file states it."""
 
     samples: FloatArray  # m/s², positive along the axis, shape (n,)
     sampling_interval: float  # s
@@ -196,7 +196,7 @@ class Component:
     vertical: int  # +1 where the axis points up, −1 where it points down, 0 for a horizontal or an unknown axis
     file: str  # name of the file, without its folder
     sha256: str  # of the file
-    format: str = ""  # its name in the table of formats
+    format: str = ""  # name in the table of formats
     start: datetime | None = None  # time of the first sample, UTC
     station: str = ""
     event: str = ""
@@ -205,20 +205,20 @@ class Component:
     longitude: float | None = None
     peak: StatedPeak | None = None
     sensor: Sensor = "surface"
-    location: str = ""  # where the sensor stands at its station, as the file has it: words, or a SEED code
-    processed: bool = False  # whether the data has been corrected already, and is then left alone by default
-    unit: str = ""  # the declared one, where the format leaves it open
-    film: bool = False  # whether it was digitised from film, where each trace ends as far as it can be read
-    sisters: str = ""  # what files share that say nothing of themselves but are declared to be of one record
-    extra: Mapping[str, Any] = field(default_factory=dict)  # what else the file states
-    notes: tuple[str, ...] = ()  # what the user has to know of how it was read
+    location: str = ""  # location of the sensor at its station: text of the file, or a SEED code
+    processed: bool = False  # True for corrected data, which the default processing does not change
+    unit: str = ""  # declared unit, if the format states none
+    film: bool = False  # digitised from film; its traces may end at different times
+    sisters: str = ""  # key that declared files of one record share
+    extra: Mapping[str, Any] = field(default_factory=dict)  # other metadata of the file
+    notes: tuple[str, ...] = ()  # notes for the user on how it was read
 
     @classmethod
     def of(
         cls, source: SourceFile, axis: str, direction: Direction, samples: FloatArray, interval: float,
         *, place: tuple[float | None, float | None] = (None, None), **more: Any,
     ) -> "Component":  # fmt: skip
-        """A component of a file: axis with azimuth and vertical sense, samples, place of the station, and the rest."""
+        """Return a component of a file; ``direction`` is azimuth and vertical sense, ``more`` the other fields."""
         more |= {"latitude": place[0], "longitude": place[1]}
         return cls(samples, interval, axis, *direction, source.name, source.sha256, **more)
 
@@ -235,7 +235,7 @@ class Component:
 
 
 def largest(component: Component) -> float:
-    """Peak of the data as the header takes it, m/s²: of the samples, or of the samples less their mean."""
+    """Return the peak of the data, m/s²; after subtraction of the mean if the header's peak is."""
     samples = component.samples
     if component.peak is not None and component.peak.after_mean:
         samples = samples - samples.mean()
@@ -243,17 +243,17 @@ def largest(component: Component) -> float:
 
 
 def check_peak(component: Component, contradicts: Callable[[str, str], None]) -> float | None:
-    """Relative difference of the data's peak from the header's; None where the header states none.
+    """Return the relative difference of the peaks of data and header; None if the header states none.
 
-    Where they differ by more than 0.5 % and by more than half a unit of the header's last digit, what is wrong and what
-    to do is handed on, and None returned if that does not refuse it.
+    If they differ by more than 0.5 % and by more than half a unit of the header's last digit, call
+    ``contradicts(reason, remedy)`` and return None.
     """
     if component.peak is None:
         return None
     stated = component.peak
     peak = largest(component)
     difference = abs(peak - stated.value)
-    # A hundredth of the last digit on top: the header's own decimal number is not exact in binary.
+    # 0.51 instead of 0.5, because the header's decimal number is not exact in binary.
     if difference > max(PEAK_TOLERANCE * abs(stated.value), 0.51 * stated.resolution):
         line = f" line {stated.line}" if stated.line else ""
         contradicts(
@@ -266,11 +266,11 @@ def check_peak(component: Component, contradicts: Callable[[str, str], None]) ->
 
 
 MAX_SKEW_DEG = 5.0
-"""Largest difference of two horizontal axes from a right angle of which nothing is said, degrees."""
+"""Largest deviation of two horizontal axes from a right angle without a note, degrees."""
 
 
 def skew_notes(components: Sequence[Component]) -> list[str]:
-    """What is said of two horizontal axes that are further from a right angle than one that was set by a compass."""
+    """Return a note on two horizontal axes that deviate from a right angle by more than `MAX_SKEW_DEG`."""
     first, second = (c.azimuth_deg or 0.0 for c in components[:2])
     apart = abs((second - first + 180.0) % 360.0 - 180.0)
     if abs(apart - 90.0) <= MAX_SKEW_DEG:
@@ -280,7 +280,7 @@ def skew_notes(components: Sequence[Component]) -> list[str]:
 
 
 def agency_processing_of(components: Sequence[Component]) -> dict[str, str]:
-    """What the agency has done to the components, of each where it is not the same; empty where nothing is stated."""
+    """Return the agency's processing of the components (per axis if they differ) as an entry of ``extra``."""
     done = {c.axis: str(c.extra.get("agency_processing", "")) for c in components}
     if not any(done.values()):
         return {}
@@ -290,6 +290,6 @@ def agency_processing_of(components: Sequence[Component]) -> dict[str, str]:
 
 
 def seed_sensor(component: Component) -> str:
-    """Band and instrument of a SEED channel, ``HN``; empty where an axis has no such code."""
+    """Return band and instrument code of a SEED channel, ``HN``; "" for an axis without such a code."""
     coded = component.format in ("miniseed", "sac", "esm-dyna") and re.fullmatch("[A-Z]{2}[A-Z0-9]", component.axis)
     return component.axis[:2] if coded else ""

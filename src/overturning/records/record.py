@@ -1,4 +1,4 @@
-"""The one form in which every ground-motion record enters the project, and what was done to it, in words."""
+"""Record: a ground motion with its metadata and processing, and texts that describe them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -14,38 +14,38 @@ from overturning.motion.motion import Accelerogram
 
 @dataclass(frozen=True, repr=False)
 class Record(Accelerogram):
-    """A strong-motion record turned to north, east and up.
+    """Strong-motion record with components north, east and up.
 
     Parameters
     ----------
     record_id : str
-        Its name in the record table.
+        Name in the record table.
     north, east : ndarray, shape (n,)
         Ground acceleration towards true north and east, m/s².
     up : ndarray, shape (n,), or None
-        Upwards; None where the record has none.
+        Upward ground acceleration, m/s²; None for a record without vertical component.
     sampling_interval : float
         Time between samples, s.
     start : str, optional
-        Time of the first sample, ISO 8601 in UTC, where the file states it.
+        Time of the first sample, ISO 8601 in UTC, if the file states it.
     station, event : str
-        As the record table or the file names them.
+        Names from the record table or the file.
     source : str
-        Where the data came from, without a path of this machine.
+        Source of the data, without folders of the local machine.
     sha256 : str
-        Of the file; of the samples, where a file holds many records.
+        SHA-256 of the file; of the samples, if a file holds many records.
     licence : str
         Terms under which the data may be used.
     fault_strike_deg : float, optional
-        Degrees clockwise from north; the fault normal is strike + 90°.
+        Strike of the fault, degrees clockwise from north; the fault normal is strike + 90°.
     component_azimuths_deg : tuple of float
-        Of the two recorded axes, after corrections, degrees clockwise from north.
+        Azimuths of the two recorded axes after corrections, degrees clockwise from north.
     latitude, longitude : float, optional
-        Of the station, degrees.
+        Place of the station, degrees.
     processing : tuple of dict
-        The steps applied, in order, with parameters and effect.
+        Processing steps in order, with parameters and effect.
     extra : dict
-        What else is known: magnitude, epicentre, header peaks.
+        Other metadata: magnitude, epicentre, header peaks.
     """
 
     record_id: str
@@ -72,7 +72,7 @@ class Record(Accelerogram):
         self.check(RecordError, f"record {self.record_id}: ")
 
     def with_each(self, change: Callable[[FloatArray], FloatArray], **more: Any) -> "Record":
-        """The record with each component changed in the same way, and other fields as given."""
+        """Return the record with ``change`` applied to each component, and other fields replaced by ``more``."""
         up = None if self.up is None else change(self.up)
         return replace(self, north=change(self.north), east=change(self.east), up=up, **more)
 
@@ -83,17 +83,17 @@ class Record(Accelerogram):
 
     @property
     def notes(self) -> list[str]:
-        """What a user has to know of how the files were read: what was left out of them, or resampled."""
+        """Notes for the user on how the files were read: omitted or resampled parts, doubts."""
         return list(self.extra.get("notes") or ())
 
     @property
     def trusted(self) -> bool:  # type: ignore[override]
-        """Whether the user goes on where data contradict the header or are not of the size of a ground motion."""
+        """True if the user accepts contradictions of data and header, and implausible amplitudes."""
         return bool(self.extra.get("trusted_data", False))
 
 
 def as_record(given: Accelerogram, record_id: str = "motion") -> Record:
-    """A record; a motion as one of this id, which nothing is to be done to."""
+    """Return a record; a motion becomes a record with this id that is not processed."""
     if isinstance(given, Record):
         return given
     extra = {"processed": True, "given": True, "trusted_data": given.trusted}
@@ -101,15 +101,15 @@ def as_record(given: Accelerogram, record_id: str = "motion") -> Record:
 
 
 def peaks_of(horizontal: FloatArray, interval: float) -> dict[str, float]:
-    """Largest PGA (m/s²), PGV (m/s) and PGD (m) of north and east, as they are written down."""
+    """Return the largest PGA (m/s²), PGV (m/s) and PGD (m) of north and east, to nine digits."""
     velocity = integrate(horizontal, interval)
     series = {"pga": horizontal, "pgv": velocity, "pgd": integrate(velocity, interval)}
-    # Nine digits are plenty for a report and the same on every processor.
+    # Nine digits suffice for a report and are the same on every processor.
     return {name: float(f"{np.abs(samples).max():.9g}") for name, samples in series.items()}
 
 
 def summary(step: Mapping[str, Any]) -> str:
-    """A step that was applied to a record, as it is written down, in a few words: ``high-pass 0.1 Hz, order 2``."""
+    """Return a short text on an entry of a record's processing: ``high-pass 0.1 Hz, order 2``."""
     match step["step"]:
         case "common_window":
             sizes = ", ".join(f"{axis}: {count}" for axis, count in step["samples"].items())
@@ -141,7 +141,7 @@ def summary(step: Mapping[str, Any]) -> str:
 
 
 def processing_label(record: Record) -> str:
-    """Raw or processed, and by whom; nothing is known of a motion of Python."""
+    """Return "raw", "processed" or "processed by AGENCY"; "as given" for a motion from Python."""
     if record.extra.get("given"):
         return "as given"
     if not record.extra.get("processed"):
@@ -153,19 +153,19 @@ def processing_label(record: Record) -> str:
 
 
 def file_time(record: Record) -> float:
-    """Time of a record's first sample after the first sample of its file, s: negative with the zeros of a filter."""
+    """Return the time of a record's first sample relative to its file's, s; negative after padding by a filter."""
     return float(sum(step.get("shift_s", 0.0) for step in record.processing))
 
 
 DRIFT: Final = 0.02
-"""Share of its peak at which the velocity of a component may end."""
+"""Largest final velocity of a component without drift, as a share of its peak."""
 
 
 def drift(record: Record) -> str:
-    """What says that north or east of a record drifts, so that its displacement is not the ground's; empty otherwise.
+    """Return the evidence that north or east of a record drifts, so that its displacement is wrong; "" if none.
 
-    The velocity ends at more than `DRIFT` of its peak, or the displacement is largest at the last sample. A pulse of a
-    formula is what it is.
+    A component drifts if its velocity ends at more than `DRIFT` of its peak, or if its displacement is largest at the
+    last sample. Synthetic pulses are exempt.
     """
     if record.extra.get("format") == "synthetic":
         return ""
@@ -181,11 +181,11 @@ def drift(record: Record) -> str:
 
 
 def provenance(record: Record) -> dict[str, Any]:
-    """All that a reader of the results has to know of how a processed record came about, as plain data.
+    """Return the origin and processing of a record as plain data, for the results.
 
-    ``data`` (raw or processed, and by whom), ``agency`` (its processing), ``steps`` (as `process` writes them down),
-    ``peaks`` (largest PGA, PGV and PGD of north and east before and after, SI), ``drift`` (as of `drift`), ``start``,
-    ``duration_s`` (of what is computed), ``declared``, ``trusted``, and where there are any `Record.notes`.
+    Keys: ``data`` (raw or processed, and by which agency), ``agency`` (the agency's processing), ``steps`` (entries of
+    `process`), ``peaks`` (largest PGA, PGV and PGD of north and east before and after, SI), ``drift`` (see `drift`),
+    ``start``, ``duration_s`` (after processing), ``declared``, ``trusted``, and ``notes`` if there are any.
     """
     effects = [step["effect"] for step in record.processing]
     now = peaks_of(record.horizontal, record.sampling_interval)

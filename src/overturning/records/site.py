@@ -1,4 +1,4 @@
-"""The ground of a study: soil layers over rock, through which its records go to the surface."""
+"""Site of a study: soil layers over rock that carry the records to the surface."""
 
 from dataclasses import replace
 from typing import Any, ClassVar, Literal
@@ -12,23 +12,23 @@ from overturning.records.record import Record
 
 
 class Site(BaseModel, extra="forbid", frozen=True):
-    """The ground of a study: takes the horizontal motion from rock through soil layers to the surface, after all steps.
+    """Site of a study: soil layers that carry the horizontal motion from rock to the surface, after all steps.
 
-    Needs pystrata (group `soil`). Linear, or equivalent-linear where a layer has a curve. The vertical motion is left
-    as it is (`overturning.motion.soil`).
+    Needs pystrata (group `soil`). Linear, or equivalent-linear if a layer has a curve. The vertical motion is
+    unchanged (`overturning.motion.soil`).
     """
 
-    step: ClassVar[str] = "site"  # among the steps that were applied to a record
+    step: ClassVar[str] = "site"  # name in the processing of a record
     layers: tuple[Layer, ...] = Field(min_length=1, description="Layers from the surface down.")
-    rock: Rock = Field(description="The half-space below them.")
+    rock: Rock = Field(description="Half-space below the layers.")
     motion: Literal["outcrop", "within"] = Field(
-        default="outcrop", description="Whether the record is of outcropping rock or of the rock below the layers."
+        default="outcrop", description="Rock under the instrument, outcropping or below the layers (within)."
     )
 
     def apply(self, record: Record) -> tuple[Record, str]:
-        """The record at the surface, and where a layer has a curve what became of the iteration.
+        """Return the record at the surface and a text on the convergence of the iteration ("" for linear layers).
 
-        A RecordError where a borehole's record is taken for outcropping rock: what the surface reflects is in it.
+        Raises a RecordError for a borehole record as outcropping rock: it contains waves reflected at the surface.
         """
         if self.motion == "outcrop" and "borehole sensor" in record.extra.get("declared", ()) and not record.trusted:
             raise RecordError(

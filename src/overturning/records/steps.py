@@ -1,4 +1,4 @@
-"""Processing steps: what a config may ask for, each with its parameters and bounds, and what it does to a component."""
+"""Processing steps of records: parameters, bounds, and their effect on a component."""
 
 import math
 from collections.abc import Sequence
@@ -26,16 +26,16 @@ class _Step(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     def apply(self, samples: FloatArray, record: Record) -> FloatArray:
-        """A component of the record after the step, m/s²; a RecordError where the step does not fit the record."""
+        """Return a component after the step, m/s²; raise a RecordError if the step does not fit the record."""
         raise NotImplementedError
 
     def shift(self, interval: float) -> float:  # noqa: ARG002
-        """Time of the first sample after the step less that before it, s."""
+        """Return the shift of the record's start by the step, s."""
         return 0.0
 
 
 class RemoveMean(_Step):
-    """Subtract the mean: of the pre-event part where its length is given, else of the whole record."""
+    """Subtract the mean of the pre-event part, if its length is given, else of the whole record."""
 
     step: Literal["remove_mean"] = "remove_mean"
     first_s: float | None = Field(
@@ -85,7 +85,7 @@ Positive = Annotated[float, Field(gt=0)]
 class Filter(_Step):
     """Butterworth filter, forward and backward (zero phase)."""
 
-    step: Literal["highpass", "lowpass"]  # here for its place among the keys
+    step: Literal["highpass", "lowpass"]  # first key of the step
     corner_hz: Positive | Literal["auto"] = Field(
         description="Corner frequency; the amplitude there is halved by the two passes. "
         "A high-pass filter takes `auto` too."
@@ -108,17 +108,18 @@ class Filter(_Step):
         return np.ascontiguousarray(kept, dtype=np.float64)
 
     def _pad(self, interval: float) -> int:
-        """Zeros at each end in which the filter rings out: 1.5 n / f_c seconds (Converse & Brady 1992, BAP)."""
+        """Return the number of zeros at each end: 1.5 n / f_c seconds (Converse & Brady 1992, BAP)."""
         return math.ceil(1.5 * self.order / float(self.corner_hz) / interval)
 
 
 class Highpass(Filter):
     """Butterworth high-pass filter, forward and backward (zero phase).
 
-    Zeros are put before and behind the record, 1.5 n/f_c seconds each, and stay: the filter acts there too, and without
-    them the velocity would drift. The record's start moves accordingly. With the corner ``auto`` it is where the signal
-    rises above the noise before the onset (`overturning.records.processing`). An offset, which would be a step beside
-    the zeros, is taken off first where no earlier step has done so.
+    The record is padded with zeros at both ends, 1.5 n/f_c seconds each. The pads stay, because the filtered motion
+    extends into them and the velocity would drift without them; the record's start moves accordingly. The corner
+    ``auto`` is the frequency at which the signal exceeds the noise before the onset
+    (`overturning.records.processing`). An offset, which would be a step next to the zeros, is subtracted first unless
+    an earlier step removed it.
     """
 
     step: Literal["highpass"] = "highpass"
@@ -133,7 +134,7 @@ class Highpass(Filter):
 
 
 def _offset(samples: FloatArray, interval: float) -> float:
-    """Level that both ends of a component, a second each, and its mean have in common: 0 where their signs differ."""
+    """Return the offset: the smallest of the medians of both ends (1 s) and the mean; 0 if their signs differ."""
     end = max(1, round(1.0 / interval))
     levels = [float(np.median(samples[:end])), float(np.median(samples[-end:])), float(samples.mean())]
     return min(levels, key=abs) if min(levels) > 0 or max(levels) < 0 else 0.0
@@ -187,7 +188,7 @@ class Baseline(_Step):
         at_zero = at_middle - final * middle
         corrected = samples.copy()
         if self.t1_s is None or self.t2_s is None:
-            # Where the fitted line is zero; outside of the record there is no step to take away.
+            # Time at which the fitted line is zero; outside of the record there is no step to subtract.
             t2 = -at_zero / final if final else math.inf
             if 0.0 <= t2 <= self.fit_from_s:
                 corrected[time >= t2] -= final
@@ -214,7 +215,7 @@ class Resample(_Step):
             raise _step_error(record, what, f"their ratio must be a fraction of whole numbers up to {LARGEST_RATIO}")
         if ratio == 1:
             return samples
-        offset = _offset(samples, record.sampling_interval)  # beside which the ends are zeros, too
+        offset = _offset(samples, record.sampling_interval)  # The resampler assumes zeros beyond the ends.
         out = resample_poly(samples - offset, ratio.numerator, ratio.denominator) + offset
         return np.ascontiguousarray(out, dtype=np.float64)
 
@@ -258,12 +259,12 @@ Step = Annotated[
     RemoveMean | Detrend | Taper | Highpass | Lowpass | Baseline | Resample | Cut | Scale,
     Field(discriminator="step"),
 ]
-"""Any of the steps, told apart by the key ``step``."""
+"""Any of the steps; the key ``step`` selects the class."""
 
 
 def _check_step_order(steps: Sequence[Step]) -> Sequence[Step]:
-    """Steps in an order in which their times count from a start that is known beforehand; else a ValueError."""
-    moved = False  # by zeros before it, as many as the corner asks for that is chosen by itself
+    """Return the steps; raise a ValueError if a step with times follows one that moves the start by an unknown time."""
+    moved = False  # True after a pad whose length depends on the automatic corner
     for step in steps:
         timed = isinstance(step, Cut | Baseline) or (isinstance(step, RemoveMean) and step.first_s is not None)
         if timed and moved:
@@ -276,4 +277,4 @@ def _check_step_order(steps: Sequence[Step]) -> Sequence[Step]:
 
 
 Steps = Annotated[tuple[Step, ...], AfterValidator(_check_step_order)]
-"""Steps in their order."""
+"""Steps in the order in which they are applied."""

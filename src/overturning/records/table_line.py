@@ -1,4 +1,4 @@
-"""A new line of the record table, written only after its files have been read."""
+"""Add a line to the record table, after its files have been read."""
 
 import re
 import shutil
@@ -23,11 +23,10 @@ COLUMNS = ("id", "format", "source", "station", "event", "fault_strike_deg", "pu
 def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder: Path) -> Record:
     """Add a record to the table, and return it as it was read.
 
-    Its files are read, of one file the others of its record too, put into the folder of record files, and named in a
-    new line of the table. A table that is not there is made with the records that come with the package. Of the
-    columns' `values`, ``id`` and ``source`` follow from the files where they are not given. An `OverturningError` says
-    what column is not known, which id is there already, what file is missing or cannot be read; nothing is written
-    then.
+    The files (for a single file, also the others of its record) are read, copied to the folder of record files, and
+    named in a new line of the table. A missing table is created with the records of the package. `values` are cells by
+    column; defaults of ``id`` and ``source`` come from the files. Raises an `OverturningError` for an unknown column,
+    an id that exists already, or a file that is missing or cannot be read; nothing is written then.
     """
     missing = [path for path in paths if not path.is_file()]
     if missing:
@@ -76,7 +75,7 @@ def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder:
 
 
 def _append(table: Path, before: Path, cells: dict[str, str]) -> None:
-    """Write the line below those of before; columns that are not there yet are added to the header."""
+    """Append the line to the lines of ``before``; add missing columns to the header."""
     lines = before.read_text(encoding="utf-8-sig").splitlines() if before.exists() else ["\t".join(COLUMNS)]
     head = next(index for index, line in enumerate(lines) if line.strip() and not line.startswith("#"))
     columns = lines[head].split("\t")

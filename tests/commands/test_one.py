@@ -79,6 +79,19 @@ def test_the_package_runs_as_a_module(words: tuple[str, ...]) -> None:
     assert wrong.stderr.startswith("error: ")
 
 
+def test_help_lists_the_steps_of_the_workflow_apart() -> None:
+    """Every rule's command is in the second list and no command for users is."""
+    done = subprocess.run([sys.executable, "-m", "overturning", "--help"], capture_output=True, text=True, check=True)
+    first, steps = done.stdout.split("Steps of the workflow (run by Snakemake):")
+    listed = [set(re.findall(r"^  ([a-z][a-z-]+)  +\S", part, flags=re.MULTILINE)) for part in (first, steps)]
+    rules = "".join(
+        path.read_text(encoding="utf-8") for path in (Path(TABLE).parents[1] / "workflow/rules").glob("*.smk")
+    )
+    called = set(re.findall(r"\"overturning ([a-z-]+) ", rules)) - {"explore", "survey", "backwards"}
+    assert listed[1] == called
+    assert {"init", "one", "figure", "explore", "survey", "study", "records", "cube"} <= listed[0]
+
+
 AT_RINALDI = ("--record", "rinaldi")
 IN_PLANE = (*AT_RINALDI, "--azimuth", "1")
 IN_SPACE = (*AT_RINALDI, "--body")

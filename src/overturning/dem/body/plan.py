@@ -105,9 +105,9 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     """Check the arguments and plan the cases of a 3-D body; see `overturning.dem.run.run` for parameters and errors."""
     shape, contact, start = model.shape, model.contact, model.start
     if parse_scheme(numerics.scheme) != Scheme.CENTRED:
-        raise ArgumentError(f"scheme: {numerics.scheme!r}; a body in space has 'centred' alone")
+        raise ArgumentError(f"scheme: {numerics.scheme!r}; a 3-D body supports only 'centred'")
     if np.asarray(cases.initial_tilt).any():
-        raise ArgumentError("initial_tilt: a body in space starts at rest; leave it at 0")
+        raise ArgumentError("initial_tilt: a 3-D body starts at rest; leave it at 0")
     if not shape.oblong and (np.asarray(cases.aspect) != 1.0).any():
         raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; only a rectangle has one")
     if start is not None and not abs(np.sum(np.square(start.quaternion)) - 1.0) < 1e-6:

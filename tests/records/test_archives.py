@@ -42,7 +42,7 @@ def zip_of(members: dict[str, bytes]) -> bytes:
     return buffer.getvalue()
 
 
-def test_an_archive_with_all_volumes_gives_the_processed_accelerations_and_says_what_is_left_out(tmp_path):
+def test_an_archive_with_all_volumes_gives_processed_accelerations_and_notes_on_the_rest(tmp_path):
     """CESMD packs volumes 1, 2 and 3, PEER velocities and displacements, ESM both: such archives were refused whole."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
     (second,) = FORMS["csmip2"].files(*steps).values()
@@ -82,7 +82,7 @@ def test_an_archive_with_all_volumes_gives_the_processed_accelerations_and_says_
         ("smc", "2 CORRECTED ACCELEROGRAM", "3 VELOCITY"),
     ],
 )
-def test_velocities_beside_accelerations_in_an_archive_are_left_out(tmp_path, form, old, new):
+def test_velocities_in_an_archive_of_accelerations_are_left_out(tmp_path, form, old, new):
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
     files = {name: text.encode() for name, text in FORMS[form].files(*steps).items()}
     others = {name.replace(".", "_other."): data.replace(old.encode(), new.encode()) for name, data in files.items()}

@@ -27,7 +27,7 @@ HEAD = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
         ("id\tsource\tepicentre_latitude_deg\na\tx\t95\n", ["line 2", "epicentre_latitude_deg", "95"]),
     ],
 )
-def test_what_is_wrong_is_named(tmp_path, text, words):
+def test_invalid_lines_are_named(tmp_path, text, words):
     path = tmp_path / "records.tsv"
     path.write_text(text)
     with refused(ConfigError, "records.tsv", *words):
@@ -52,7 +52,7 @@ def test_a_missing_table_is_named(tmp_path):
         read_catalogue(tmp_path / "none.tsv")
 
 
-def test_a_record_of_which_one_file_is_missing_is_refused(tmp_path):
+def test_a_record_with_a_missing_file_is_refused(tmp_path):
     for name in ("x.NS", "x.EW"):
         (tmp_path / name).write_text("")
     entry = RecordEntry(id="x", source="x.NS x.EW x.UD")

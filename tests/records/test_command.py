@@ -25,7 +25,7 @@ def run(*arguments: object) -> int:
     return 0
 
 
-def test_check_reads_what_can_be_read_and_says_why_for_the_rest(tmp_path, capsys):
+def test_check_reads_valid_files_and_gives_reasons_for_the_others(tmp_path, capsys):
     (tmp_path / "good.V2A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
     (tmp_path / "bad.V2A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02)[:3000])
     (tmp_path / "notes.txt").write_text("my notes")
@@ -40,7 +40,7 @@ def test_check_reads_what_can_be_read_and_says_why_for_the_rest(tmp_path, capsys
     assert "1 read, 2 refused" in out
 
 
-def test_check_takes_what_the_files_do_not_say(tmp_path, capsys):
+def test_check_accepts_declarations(tmp_path, capsys):
     paths = [tmp_path / "x1.AT2", tmp_path / "x2.AT2"]
     for path, samples, axis in zip(paths, (A, B), ("H1", "H2"), strict=True):
         path.write_text(peer_text(samples / 1000, 0.01, axis))
@@ -72,7 +72,7 @@ def test_check_goes_on_at_a_wrong_peak_only_on_trust(tmp_path, capsys):
     "arguments",
     [["fetch", "url", "ftp://x", "--sha256", "0" * 64], ["fetch", "fdsn", "x", "--network", "X", "--station", "Y"]],
 )
-def test_fetch_says_what_is_wrong_in_one_line(arguments, capsys, tmp_path):
+def test_fetch_errors_take_one_line(arguments, capsys, tmp_path):
     assert run("records", *arguments, "--folder", tmp_path) == 1
     assert capsys.readouterr().err.startswith("error: ")
 
@@ -87,7 +87,7 @@ def test_a_file_of_the_other_sensor_than_declared_is_not_passed_over(capsys, tmp
     assert "0 read, 1 refused" in said
 
 
-def test_what_is_declared_and_cannot_be_is_named(tmp_path):
+def test_impossible_declarations_are_named(tmp_path):
     for name, value in (
         ("format", "geonett"),
         ("unit", "feet"),
@@ -108,7 +108,7 @@ def columns_file(path, scale=1.0, offset=0.0):
     return path
 
 
-def test_what_was_left_out_of_a_file_is_said_wherever_it_is_read(tmp_path, capsys):
+def test_omitted_parts_of_a_file_are_noted_by_every_command(tmp_path, capsys):
     path = tmp_path / "x.asa"
     path.write_text(unam_text({"N00E": A, "N90E": B, "V": A}))
     word = "vertical axis 'V' left out: x.asa does not say whether up or down"
@@ -177,7 +177,7 @@ def test_add_prints_the_notes_of_check_and_names_a_motion_that_is_there(tmp_path
     assert "records a.csv and b.csv have the same samples" in capsys.readouterr().out
 
 
-def test_add_refuses_what_cannot_stand_in_the_table(tmp_path, capsys):
+def test_add_refuses_invalid_cells(tmp_path, capsys):
     path = tmp_path / "my site.V2A"
     path.write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
     table, folder = tmp_path / "records.tsv", tmp_path / "data"
@@ -241,7 +241,7 @@ def test_columns_are_declared_raw_or_processed_and_never_called_an_agency_s(tmp_
     assert float(out.split("PGD ")[1].split(" cm")[0]) < 100
 
 
-def test_check_goes_into_folders_and_passes_over_what_is_no_record(tmp_path, capsys):
+def test_check_is_recursive_and_skips_files_that_are_no_records(tmp_path, capsys):
     inside = tmp_path / "a" / "b"
     inside.mkdir(parents=True)
     (inside / "good.V2A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
@@ -289,14 +289,14 @@ def test_plot_draws_a_page_and_prints_the_corner_and_its_reason(tmp_path, capsys
     assert (tmp_path / "x.pdf").read_bytes().startswith(b"%PDF")
 
 
-def test_channels_of_one_file_may_stop_apart_and_the_processing_says_so(tmp_path, capsys):
+def test_channels_of_one_file_may_have_different_lengths_with_a_processing_entry(tmp_path, capsys):
     path = tmp_path / "x.v1"
     path.write_text(csmip_text({"90 Deg": (90, A / 1000), "360 Deg": (360, B[:90] / 1000)}, 20))
     assert run("records", "check", path) == 0
     assert "cut to the common 90 samples (chan 1: 90: 200, chan 2: 360: 90), 5.5 s left out" in capsys.readouterr().out
 
 
-def test_one_takes_what_check_takes_and_a_pulse(tmp_path, capsys):
+def test_one_accepts_the_declarations_of_check_and_a_pulse(tmp_path, capsys):
     path = columns_file(tmp_path / "x.csv")
     given = ("one", "--azimuth", 0, "--b-over-h", 0.2)
     assert run(*given, "--record", path, "--columns", "time:s north:gal east:gal", "--processed") == 0

@@ -57,7 +57,7 @@ def test_horizontals_with_the_same_samples_are_named(tmp_path, sign):
     assert read_columns(columns(path, NORTH, 0.98 * NORTH + 0.02 * EAST)).notes == []
 
 
-def test_two_dead_horizontals_beside_a_vertical_are_refused(tmp_path):
+def test_two_dead_horizontals_with_a_vertical_are_refused(tmp_path):
     """Else every block stands, whatever the ground did."""
     declared = "time:s north:m/s2 east:m/s2 up:m/s2"
     path = columns(tmp_path / "x.csv", 1e-9 * NORTH, 1e-9 * EAST, UP)

@@ -27,7 +27,7 @@ def decided(*entries: RecordEntry) -> Earthquakes:
     return earthquakes_of(entries)
 
 
-def test_one_origin_under_two_names_is_one_earthquake_and_said() -> None:
+def test_one_origin_under_two_names_is_one_earthquake_with_a_note() -> None:
     """The origin of the Loma Prieta earthquake as the ISC and the USGS have it: half a second and 2 km apart."""
     found = decided(
         entry("a", "Loma Prieta 10/18/1989", origin_time="1989-10-18T00:04:15.2Z"),
@@ -138,7 +138,7 @@ def test_records_without_an_earthquake_count_as_one_and_are_noted() -> None:
     assert "2 records (a, c) name no earthquake and count as one" in found.doubtful[0]
 
 
-def test_starts_show_what_names_do_not() -> None:
+def test_starts_raise_doubts_about_names() -> None:
     rest = np.zeros(2)
     one = Record("a", rest, rest, None, 0.01, start="2016-11-13T11:03:00Z", event="Kaikoura 2016")
     other = replace(one, record_id="b", event="Culverden", start="2016-11-13T11:03:20Z")
@@ -173,7 +173,7 @@ def test_the_shipped_records_keep_their_earthquakes() -> None:
     assert found.notes == ()
 
 
-def test_the_names_of_the_packaged_sets_are_noted_where_they_differ() -> None:
+def test_different_names_in_the_packaged_sets_are_noted() -> None:
     """FEMA P-695 writes three of its earthquakes in two ways, with and without PEER's number."""
     sources = [f"{kind}:{number}" for kind, number in (("farfield", 1), ("nearfield_pulse", 9), ("nearfield_pulse", 8))]
     names = [fema_p695.read(source)[0].event for source in sources]

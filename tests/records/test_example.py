@@ -17,7 +17,7 @@ from tests.expect import refused
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
 
-def test_it_is_what_its_row_of_the_table_says(tmp_path):
+def test_the_example_agrees_with_its_row_of_the_table(tmp_path):
     entry = read_catalogue(TABLE)["wtmc"]
     record = read_record(entry, tmp_path)
     north, east = np.cos(np.radians(332)), np.sin(np.radians(332))
@@ -30,12 +30,12 @@ def test_it_is_what_its_row_of_the_table_says(tmp_path):
     assert [path.suffix for path in find_paths(entry, tmp_path)] == [".zip"]
 
 
-def test_another_example_is_not_there_and_the_message_says_which_is(tmp_path):
+def test_an_unknown_example_is_refused_with_the_known_names(tmp_path):
     with refused(MissingDataError, "record x", "'none.V2A'", "20161113_110259_WTMC_20.V2A"):
         read_record(RecordEntry(id="x", source="example:none.V2A"), tmp_path)
 
 
-def test_the_account_tells_who_did_what_and_the_store_keeps_what_was_before(tmp_path):
+def test_provenance_names_the_agency_and_the_store_has_the_unprocessed_record(tmp_path):
     raw = read_record(read_catalogue(TABLE)["wtmc"], tmp_path)
     assert process(raw, None) is raw
     told = provenance(raw)

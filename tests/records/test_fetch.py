@@ -54,7 +54,7 @@ def test_trouble_on_the_way_is_met_by_another_try(server, tmp_path, trouble):
     assert len(server.seen) == 2 + (trouble[-1] != "no ranges")
 
 
-def test_what_has_come_is_not_asked_for_again(server, tmp_path):
+def test_a_complete_file_is_not_requested_again(server, tmp_path):
     server.mode["file"] = ["cut", "cut"]
     get(server, tmp_path / "got")
     begins = [int(r.removeprefix("bytes=").removesuffix("-") or 0) for _, r in server.seen]
@@ -62,7 +62,7 @@ def test_what_has_come_is_not_asked_for_again(server, tmp_path):
     assert begins[0] == 0 < len(BODY) // 2 - download.BLOCK <= begins[1] < begins[2]
 
 
-def test_a_later_run_continues_where_an_earlier_one_gave_up(server, tmp_path):
+def test_a_later_run_resumes_a_partial_download(server, tmp_path):
     server.mode["file"] = ["cut"]
     with pytest.raises(RecordError, match="resumed next time"):
         get(server, tmp_path / "got", tries=1)
@@ -160,7 +160,7 @@ def test_fdsn_waveforms_and_metadata_make_a_record(server, tmp_path):
     assert len([p for p, _ in server.seen if p.endswith("query")]) == 6
 
 
-def test_fdsn_tells_what_of_the_window_is_not_there(server, tmp_path):
+def test_fdsn_reports_missing_parts_of_the_window(server, tmp_path):
     """The server has 10 s; of a window whose shock lies outside of them nothing was said."""
     told = []
     length = COUNTS[0].size / 100
@@ -181,7 +181,7 @@ def test_fdsn_window_around_an_event(server, tmp_path):
 
 @pytest.mark.parametrize("service", ["dataselect", "station"])
 @pytest.mark.parametrize("trouble", ["503", "cut", "stall", "page", "empty", "lie", "cut without length"])
-def test_fdsn_trouble_is_met_by_another_try_and_nothing_half_is_kept(server, tmp_path, service, trouble):
+def test_fdsn_errors_are_retried_and_leave_no_partial_file(server, tmp_path, service, trouble):
     server.mode[service] = [trouble]
     np.testing.assert_allclose(read_path(ask(server, tmp_path / "got")).north, COUNTS[0] / 400_000)
     server.mode[service] = [trouble] * 3

@@ -68,7 +68,7 @@ def turned(first, first_deg, second, second_deg):
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_every_format_is_read_to_its_numbers_and_what_its_header_states(tmp_path, form):
+def test_every_format_gives_its_samples_and_header_fields(tmp_path, form):
     written = FORMS[form]
     for name, text in written.files(*STEPS).items():
         (tmp_path / name).write_text(text)
@@ -172,7 +172,7 @@ def test_the_borehole_trios_of_peer_are_refused_until_they_are_declared(tmp_path
 @pytest.mark.parametrize(
     "axes", [("90", "360", "HNQ"), ("HN1", "HN2", "HN3"), ("H1", "H2", "H3"), ("NS", "EW", "third")]
 )
-def test_a_third_axis_of_unknown_name_is_left_out_with_a_word_or_taken_as_declared(tmp_path, axes):
+def test_a_third_axis_of_unknown_name_is_left_out_with_a_note_or_used_as_declared(tmp_path, axes):
     """Every trio with a name that nobody knows was refused, and neither up, down nor none helped."""
     files = {f"x_{axis}.AT2": peer_text(x / 1000, 0.01, axis) for axis, x in zip(axes, (A, B, C), strict=True)}
     known = parse_axis(axes[0])[0] is not None
@@ -212,7 +212,7 @@ def test_csmip_volume_2_of_the_eighties(tmp_path):
     "place", ["Downhole", "Borehole -12m", "Depth: 30 m", "100 ft below ground", "", "1.5 m deep vault"]
 )
 @pytest.mark.parametrize("form", ["cosmos", "csmip2"])
-def test_the_location_of_a_channel_tells_a_borehole(tmp_path, form, place):
+def test_the_location_of_a_channel_identifies_a_borehole(tmp_path, form, place):
     (text,) = FORMS[form].files(*STEPS).values()
     text = text.replace("Location: free field", f"Location: {place or 'Ground floor'}")
     text = re.sub(r"(?m)^(Chan .*?(?:Deg|Up))[ ]*$", rf"\1   Location: {place or 'Ground floor'}", text)
@@ -491,7 +491,7 @@ def uneven(step: float, size: int) -> np.ndarray:
     return np.round(time - time[0], 3)
 
 
-def test_usc_is_resampled_to_even_times_and_says_so(tmp_path):
+def test_usc_is_resampled_to_even_times_with_a_note(tmp_path):
     """Sines of 2 and 7 Hz at uneven times come out as they are at even ones; above 100 Hz nothing comes through."""
     time = uneven(0.00423, 7000)
     first, second = (9 * np.sin(2 * np.pi * f * time) for f in (2.0, 7.0))
@@ -565,7 +565,7 @@ def test_renadic_asks_for_azimuths_and_has_clocks_that_were_never_set(tmp_path):
         (peer_text(A, 0.01, "228").replace(peer_text(A, 0.01, "228").split()[-1], "1.7e308"), ["sample 209 of 228"]),
     ],
 )
-def test_other_quantities_and_what_is_no_number_are_refused(tmp_path, text, words):
+def test_other_quantities_and_invalid_numbers_are_refused(tmp_path, text, words):
     with refused(RecordError, "x.txt", *words):
         put(tmp_path, text)
 
@@ -610,7 +610,7 @@ def test_components_of_two_stations_or_earthquakes_are_no_record(tmp_path, this,
     check(put(tmp_path, files), A * MG, B * MG, rtol=1e-6)
 
 
-def test_unlike_filters_of_the_agency_are_told_of_each_component(tmp_path):
+def test_different_agency_filters_are_listed_per_component(tmp_path):
     """The corners of the first were said to be those of all."""
     files = {f"x{axis}.AT2": peer_text(x / 1000, 0.01, axis, header="old") for axis, x in (("N", A), ("E", B))}
     assert provenance(put(tmp_path, files))["agency"] == "band-pass filter 0.1 to 30.0 Hz"
@@ -628,7 +628,7 @@ def test_components_of_two_locations_of_a_station_of_esm_are_no_record(tmp_path)
 
 
 @pytest.mark.parametrize(("axes", "told"), [(("5", "90"), False), (("10", "85"), True), (("350", "280"), True)])
-def test_axes_that_are_far_from_a_right_angle_are_told(tmp_path, axes, told):
+def test_axes_far_from_a_right_angle_are_noted(tmp_path, axes, told):
     """One azimuth of two that is wrong by up to 26° turned the motion, and nothing was said."""
     record = put(tmp_path, pair(A, B, axes))
     first, second = (np.radians(float(axis)) for axis in axes)
@@ -639,7 +639,7 @@ def test_axes_that_are_far_from_a_right_angle_are_told(tmp_path, axes, told):
     assert [note.startswith(which) for note in record.notes] == [True] * told
 
 
-def test_what_is_declared_and_a_file_states_itself_is_not_taken_and_told(tmp_path):
+def test_declarations_that_a_file_contradicts_are_ignored_with_a_note(tmp_path):
     raw = "1 UNCORRECTED ACCELEROGRAM"
     files = {f"x{n}.smc": smc_text(x, 100, axis, kind=raw) for n, (x, axis) in enumerate([(A, "0"), (B, "90")])}
     plain = put(tmp_path, files, processed=False, sampling_interval_s=0.01)
@@ -664,7 +664,7 @@ def test_what_is_declared_and_a_file_states_itself_is_not_taken_and_told(tmp_pat
         ({"more": {24: (1,)}}, None),
     ],
 )
-def test_what_the_numbers_of_smc_say_of_the_place_and_the_record_is_told(tmp_path, stated, words):
+def test_location_and_flags_of_smc_are_noted(tmp_path, stated, words):
     """Its integers 18, 25, 27 and 28, which nobody read; some files count longitude to the west."""
     files = {f"x{n}.smc": smc_text(x, 100, axis, **stated) for n, (x, axis) in enumerate([(A, "0"), (B, "90")])}
     notes = put(tmp_path, files).notes
@@ -682,14 +682,14 @@ def test_a_raw_and_a_processed_component_are_no_record(tmp_path):
 
 
 @pytest.mark.parametrize(("axes", "word"), [(("H1", "H2"), "H1"), (("RAD", "TAN"), "RAD"), (("--L", "--T"), "--L")])
-def test_axes_that_do_not_say_where_north_is_are_refused_unless_given(tmp_path, axes, word):
+def test_axes_without_a_direction_are_refused_unless_declared(tmp_path, axes, word):
     with refused(RecordError, word, "says nothing about north", "azimuths"):
         put(tmp_path, pair(A, B, axes))
     check(put(tmp_path, pair(A, B, axes), azimuths_deg=(60, 330)), *turned(A * MG, 60, B * MG, 330), rtol=1e-6)
 
 
 @pytest.mark.parametrize("axis", ["V", "+V", "VER", "Vert"])
-def test_a_vertical_axis_of_unknown_sense_is_left_out_with_a_word_unless_declared(tmp_path, axis):
+def test_a_vertical_axis_of_unknown_sense_is_left_out_with_a_note_unless_declared(tmp_path, axis):
     files = pair(A, B) | {"x3.AT2": peer_text(C / 1000, 0.01, axis)}
     record = put(tmp_path, files)
     check(record, A * MG, B * MG, rtol=1e-6)
@@ -708,7 +708,7 @@ def test_a_vertical_axis_of_unknown_sense_is_left_out_with_a_word_unless_declare
         assert [note.partition(",")[0] for note in record.notes] == notes
 
 
-def test_all_that_speaks_against_a_record_is_said_at_once(tmp_path):
+def test_all_reasons_against_a_record_are_given_at_once(tmp_path):
     files = pair(1e6 * A, B[:100], ("H1", "H2"))
     with refused(RecordError, "says nothing about north", "210 and 100 samples", "peak acceleration 9"):
         put(tmp_path, files)

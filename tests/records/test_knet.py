@@ -25,7 +25,7 @@ random = np.random.default_rng(20001006)
 NORTH, EAST, UP = (random.integers(-400_000, 400_000, 1000) + 12_345 for _ in range(3))
 
 
-def test_surface_and_borehole_are_told_apart_and_have_their_own_gains(tmp_path):
+def test_surface_and_borehole_are_distinguished_and_have_their_own_gains(tmp_path):
     deep = write_knet_set(
         tmp_path, "TTRH02X", NORTH, EAST, UP, kik=1, station="TTRH02", scale=(3920, 6182761), rate="200Hz"
     )
@@ -114,7 +114,7 @@ def test_each_of_the_two_networks_is_called_by_its_name(tmp_path):
         read_record(RecordEntry(id="x", format="k-net", source="TST001"), tmp_path)
 
 
-def test_missing_files_are_named_with_where_to_get_and_put_them(tmp_path):
+def test_missing_files_are_named_with_source_and_folder(tmp_path):
     entry = RecordEntry(id="ttrh02", format="kik-net", source="TTRH020010061330")
     words = ("TTRH020010061330.NS2", "EW2", "UD2", "NIED", "kyoshin.bosai.go.jp", str(tmp_path / "nied"))
     with refused(MissingDataError, *words, brief=True):
@@ -133,7 +133,7 @@ def read_text(text: str, name: str = "T.NS"):
     return knet.read(SourceFile(name, text.encode("utf-8")))[0]
 
 
-def test_fractional_rate_and_scale_factor_are_kept_whole():
+def test_fractional_rates_and_scale_factors_are_exact():
     """Obspy takes 99.5Hz as 99 and 7845.6(gal) as 7845."""
     component = read_text(knet_text(NORTH[:199], rate="99.5Hz", scale=("7845.6", 8223790)))
     assert component.sampling_interval == 1 / 99.5
@@ -165,7 +165,7 @@ def test_blank_magnitude_and_japanese_memo_do_no_harm():
         (lambda t: t.replace(f"{NORTH[16]:>9d}{NORTH[17]:>9d}", f" {NORTH[16]}-{abs(NORTH[17])}"), 20, "whole number"),
     ],
 )
-def test_what_is_wrong_is_named_with_its_line(change, line, word):
+def test_errors_name_the_line(change, line, word):
     text = change(knet_text(NORTH))
     with pytest.raises(RecordError, match=word) as problem:
         read_text(text)
@@ -202,7 +202,7 @@ def test_corrections_of_the_table_turn_the_sensor(tmp_path):
     np.testing.assert_allclose(record.east, (NORTH * s + EAST * c) * GAIN, atol=1e-9)
 
 
-def test_declared_azimuths_that_are_not_those_of_the_files_are_taken_with_a_word(tmp_path):
+def test_declared_azimuths_replace_those_of_the_files_with_a_note(tmp_path):
     """Files come in the order of their names, EW before NS, so that 0 and 90 exchange the components."""
     write_knet_set(tmp_path, "T", NORTH, EAST)
     record = read_record(RecordEntry(id="t", format="kik-net", source="T", azimuths_deg=(0, 90)), tmp_path)

@@ -33,7 +33,7 @@ def sine(frequency: float) -> np.ndarray:
     return np.sin(2 * np.pi * frequency * TIME) * np.sin(np.pi * TIME / TIME[-1]) ** 2
 
 
-def test_drift_is_told_by_the_end_of_velocity_and_displacement() -> None:
+def test_drift_is_detected_at_the_end_of_velocity_and_displacement() -> None:
     """One cycle of 1 m/s² and 1 s: v = (1 − cos 2πt)/2π ends at 0, its peak is 1/π m/s; then the same back."""
     cycle = np.where(TIME < 1, np.sin(2 * np.pi * TIME), 0.0)
     swing = np.where(TIME < 2, cycle - np.roll(cycle, 100), 0.0)  # there and back: nothing stays
@@ -66,7 +66,7 @@ def test_a_start_of_no_zone_is_in_utc_wherever_the_machine_stands(monkeypatch, z
         time.tzset()
 
 
-def test_a_motion_of_python_is_not_said_to_be_processed() -> None:
+def test_a_motion_from_python_is_not_labelled_processed() -> None:
     motion = Motion(sine(1.0), sine(2.0), sampling_interval=DT)
     given = as_record(motion)
     assert provenance(process(given, None))["data"] == "as given"
@@ -110,7 +110,7 @@ def test_filters_pass_a_sine_with_the_square_of_butterworth_s_gain_and_no_shift(
         np.testing.assert_allclose(done.north[middle], gain * sine(frequency)[2000:4000], atol=0.03)
 
 
-def test_a_high_pass_filter_leaves_no_drift_and_says_where_it_starts():
+def test_a_high_pass_filter_leaves_no_drift_and_shifts_the_start():
     """An offset and a ramp in acceleration: 18 m of displacement without the filter, millimetres with it."""
     done = process(record(sine(1.0) + 0.01), [Highpass(corner_hz=0.2, order=2)])
     velocity = integrate(done.north, DT)
@@ -163,7 +163,7 @@ def test_boore_2001_takes_away_the_offsets_that_were_put_in():
     assert abs(integrate(integrate(done, DT), DT)[-1]) < 0.05 * abs(integrate(integrate(motion + single, DT), DT)[-1])
 
 
-def test_a_baseline_that_takes_nothing_away_says_so() -> None:
+def test_a_baseline_without_effect_is_noted() -> None:
     """A velocity whose line is zero before the record begins has no step in it; the report said it was corrected."""
     sunk = sine(2.0) + np.where(TIME < 0.05, 5.0, 0.01)  # the line at the end is zero 25 s before the first sample
     stepped = sine(2.0) + np.where(TIME > 20, 0.01, 0.0)
@@ -177,7 +177,7 @@ def test_a_baseline_that_takes_nothing_away_says_so() -> None:
 
 
 @pytest.mark.parametrize("interval", [0.005, 0.02, 0.008])
-def test_resampling_keeps_a_sine_and_drops_what_the_new_rate_cannot_hold(interval):
+def test_resampling_keeps_a_sine_and_removes_frequencies_above_the_new_nyquist(interval):
     done = process(record(sine(2.0)), [Resample(sampling_interval_s=interval)])
     time = np.arange(done.north.size) * interval
     expected = np.sin(2 * np.pi * 2 * time) * np.sin(np.pi * time / TIME[-1]) ** 2
@@ -258,5 +258,5 @@ def test_senseless_steps_are_refused_by_the_config(data):
         ({"step": "taper", "length_s": 1.5}, "taper 1.5 s"),
     ],
 )
-def test_a_step_is_told_in_a_few_words(step: dict[str, object], words: str) -> None:
+def test_a_step_has_a_short_text(step: dict[str, object], words: str) -> None:
     assert summary(step) == words

@@ -39,7 +39,7 @@ def test_one_line_is_a_record(tmp_path):
         assert samples[:100].tobytes() == np.zeros(100).tobytes()
 
 
-def test_what_the_table_says_of_a_pulse_is_known(tmp_path):
+def test_the_labels_of_a_pulse_come_from_the_table(tmp_path):
     line = "sine amplitude_gal=300 period_s=1 azimuth_deg=60"
     place = {"station_latitude_deg": 35.0, "station_longitude_deg": 133.0}
     said = {"pulse": True, "event_id": "one", "magnitude": 6.5, "site_class": "C", "wall": "foot"}
@@ -152,7 +152,7 @@ def test_noise_has_a_flat_spectrum_in_its_band_and_none_outside():
         ("sine amplitude_gal=x period_s=1", ["amplitude_gal 'x'"]),
     ],
 )
-def test_what_is_wrong_is_named(line, words):
+def test_invalid_pulses_are_named(line, words):
     with refused(ConfigError, *words):
         parse_pulse(line)
 

@@ -61,7 +61,7 @@ def test_csmip_channels_that_stop_apart_are_cut_to_the_common_part():
     assert np.abs(record.north).max() / 9.80665 == pytest.approx(0.5107992, rel=1e-5)
 
 
-def test_check_says_of_every_file_what_it_is():
+def test_check_identifies_every_file():
     files = sorted(p for p in SAMPLES.iterdir() if p.is_file() and not has_no_record(p))
     findings = check_paths(files)
     named = {name for finding in findings for name in finding.files}

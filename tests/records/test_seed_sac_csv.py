@@ -23,7 +23,7 @@ N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))
 CHANNELS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
 
 
-def test_miniseed_with_its_stationxml_beside_it(tmp_path):
+def test_miniseed_with_stationxml_in_its_folder(tmp_path):
     write_inventory(tmp_path / "XX.TST1.xml", CHANNELS)
     (tmp_path / "other.xml").write_text("<notes>not about stations</notes>")
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
@@ -70,7 +70,7 @@ def test_an_accelerometer_and_a_velocity_sensor_make_no_record(tmp_path):
         read_path(paths, Declarations(unit="gal"))
 
 
-def test_a_direction_other_than_that_of_the_code_is_told(tmp_path):
+def test_a_direction_that_contradicts_the_code_is_noted(tmp_path):
     """N and E within 5° of north and east, Z up, are what codes of SEED say; the metadata count."""
     metadata = tmp_path / "s.xml"
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
@@ -160,7 +160,7 @@ def test_a_velocity_sensor_is_deconvolved(tmp_path):
     ("frequency", "length", "shock", "rate"),
     [(0.3, 120, 60, 100), (5.0, 120, 60, 100), (20.0, 120, 60, 100), (35.0, 120, 60, 100), (1.0, 3600, 40, 20)],
 )
-def test_a_broadband_sensor_keeps_what_is_fast_and_what_comes_early(tmp_path, frequency, length, shock, rate):
+def test_a_broadband_sensor_keeps_high_frequencies_and_early_motion(tmp_path, frequency, length, shock, rate):
     """Counts are a burst of acceleration a cos(2πft) through the closed form of the sensor, 1 Gal at its peak."""
     time = np.arange(length * rate) / rate
     wave = 0.01 * np.cos(2 * np.pi * frequency * time) * np.exp(-(((time - shock) / 6) ** 2))
@@ -177,7 +177,7 @@ def test_a_broadband_sensor_keeps_what_is_fast_and_what_comes_early(tmp_path, fr
     assert bool(record.notes) == (frequency == 35.0)
 
 
-def test_a_velocity_sensor_beyond_its_range_is_told_and_an_accelerometer_in_velocity_refused(tmp_path):
+def test_a_velocity_sensor_beyond_its_range_is_noted_and_an_accelerometer_in_velocity_refused(tmp_path):
     counts = np.round(1e6 * np.sin(np.arange(4000) / 16)).astype(np.int32)  # 10 cm/s
     write_inventory(tmp_path / "s.xml", {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}, gain=1e7, unit="M/S")
     notes = read_path(write_mseed(tmp_path / "x.mseed", {"HHN": counts, "HHE": counts // 100})).notes
@@ -208,7 +208,7 @@ def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):
     np.testing.assert_allclose(read_record(entry, tmp_path).up, Z / 1e5 * 9.80665, atol=1e-5)
 
 
-def test_the_origin_of_a_sac_is_counted_from_where_its_samples_are(tmp_path):
+def test_the_origin_of_a_sac_file_is_relative_to_its_reference_time(tmp_path):
     """The first sample 3 s after the reference time (word 5, B), the origin 1 s after it (word 7, O)."""
     axes = (("HNN", N / 1e5, 0.0), ("HNE", E / 1e5, 90.0))
     paths = [write_sac(tmp_path / f"{name}.sac", x, name, azimuth, 90.0) for name, x, azimuth in axes]
@@ -230,7 +230,7 @@ def test_the_origin_of_a_sac_is_counted_from_where_its_samples_are(tmp_path):
 
 
 @pytest.mark.parametrize(("depth", "sensor"), [(0.0, "surface"), (2.0, "surface"), (100.0, "borehole")])
-def test_the_depth_in_the_stationxml_tells_a_borehole(tmp_path, depth, sensor):
+def test_the_depth_in_the_stationxml_identifies_a_borehole(tmp_path, depth, sensor):
     files = [write_mseed(tmp_path / "a.mseed", {"HNN": N, "HNE": E})]
     files.append(write_inventory(tmp_path / "a.xml", {"HNN": (0, 0), "HNE": (90, 0)}, depth=depth))
     other = "surface" if sensor == "borehole" else "borehole"
@@ -298,7 +298,7 @@ def test_sac_takes_its_unit_from_stationxml(tmp_path, unit, scale):
         read_path([*paths, tmp_path / "s.xml"])
 
 
-def test_the_scale_in_a_sac_header_is_not_applied_and_told(tmp_path):
+def test_the_scale_in_a_sac_header_is_not_applied_with_a_note(tmp_path):
     """Word 3, SCALE, which the format has and its own programs do not use; obspy's traces, times it, were others."""
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
     plain = read_path(paths, Declarations(unit="gal"))
@@ -314,7 +314,7 @@ def test_the_scale_in_a_sac_header_is_not_applied_and_told(tmp_path):
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
-def test_sac_is_told_by_its_version_and_a_length_that_a_record_can_have(tmp_path, order):
+def test_sac_is_recognised_by_version_and_length(tmp_path, order):
     """Words 76 and 79 of the header: NVHDR, 6 or 7, and NPTS, 32-bit whole numbers of either byte order."""
     header = write_sac(tmp_path / "a.sac", N, "HNN", 0.0, 90.0).read_bytes()[:632]
     for version, length, known in [(6, 10**8, True), (7, 0, True), (5, 500, False), (6, -1, False), (6, 2**30, False)]:
@@ -374,7 +374,7 @@ def test_columns_as_declared(tmp_path, separator):
         ("0,5;1,5\n0,6;1,6\n", "north:gal east:gal", 0.01, ["line 1", "'0,5'"]),
     ],
 )
-def test_columns_that_do_not_hold_what_is_declared(tmp_path, text, columns, interval, words):
+def test_columns_that_contradict_the_declaration_are_refused(tmp_path, text, columns, interval, words):
     path = tmp_path / "x.csv"
     path.write_text(text)
     with refused(RecordError, "x.csv", *words):
@@ -404,7 +404,7 @@ def test_columns_that_do_not_hold_what_is_declared(tmp_path, text, columns, inte
         ("t,acc m/s/s,acc in gal", []),
     ],
 )
-def test_headings_that_say_otherwise_than_what_is_declared_are_told(tmp_path, headings, told):
+def test_headings_that_contradict_the_declaration_are_noted(tmp_path, headings, told):
     """East declared as north turned every direction, and nothing was said of the headings that had it right."""
     path = tmp_path / "x.csv"
     path.write_text(f"{headings}\n" + "".join(f"{n / 100},{n},{-2 * n}\n" for n in range(250)))
@@ -423,7 +423,7 @@ def test_headings_that_say_otherwise_than_what_is_declared_are_told(tmp_path, he
         ("Vs30 of 300 m/s by unit 5", ""),
     ],
 )
-def test_a_line_of_text_that_names_another_unit_is_told(tmp_path, line, unit):
+def test_a_line_of_text_with_another_unit_is_noted(tmp_path, line, unit):
     path = tmp_path / "x.txt"
     path.write_text(f"{line}\n" + "".join(f"{n / 100} {n} {n * n % 7} 0 0 0\n" for n in range(250)))
     record = read_path(path, Declarations(columns="time:s north:gal east:gal skip skip skip", processed=True))
@@ -432,7 +432,7 @@ def test_a_line_of_text_that_names_another_unit_is_told(tmp_path, line, unit):
 
 
 @pytest.mark.parametrize("line", ["Velocity (cm/s)", "# corrected velocity", "Units: cm/s", "% Displacement in cm"])
-def test_a_line_of_text_that_says_another_quantity_is_refused(tmp_path, line):
+def test_a_line_of_text_with_another_quantity_is_refused(tmp_path, line):
     path = tmp_path / "x.txt"
     path.write_text(f"{line}\n" + "".join(f"{n / 100} {n} {n * n % 7} 0 0 0\n" for n in range(250)))
     with refused(RecordError, "x.txt", f"the line {line.lstrip('#% ')!r} says", "--trust-data"):
@@ -473,7 +473,7 @@ def test_headings_behind_a_hash_and_on_several_lines_are_read(tmp_path, headings
     "unit", ["(cm/s)", "(m/s)", " velocity", "_vel", "(cm/sec)", " [mm/s]", "(cm)", " displ.", " counts"]
 )
 @pytest.mark.parametrize("mark", ["# ", ""])
-def test_columns_whose_heading_says_another_quantity_are_refused(tmp_path, unit, mark):
+def test_columns_with_a_heading_of_another_quantity_are_refused(tmp_path, unit, mark):
     """SCEC's .vel.bbp was read as accelerations of 22 Gal."""
     path = tmp_path / "a.vel.bbp"
     path.write_text(f"{mark}time (s)\tN-S{unit}\tE-W{unit}\n" + "".join(f"{n / 100}\t{n}\t{-n}\n" for n in range(250)))

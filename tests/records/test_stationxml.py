@@ -92,7 +92,7 @@ def test_a_unit_that_the_first_stage_contradicts_is_refused(tmp_path):
         assert read_path(waves).notes == []
 
 
-def test_a_negative_gain_reverses_the_polarity_and_is_told(tmp_path):
+def test_a_negative_gain_reverses_the_polarity_with_a_note(tmp_path):
     write_inventory(tmp_path / "s.xml", CHANNELS, gain=-4e5)
     record = read_path(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z}))
     np.testing.assert_allclose(record.north, -N / 4e5, rtol=1e-12)
@@ -146,7 +146,7 @@ def test_units_in_every_spelling(unit, scale):
         *("unoriented sensor", "uncertain orientation", "azimuth not yet measured"),
     ],
 )
-def test_an_orientation_that_nobody_knows_is_not_taken_as_north(tmp_path, text):
+def test_an_unknown_orientation_is_not_read_as_north(tmp_path, text):
     """GeoNet writes azimuths of 0 and 90 next to this comment."""
     path = write_inventory(tmp_path / "s.xml", CHANNELS)
     inventory = obspy.read_inventory(path)
@@ -162,7 +162,7 @@ def test_an_orientation_that_nobody_knows_is_not_taken_as_north(tmp_path, text):
     assert sum(f"the StationXML says {text!r}" in note for note in record.notes) == 2
 
 
-def test_codes_name_the_axes_where_sac_and_stationxml_do_not(tmp_path):
+def test_channel_codes_name_the_axes_if_sac_and_stationxml_do_not(tmp_path):
     """SAC as obspy writes it has no CMPAZ; azimuths in the order of the file names made HNE north."""
     files = {
         code: write_sac(tmp_path / f"T.{code}.sac", x / 1e5, code, None, None)

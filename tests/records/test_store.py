@@ -32,7 +32,7 @@ def same(a: Record, b: Record) -> None:
     st.floats(0.0005, 0.1),
     st.one_of(st.none(), st.floats(0, 359)),
 )
-def test_what_is_written_is_read(tmp_path, north, east, up, event, interval, strike):
+def test_writing_and_reading_are_inverse(tmp_path, north, east, up, event, interval, strike):
     record = Record(
         "x-1",
         north,

@@ -64,7 +64,7 @@ def _to_north_east(
 
 
 class _AssemblyReasons(RefusalReasons):
-    """What speaks against a record, told at once, and what contradicts itself and is trusted where it may be."""
+    """Reasons against a record, raised together, and contradictions that are trusted."""
 
     def __init__(self, *, trusting: bool) -> None:
         super().__init__()
@@ -72,8 +72,8 @@ class _AssemblyReasons(RefusalReasons):
         self.trusted: list[str] = []
 
     @property
-    def found(self) -> bool:
-        """True if something speaks against the record already."""
+    def has_reasons(self) -> bool:
+        """True if there are reasons against the record already."""
         return bool(self._found)
 
     def contradict(self, why: str, remedy: str) -> None:
@@ -207,7 +207,7 @@ def assemble(
     with reasons.collect():
         window = _common_window(components, reasons)
     # Skip this check after a peak that contradicts the header: its message is the better one for the same axis.
-    if not reasons.found:
+    if not reasons.has_reasons:
         with reasons.collect():
             check_dead_axis(window, reasons.contradict)
     with reasons.collect():

@@ -206,9 +206,9 @@ def _locate(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
             located.append((word.removeprefix(EXAMPLE), _example(entry, word.removeprefix(EXAMPLE))))
             continue
         named = [data_dir / word] if (data_dir / word).is_file() else []
-        beside = _files(data_dir, f"{word}.*")
-        plain = [path for path in beside if not _archive_name(path)]
-        holding = named or plain or beside[:1] or [a for a in archives if _members_of(read_source(a), word)][:1]
+        matching = _files(data_dir, f"{word}.*")
+        plain = [path for path in matching if not _archive_name(path)]
+        holding = named or plain or matching[:1] or [a for a in archives if _members_of(read_source(a), word)][:1]
         located += [(word, path) for path in holding]
         missing += [] if holding else [word]
     if missing:

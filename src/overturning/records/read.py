@@ -274,11 +274,11 @@ def read_with_siblings(path: Path, declared: Declarations) -> tuple[list[Compone
     Returns the components and their files, with the StationXML of the folder if they need it.
     """
     first = read_source(path)
-    beside = () if is_archive(first.data) else sorted(path.parent.glob("*.xml"))
-    declared = declared.with_station_xml(map(read_source, beside))
+    stationxml = () if is_archive(first.data) else sorted(path.parent.glob("*.xml"))
+    declared = declared.with_station_xml(map(read_source, stationxml))
     components = read_files([first], declared)
     stations = {file.name for file in declared.metadata} if components[0].format in ("miniseed", "sac") else set()
-    needed = [other for other in beside if other.name in stations]
+    needed = [other for other in stationxml if other.name in stations]
     if len(components) > 1:
         return components, [path, *needed]
     alike = [p for p in sorted(path.parent.iterdir()) if p != path and p.is_file() and _has_similar_name(path, p)]

@@ -70,7 +70,7 @@ def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
     """
     prepared = prepare(shipped("boulder"))
     comes_down = np.arctan2(0.47, 0.38)
-    assert prepared.placed[-1].fallen == pytest.approx((comes_down, np.arctan2(0.31, 0.30)), abs=1e-9)
+    assert prepared.placed[-1].fallen_rotations == pytest.approx((comes_down, np.arctan2(0.31, 0.30)), abs=1e-9)
     assert lies_from(prepared)[0] == pytest.approx(comes_down, abs=1e-4)
     assert 0.1 < falls_from(prepared)[0] < 0.5 * comes_down
     assert not flags_fit(prepared, np.array([False]), np.array([comes_down]))

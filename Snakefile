@@ -44,15 +44,15 @@ rule all:
 
 
 onstart:
-    keep_cubes(Path(RESULTS))
+    backup_cubes(Path(RESULTS))
 
 
 onerror:
-    put_cubes_back(Path(RESULTS))
+    restore_cubes(Path(RESULTS))
 
 
 onsuccess:
-    put_cubes_back(Path(RESULTS))
+    restore_cubes(Path(RESULTS))
     made = [path for path in (*CUBES, REPORT, EXPLORER) if Path(path).exists()]
     logger.info(
         "\n  ".join([f"Cube and report of the study {STUDY.name!r}:", *made]),

@@ -352,7 +352,7 @@ def test_letters_that_do_not_fit_are_told(cube_file: Path, tmp_path: Path, capsy
     ("words", "message"),
     [
         (("polr",), "polr: no such figure; did you mean polar?"),
-        (("rose", "--record", "b"), "--record: rose is of all records"),
+        (("rose", "--record", "b"), "--record: rose shows all records"),
         (
             ("intensity", "--record", "b", "--height", "0.6"),
             "--height, --friction: intensity shows the ground",

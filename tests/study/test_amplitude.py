@@ -102,7 +102,7 @@ def test_a_figure_of_a_factor_names_it_and_takes_no_measures_of_the_record_as_it
         # The ensemble is run for the record as it is: of twice the record there is no probability, nor a bar for one.
         assert [len(plot.polar(cube).axes[0].child_axes) for cube in (twice, once)] == [0, 1]
         for draw in (plot.plane, plot.intensity, plot.hodograph, plot.history):
-            with refused(MissingDataError, "none times 2", brief=True):
+            with refused(MissingDataError, "only for the factor 1, not 2", brief=True):
                 draw(twice)
         assert set(overturning.to_dataframe(twice)["amplitude"]) == {2.0}
         assert "amplitude" not in overturning.to_dataframe(once)

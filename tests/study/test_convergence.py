@@ -465,7 +465,7 @@ def test_falls_in_space_whose_azimuth_moves_under_nearly_the_same_motion(
 def test_the_outcome_of_an_older_version_is_refused_by_file_and_key(tmp_path: Path, written: Any, said: str) -> None:
     path = tmp_path / "convergence.json"
     path.write_text(json.dumps(written), encoding="utf-8")
-    with pytest.raises(ResultError, match="run the study again, which makes") as error:
+    with pytest.raises(ResultError, match="run the study again to recreate") as error:
         Convergence.read(path)
     assert str(error.value).startswith(f"{path}: {said}")
     assert "\n" not in str(error.value)

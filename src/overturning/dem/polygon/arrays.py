@@ -113,11 +113,11 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
         law = k.Law(laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance)
-        ends = [k.Memory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
+        ends = [k.Memory(0.0, k.OPEN, 0.0, 0.0)] * 2
         for end in prepared.loaded:
             if end.pair == index:
                 carrier = k.MINE if _is_first(a, b, end.side) else k.THEIRS
-                ends[end.side] = k.Memory(end.slip, carrier, 0.0, 0.0, 0.0)
+                ends[end.side] = k.Memory(end.slip, carrier, 0.0, 0.0)
         history = k.History(k.Vertices(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, taken=0.0)
         stands = float(pair.b in prepared.carriers[pair.a]) - (pair.a in prepared.carriers[pair.b])
         pairs.append(k.Pair(face, face, bounds, law, nearest, history, 0.0, 0.0, stands))

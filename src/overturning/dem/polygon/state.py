@@ -254,16 +254,12 @@ class Vertices(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What an end remembers: stretch of its tangential spring, carrier, forces along normal and tangent.
-
-    And for how long it still lands, s, 0 or less where it does not.
-    """
+    """What an end remembers: stretch of its tangential spring, carrier, forces along normal and tangent."""
 
     spring: float
     carrier: float
     normal: float
     tangent: float
-    landing: float
 
 
 OPEN, MINE, THEIRS, HANDED_ON = 0.0, 1.0, -1.0, 2.0

@@ -27,7 +27,7 @@ CASE: Final = np.dtype([(name, "f8") for name in (
     "tilt", "tilt_cos", "tilt_sin", "first", "calm", "after", "gentle", "bears",
     *Clock._fields,
 )])  # fmt: skip
-"""What a case is computed with, in the units of `Block`, `CaseProgress` and `Clock`."""
+"""Constants of a case, in the units of `Block`, `CaseProgress` and `Clock`."""
 
 RESULT: Final = np.dtype([(name, "f8") for name in (
     "status", "side", "time", "angle", "slip", "residual", "depth", "energy", "steps", "left_out",

@@ -58,7 +58,7 @@ CASE: Final = np.dtype([("body", "i8"), *((name, "f8") for name in (
     "stiffness", "tangential", "dashpot", "friction", "amplitude", "bears", "steady", "first", "calm", "after",
     *Clock._fields,
 )), ("start", START)])  # fmt: skip
-"""What a case is computed with, in the units of `Body`, `CaseProgress` and `Clock`; `body` is the row of `BODY`."""
+"""Constants of a case, in the units of `Body`, `CaseProgress` and `Clock`; `body` is the row of `BODY`."""
 
 BODY: Final = np.dtype([(name, "f8") for name in (
     "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "axx", "ayy", "azz", "axy", "axz", "ayz", "foot", "radius", "reach",

@@ -154,7 +154,7 @@ class Loaded(NamedTuple):
 
 
 class Stance(NamedTuple):
-    """What a case is judged by beside its `CaseProgress`."""
+    """Limits that terminate a case, next to its `CaseProgress`."""
 
     spin: float
     """Vertical angular momentum about the origin at the start;"""

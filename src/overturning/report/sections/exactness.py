@@ -205,7 +205,7 @@ def _wilson(count: int, of: int, digits: int = 2) -> str:
 
 
 class Sampling(NamedTuple):
-    """How the rows of a comparison are named, and whether its cases are a random sample.
+    """Row names of a comparison, and the kind of its sample.
 
     Attributes
     ----------

@@ -91,7 +91,7 @@ def follow_sentences(found: dict[str, ReferenceAlignment], parts: list[str]) -> 
 
 
 def follow_answer(found: dict[str, ReferenceAlignment], parts: list[str]) -> list[str]:
-    """Which reference falls follow most, and to which end of it, for each group of records.
+    """Return the reference closest to the falls, and the end they go to, for each group of records.
 
     Every part of the B/H is listed, whatever its interval says: the parts whose intervals exclude 0 are a selection.
     """

@@ -37,7 +37,6 @@ from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
 from overturning.records.source import Declarations
 from overturning.records.store import write_motion
-from overturning.study.cube import open_cube as open_by_number
 from overturning.study.intensity import write_intensity
 from overturning.study.load import check_study
 from overturning.study.schema import Study
@@ -145,7 +144,7 @@ def cube_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_cube_is_opened_by_a_string_and_asked_by_the_name_of_a_record(cube_file: Path) -> None:
-    inside = open_by_number(cube_file)
+    inside = xr.open_dataset(cube_file, decode_timedelta=False)
     for asked, known in (({"amplitude": 2.0}, "amplitude 2; known: 1"), ({"element": "roof"}, "'roof'; known: stone")):
         with pytest.raises(ResultError, match=f"no .*{known}"):
             overturning.open_cube(cube_file, **asked)
@@ -313,7 +312,7 @@ def test_the_polar_map_of_a_cube_file_shows_all_that_is_named(
     cube_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     several = of_two_frictions(overturning.open_cube(cube_file))
-    monkeypatch.setattr("overturning.study.small.open_cube", lambda *_, **__: several)
+    monkeypatch.setattr("overturning.study.cube.open_cube", lambda *_, **__: several)
     for words, titles in (((), ["1"]), (("0.5",), ["0.5"]), (("0.5", "1"), ["0.5", "1"])):
         path = tmp_path / "a.svg"
         named = [part for mu in words for part in ("--friction", mu)]

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from overturning.motion.motion import Motion
     from overturning.records.read import read
     from overturning.records.record import Record
-    from overturning.study.small import open_cube, run_study, to_dataframe
+    from overturning.study.cube import open_cube
+    from overturning.study.small import run_study, to_dataframe
 
     __version__: str
 
@@ -62,7 +63,7 @@ _MODULES = {
     "VertexContact": "overturning.model.contact",
     "gravestone": "overturning.model.scene",
     "load_scene": "overturning.model.scene",
-    "open_cube": "overturning.study.small",
+    "open_cube": "overturning.study.cube",
     "read": "overturning.records.read",
     "run_cases": "overturning.dem.run",
     "run_study": "overturning.study.small",

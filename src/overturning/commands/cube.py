@@ -38,8 +38,7 @@ def figure(
     from overturning.figures.style import style
     from overturning.figures.write import has_overlapping_text, save
     from overturning.files import check_output
-    from overturning.study.cube import shown_block
-    from overturning.study.small import open_cube
+    from overturning.study.cube import open_cube, shown_block
     from overturning.study.values import parse_quantity
 
     if kind not in KINDS:
@@ -119,7 +118,8 @@ def export(
     """Write the cases of a cube as a table, one row per case, with all elements and factors on the motions."""
     from overturning.files import check_output
     from overturning.labels import variant_label
-    from overturning.study.small import open_cube, write_table
+    from overturning.study.cube import open_cube
+    from overturning.study.small import write_table
 
     check_output(output, "output", ".parquet", ".csv")
     with open_cube(cube, chunks={"record": 1}, element=None, amplitude=None) as data:

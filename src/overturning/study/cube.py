@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import spare_dask
-from overturning.errors import ArgumentError, ResultError
+from overturning.errors import ArgumentError, ResultError, suggest_keywords
 from overturning.files import checksum_matches
 from overturning.model.falls import model_of
 from overturning.model.grid import AXES
@@ -51,15 +51,43 @@ def _find_missing(cube: "xr.Dataset") -> str:
     return ""
 
 
+@suggest_keywords()
 def open_cube(
-    path: Path,
+    path: str | Path,
     chunks: dict[str, int] | str | None = None,
     element: str | None = "reference",
     amplitude: float | None = 1.0,
 ) -> "xr.Dataset":
-    """Open a cube as `overturning.open_cube` does, but with numbers as the coordinate of the records."""
+    """Open a cube in xarray.
+
+    The record of an id is ``cube.sel(record="rinaldi")``.
+
+    Parameters
+    ----------
+    path : path
+        The cube.
+    chunks : dict or "auto", optional
+        Sizes of dask chunks of the variables, ``{"record": 1}`` for the chunks of the file; not given: no dask.
+    element : str, optional
+        For a scene with several free elements: the name of one, "reference" for the scene's reference element, or None
+        for all. Only with None is ``element`` a dimension, with the names as its coordinate.
+    amplitude : float, optional
+        For a study with several factors on its motions: one of them, or None for all. Only with None is ``amplitude`` a
+        dimension; a selected factor other than 1 stays as a coordinate.
+
+    Returns
+    -------
+    xarray.Dataset
+        Flags as float with NaN where missing; times as numbers of seconds; records by their ids.
+
+    Raises
+    ------
+    ResultError
+        If there is no cube at this path, or the cube has no such element or factor.
+    """
     import xarray as xr
 
+    path = Path(path)
     if not path.is_file():
         why = "a folder; name the cube in it, cube.nc" if path.is_dir() else "no such cube; run the study first"
         raise ResultError(f"{path}: {why}")
@@ -77,8 +105,8 @@ def open_cube(
     if absent := _find_missing(cube):
         raise ResultError(f"{path}: not a cube of this package: {absent}; run the study again")
     chosen = choose(cube, path, element, amplitude)
-    if chosen is not cube:  # a selection has no reference to the file, which must stay open until it is closed
-        chosen.set_close(cube.close)
+    chosen = chosen.assign_coords(record=chosen["record_id"].variable)
+    chosen.set_close(cube.close)  # a selection has no reference to the file, which must stay open until it is closed
     if chunks is not None:
         # Load the small coordinates of records; as dask arrays they would be read again at each access.
         for name, values in chosen.coords.items():

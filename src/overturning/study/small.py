@@ -1,4 +1,4 @@
-"""Open cubes and run small studies from Python, without the workflow."""
+"""Run small studies from Python, without the workflow, and convert cubes to tables."""
 
 import tempfile
 from collections.abc import Sequence
@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from overturning.errors import ArgumentError, ConfigError, MissingDataError, suggest_keywords
+from overturning.errors import ArgumentError, ConfigError, MissingDataError
 from overturning.files import atomic_write
 from overturning.motion.motion import Accelerogram, Motion
 from overturning.records.duplicates import refuse_duplicates
@@ -14,7 +14,7 @@ from overturning.records.processing import process
 from overturning.records.read import read_record
 from overturning.records.record import Record, as_record
 from overturning.records.store import rounded
-from overturning.study import cube as by_number
+from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_members
 from overturning.study.gather import gather
 from overturning.study.load import check_study, entries_of
@@ -24,49 +24,6 @@ from overturning.study.sweep import sweep_record
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-
-@suggest_keywords()
-def open_cube(
-    path: str | Path,
-    chunks: dict[str, int] | str | None = None,
-    element: str | None = "reference",
-    amplitude: float | None = 1.0,
-) -> "xr.Dataset":
-    """Open a cube in xarray.
-
-    The record of an id is ``cube.sel(record="rinaldi")``.
-
-    Parameters
-    ----------
-    path : path
-        The cube.
-    chunks : dict or "auto", optional
-        Sizes of dask chunks of the variables, ``{"record": 1}`` for the chunks of the file; not given: no dask.
-    element : str, optional
-        Of a scene with several free elements: the name of one, "reference" for the scene's reference element, None for
-        all. The dimension is there in the last case only, with the names as its coordinate.
-    amplitude : float, optional
-        Of a study with several factors on its motions: one of them, None for all. The dimension is there in the last
-        case only; a factor other than 1 is a coordinate without it.
-
-    Returns
-    -------
-    xarray.Dataset
-        Flags as float with NaN where missing; times as numbers of seconds; records by their ids.
-
-    Raises
-    ------
-    ResultError
-        If there is no cube, the file is none, or it has no such element or factor.
-    """
-    return _by_name(by_number.open_cube(Path(path), chunks, element, amplitude))
-
-
-def _by_name(cube: "xr.Dataset") -> "xr.Dataset":
-    named = cube.assign_coords(record=cube["record_id"].variable)
-    named.set_close(cube.close)
-    return named
 
 
 def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
@@ -85,7 +42,9 @@ def to_dataframe(cube: "xr.Dataset") -> "pd.DataFrame":
         are NaN.
     """
     first = [str(name) for name in cube["overturned"].dims]
-    named = _by_name(cube).drop_vars("record_id") if "record_id" in cube else cube
+    named = (
+        cube.assign_coords(record=cube["record_id"].variable).drop_vars("record_id") if "record_id" in cube else cube
+    )
     table = named.to_dataframe(dim_order=first).reset_index()
     known = [name for name in ("record", *first, *cube.data_vars) if name in table]
     return table[list(dict.fromkeys([*known, *table]))]

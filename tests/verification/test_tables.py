@@ -143,4 +143,4 @@ def test_times_at_equal_agreement() -> None:
     assert head == "| agreement in 10 cases | exact | pymunk |"
     assert lines[0] == "| 90 % | 100 ms | 3e+03 ms |"
     assert lines[1] == "| 95 % | 100 ms | – |"
-    assert lines[-1] == "| at most | 100.0 % in 100 ms | 90.0 % in 3e+03 ms |"
+    assert lines[-1] == "| highest agreement | 100.0 % in 100 ms | 90.0 % in 3e+03 ms |"

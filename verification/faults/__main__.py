@@ -90,8 +90,10 @@ def main(
         good, total = map(sum, zip(*found.values(), strict=True))
         print(f"{good} of {total}")
         if page:
-            rows = [(says, f"{fine} of {times}") for says, (fine, times) in {**found, "all": (good, total)}.items()]
-            publish({"faults": markdown(("fault", "outlived"), rows)})
+            rows = [
+                (says, f"{fine} of {times}") for says, (fine, times) in {**found, "all faults": (good, total)}.items()
+            ]
+            publish({"faults": markdown(("fault", "survived"), rows)})
     if good < total:
         raise SystemExit(1)
 

@@ -1,4 +1,4 @@
-"""The map of stability as Markdown: how cases end, and what is out of reach, counted in the run."""
+"""Markdown tables and lists of the map of stability: outcomes of its cases, and inputs without an answer."""
 
 import itertools
 from collections.abc import Mapping
@@ -15,18 +15,18 @@ from verification.stability.checks import Ending
 from verification.tables import Figure, markdown, wrapped
 
 STIFF: Final = 1e-5
-"""δ/B below which contacts are stiff enough that a case should be marked only at the rim of the map."""
+"""δ/B below which contacts are stiff: here only extreme cases should be marked."""
 
 _HEADS: Final = tuple(ending.name.lower().replace("_", " ") for ending in Ending)
 
 
 def bodies(blocks: pd.DataFrame, scenes: pd.DataFrame) -> dict[str, str]:
-    """The tables by mark."""
+    """Return the Markdown of each marker."""
     return {"stability": _blocks(blocks), "scenes": _scenes(scenes), "reach": _reach(blocks, scenes)}
 
 
 def figures(blocks: pd.DataFrame, scenes: pd.DataFrame) -> list[Figure]:
-    """What the summary says."""
+    """Return the figures of the summary table."""
     made = []
     for name, rows in (("blocks", blocks), ("scenes", scenes)):
         silent, right = rows["ending"] == Ending.SILENT, rows["ending"] == Ending.RIGHT
@@ -55,13 +55,13 @@ def _summary(rows: pd.DataFrame) -> str:
     reasons = rows["reason"][rows["ending"] == Ending.REFUSED].value_counts().sort_index()
     refusals = ", ".join(f"{count} for `{name}`" for name, count in reasons.items())
     return (
-        f"The largest residual of work and energy among the {len(energy)} right ones is {energy.max():.4f}, its median "
+        f"Among the {len(energy)} right cases the largest residual of work and energy is {energy.max():.4f}, the median "
         f"{energy.median():.2g}. Refused: {refusals or 'none'}. Silent: {(rows['ending'] == Ending.SILENT).sum()}."
     )
 
 
 def _blocks(rows: pd.DataFrame) -> str:
-    """How the blocks of the map end."""
+    """Return the tables of outcomes of single blocks."""
     kinds = {"space-filling": ~rows["motion"].isin(ADVERSARIAL)} | {n: rows["motion"] == n for n in ADVERSARIAL}
     by_motion = _counted("motion", kinds, rows)
     lines = []
@@ -71,29 +71,29 @@ def _blocks(rows: pd.DataFrame) -> str:
         shares = [f"{100 * (endings == e).mean():.1f} %" if len(endings) else "–" for e in Ending]
         lines.append((f"{low:g} to {high:g}", len(endings), *shares))
     by_penetration = markdown(("δ/B", "cases", *_HEADS), lines)
-    budget = f"{len(rows)} cases in all, at most {rows.attrs['budget']:.3g} block steps each."
+    budget = f"{len(rows)} cases with at most {rows.attrs['budget']:.3g} block steps each."
     return f"{by_motion}\n\n{wrapped(f'{budget} {_summary(rows)}')}\n\n{by_penetration}"
 
 
 def _scenes(rows: pd.DataFrame) -> str:
-    """How the cases of the scenes end."""
+    """Return the table of outcomes of scenes."""
     adversarial = rows["motion"].isin(ADVERSARIAL)
     kinds: dict[str, pd.Series[bool]] = {}
     for scene in SCENES:
         mine = rows["scene"] == scene
         kinds |= {f"{scene}, space-filling": mine & ~adversarial, f"{scene}, adversarial motions": mine & adversarial}
     compared = rows["as_block"][rows["as_block"] >= 0]
-    said = (
-        f"{len(rows)} cases in all, at most {rows.attrs['budget']:.3g} steps each, "
-        f"{rows.attrs['adversarial_budget']:.3g} under adversarial motions. {_summary(rows)} Of {len(compared)} "
-        f"gravestones that stay on the ground and are answered by the block's own kernel too, {(compared == 0).sum()} "
-        "have another flag there."
+    summary = (
+        f"{len(rows)} cases with at most {rows.attrs['budget']:.3g} block steps each, "
+        f"{rows.attrs['adversarial_budget']:.3g} under adversarial motions. {_summary(rows)} {len(compared)} "
+        "gravestones that stay on the ground were also run with the kernel for single blocks; "
+        f"{(compared == 0).sum()} of them have a different flag there."
     )
-    return f"{_counted('scene', kinds, rows)}\n\n{wrapped(said)}"
+    return f"{_counted('scene', kinds, rows)}\n\n{wrapped(summary)}"
 
 
 def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
-    """What is out of reach, and why, with the shares of this run, as a Markdown list."""
+    """Return a Markdown list of the inputs without an answer, with their shares in this run."""
     ending, ratio = blocks["ending"], blocks["penetration_ratio"]
     soft = ratio > 0.1
     unstable = (ending == Ending.UNSTABLE) & (ratio < 1e-2)
@@ -102,25 +102,26 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
     over, undecided = ending == Ending.OVER_BUDGET, ending == Ending.UNDECIDED
     in_scenes = (scenes["ending"] == Ending.UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
     lines = [
-        "δ/B above about 0.1, or δ above a tenth of the smaller side: the block's own weight presses its corners in "
-        f"so far that the contact law means nothing. Marked `unstable`: {_percent(ending[soft] == Ending.UNSTABLE)} of "
-        f"the {int(soft.sum())} blocks with δ/B above 0.1.",
-        f"δ below {PRECISION_FLOOR * np.finfo(float).eps:.1g} H: double precision does not hold the penetration of a "
-        "block at rest. Refused, naming `stiffness`; a scene likewise, by its height.",
-        "Strong shaking on lightly damped contacts: corners are thrown up and come down fast. Of the "
-        f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻² {_percent(blocks['damping'][unstable] < 0.1)} "
-        f"have ξ below 0.1; half of them have a peak above {np.median(blocks['acceleration_ratio'][unstable]):.0f} "
-        f"g·B/H. {_percent(sunk[unstable])} sink in too deep; of the others work and energy do not balance to "
-        f"10⁻². Of the {int(in_scenes.sum())} such cases of scenes {_percent(scenes['damping'][in_scenes] < 0.1)} "
-        f"have ξ below 0.1, and half a peak above {np.median(scenes['acceleration_ratio'][in_scenes]):.0f} "
-        "times the threshold of rocking.",
-        "Small blocks under long records, the more with Cundall's scheme and stiff springs: their steps are so short "
-        f"that the budget of block steps runs out (`over_budget`). Of {int(over.sum())} such blocks half are lower "
-        f"than {np.median(blocks['height'][over]):.2g} m. The map's budget, {blocks.attrs['budget']:.2g}, is far below "
-        f"a study's, {BUDGET:.0e}.",
-        "Blocks on little friction that still slide 20/p seconds after the record, with energy enough to fall if they "
-        f"tripped: `undecided`. Of {int(undecided.sum())} such blocks {_percent(blocks['friction'][undecided] < 0.02)} "
-        "have µ below 0.02.",
+        "δ/B above about 0.1, or δ above a tenth of the smaller side: the weight of the block presses its corners so "
+        f"deep into the base that the contact law no longer applies. {_percent(ending[soft] == Ending.UNSTABLE)} of the "
+        f"{int(soft.sum())} blocks with δ/B above 0.1 are marked `unstable`.",
+        f"δ below {PRECISION_FLOOR * np.finfo(float).eps:.1g} H: the penetration of a block at rest is below the "
+        "resolution of double precision. Refused, naming `stiffness`; a scene likewise, with its height as H.",
+        "Strong shaking on lightly damped contacts: corners are thrown up and land fast. Of the "
+        f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻², {_percent(blocks['damping'][unstable] < 0.1)} "
+        "have ξ below 0.1, and half have a peak acceleration above "
+        f"{np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. {_percent(sunk[unstable])} penetrate too "
+        "deep; in the others work and energy do not balance to 10⁻². Of the "
+        f"{int(in_scenes.sum())} such cases of scenes, {_percent(scenes['damping'][in_scenes] < 0.1)} "
+        "have ξ below 0.1, and half have a peak acceleration above "
+        f"{np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
+        "Small blocks under long records, mostly with Cundall's scheme and stiff springs: their steps are so short "
+        f"that the budget of block steps is used up (`over_budget`). Half of the {int(over.sum())} such blocks are lower "
+        f"than {np.median(blocks['height'][over]):.2g} m. The budget of the map, {blocks.attrs['budget']:.2g}, is far "
+        f"below that of a study, {BUDGET:.0e}.",
+        "Blocks with little friction that still slide at the time 20/p after the record, with enough energy to "
+        f"overturn if they tripped: `undecided`. Of the {int(undecided.sum())} such blocks, "
+        f"{_percent(blocks['friction'][undecided] < 0.02)} have µ below 0.02.",
     ]
     return "\n".join(wrapped(line, "- ") for line in lines)
 

@@ -128,7 +128,7 @@ def equal_agreement(rows: pd.DataFrame) -> str:
 
     lines = [(f"{100 * least:g} %", *(time(name, least) for name in most)) for least in AGREEMENTS]
     best = [f"{100 * share:.1f} % in {time(name, share)}" for name, share in most.items()]
-    return markdown((f"agreement in {of['shared'].max():.0f} cases", *most), [*lines, ("at most", *best)])
+    return markdown((f"agreement in {of['shared'].max():.0f} cases", *most), [*lines, ("highest agreement", *best)])
 
 
 def _steps(rows: pd.DataFrame) -> str:
@@ -145,7 +145,7 @@ def _stiffness(rows: pd.DataFrame) -> str:
     """Errors of the default scheme and step over stiffness."""
     ratio = rows["penetration_ratio"]
     several = ratio.notna() & ~np.isclose(ratio, STATIC_PENETRATION) & (rows["against"] == "finer step")
-    names = {"finer step": "the same, finer steps", "stiffest springs": "stiffest, finer steps"}
+    names = {"finer step": "same springs, finer steps", "stiffest springs": "stiffest springs, finer steps"}
     lines = [
         (at.cases_of, _marked(at, f"{at.penetration_ratio:.0e}"), f"{at.seconds_per_case:.2g}", names[at.against],
         *_errors(at))

@@ -55,8 +55,9 @@ def _summary(rows: pd.DataFrame) -> str:
     reasons = rows["reason"][rows["ending"] == Ending.REFUSED].value_counts().sort_index()
     refusals = ", ".join(f"{count} for `{name}`" for name, count in reasons.items())
     return (
-        f"Among the {len(energy)} right cases the largest residual of work and energy is {energy.max():.4f}, the median "
-        f"{energy.median():.2g}. Refused: {refusals or 'none'}. Silent: {(rows['ending'] == Ending.SILENT).sum()}."
+        f"Among the {len(energy)} right cases the largest residual of work and energy is {energy.max():.4f}, the "
+        f"median {energy.median():.2g}. Refused: {refusals or 'none'}. Silent: "
+        f"{(rows['ending'] == Ending.SILENT).sum()}."
     )
 
 
@@ -103,8 +104,8 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
     in_scenes = (scenes["ending"] == Ending.UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
     lines = [
         "δ/B above about 0.1, or δ above a tenth of the smaller side: the weight of the block presses its corners so "
-        f"deep into the base that the contact law no longer applies. {_percent(ending[soft] == Ending.UNSTABLE)} of the "
-        f"{int(soft.sum())} blocks with δ/B above 0.1 are marked `unstable`.",
+        f"deep into the base that the contact law no longer applies. {_percent(ending[soft] == Ending.UNSTABLE)} of "
+        f"the {int(soft.sum())} blocks with δ/B above 0.1 are marked `unstable`.",
         f"δ below {PRECISION_FLOOR * np.finfo(float).eps:.1g} H: the penetration of a block at rest is below the "
         "resolution of double precision. Refused, naming `stiffness`; a scene likewise, with its height as H.",
         "Strong shaking on lightly damped contacts: corners are thrown up and land fast. Of the "
@@ -116,9 +117,9 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
         "have ξ below 0.1, and half have a peak acceleration above "
         f"{np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
         "Small blocks under long records, mostly with Cundall's scheme and stiff springs: their steps are so short "
-        f"that the budget of block steps is used up (`over_budget`). Half of the {int(over.sum())} such blocks are lower "
-        f"than {np.median(blocks['height'][over]):.2g} m. The budget of the map, {blocks.attrs['budget']:.2g}, is far "
-        f"below that of a study, {BUDGET:.0e}.",
+        f"that the budget of block steps is used up (`over_budget`). Half of the {int(over.sum())} such blocks are "
+        f"lower than {np.median(blocks['height'][over]):.2g} m. The budget of the map, "
+        f"{blocks.attrs['budget']:.2g}, is far below that of a study, {BUDGET:.0e}.",
         "Blocks with little friction that still slide at the time 20/p after the record, with enough energy to "
         f"overturn if they tripped: `undecided`. Of the {int(undecided.sum())} such blocks, "
         f"{_percent(blocks['friction'][undecided] < 0.02)} have µ below 0.02.",

@@ -1,1 +1,1 @@
-"""The distinct element method: scene, contact law, time step, kernels."""
+"""Distinct element method: scenes, contact laws, step control, and compiled kernels."""

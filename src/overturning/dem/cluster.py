@@ -10,7 +10,7 @@ from overturning.dem.numerics import Numerics
 from overturning.motion.motion import Motion
 
 MAX_CASES_PER_TASK: Final = 16384
-"""Largest number of cases in a task: at least half a second of work; no more is lost with a worker."""
+"""Largest number of cases in a task, at least half a second of work; limits what is lost with a worker."""
 
 MIN_CASES_PER_TASK: Final = 256
 """Smallest number of cases in a task; fewer would not fill the kernel's lanes."""
@@ -48,22 +48,22 @@ def run_on_cluster(run: Callable[[Motion, Any, Numerics], Any], motion: Motion, 
     count = max(1, wanted, -(-cases.size // MAX_CASES_PER_TASK))
     pieces = [np.arange(part, cases.size, count) for part in range(count)]
     # Submitted as the result of a task: scattered data would be lost with the worker that holds it.
-    ground = client.submit(_itself, motion, pure=False)
-    tasks = {client.submit(run, ground, _some(cases, piece), here, pure=False): piece for piece in pieces}
+    ground = client.submit(_identity, motion, pure=False)
+    tasks = {client.submit(run, ground, _select_rows(cases, piece), here, pure=False): piece for piece in pieces}
     done = 0
     for task in as_completed(tasks):
         done += tasks[task].size
         if progress and task.status == "finished":
             progress(done, cases.size)
-    found = client.gather(list(tasks))
+    parts = client.gather(list(tasks))
     order = np.argsort(np.concatenate(pieces))
-    columns = {name: np.concatenate([getattr(each, name) for each in found])[order] for name in vars(found[0])}
-    return type(found[0])(**columns)
+    columns = {name: np.concatenate([getattr(part, name) for part in parts])[order] for name in vars(parts[0])}
+    return type(parts[0])(**columns)
 
 
-def _itself(motion: Motion) -> Motion:
+def _identity(motion: Motion) -> Motion:
     return motion
 
 
-def _some(cases: Any, rows: Any) -> Any:
+def _select_rows(cases: Any, rows: Any) -> Any:
     return replace(cases, **{item.name: np.asarray(getattr(cases, item.name))[rows] for item in fields(cases)})

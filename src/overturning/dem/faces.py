@@ -41,13 +41,13 @@ def simulate_with_face_planes(model: Model, motion: Motion, grid: Grid, numerics
                 "b_over_h": grid["b_over_h"] * ratio,
                 "friction": grid["friction"],
             }
-            found = simulate_grid(planes, motion, Grid(rows), options)
+            outcome = simulate_grid(planes, motion, Grid(rows), options)
             at = (face, slice(None), slice(None), slice(None), index)
-            side = found["overturned"].astype(np.float64)
+            side = outcome["overturned"].astype(np.float64)
             flags[at] = np.where(side == INT8_MISSING, np.nan, np.abs(side))
-            times[at] = found["overturning_time"]
+            times[at] = outcome["overturning_time"]
             towards[at] = np.mod(azimuth[:, None, None, None] + np.where(side < 0, 180.0, 0.0), 360.0)
-            arrays["block_steps"][:, :, :, index] += found["block_steps"]
+            arrays["block_steps"][:, :, :, index] += outcome["block_steps"]
     falls, fall_azimuth = first_edge(flags, times, towards)
     overturned = np.nan_to_num(falls, nan=INT8_MISSING).astype(np.int8)
     return arrays | {"plane_overturned": overturned, "plane_fall_azimuth": fall_azimuth}

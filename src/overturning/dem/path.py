@@ -1,4 +1,4 @@
-"""The way of all elements of a scene in one case, and the forces between them."""
+"""Path of a 2-D case: motion of all elements of a scene over time, and the contact forces between them."""
 
 from dataclasses import dataclass
 from typing import Any, Final
@@ -22,33 +22,33 @@ POSES: Final = {
 
 
 def variable_spec(dimensions: str, values: Any, units: str, long_name: str) -> tuple[Any, ...]:
-    """A variable of a dataset."""
+    """Return a dataset variable: dimensions, values, and attributes `units` and `long_name`."""
     return dimensions.split(), values, {"units": units, "long_name": long_name}
 
 
 @dataclass(frozen=True)
 class PlanePath:
-    """The way of all elements of a scene in one case."""
+    """Motion of all elements of a scene over time in one case, with the contact forces."""
 
     scene: Scene
     placed: list[PlacedElement]
     critical: FloatArray  # shape (elements,): α of each free element, rad
-    time: FloatArray  # shape (rows,), s after the record's start
+    time: FloatArray  # shape (rows,): time after the start of the record, s
     ground: FloatArray  # shape (rows,): acceleration of the base towards the azimuth, m/s²
     poses: FloatArray  # shape (rows, elements, 6): x, z, rotation and their rates, in the frame of the base
-    force: FloatArray  # shape (rows, contacts, 2): mean from this row to the next, on the first element, N
-    place: FloatArray  # shape (rows, contacts, 2): where it acts, m; NaN where nothing touches or nothing is known
-    contacts: list[tuple[str, str]]  # names of the two elements
+    force: FloatArray  # shape (rows, contacts, 2): mean force on the first element until the next row, N
+    place: FloatArray  # shape (rows, contacts, 2): point at which the force acts, m; NaN without contact or unknown
+    contacts: list[tuple[str, str]]  # names of the two elements of each contact
 
     def dataset_parts(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Variables, coordinates and attributes of a dataset, with the results of the case."""
+        """Return variables, coordinates and attributes of a dataset, including the results of the case."""
         vertices = np.full((len(self.placed), max(len(item.shape.vertices) for item in self.placed), 2), np.nan)
         for item, row in zip(self.placed, vertices, strict=True):
             row[: len(item.shape.vertices)] = item.shape.vertices
         x, _, angle = np.moveaxis(self.poses[:, :, :3], 2, 0)
         low = np.nanmin(vertices[:, :, 1], axis=1)
         side = vertices[:, :, 1] <= (low + 1e-9 * np.nanmax(vertices[:, :, 1], axis=1))[:, None]
-        # The middle of the lower side need not be below the centre.
+        # The middle of the lower side is not necessarily below the centre.
         aside = np.mean(vertices[:, :, 0], axis=1, where=side)
         slip = x - [item.x for item in self.placed] + low * np.sin(angle) + aside * (np.cos(angle) - 1.0)
         variables = {
@@ -77,7 +77,7 @@ class PlanePath:
                 "element vertex xz", vertices, "m", "vertices about the centre, counter-clockwise"
             ),
         }
-        variables |= self._of_case(results)
+        variables |= self._outcome_variables(results)
         coordinates = {
             "time": variable_spec("time", self.time, "s", "time after the record's start"),
             "element": ("element", [item.element.name for item in self.placed]),
@@ -86,8 +86,8 @@ class PlanePath:
         weight = self.scene.gravity * sum(item.mass for item in self.placed if not item.fixed)
         return variables, coordinates, {"reference": self.scene.default_element, "weight": weight}
 
-    def _of_case(self, results: Results) -> dict[str, Any]:
-        """The outcome of the case, missing for what is fixed."""
+    def _outcome_variables(self, results: Results) -> dict[str, Any]:
+        """Return the outcome variables of the case; values per element are missing for fixed elements."""
         variables: dict[str, Any] = {}
         free = [index for index, item in enumerate(self.placed) if not item.fixed]
         for variable in (item for item in VARIABLES if item.name != "mirrored"):

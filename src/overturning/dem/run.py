@@ -1,4 +1,4 @@
-"""Many cases of a model under one motion: planned, shared out to threads, and collected in their own order."""
+"""Run of many cases of a model under one motion, distributed to threads; results in the order of the cases."""
 
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
@@ -24,13 +24,16 @@ if TYPE_CHECKING:
     from overturning.model.model import Model
     from overturning.model.shapes import Shape
 
-QUEUE: Final = 4096
-"""Cases per call of the kernel: long enough to keep the columns full, short enough for the memory to stay flat."""
+MAX_QUEUE_LENGTH: Final = 4096
+"""Largest number of cases per call of a kernel: enough to keep its lanes full, few enough to bound the memory."""
 
 
 def plan_of(model: "Model", motion: Motion, cases: Cases, numerics: Numerics) -> "Plan":
-    """Choose the kernel, check the arguments, and work out what each case needs; parameters and errors as of `run`."""
-    # Imported here, since with the plan comes the kernel, and Numba.
+    """Return the computation plan of the model's kernel, after checking the arguments.
+
+    Parameters and exceptions are those of `run`.
+    """
+    # Imported lazily: importing a plan imports Numba.
     if isinstance(model, Body):
         from overturning.dem.body import plan as of_bodies
 
@@ -53,20 +56,20 @@ def run(
     Parameters
     ----------
     model : Model, Scene, Shape, str, int or None
-        As of `overturning.model.falls.as_model`. A single block on the ground takes the block's kernel, any other scene
-        the general one, a body in space its own.
+        Model, or an argument of `overturning.model.falls.as_model`. A single block on the ground is computed by the
+        block kernel, any other scene by the scene kernel, a 3-D body by the body kernel.
     motion : Motion
-        The ground's; without a vertical component the base moves level.
+        Input motion; without a vertical component the base moves horizontally.
     cases : Cases
-        `height` and `b_over_h` are those of a scene's reference element, `friction` that of every contact law without
-        one.
+        Cases to simulate. `height` and `b_over_h` are those of the reference element of a scene; `friction` applies to
+        every contact law that has no coefficient.
     numerics : Numerics, optional
-        How they are computed; `Numerics()` where not given.
+        Numerical options; default `Numerics()`.
 
     Returns
     -------
     Results
-        In the order of the cases.
+        Results in the order of the cases.
 
     Raises
     ------
@@ -75,20 +78,20 @@ def run(
     """
     model, numerics = as_model(model), numerics or Numerics()
     if numerics.client is not None:
-        found: Results = run_on_cluster(partial(run, model), motion, cases, numerics)
-        return found
-    planned = plan_of(model, motion, cases, numerics)
-    results = planned.initial_results()
+        distributed: Results = run_on_cluster(partial(run, model), motion, cases, numerics)
+        return distributed
+    plan = plan_of(model, motion, cases, numerics)
+    results = plan.initial_results()
     counter = np.zeros(1, np.int64)
-    moving = np.flatnonzero(~planned.stays_at_rest & ~planned.too_soft)
-    length = planned.steps[moving] * np.maximum(motion.samples - planned.first[moving], 1)
-    # The longest of a group first, so that the columns empty together.
-    order = moving[np.lexsort((-length, planned.group[moving]))]
+    moving = np.flatnonzero(~plan.stays_at_rest & ~plan.too_soft)
+    length = plan.steps[moving] * np.maximum(motion.samples - plan.first[moving], 1)
+    # The longest cases of a group first, so that all lanes finish at about the same time.
+    order = moving[np.lexsort((-length, plan.group[moving]))]
 
     def compute(chosen: NDArray[np.int64]) -> None:
-        results.store(chosen, planned.compute(chosen, counter)[0])
+        results.store(chosen, plan.compute(chosen, counter)[0])
 
-    queues = split_into_queues(order, planned.group, planned.halved)
+    queues = split_into_queues(order, plan.group, plan.halved)
     run_queues(compute, queues, numerics, counter, int(length.sum()) * len(model.elements))
     return results
 
@@ -97,24 +100,23 @@ def run(
 def run_cases(
     motion: Accelerogram, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
 ) -> Results:
-    """Run cases of a model that make no grid.
+    """Run a list of cases of a model, which need not form a grid.
 
     Parameters
     ----------
     motion : Motion or Record
-        The ground's; without a vertical component the base moves level.
+        Input motion; without a vertical component the base moves horizontally.
     cases : Cases
-        One row for each.
+        Cases to simulate, one row each.
     model : Scene, str, int or Shape, optional
-        What stands on the ground, as in `overturning.simulate`; a single block where not given.
+        Model, as in `overturning.simulate`; default: a single 2-D block.
     **options
         Fields of `overturning.dem.numerics.Numerics`.
 
     Returns
     -------
     Results
-        An array for each variable of the cube, in the order of the cases. A missing flag is −128, a missing number
-        NaN.
+        One array per variable of the cube, in the order of the cases. A missing flag is −128, a missing number NaN.
 
     Raises
     ------
@@ -125,12 +127,16 @@ def run_cases(
 
 
 def split_into_queues(order: NDArray[np.int64], group: NDArray[np.int64], halved: bool) -> list[NDArray[np.int64]]:
-    """Queues of cases with the same number in `group`, by which they are ordered; long ones `halved`."""
+    """Split cases, ordered by their number in `group`, into queues of one group each.
+
+    Queues are at most `MAX_QUEUE_LENGTH` long. If `halved`, a group of 128 or more cases makes at least two queues, so
+    that two threads share it.
+    """
     queues = []
     for chosen in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
         if chosen.size:
-            count = max(-(-chosen.size // QUEUE), min(2, chosen.size // 64) if halved else 1)
-            # Interleaved, so that each part has its share of long and short cases.
+            count = max(-(-chosen.size // MAX_QUEUE_LENGTH), min(2, chosen.size // 64) if halved else 1)
+            # Interleaved, so that long and short cases are spread evenly.
             queues += [chosen[part::count] for part in range(count)]
     return queues
 
@@ -142,7 +148,7 @@ def run_queues(
     counter: NDArray[np.int64],
     total: int,
 ) -> None:
-    """Run queues on some threads and tell how far they are: `counter` of `total` steps."""
+    """Run queues on `numerics.threads` threads and report progress: `counter` of `total` block steps."""
     progress = numerics.progress
     with ThreadPoolExecutor(max_workers=numerics.threads) as pool:
         waiting = {pool.submit(compute, chosen) for chosen in queues}

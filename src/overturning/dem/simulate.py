@@ -1,4 +1,4 @@
-"""The functions users call for a grid of cases: as arrays, and as a dataset."""
+"""Simulation of a grid of cases under one motion: public functions that return arrays or a dataset."""
 
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
@@ -33,12 +33,12 @@ def grid_over(
     azimuth_deg: ArrayLike | None = None,
     orientation_deg: ArrayLike | None = None,
 ) -> Grid:
-    """The grid of a model over rows of values, as of `overturning.simulate`.
+    """Return the grid of a model; parameters are those of `overturning.simulate`.
 
     Raises
     ------
     ArgumentError
-        If the model has another direction, or a row is empty or does not fit.
+        If the direction is not the model's (azimuth in 2-D, orientation in 3-D), or an array is empty or out of bounds.
     """
     if isinstance(model, Planes) and not model.scene.sweeps_friction and (np.asarray(friction) != 1.0).any():
         raise ArgumentError(
@@ -49,8 +49,8 @@ def grid_over(
     given, other = ("azimuth", "orientation") if model.direction == "azimuth" else ("orientation", "azimuth")
     directions = {"azimuth": azimuth_deg, "orientation": orientation_deg}
     if directions[other] is not None or directions[given] is None:
-        what = "a block or scene moves in planes" if model.one_component else "a body moves in all directions at once"
-        raise ArgumentError(f"{other}_deg: {what}; give {given}_deg")
+        kind = "a block or scene is a 2-D model" if model.one_component else "a body is a 3-D model"
+        raise ArgumentError(f"{other}_deg: {kind}; give {given}_deg")
     model.periods(np.atleast_1d(np.asarray(aspect, np.float64)))
     sizes = {"height": height, "b_over_h": b_over_h, "friction": friction, "aspect": aspect}
     several = model.elements if len(model.elements) > 1 else ()
@@ -59,7 +59,7 @@ def grid_over(
 
 
 def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
-    """Simulate the cases of a grid; as `simulate_arrays`."""
+    """Simulate the cases of a grid; return the arrays of `simulate_arrays`."""
     few = model.distinct(grid)
     sources = model.sources(few, numerics.leave_out)
     own, of_each = np.arange(few.size).reshape(few.shape), few.size // few.shape[0]
@@ -113,35 +113,34 @@ def simulate(
     Parameters
     ----------
     motion : Motion or Record
-        The ground's; a record as `overturning.read` returns it. A body in space moves with all of its components, a
-        block or scene with the one along the azimuth and the vertical one.
+        Input motion; a record as `overturning.read` returns it. A 3-D body is moved by all components, a 2-D model by
+        the component along the azimuth and the vertical one.
     model : Scene, str, int or Shape, optional
-        What stands on the ground: a scene in vertical planes (`overturning.load_scene`), or a body in space,
-        "rectangle", "circle", the number of sides of a regular prism, or a polyhedron. A single block in vertical
-        planes where not given; with a contact or density of its own `overturning.gravestone`, a body with a contact
-        `overturning.Body`.
+        A 2-D scene (`overturning.load_scene`), or the shape of a 3-D body: "rectangle", "circle", the number of sides
+        of a regular prism, or a polyhedron. Default: a single 2-D block. To choose contact or density, pass
+        `overturning.gravestone` (2-D) or `overturning.Body` (3-D).
     height, b_over_h : array_like, shape (h,), (b,), optional
-        Height (m) and slenderness of the reference element; the scene's or polyhedron's own where not given. All
-        lengths scale with the height; the slenderness changes the reference element's width alone.
+        Height (m) and slenderness of the reference element; default: those of the scene or polyhedron. All lengths
+        scale with the height; the slenderness changes only the width of the reference element.
     friction : array_like, shape (f,)
-        µ of every contact law without one; refused where a scene has none.
+        µ of every contact law that has no coefficient; an error if all contacts of the scene have one.
     aspect : array_like, shape (a,)
-        D/B of a rectangle in space: its width across over that along the orientation.
+        D/B of a 3-D rectangle: width across the orientation over width along it.
     azimuth_deg : array_like, shape (n,)
-        In planes: of the motion, degrees clockwise from north, any real numbers.
+        2-D models: azimuth of the plane of motion, degrees clockwise from north, any real numbers.
     orientation_deg : array_like, shape (n,)
-        In space: azimuth to which the body's first side faces, degrees clockwise from north, any real numbers.
+        3-D bodies: azimuth that the body's first side faces, degrees clockwise from north, any real numbers.
     **options
         Fields of `overturning.dem.numerics.Numerics`.
 
     Returns
     -------
     xarray.Dataset
-        The model's variables over `azimuth`, `height`, `b_over_h` and `friction`, in space over `orientation`,
-        `height`, `b_over_h`, `aspect` and `friction`; over `element`, too, where the scene has more than one free
-        element and the variable is each element's. Flags are floats, and missing values are NaN, as in
+        The model's variables. Dimensions of a 2-D model: `azimuth`, `height`, `b_over_h` and `friction`, and `element`
+        for variables per element of a scene with several free elements. Dimensions of a 3-D body: `orientation`,
+        `height`, `b_over_h`, `aspect` and `friction`. Flags are floats, and missing values are NaN, as in
         `overturning.open_cube`: `abs(outcome.overturned).mean()` is the fraction overturned of the cases that have an
-        outcome, whereas `outcome.overturned != 0` is also true where it is missing.
+        outcome, but `outcome.overturned != 0` is also true for missing values.
 
     Raises
     ------
@@ -188,7 +187,10 @@ def simulate(
 
 
 def critical_angle(model: Model, grid: Grid) -> tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]] | None:
-    """Dimensions, values and attributes of the critical angles of a scene; None where they follow from B/H."""
+    """Return dimensions, values (rad) and attributes of a scene's critical angles; None for a block or body.
+
+    A single block or body needs none: its critical angle follows from B/H.
+    """
     if not isinstance(model, Planes) or model.scene.single_block:
         return None
     from overturning.dem.polygon.prepare import CRITICAL, critical_angles

@@ -1,4 +1,4 @@
-"""The stable time step, and how many steps a case takes per sample of its record."""
+"""Stable time step, and number of steps per sample of the record."""
 
 from enum import IntEnum
 from typing import Final
@@ -12,43 +12,47 @@ from overturning.units import STANDARD_GRAVITY
 
 
 class Scheme(IntEnum):
-    """Integration schemes, by the number under which the kernel knows them."""
+    """Integration schemes, with their numbers in the kernel."""
 
     CUNDALL = 0
     CENTRED = 1
 
 
 HEAVY_DAMPING: Final = 2.0
-"""Above this damping ratio of the highest mode the step in which the centred scheme lets a contact change shrinks in
-proportion to its inverse: it would stay stable, but which corners press and slip is guessed from a velocity that the
-dashpots change too much."""
+"""Damping ratio ξ of the highest mode above which the centred scheme shortens the contact step in proportion to 1/ξ.
+
+A longer step would be stable, but contact and slip are predicted from the velocity, which strong dashpots change too
+much within the step.
+"""
 
 MAX_ROCKING_STEP: Final = 0.006
-"""The centred scheme is stable with any step; this one, in 1/p with p = √(3g/4R), is the longest that follows the
-motion of a block between changes of contact, whatever the contact's stiffness (docs/method.md)."""
+"""Longest step that resolves the motion of a block between contact changes, in 1/p with p = √(3g/4R).
 
-BARE_DAMPING: Final = 0.25
-"""Below this damping ratio of the highest mode Cundall's scheme takes half the automatic step."""
+The centred scheme is stable with any step and any contact stiffness (docs/method.md).
+"""
+
+LIGHT_DAMPING: Final = 0.25
+"""Damping ratio of the highest mode below which Cundall's scheme uses half of the automatic step."""
 
 DEFAULT_SCHEME: Final = "centred"
 
 AUTO_FRACTION: Final = {Scheme.CUNDALL: 0.5, Scheme.CENTRED: 1.0}
-"""The step of ``time_step="auto"`` as a fraction of the stable one (docs/measurements.md shows how it was chosen)."""
+"""Step of ``time_step="auto"`` as a fraction of the stable step (docs/measurements.md shows how it was chosen)."""
 
 SCENE_FRACTION: Final = 0.5
-"""The same for a scene of polygons with Cundall's scheme."""
+"""Step of ``time_step="auto"`` for a scene with Cundall's scheme, as a fraction of the stable step."""
 
 MAX_STEPS_PER_SAMPLE: Final = 2_000_000
-"""More than this cannot be resolved in any reasonable time."""
+"""Largest number of steps per sample; more would take too long to compute."""
 
 
 def parse_scheme(name: str) -> Scheme:
-    """The scheme of a name.
+    """Return the scheme with the given name.
 
     Raises
     ------
     ArgumentError
-        If there is none.
+        If no scheme has this name.
     """
     try:
         return Scheme[name.upper()]
@@ -60,17 +64,17 @@ def parse_scheme(name: str) -> Scheme:
 def highest_eigenvalue(
     normal: FloatArray, tangential: FloatArray, half_width: FloatArray, half_height: FloatArray
 ) -> FloatArray:
-    """Highest eigenvalue of the upright block on both corners, and of the tilted one on one corner.
+    """Return an upper bound of the highest eigenvalue of a block upright on both corners or tilted on one corner.
 
-    Upright, heave has 2 K_n/m; sway and rocking couple. On one corner, mass and inertia of a rectangle seen from the
-    corner give K/m · (1 + 3) where both springs are equal, and no more than 4 max(K_n, K_s)/m for any pair.
+    Upright, heave has the eigenvalue 2 K_n/m; sway and rocking are coupled. On one corner, a rectangle has 4 K/m if
+    both springs have the stiffness K, and at most 4 max(K_n, K_s)/m otherwise.
 
     Parameters
     ----------
     normal, tangential : ndarray
-        K_n/m and K_s/m, or dashpots per mass.
+        K_n/m and K_s/m, 1/s², or dashpots per mass, 1/s.
     half_width, half_height : ndarray
-        b and h, m.
+        Half width b and half height h, m.
 
     Returns
     -------
@@ -81,7 +85,7 @@ def highest_eigenvalue(
     sway = 2.0 * tangential
     rock = 2.0 * per_inertia * (tangential * half_height**2 + normal * half_width**2)
     coupling = 4.0 * per_inertia * (tangential * half_height) ** 2
-    # √((a−b)²/4 + c²) keeps its digits where √(trace² − 4 det) loses them.
+    # √((a−b)²/4 + c²) avoids the cancellation in √(trace² − 4 det).
     upright = 0.5 * (sway + rock) + np.sqrt(0.25 * (sway - rock) ** 2 + coupling)
     return np.maximum(np.maximum(upright, 2.0 * normal), 4.0 * np.maximum(normal, tangential))
 
@@ -89,31 +93,31 @@ def highest_eigenvalue(
 def lowest_eigenvalue(
     normal: FloatArray, tangential: FloatArray, half_width: FloatArray, half_height: FloatArray
 ) -> FloatArray:
-    """Lowest eigenvalue of the upright block on both corners, ω² in 1/s²: heave, or sway with rocking.
+    """Return the lowest eigenvalue ω² of a block upright on both corners, 1/s²: heave, or sway coupled with rocking.
 
-    Parameters as of `highest_eigenvalue`.
+    Parameters are those of `highest_eigenvalue`.
     """
     per_inertia = 3.0 / (half_width**2 + half_height**2)
     sway = 2.0 * tangential
     rock = 2.0 * per_inertia * (tangential * half_height**2 + normal * half_width**2)
     coupling = 4.0 * per_inertia * (tangential * half_height) ** 2
     upright = 0.5 * (sway + rock) + np.sqrt(0.25 * (sway - rock) ** 2 + coupling)
-    # The product of both is the determinant, in which rocking on the tangential springs cancels.
+    # The product of both coupled eigenvalues is the determinant, from which rocking on tangential springs cancels.
     return np.minimum(4.0 * per_inertia * tangential * normal * half_width**2 / upright, 2.0 * normal)
 
 
 def rocking_time(width: FloatArray, height: FloatArray) -> FloatArray:
-    """1/p of a rocking block, s: p = √(3g/4R), R half the diagonal (Housner 1963)."""
+    """Return 1/p of a rocking block, s: p = √(3g/4R), R half the diagonal (Housner 1963)."""
     return np.asarray(np.sqrt(np.sqrt(width**2 + height**2) / (1.5 * STANDARD_GRAVITY)))
 
 
 def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: FloatArray | None = None) -> FloatArray:
-    """Largest stable time step, s.
+    """Return the largest stable time step, s.
 
-    Cundall's scheme, whose dashpot lags by half a step, needs Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The centred
-    scheme takes the dashpots at the end of the step. For a scene of polygons that leaves Δt ≤ 2/ω, less where
-    ξ_max is above `HEAVY_DAMPING`; for a block it takes the springs there, too, and is limited by the motion alone,
-    `MAX_ROCKING_STEP`.
+    Cundall's scheme, whose dashpots lag by half a step, requires Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The centred scheme
+    evaluates the dashpots at the end of the step. For a scene this requires Δt ≤ 2/ω, less if ξ_max exceeds
+    `HEAVY_DAMPING`. For a block the springs are also evaluated there, so only the motion limits the step
+    (`MAX_ROCKING_STEP`).
 
     Parameters
     ----------
@@ -124,7 +128,7 @@ def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: Fl
     rate : ndarray
         2 ξ_max ω of the highest mode, 1/s.
     period : ndarray, optional
-        1/p of the block, s (`rocking_time`); None for a scene of polygons.
+        1/p of the block, s (`rocking_time`); None for a scene.
     """
     if scheme == Scheme.CUNDALL:
         return 4.0 / (np.sqrt(rate**2 + 4.0 * square) + rate)
@@ -132,7 +136,7 @@ def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: Fl
 
 
 def contact_time(square: FloatArray, rate: FloatArray) -> FloatArray:
-    """1/ω of a contact's highest mode, s, less where ξ_max is above `HEAVY_DAMPING`; see `stable_step`."""
+    """Return 1/ω of a contact's highest mode, s; shorter if ξ_max exceeds `HEAVY_DAMPING` (see `stable_step`)."""
     frequency = np.sqrt(square)
     return np.asarray(HEAVY_DAMPING / np.maximum(0.5 * rate / frequency, HEAVY_DAMPING) / frequency)
 
@@ -145,7 +149,7 @@ def steps_per_sample(
     sampling_interval: float,
     period: FloatArray | None = None,
 ) -> NDArray[np.int64]:
-    """Whole steps per sample, a function of the case and the record's sampling interval alone.
+    """Return the number of whole steps per sample; it depends only on the case and the sampling interval.
 
     Parameters
     ----------
@@ -154,21 +158,21 @@ def steps_per_sample(
     time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
     square, rate : ndarray
-        As for `stable_step`.
+        ω² (1/s²) and 2 ξ_max ω (1/s) of the highest mode; see `stable_step`.
     sampling_interval : float
-        s.
+        Time between samples, s.
     period : ndarray, optional
-        As for `stable_step`.
+        1/p of the block, s; None for a scene.
 
     Returns
     -------
     ndarray of int64
-        Rounded up to a number with at most five binary digits, so that cases with nearly equal steps share a queue.
+        Numbers with at most five significant binary digits, rounded up, so that cases with similar steps share a queue.
 
     Raises
     ------
     ArgumentError
-        If the step is above the stable one, or so small that a sample takes millions.
+        If the step exceeds the stable step, or a sample would take more than `MAX_STEPS_PER_SAMPLE` steps.
     """
     stable = stable_step(scheme, square, rate, period)
     return steps_from_stable(stable, stable * _automatic(scheme, square, rate, period), time_step, sampling_interval)
@@ -177,7 +181,10 @@ def steps_per_sample(
 def steps_from_stable(
     stable: FloatArray, automatic: FloatArray, time_step: float | str, sampling_interval: float
 ) -> NDArray[np.int64]:
-    """Steps per sample for a stable and an automatic step, s; the rest and the errors as of `steps_per_sample`."""
+    """Return the number of steps per sample, given the stable and the automatic step, s.
+
+    Other parameters and exceptions are those of `steps_per_sample`.
+    """
     least = float(np.min(stable))
     if time_step == "auto":
         step = automatic
@@ -196,13 +203,13 @@ def steps_from_stable(
         )
     steps = np.ceil(sampling_interval / step * (1.0 - 1e-12)).astype(np.int64)
     steps = np.maximum(steps, 1)
-    # np.frexp is exact: the exponent of the number, five digits of which are kept.
+    # np.frexp returns the exact binary exponent; five significant binary digits remain.
     unit = np.int64(1) << np.maximum(np.frexp(steps.astype(np.float64))[1] - 5, 0).astype(np.int64)
     return (steps + unit - 1) // unit * unit
 
 
 def step_reduction(scheme: Scheme, time_step: float | str, stable: FloatArray) -> FloatArray | float:
-    """By how much a wanted step is shorter than the automatic one of a block; checked by `steps_per_sample`."""
+    """Return the requested step divided by the automatic step of a block; `steps_per_sample` checks the request."""
     if time_step == "auto":
         return 1.0
     wanted = _fraction(time_step) if isinstance(time_step, str) else np.minimum(time_step / stable, 1.0)
@@ -210,11 +217,11 @@ def step_reduction(scheme: Scheme, time_step: float | str, stable: FloatArray) -
 
 
 def _automatic(scheme: Scheme, square: FloatArray, rate: FloatArray, period: FloatArray | None) -> FloatArray | float:
-    # docs/measurements.md, "The default step", has the tables from which these were read.
+    # Chosen from the tables in docs/measurements.md, "The default step".
     if period is not None and scheme == Scheme.CENTRED:
         return AUTO_FRACTION[scheme]
     fraction = SCENE_FRACTION if period is None else AUTO_FRACTION[scheme]
-    return np.where(0.5 * rate / np.sqrt(square) < BARE_DAMPING, 0.5 * fraction, fraction)
+    return np.where(0.5 * rate / np.sqrt(square) < LIGHT_DAMPING, 0.5 * fraction, fraction)
 
 
 def _fraction(text: str) -> float:

@@ -1,4 +1,4 @@
-"""The path of a model in one case, and the forces in it."""
+"""Public function that returns the path of a model in one case as a dataset, with contact forces."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +30,7 @@ def trajectory(
     friction: float = 1.0,
     **options: Any,
 ) -> "xr.Dataset":
-    """The path of a model in one case, bit-equal to its cell of a sweep with the same arguments.
+    """Simulate one case and return its path; the outcome is bit-equal to that cell of a grid with the same arguments.
 
     Parameters
     ----------
@@ -43,32 +43,39 @@ def trajectory(
     Returns
     -------
     xarray.Dataset
-        In planes over `time` (about once per sample of the record, for a single block more often where a contact
-        changes or a step is done again; after the record until the case ends) and `element` (all of them): `x`, `z`
-        (centre, m), `rotation` (rad, positive towards the azimuth), `velocity_x`, `velocity_z` (m/s),
-        `angular_velocity` (rad/s), `base_slip` (m, of the middle of the lower side from its place), all in the frame of
-        the base; `ground_acceleration` over `time` (m/s²). Over `time` and `contact` (both ends of each pair of
-        elements that can meet): `contact_force` (N, on the element `contact_on` from `contact_by`; mean from this time
-        to the next) and `contact_place` (m; mean weighted by the normal force), NaN where nothing is known and, of the
-        place, where nothing touches. Over `element`: `kind`, `critical_angle` (α, rad), `fallen_angle` (rotation at
-        which it has fallen, rad; also over `side`, −1 and 1), `vertices` (about the centre, m, NaN beyond an element's
-        last) and the cell's outcome, NaN where the element is not free; the whole case's outcome without a
-        dimension. The general kernel adds the forces up at each of its steps; for a single block they follow from the
-        path.
+        The outcome variables of the case, and the path. Times are about one per sample of the record, and continue
+        after it until the case ends; a single block has more at contact changes and repeated steps.
 
-        In space over `time`, in the frame of the base: `place` and `velocity` of the centre over `enu` (east, north,
-        up; m and m/s), `quaternion` over `wxyz`, the rotation from the pose at rest, `angular_velocity` over `enu`
-        (rad/s), `tilt_north` and `tilt_east` (components of the body's axis, 1), `ground_acceleration` over `enu`
-        (m/s²). Over `corner` and `enu`, `outline`: the body at rest about its centre, m; over `edge` and `end`,
-        `edges` between corners. So a corner is at place + quaternion · outline · conjugate. And the cell's outcome.
+        2-D models, all in the frame of the base:
 
-        Attributes: the model, what it was called with, and the case's block steps; of a scene also the name of its
+        - over `time` and `element` (fixed ones included): `x`, `z` of the centre (m), `rotation` (rad, positive towards
+          the azimuth), `velocity_x`, `velocity_z` (m/s), `angular_velocity` (rad/s), and `base_slip`, the displacement
+          of the middle of the lower side (m);
+        - over `time`: `ground_acceleration` (m/s²);
+        - over `time` and `contact` (both ends of each pair of elements that can touch): `contact_force`, on element
+          `contact_on` from `contact_by`, averaged until the next time (N; NaN if unknown), and `contact_place`, where
+          it acts, averaged with the normal force as weight (m; NaN if unknown or without contact). The scene kernel
+          sums the forces over its steps; for a single block they are computed from the path;
+        - over `element`: `kind`, `critical_angle` (α, rad), `fallen_angle` (rotation to `side` −1 or 1 at which it has
+          fallen, rad), `vertices` about the centre (m; NaN beyond the last), and outcome variables per element, NaN for
+          fixed elements.
+
+        3-D bodies, all in the frame of the base:
+
+        - over `time`: `place` and `velocity` of the centre over `enu` (east, north, up; m and m/s), `quaternion` over
+          `wxyz` (rotation from the pose at rest), `angular_velocity` over `enu` (rad/s), `tilt_north` and `tilt_east`
+          (components of the body's axis, 1), and `ground_acceleration` over `enu` (m/s²);
+        - `outline` over `corner` and `enu`: corners of the body at rest about its centre (m). In motion, a corner is at
+          place + quaternion · outline · conjugate;
+        - `edges` over `edge` and `end`: the two corners of each edge.
+
+        Attributes: those of the model, the arguments of the case, and its block steps; for a scene also the name of the
         reference element and the weight of all free elements (N).
 
     Raises
     ------
     ArgumentError
-        As `overturning.simulate`, where there is more than one case, and where the path would be longer than
+        As in `overturning.simulate`; also if there is more than one case, or the path is longer than
         `overturning.dem.plan.MAX_PATH_NUMBERS`.
     """
     model, more = as_model(model), {name: options.pop(name, 1.0) for name in ("aspect", "amplitude")}
@@ -77,11 +84,11 @@ def trajectory(
         orientation_deg=orientation_deg,
     )  # fmt: skip
     if grid.size != 1:
-        raise ArgumentError(f"trajectory: {grid.size} cases; give one value each, or take simulate")
+        raise ArgumentError(f"trajectory: {grid.size} cases; give one value each, or use simulate")
     size = {name: float(grid[name].item()) for name in ("height", "b_over_h", "friction")}
     tilt = options.pop("initial_tilt", 0.0)
     numerics = Numerics(**options)
-    # Turned back as far as it looks the same, like the cell: the bits of a turned body are others.
+    # Rotated to the equivalent direction that a grid computes: in another one, the last bits of the result differ.
     sources = model.sources(grid, numerics.leave_out)
     case = Cases(grid.directions - sources.turn_deg.ravel(), **size, **more, initial_tilt=tilt)
     results, path = plan_of(model, as_motion(motion), case, numerics).trace()

@@ -1,1 +1,1 @@
-"""What all kernels share: lanes, clock, queue, ground, endings, compiled code; it knows lanes, not stones."""
+"""Infrastructure of all kernels: lanes, step control, case queue, base motion, termination, and compilation."""

@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept, so that an edited kernel is never answered by a stale one."""
+"""Cache of compiled kernels on disk, named after a digest of the sources so that an edited kernel is recompiled."""
 
 import hashlib
 import os
@@ -11,11 +11,11 @@ from numba.core.runtime import rtsys
 
 _PACKAGE = Path(__file__).parents[2]
 _COMPILED = (_PACKAGE / "units.py", *(path for room in ("dem", "model") for path in (_PACKAGE / room).rglob("*.py")))
-"""Modules of which something is compiled into the kernels."""
+"""Modules whose functions or constants are compiled into the kernels."""
 
 
 def sources_digest(folder: Path) -> str:
-    """First 16 hex digits of the SHA-256 over names and contents of `_COMPILED` and of all modules of a folder."""
+    """Return the first 16 hex digits of the SHA-256 of names and contents of `_COMPILED` and a folder's modules."""
     digest = hashlib.sha256()
     for path in sorted({*_COMPILED, *folder.rglob("*.py")}):
         digest.update(path.relative_to(_PACKAGE if path.is_relative_to(_PACKAGE) else folder).as_posix().encode())
@@ -26,16 +26,15 @@ def sources_digest(folder: Path) -> str:
 _DIGEST = 32  # bytes
 
 _IMPORTED = {Path(__file__).parents[1]: sources_digest(Path(__file__).parents[1])}
-"""Digest of this layer as it is imported: this module comes before all that is compiled."""
+"""Digest of this layer at import time; this module is imported before all that is compiled."""
 
 
 def cache_directory(sources: Path | None = None) -> Path:
-    """Folder of the compiled kernels of the layer in the folder `sources`; `dem` where not given.
+    """Return the cache folder of the compiled kernels of the layer in the folder `sources` (default: `dem`).
 
-    Numba looks only at the file of the function that it loads; a function that changed in another file goes unnoticed.
-    The folder is therefore named after a hash of every module of the layer, with those of its subfolders: they share
-    functions, and constants are compiled in, too. It lies below ``NUMBA_CACHE_DIR`` where that is set, else below the
-    user's cache folder.
+    Numba checks only the file of the function that it loads, not those of its callees or of compiled-in constants. The
+    folder is therefore named after a digest of every module of the layer, subfolders included. It lies below
+    ``NUMBA_CACHE_DIR`` if that is set, otherwise below the user's cache folder.
     """
     base = os.environ.get("NUMBA_CACHE_DIR")
     if base is None:
@@ -46,16 +45,16 @@ def cache_directory(sources: Path | None = None) -> Path:
 
 
 def layer_of(module: Path) -> Path:
-    """Folder of the package's layer that a module is in, with all that it may be compiled with; else its own folder."""
+    """Return the folder of the package's layer that a module belongs to; its own folder for other modules."""
     return _PACKAGE / module.relative_to(_PACKAGE).parts[0] if module.is_relative_to(_PACKAGE) else module.parent
 
 
 def _seal(file: Any) -> None:
-    """Let a cache of Numba's check the SHA-256 of what it loads: with another byte in it, code computes anything."""
+    """Make a Numba cache file store and check the SHA-256 of its content, so that damaged code is never run."""
     dump, load_index, load_data = file._dump, file._load_index, file._load_data
 
     def sealed(content: Any) -> bytes:
-        data: bytes = dump(content)  # what is unpickled ends where it ends; the rest is not looked at
+        data: bytes = dump(content)  # unpickling ignores the digest that follows
         return data + hashlib.sha256(data).digest()
 
     def check(data: bytes) -> None:
@@ -64,7 +63,7 @@ def _seal(file: Any) -> None:
 
     def checked_index() -> Any:
         with suppress(FileNotFoundError), open(file._index_path, "rb") as index:
-            pickle.load(index)  # the version, ahead of what was sealed
+            pickle.load(index)  # Numba's version, written before the sealed content
             check(index.read())
         return load_index()
 
@@ -76,14 +75,14 @@ def _seal(file: Any) -> None:
 
 
 def keep_compiled(dispatcher: Any) -> Any:
-    """Let a function jitted without ``cache=True`` keep its code in `cache_directory`; returns the same function.
+    """Cache a function jitted without ``cache=True`` in `cache_directory`; return the same function.
 
-    Numba answers a damaged index or code file with an error that persists, or runs it. Here such a file is removed and
-    the kernel compiled again; a folder that cannot be written costs the compilation, not the answer.
+    With a damaged index or code file, Numba raises the same error in every run, or runs damaged code. Here such a file
+    is removed and the kernel compiled again. If the folder cannot be written, the kernel is compiled in every process.
     """
     try:
         dispatcher.enable_caching()
-    except RuntimeError:  # no place that Numba thinks writable
+    except RuntimeError:  # Numba finds no writable folder
         return dispatcher
     cache = dispatcher._cache
     file = cache._cache_file
@@ -93,18 +92,18 @@ def keep_compiled(dispatcher: Any) -> Any:
     name = Path(file._index_path).stem
     file._source_stamp = folder.name  # contents, not the time at which the file was checked out
     cache._impl.locator.get_cache_path = lambda: str(folder)
-    # Not `load_overload`, which first makes ready to compile, with scipy.linalg: half of the time that loading takes.
+    # Not `load_overload`, which first prepares compilation (imports scipy.linalg): half of the loading time.
     load, save = cache._load_overload, cache.save_overload
 
-    def keep_apart(signature: Any) -> None:
-        # A model's own index, by the type of its rules: to read what it names imports the modules of all models in it.
+    def use_index_of_model(signature: Any) -> None:
+        # One index per model, by the type of its rules: unpickling an index imports the modules of all models in it.
         model = getattr(next(iter(signature), None), "instance_class", None)
         base = f"{name}.{model.__name__}" if model else name
         file._index_path, file._data_name_pattern = str(folder / f"{base}.nbi"), f"{base}.{{number:d}}.nbc"
 
     def load_or_miss(signature: Any, target_context: Any) -> Any:
         try:
-            keep_apart(signature)
+            use_index_of_model(signature)
             rtsys.initialize(target_context)
             return load(signature, target_context)
         except Exception:  # unpickling a torn file can raise nearly anything
@@ -113,9 +112,9 @@ def keep_compiled(dispatcher: Any) -> Any:
             return None
 
     def save_if_possible(signature: Any, data: Any) -> None:
-        # What was edited after it was imported is compiled as it was; kept, it would answer for what it is now.
+        # Sources edited after import are compiled in their old state; do not cache that under the new digest.
         if sources_digest(layer) == imported:
-            keep_apart(signature)
+            use_index_of_model(signature)
             with suppress(OSError):
                 save(signature, data)
 

@@ -64,7 +64,7 @@ def within_sample(line: Line, tick: float) -> float:
 
 @njit(**INLINE)
 def at_tick(line: Line, tick: float, past: float) -> float:
-    """Return a component at a tick, of which `past` ticks lie in the next sample."""
+    """Return a component at a tick that lies `past` ticks beyond the end of its sample (0 if within)."""
     return (line.value + line.slope * tick) + line.bend * past
 
 

@@ -1,19 +1,17 @@
-"""Cases side by side: how all kernels are compiled, and how named tuples lie in the rows of an array.
+"""Compile options of all kernels, and storage of named tuples in an array with one lane (column) per case.
 
-A kernel keeps its cases in one flat array of numbers: a row per quantity, a lane (column) per case, so that quantity
-``Q`` of lane ``j`` is ``array[Q + j]``. The equations are written for ONE case, as functions of named tuples; a loop
-over the lanes loads the tuples, calls the functions and stores what comes out. LLVM makes full-width vector code of
-such a loop if
+A kernel keeps its cases in one flat float64 array with a row per quantity and a lane per case: quantity ``Q`` of lane
+``j`` is ``array[Q + j]``. The equations are written for one case, as functions of named tuples; a loop over the lanes
+loads the tuples, calls the functions and stores the results. LLVM vectorises such a loop at full width if
 
 - every function that it calls is compiled with `INLINE`;
-- nothing branches on a case's numbers: choose (``a if c else b``) instead, and by `select` where one of the two is
-  what is stored there already;
-- the arrays are `aligned`: a vector that straddles two cache lines costs a fifth of the speed.
+- there is no branch on a case's numbers: use ``a if c else b`` instead, and `select` if one of the two values is the
+  one already stored;
+- the arrays are `aligned`: vectors that straddle two cache lines reduce the speed by a fifth.
 
-Three forms that read as well do not become vector code, or become slow: a named tuple *of arrays* (each array would be
-a base of its own, which may overlap the others); choosing between two whole tuples before they are stored, or between
-numbers among a tuple's own arguments; and storing under a condition (a masked store). `Access.store_unless` selects
-number by number instead.
+Three other forms are not vectorised, or are slow: a named tuple *of arrays* (each array has its own base address and
+may overlap the others); a choice between two whole tuples before they are stored, or between numbers within a tuple's
+own arguments; and a conditional (masked) store. `Access.store_unless` selects number by number instead.
 """
 
 import hashlib
@@ -28,7 +26,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from overturning.dem.kernel.compiler import ApartCompiler, InnerCompiler, KernelCompiler
-from overturning.dem.kernel.tuples import by_numbers, chosen, loads, paths_of, stores, stores_unless, zeros
+from overturning.dem.kernel.tuples import by_numbers, loads, paths_of, select_frozen, stores, stores_unless, zeros
 
 OPTIONS: Final[dict[str, Any]] = {
     "fastmath": False,
@@ -36,13 +34,13 @@ OPTIONS: Final[dict[str, Any]] = {
     "boundscheck": False,
     "pipeline_class": KernelCompiler,
 }
-"""Of every jitted function: no fast-math, no contraction, so that the bits are the same everywhere."""
+"""Options of every compiled function: no fast-math and no contraction, so that results are bit-equal everywhere."""
 
 QUEUE: Final[dict[str, Any]] = {**OPTIONS, "nogil": True, "no_cfunc_wrapper": True}
-"""Of the one that Python calls; without an entry for C."""
+"""Options of the functions that Python calls; without a C wrapper."""
 
 OWNER: Final[dict[str, Any]] = {**OPTIONS, "no_cfunc_wrapper": True, "forceinline": True}
-"""Of those that a queue calls and that may make arrays; without entries for Python and C, long for named tuples."""
+"""Options of inlined functions that may allocate arrays; without a C wrapper."""
 
 INNER: Final[dict[str, Any]] = {
     **OPTIONS,
@@ -51,52 +49,52 @@ INNER: Final[dict[str, Any]] = {
     "_nrt": False,
     "forceinline": False,
 }
-"""Of those that compiled code alone calls: they take arrays that are `borrowed`, make none, and count no references.
+"""Options of functions that only compiled code calls: they take `borrowed` arrays and allocate none.
 
-Numba lets a function that does not say whether it is to be inlined do as its caller: then all of a kernel is one
-function, which takes twice the time to compile.
+Without reference counts (``_nrt``). `forceinline` is set explicitly: unset, Numba inherits it from the caller, the
+whole kernel becomes one function, and compilation takes twice as long.
 """
 
 APART: Final[dict[str, Any]] = {**INNER, "pipeline_class": ApartCompiler}
-"""Of loops over the lanes that store nothing where another of their arrays is read or stored: none is looked for then.
+"""Options of loops over the lanes whose array arguments never overlap, so that LLVM omits its overlap tests.
 
-Without, each loop is there twice, and looks at every call whether its arrays overlap.
+With `INNER`, LLVM compiles each such loop twice and tests for overlap in every call.
 """
 
 INLINE: Final[dict[str, Any]] = {**INNER, "forceinline": True}
-"""Of those called within a loop over the lanes."""
+"""Options of functions called within a loop over the lanes."""
 
 _LINE: Final = 8
-"""Numbers in a cache line, and in the widest vector."""
+"""Number of float64 values in a cache line, and in the widest vector."""
 
 
 @njit(**OWNER)
 def aligned(size: int) -> Any:
-    """Zeros, as an array whose first number begins a cache line; Numba's own begin at any multiple of 32 bytes."""
+    """Return a float64 array of zeros aligned to a cache line; Numba's own arrays are aligned to 32 bytes only."""
     numbers = np.zeros(size + _LINE)
     skip = -(numbers.ctypes.data // 8) % _LINE
     return numbers[skip : skip + size]
 
 
 def _borrowed(_: Any, value: Any) -> Any:
-    """The same arrays, one or those of nested tuples, without owners: nothing counts references to them.
+    """Return an array, or nested tuples of arrays, as views without owner, whose references are not counted.
 
-    Counted, their slices took a fifth of the time. Whoever borrows has to hold on to the arrays themselves.
+    Reference counts of slices took a fifth of the time. The caller must keep the arrays alive.
     """
 
-    def lent(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    def without_owner(context: Any, builder: Any, kind: Any, value: Any) -> Any:
         if isinstance(kind, types.Array):
             view = context.make_array(kind)(context, builder, value=value)
             view.meminfo, view.parent = view.meminfo.type(None), view.parent.type(None)
             return view._getvalue()
         inners: Any = kind if isinstance(kind, types.BaseTuple) else ()
         for number, inner in enumerate(inners):
-            one = lent(context, builder, inner, builder.extract_value(value, number))
+            one = without_owner(context, builder, inner, builder.extract_value(value, number))
             value = builder.insert_value(value, one, number)
         return value
 
     def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return lent(context, builder, signature.args[0], values[0])
+        return without_owner(context, builder, signature.args[0], values[0])
 
     return value(value), make
 
@@ -105,10 +103,10 @@ borrowed: Final[Any] = intrinsic(_borrowed)
 
 
 def windows(size: int, first: int = 0, step: int | None = None) -> Any:
-    """``window(array, k)`` for compiled code: so many numbers of a flat, borrowed array, from ``first + k * step`` on.
+    """Return a compiled function ``window(array, k)``: the slice of `size` values that starts at ``first + k * step``.
 
-    The k-th of such windows without a gap where no step is given. It is a slice, but nobody looks at its bounds, which
-    takes long to compile.
+    `step` defaults to `size`. The array is flat and borrowed. Unlike an ordinary slice it has no bounds checks, which
+    take long to compile.
     """
 
     def window(_: Any, array: Any, k: Any) -> Any:  # noqa: ARG001
@@ -125,10 +123,10 @@ def windows(size: int, first: int = 0, step: int | None = None) -> Any:
 
 
 def _select(_: Any, condition: Any, first: Any, second: Any) -> Any:
-    """The first number where the condition holds, else the second, without a branch; as `chosen`."""
+    """Return `first` if the condition holds, else `second`, without a branch (see `select_frozen`)."""
 
     def make(_: Any, builder: Any, __: Any, values: Any) -> Any:
-        return chosen(builder, *values)
+        return select_frozen(builder, *values)
 
     return second(condition, first, second), make
 
@@ -149,36 +147,36 @@ unknown: Final[Any] = intrinsic(_unknown)
 
 
 class Access(NamedTuple):
-    """Compiled functions that take a tuple from a lane and put it there."""
+    """Compiled functions that load a named tuple from a lane and store it."""
 
     load: Any
-    """``load(array, j)`` gives the tuple of lane j;"""
+    """``load(array, j)`` returns the tuple of lane j."""
     store: Any
-    """``store(array, j, value)`` puts it there;"""
+    """``store(array, j, value)`` writes a tuple to lane j."""
     store_unless: Any
-    """``store_unless(array, j, keep, value)`` does where not `keep`, and else leaves the lane as it is."""
+    """``store_unless(array, j, keep, value)`` writes a tuple to lane j unless `keep` is true."""
 
 
 class Arithmetic(NamedTuple):
-    """Compiled functions that compute with all numbers of a tuple alike."""
+    """Compiled elementwise arithmetic of a named tuple."""
 
     zero: Any
-    """``zero()`` is a tuple of zeros;"""
+    """``zero()`` returns a tuple of zeros."""
     plus: Any
-    """``plus(a, b)`` is the sum of two tuples,"""
+    """``plus(a, b)`` returns the elementwise sum."""
     minus: Any
-    """``minus(a, b)`` their difference,"""
+    """``minus(a, b)`` returns the elementwise difference."""
     largest: Any
-    """and ``largest(a, b)`` has the larger of each two numbers."""
+    """``largest(a, b)`` returns the elementwise maximum."""
 
 
 @cache
 def arithmetic(of: type) -> Arithmetic:
-    """Arithmetic of a named tuple of numbers or of further such tuples."""
+    """Return the arithmetic of a named tuple of numbers or of further such tuples."""
     name = f"{of.__module__}.{of.__qualname__}"
 
     def larger(builder: Any, x: Any, y: Any) -> Any:
-        return chosen(builder, builder.fcmp_ordered(">", x, y), x, y)
+        return select_frozen(builder, builder.fcmp_ordered(">", x, y), x, y)
 
     return Arithmetic(
         zeros(of),
@@ -189,19 +187,19 @@ def arithmetic(of: type) -> Arithmetic:
 
 
 class Rows:
-    """Which row of an array holds which number of some named tuples.
+    """Layout of named tuples in an array: the row of each of their numbers.
 
     Parameters
     ----------
     lanes : int
-        Numbers in a row.
+        Values in a row.
     *tuples : type
-        Named tuples of numbers or of further such tuples; their numbers get the rows in the order of the fields.
+        Named tuples of numbers or of further such tuples; rows are assigned in the order of the fields.
 
     Notes
     -----
-    Rows count from the array that the functions are given: it may as well be a slice of a larger one, with the rows of
-    one body or pair out of many.
+    Rows are counted from the start of the array passed to the functions, which may be a slice of a larger one with the
+    rows of one of many bodies or pairs.
     """
 
     def __init__(self, lanes: int, *tuples: type) -> None:
@@ -212,20 +210,20 @@ class Rows:
         self._made: dict[tuple[object, ...], Access] = {}
 
     def row(self, of: type, path: str) -> int:
-        """Where a row begins: of the number at a path of field names, such as ``left.spring``, of one of the tuples."""
+        """Return the index at which the row of a number starts; `path` joins field names: ``left.spring``."""
         return self._rows[of, path]
 
     def access(self, of: type, path: str = "", without: Collection[str] = ()) -> Access:
-        """Functions that load and store a tuple.
+        """Return the functions that load and store a tuple.
 
         Parameters
         ----------
         of : type
-            One of the table's tuples.
+            One of the tuples of this layout.
         path : str
-            Path of field names to a tuple within it; the whole one where not given.
+            Path of field names to a nested tuple; "" for the whole tuple.
         without : collection of str
-            Names of fields, at any depth, that a variant of a kernel does without: not stored, and loaded as 0.
+            Names of fields, at any depth, that a variant of a kernel does not need: they are loaded as 0, not stored.
         """
         kind, prefix = of, ""
         for name in path.split(".") if path else ():
@@ -238,6 +236,6 @@ class Rows:
 
     def _make(self, of: type, kind: type, prefix: str, inner: list[str]) -> Access:
         rows = [self._rows[of, prefix + path] if path in inner else None for path in paths_of(kind)]
-        # By the rows: what has another name in the machine code is another function.
+        # The rows are part of the name: functions of one name in the machine code must be identical.
         name = f"{kind.__module__}.{kind.__qualname__}.{hashlib.sha256(str(rows).encode()).hexdigest()[:16]}"
         return Access(loads(kind, rows, name), stores(kind, rows, name), stores_unless(kind, rows, name))

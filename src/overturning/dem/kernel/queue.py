@@ -1,8 +1,8 @@
-"""A queue of cases through the lanes of a kernel: a finished lane takes the next case.
+"""Queue of cases for the lanes of a kernel: a lane whose case has ended takes the next case.
 
-The queue knows lanes, not stones. A model has a named tuple of rules, which holds all that its cases need, and
-functions that are picked by the type of that tuple (`implement`): Numba keeps the machine code of what is picked by
-type, but not that of closures. No lane sees another one, so that what a case gets depends on the case alone.
+The queue is independent of the model. A model has a named tuple of rules, which holds all data of its cases, and
+functions that are selected by the type of that tuple (`implement`): Numba caches machine code selected by type, but not
+that of closures. Lanes do not share data, so the result of a case depends on the case alone.
 """
 
 from collections.abc import Callable, Mapping
@@ -21,53 +21,54 @@ from overturning.model.status import Status
 
 
 class Job(NamedTuple):
-    """What holds for all cases of a queue. Numbers alone: whoever takes a tuple with arrays counts a use of each."""
+    """Settings shared by all cases of a queue. Scalars only: passing a tuple of arrays increments reference counts."""
 
     samples: int
-    """Samples of the record;"""
+    """Number of samples of the record."""
     interval: float
-    """time between them, s;"""
+    """Time between samples, s."""
     ticks: float
-    """ticks of a sample;"""
+    """Ticks per sample."""
     at_once: int
-    """attempts at a step between two looks at the lanes, none of them beyond the next sample;"""
+    """Number of attempted steps between two tests of the lanes; none ends after the next sample."""
     weight: int
-    """what an attempt counts for in the budget and for progress;"""
+    """Block steps charged to the budget, and to progress, for one attempted step."""
     budget: int
-    """count after which a case is over its budget;"""
+    """Largest number of block steps of a case."""
     most_rows: int
-    """rows that a path may have;"""
+    """Largest number of rows of a path."""
     lanes: int
-    """cases side by side."""
+    """Number of cases computed side by side."""
 
 
 class Rules(Protocol):
-    """What the rules of all models hold, for cases with the same steps per sample."""
+    """Fields that the rules of every model have, for cases with the same number of steps per sample."""
 
     job: Job
+    """Settings shared by all cases."""
     cases: NDArray[np.void]
-    """Table of cases;"""
+    """Table of cases, shape (n,)."""
     row: NDArray[np.int64]
-    """row of the ground motion that shakes each case;"""
+    """Row of the ground motion for each case, shape (n,)."""
     results: NDArray[np.void]
-    """table to fill, with columns `status`, `steps` and `left_out`, the samples for which a case at rest was not
-    followed; steps that it has of earlier runs count for the budget;"""
+    """Table to fill, shape (n,), with the columns `status`, `steps` (block steps, including those of earlier runs) and
+    `left_out` (number of samples that were skipped while the case was at rest)."""
     ground: Ground
-    """motion of the base."""
+    """Motion of the base."""
 
 
 class Work(Protocol):
-    """What a kernel computes in."""
+    """Arrays that a kernel computes in."""
 
     state: Any
     """Flat array with a row per quantity and a column per lane."""
 
 
-# What a model does; stubs, for which `implement` gives each model's own functions.
+# Stubs of the functions that each model implements; `implement` registers the implementations.
 
 
 def workspace(rules: Rules) -> Work:
-    """Arrays to compute in, a named tuple."""
+    """Return the arrays that the kernel computes in, a named tuple."""
     raise NotImplementedError
 
 
@@ -77,77 +78,83 @@ def start(rules: Rules, work: Work, lane: int, case: int) -> None:
 
 
 def load(rules: Rules, work: Work, cases: Any, columns: int) -> None:
-    """Begin a sample: load the motion of the base under the first lanes, whose cases are given."""
+    """Begin a sample: load the base motion of the first `columns` lanes; `cases` holds the case of each lane."""
     raise NotImplementedError
 
 
 def advance(rules: Rules, work: Work, columns: int, path: Any, noted: int) -> tuple[Any, int]:
-    """Compute the steps of a sample and note the way of the first lane; returns the path and the rows that are filled.
+    """Compute the steps of a sample and record the path of the first lane; return the path and its number of rows.
 
-    The path may be a longer copy of the one that was given; the number of rows is −1 where there is no room.
+    The returned path may be a longer copy of `path`. The number of rows is −1 if the path has reached its limit.
     """
     raise NotImplementedError
 
 
 def count_due(rules: Rules, work: Work, active: int, due: Any) -> int:
-    """Mark the lanes that may have ended, by 1 and else 0, and count them; a quick test, for all lanes at once."""
+    """Set `due` to 1 for each lane that may have ended and to 0 for the others; return the number of ones.
+
+    A quick test for all lanes at once; `ended` decides.
+    """
     raise NotImplementedError
 
 
 def leave_out(rules: Rules, work: Work, cases: Any, active: int, left_out: Any) -> None:
-    """Let lanes that are at rest go on as they are by the samples in which the shaking cannot move them; counts these.
+    """Skip, in lanes at rest, the samples in which the motion cannot move the body; add their number to `left_out`.
 
-    At rest all contacts are pressed, nothing slides, the last step was a long one, and what moves or rings is small
-    against the acceleration that the case bears (`overturning.dem.kernel.ground.samples_at_rest`).
+    At rest all contacts are closed, nothing slides, the last step was a long one, and residual motion and vibration are
+    small compared with the acceleration that the body resists (`overturning.dem.kernel.ground.samples_at_rest`).
     """
     raise NotImplementedError
 
 
 def ended(rules: Rules, work: Work, lane: int, case: int) -> int:
-    """`Status` of a lane whose case has ended, or `GOES_ON`."""
+    """Return the `Status` of a lane whose case has ended, or `GOES_ON`."""
     raise NotImplementedError
 
 
 def finish(rules: Rules, work: Work, lane: int, case: int, status: int) -> None:
-    """Write the results of a lane's case but for its status and its steps."""
+    """Write the results of a lane's case, except status, steps and skipped samples."""
     raise NotImplementedError
 
 
 def implement(rules: type, *functions: Callable[..., Any]) -> None:
-    """Let functions with the names of the stubs above answer for models whose rules are of a type."""
+    """Register functions, named like the stubs above, for models whose rules have the type `rules`."""
     for function in functions:
 
-        def choose(given: Any, *_: Any, function: Callable[..., Any] = function) -> Callable[..., Any] | None:
-            return function if given.instance_class is rules else None
+        def choose(actual: Any, *_: Any, function: Callable[..., Any] = function) -> Callable[..., Any] | None:
+            return function if actual.instance_class is rules else None
 
         options = OWNER if function.__name__ in {"workspace", "advance"} else INLINE
         overload(globals()[function.__name__], jit_options=options, strict=False)(choose)  # type: ignore[arg-type]
 
 
 def by_type(table: Mapping[Any, Any]) -> Callable[[Any], Any]:
-    """A function, for compiled code too, that gives what a table has for the type of its argument."""
+    """Return a function, usable in compiled code, that looks up the type of its argument in a table."""
 
-    def found(mark: Any) -> Any:
+    def look_up(mark: Any) -> Any:
         return table[type(mark)]
 
-    @overload(found, strict=False)
+    @overload(look_up, strict=False)
     def choose(mark: Any) -> Any:
-        chosen = table[mark.instance_class]
-        return lambda mark: chosen  # noqa: ARG005, Numba wants the same arguments
+        entry = table[mark.instance_class]
+        return lambda mark: entry  # noqa: ARG005, Numba requires the same arguments
 
-    return found
+    return look_up
 
 
 @njit(**INNER)
 def copy_lane(state: Any, lanes: int, source: int, target: int) -> None:
-    """Copy all rows of a lane."""
+    """Copy all rows of lane `source` to lane `target`."""
     for row in range(state.size // lanes):
         state[row * lanes + target] = state[row * lanes + source]
 
 
 @njit(**OPTIONS)
 def with_room(path: Any, rows: int, most: int) -> Any:
-    """A structured path with room for some rows, twice as long where it had less, up to `most`; itself beyond that."""
+    """Return a path with at least `rows` rows: the same one, or a copy at least twice as long but at most `most` rows.
+
+    If `rows` exceeds `most`, the path is returned unchanged.
+    """
     if rows <= path.shape[0] or rows > most:
         return path
     longer = np.zeros(min(max(rows, 2 * path.shape[0]), most), path.dtype)
@@ -163,32 +170,32 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
     Parameters
     ----------
     rules : NamedTuple
-        Those of the model, with its cases and their results; as of `Rules`.
+        Rules of the model, with the cases and the table of results; see `Rules`.
     order : ndarray of int64, shape (m,)
-        The cases to run, in this order.
+        Indices of the cases to run, in this order.
     counter : ndarray of int64, shape (1,)
-        Grows by the steps done; for progress.
+        Incremented by the block steps done, to show progress.
     path : ndarray, shape (rows, …)
-        Filled with the way of the first case; no rows to leave it out.
+        Filled with the path of the first case; pass an array without rows if the path is not needed.
 
     Returns
     -------
     path : ndarray
-        The path, in a longer copy where it was too short.
+        The path; a longer copy if it was too short.
     noted : int
-        How many of its rows were filled; −1 where there was no room, in which case the results are not complete.
+        Number of rows filled; −1 if the path has reached its limit, in which case the results are incomplete.
     """
-    rules = borrowed(rules)  # the caller holds on to them
+    rules = borrowed(rules)  # the caller keeps the arrays alive
     job, work = rules.job, workspace(rules)
     lanes, steps, results = job.lanes, job.at_once * job.weight, rules.results
     case, done, due = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64), aligned(lanes)
     left_out = np.zeros(lanes, np.int64)
-    # Not literals: the counters would have a type of their own, and all they are handed to be compiled twice.
+    # Force int64; Numba would type these as literals and compile every callee twice.
     none = int(np.int64(0))
     active, head, noted, filled = none, none, none, none
     while True:
         while active < lanes and (head < order.size or filled < lanes):
-            # Lanes that no case takes hold the first one: nothing undefined is computed beside the others.
+            # Unused lanes compute the first case too, so that no lane computes with undefined numbers.
             lane = active if head < order.size else filled
             case[lane] = order[head if head < order.size else 0]
             done[lane], left_out[lane] = int(results[case[lane]].steps), none
@@ -212,8 +219,7 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
             status, over = GOES_ON, done[lane] >= job.budget
             if over or due[lane] > 0.0:
                 status = ended(rules, work, lane, case[lane])
-                # What breaks its bounds without an end in sight is over its budget all the same: a larger budget
-                # changes nothing.
+                # A case that is unstable when its budget runs out is reported as over budget.
                 status = Status.OVER_BUDGET if over and status != Status.SIMULATED else status
             if status == GOES_ON:
                 lane += 1
@@ -221,7 +227,7 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
             finish(rules, work, lane, case[lane], status)
             results[case[lane]].status, results[case[lane]].steps = status, done[lane]
             results[case[lane]].left_out = left_out[lane]
-            # The last lane moves into the free place.
+            # The last active lane moves into the free lane.
             active -= 1
             case[lane], done[lane], due[lane] = case[active], done[active], due[active]
             left_out[lane] = left_out[active]

@@ -1,7 +1,7 @@
-"""Functions of named tuples of numbers, written as LLVM instructions.
+"""Load, store and elementwise arithmetic of named tuples of numbers, generated as LLVM instructions.
 
-A kernel has some fifty functions that only load, store or add all numbers of a tuple. As functions in Python each of
-their numbers would be variables, types and calls to Numba, a fifth of the time in which a kernel is compiled.
+A kernel has some fifty functions that only load, store or add all numbers of a tuple. Written in Python, they would
+take a fifth of the compile time, because Numba would type every number separately.
 """
 
 from collections.abc import Callable, Iterator
@@ -17,7 +17,7 @@ from numba.extending import intrinsic
 
 
 def paths_of(of: type, prefix: str = "") -> Iterator[str]:
-    """Paths of field names to the numbers of a tuple, depth first."""
+    """Yield the paths of field names to the numbers of a tuple type, depth first."""
     for name, kind in get_type_hints(of).items():
         if hasattr(kind, "_fields"):
             yield from paths_of(kind, f"{prefix}{name}.")
@@ -27,32 +27,32 @@ def paths_of(of: type, prefix: str = "") -> Iterator[str]:
 
 @cache
 def type_of(kind: type) -> Any:
-    """Numba's type of a tuple of floating-point numbers or of further such tuples."""
+    """Return the Numba type of a named tuple of float64 numbers or of further such tuples."""
     if not hasattr(kind, "_fields"):
         return types.float64
     return types.BaseTuple.from_types(tuple(type_of(inner) for inner in get_type_hints(kind).values()), pyclass=kind)
 
 
 def numbers_of(builder: Any, kind: type, value: Any) -> list[Any]:
-    """The numbers of a tuple, in the order of their paths."""
+    """Return the numbers of a tuple value, in the order of `paths_of`."""
     inners = get_type_hints(kind).values() if hasattr(kind, "_fields") else ()
     parts = (numbers_of(builder, inner, builder.extract_value(value, at)) for at, inner in enumerate(inners))
     return [number for part in parts for number in part] if inners else [value]
 
 
 def tuple_of(context: Any, builder: Any, kind: type, numbers: Iterator[Any]) -> Any:
-    """A tuple of numbers that come in the order of their paths."""
+    """Return a tuple value built from numbers in the order of `paths_of`."""
     if not hasattr(kind, "_fields"):
         return next(numbers)
     parts = [tuple_of(context, builder, inner, numbers) for inner in get_type_hints(kind).values()]
     return context.make_tuple(builder, type_of(kind), parts)
 
 
-def chosen(builder: Any, condition: Any, first: Any, second: Any) -> Any:
-    """The first number where the condition holds, else the second, without a branch wherever it is stored.
+def select_frozen(builder: Any, condition: Any, first: Any, second: Any) -> Any:
+    """Return `first` if the condition holds, else `second`, so that a store of the result stays unconditional.
 
-    LLVM leaves out the store of a number where it has just been loaded from, and so stores under a condition; frozen,
-    the number is not known to be that one.
+    LLVM turns the store of a value that was just loaded from the same place into a conditional store. ``freeze`` hides
+    that the values are equal.
     """
     # The builder has no method for this instruction.
     frozen = [Instruction(builder.block, value.type, "freeze", [value]) for value in (first, second)]
@@ -61,38 +61,38 @@ def chosen(builder: Any, condition: Any, first: Any, second: Any) -> Any:
     return builder.select(condition, *frozen)
 
 
-class Written:
-    """A function that is written once, when it is first called, and linked into all that call it, where it is inlined.
+class GeneratedFunction:
+    """LLVM function that is generated at its first call, and linked and inlined into every caller.
 
     Parameters
     ----------
     name : str
-        Of the function in the machine code: what has the same name does the same.
+        Name in the machine code; functions of one name must be identical.
     write : callable
-        ``write(context, builder, *values)`` writes its instructions and returns its result, None where it has none.
+        ``write(context, builder, *values)`` emits the instructions and returns the result, or None.
     """
 
     def __init__(self, name: str, write: Callable[..., Any]) -> None:
         self._name, self._write, self._library = name, write, None
 
     def __call__(self, context: Any, builder: Any, returns: Any, *values: Any) -> Any:
-        """Call it from code that is being compiled, with numbers and addresses; it returns a value of a type."""
+        """Emit a call with numbers and addresses as arguments; return its result, of type `returns`."""
         into = None if returns == types.void else cgutils.alloca_once(builder, context.get_value_type(returns))
         values = values if into is None else (into, *values)
         kind = ir.FunctionType(ir.VoidType(), [value.type for value in values])
-        self._library = self._library or self._made(context, kind, into is not None)
+        self._library = self._library or self._generate(context, kind, into is not None)
         context.add_linking_libs([self._library])
         builder.call(cgutils.get_or_insert_function(builder.module, kind, self._name), values)
         return context.get_dummy_value() if into is None else builder.load(into)
 
-    def _made(self, context: Any, kind: Any, gives: bool) -> Any:
+    def _generate(self, context: Any, kind: Any, has_result: bool) -> Any:
         library = context.codegen().create_library(self._name)
         module = library.create_ir_module(self._name)
         function = ir.Function(module, kind, self._name)
         function.attributes.add("alwaysinline")
         builder = ir.IRBuilder(function.append_basic_block())
-        result = self._write(context, builder, *function.args[gives:])
-        if gives:
+        result = self._write(context, builder, *function.args[has_result:])
+        if has_result:
             function.args[0].add_attribute("noalias")
             builder.store(result, function.args[0])
         builder.ret_void()
@@ -100,15 +100,16 @@ class Written:
         return library
 
 
-def _as(context: Any, builder: Any, kind: type, given: Any, value: Any) -> Any:
-    """A tuple, or a number, of whatever types of numbers as one of floating-point numbers."""
+def _to_float64(context: Any, builder: Any, kind: type, given: Any, value: Any) -> Any:
+    """Convert a tuple, or a number, of any numeric types to float64."""
     if given == type_of(kind):
         return value
     if not hasattr(kind, "_fields"):
         return context.cast(builder, value, given, types.float64)
     inners = zip(get_type_hints(kind).values(), given, strict=True)
     parts = [
-        _as(context, builder, inner, of, builder.extract_value(value, at)) for at, (inner, of) in enumerate(inners)
+        _to_float64(context, builder, inner, of, builder.extract_value(value, at))
+        for at, (inner, of) in enumerate(inners)
     ]
     return context.make_tuple(builder, type_of(kind), parts)
 
@@ -128,19 +129,19 @@ def _data(context: Any, builder: Any, array: Any, value: Any) -> Any:
 
 
 def loads(kind: type, rows: list[int | None], name: str) -> Any:
-    """``load(array, j)`` for compiled code: the tuple of the numbers at ``array[row + j]``, 0 where a row is None."""
+    """Return a compiled function ``load(array, j)``: the tuple of ``array[row + j]``, with 0 for each row None."""
 
     def write(context: Any, builder: Any, data: Any, j: Any) -> Any:
         zero = ir.Constant(ir.DoubleType(), 0.0)
         numbers = [zero if row is None else builder.load(_at(builder, data, row, j)) for row in rows]
         return tuple_of(context, builder, kind, iter(numbers))
 
-    written = Written(f"load.{name}", write)
+    generated = GeneratedFunction(f"load.{name}", write)
 
     def load(_: Any, array: Any, j: Any) -> Any:  # noqa: ARG001
         def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             data = _data(context, builder, signature.args[0], values[0])
-            return written(context, builder, signature.return_type, data, values[1])
+            return generated(context, builder, signature.return_type, data, values[1])
 
         return type_of(kind)(array, types.uintp), make
 
@@ -148,22 +149,22 @@ def loads(kind: type, rows: list[int | None], name: str) -> Any:
 
 
 def stores(kind: type, rows: list[int | None], name: str) -> Any:
-    """``store(array, j, value)`` for compiled code: puts numbers of a tuple there; those whose row is None nowhere."""
+    """Return a compiled function ``store(array, j, value)`` that writes to ``array[row + j]``, except for row None."""
 
     def write(_: Any, builder: Any, data: Any, j: Any, *numbers: Any) -> None:
         for row, number in zip(rows, numbers, strict=True):
             if row is not None:
                 builder.store(number, _at(builder, data, row, j))
 
-    written = Written(f"store.{name}", write)
+    generated = GeneratedFunction(f"store.{name}", write)
 
     def store(_: Any, array: Any, j: Any, value: Any) -> Any:  # noqa: ARG001
         _check(kind, value)
 
         def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             data = _data(context, builder, signature.args[0], values[0])
-            numbers = _as(context, builder, kind, signature.args[2], values[2])
-            return written(context, builder, types.void, data, values[1], *numbers_of(builder, kind, numbers))
+            numbers = _to_float64(context, builder, kind, signature.args[2], values[2])
+            return generated(context, builder, types.void, data, values[1], *numbers_of(builder, kind, numbers))
 
         return types.void(array, types.uintp, value), make
 
@@ -171,23 +172,23 @@ def stores(kind: type, rows: list[int | None], name: str) -> Any:
 
 
 def stores_unless(kind: type, rows: list[int | None], name: str) -> Any:
-    """``store_unless(array, j, keep, value)`` for compiled code: does so where not `keep`, without a branch."""
+    """Return a compiled function ``store_unless(array, j, keep, value)``: `stores` unless `keep`, without a branch."""
 
     def write(_: Any, builder: Any, data: Any, j: Any, keep: Any, *numbers: Any) -> None:
         for row, number in zip(rows, numbers, strict=True):
             if row is not None:
                 at = _at(builder, data, row, j)
-                builder.store(chosen(builder, keep, builder.load(at), number), at)
+                builder.store(select_frozen(builder, keep, builder.load(at), number), at)
 
-    written = Written(f"store_unless.{name}", write)
+    generated = GeneratedFunction(f"store_unless.{name}", write)
 
     def store_unless(_: Any, array: Any, j: Any, keep: Any, value: Any) -> Any:  # noqa: ARG001
         _check(kind, value)
 
         def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             data = _data(context, builder, signature.args[0], values[0])
-            numbers = _as(context, builder, kind, signature.args[3], values[3])
-            return written(
+            numbers = _to_float64(context, builder, kind, signature.args[3], values[3])
+            return generated(
                 context, builder, types.void, data, values[1], values[2], *numbers_of(builder, kind, numbers)
             )
 
@@ -197,12 +198,12 @@ def stores_unless(kind: type, rows: list[int | None], name: str) -> Any:
 
 
 def _at(builder: Any, data: Any, row: int, j: Any) -> Any:
-    # Unsigned: LLVM cannot always see that a signed index does not count from the end.
+    # Unsigned: LLVM cannot always prove that a signed index is not negative.
     return builder.gep(data, [builder.add(j, ir.Constant(j.type, row))])
 
 
 def zeros(kind: type) -> Any:
-    """``zero()`` for compiled code: a tuple of zeros."""
+    """Return a compiled function ``zero()``: a tuple of zeros."""
 
     def zero(_: Any) -> Any:
         def make(context: Any, *_: Any) -> Any:
@@ -214,21 +215,21 @@ def zeros(kind: type) -> Any:
 
 
 def by_numbers(kind: type, name: str, of_two: Callable[[Any, Any, Any], Any]) -> Any:
-    """``f(a, b)`` for compiled code: the tuple of what ``of_two(builder, x, y)`` makes of each two numbers."""
+    """Return a compiled function ``f(a, b)`` that applies ``of_two(builder, x, y)`` to each pair of numbers."""
 
     def write(context: Any, builder: Any, *numbers: Any) -> Any:
         first, second = numbers[: len(numbers) // 2], numbers[len(numbers) // 2 :]
         return tuple_of(context, builder, kind, (of_two(builder, *two) for two in zip(first, second, strict=True)))
 
-    written = Written(name, write)
+    generated = GeneratedFunction(name, write)
 
     def function(_: Any, a: Any, b: Any) -> Any:
         _check(kind, a, b)
 
         def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            two = [_as(context, builder, kind, *one) for one in zip(signature.args, values, strict=True)]
+            two = [_to_float64(context, builder, kind, *one) for one in zip(signature.args, values, strict=True)]
             numbers = [number for one in two for number in numbers_of(builder, kind, one)]
-            return written(context, builder, signature.return_type, *numbers)
+            return generated(context, builder, signature.return_type, *numbers)
 
         return type_of(kind)(a, b), make
 

@@ -78,9 +78,9 @@ class PolygonPlan(Plan):
         each = every[:, free[0]] if len(free) == 1 else every[:, free]
         return {name: (out if column in (t.RESULT.names or ()) else each)[column] for name, column in ANSWERS.items()}
 
-    def room(self, kept: bool) -> FloatArray:
-        """Return zeros for the rows of a path, as a plain array."""
-        if not kept:
+    def path_buffer(self, recorded: bool) -> FloatArray:
+        """Return a buffer for a path as a plain array of zeros, without rows if the path is not `recorded`."""
+        if not recorded:
             return np.zeros((0, 0))
         rows, columns = int(self.table[0]["after"]) - int(self.first[0]) + 3, path_columns(self.variants[0])
         check_path(rows * columns)

@@ -86,7 +86,7 @@ def test_company_order_and_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch
     turned = np.arange(0.0, 90.0, 6.0)
     whole = simulate_arrays(motion, RECTANGLE, orientation_deg=turned, **grid)
     threaded = simulate_arrays(motion, RECTANGLE, orientation_deg=turned[::-1], threads=2, **grid)
-    monkeypatch.setattr(run_module, "QUEUE", 3)
+    monkeypatch.setattr(run_module, "MAX_QUEUE_LENGTH", 3)
     few = simulate_arrays(motion, RECTANGLE, orientation_deg=turned[::5], **grid)
     for name in NAMES:
         np.testing.assert_array_equal(whole[name], threaded[name][::-1])

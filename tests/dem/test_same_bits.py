@@ -53,7 +53,7 @@ def test_threads_order_and_subset_change_no_bit(cases: Cases, monkeypatch: pytes
     equal(whole, run_cases(motion, subset(cases, order)), order)
     some = order[:17]
     equal(whole, run_cases(motion, subset(cases, some)), some)
-    monkeypatch.setattr(run_module, "QUEUE", 3)
+    monkeypatch.setattr(run_module, "MAX_QUEUE_LENGTH", 3)
     equal(whole, run_cases(motion, cases))
 
 

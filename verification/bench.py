@@ -117,7 +117,7 @@ def throughput() -> list[Figure]:
         operations = operations_per_step(advance)
         rows += [
             Figure(f"block steps per second and core, {scheme}", max(speeds) / 1e6, "million/s"),
-            Figure(f"against the scalar kernel, {scheme}", float(np.median(ratios)), "x"),
+            Figure(f"speed over that of the scalar kernel, {scheme}", float(np.median(ratios)), "x"),
             Figure(f"operations per block step, {scheme}", operations),
             Figure(f"share of the floating-point limit, {scheme}", max(speeds) * operations / peak),
         ]
@@ -196,16 +196,18 @@ def left_out(azimuths: int = 18) -> list[Figure]:
     moves, far = short.block_steps > 0, difference(short, full)
     return [
         Figure("cases, mirrored half left out", below.size),
-        Figure("of them above a threshold, so computed", int(moves.sum())),
-        Figure("block steps, of those with nothing left out", percent(far.block_steps, full.block_steps.sum()), "%"),
-        Figure("samples at rest, so not followed, a case that moves", float(short.samples_left_out[moves].mean())),
+        Figure("cases above a threshold, which are simulated", int(moves.sum())),
+        Figure(
+            "block steps, share of those with nothing left out", percent(far.block_steps, full.block_steps.sum()), "%"
+        ),
+        Figure("samples at rest and left out, mean per simulated case", float(short.samples_left_out[moves].mean())),
         Figure("flags changed by leaving out", far.counts.flags),
         Figure("sides changed by leaving out", far.counts.flags + far.counts.sides),
-        Figure("flags changed by motions stronger by 1e-9", other.flags),
-        Figure("sides changed by motions stronger by 1e-9", other.flags + other.sides),
-        Figure("moving cases with μ < B/H", int((moves & below).sum())),
-        Figure("of them fallen", int((short.overturned[below] != 0).sum())),
-        Figure("their largest rotation over α", float(short.peak_rotation[below].max())),
+        Figure("flags changed by amplitudes larger by 1e-9", other.flags),
+        Figure("sides changed by amplitudes larger by 1e-9", other.flags + other.sides),
+        Figure("simulated cases with μ < B/H", int((moves & below).sum())),
+        Figure("simulated cases with μ < B/H that fall", int((short.overturned[below] != 0).sum())),
+        Figure("largest rotation over α in cases with μ < B/H", float(short.peak_rotation[below].max())),
     ]
 
 
@@ -228,7 +230,7 @@ def growth() -> list[Figure]:
     rows += [
         Figure("time per case at 10^6 over that at 10^4", each[1_000_000] / each[10_000], "x"),
         Figure("peak memory at 10^6 cases", peak / 2**20, "GiB"),
-        Figure("of it added by the 10^6 cases", (peak - before) / 2**20, "GiB"),
+        Figure("peak memory added by the 10^6 cases", (peak - before) / 2**20, "GiB"),
     ]
     return rows
 

@@ -157,9 +157,9 @@ def planes() -> list[Figure]:
     beside = 100 * found["flag_beside"]
     return [
         Figure("cases in space", int(found["cases"])),
-        Figure("planes tell rightly whether it falls", 100 * found["flag"], "%"),
-        Figure("planes tell rightly whether it falls, a neighbour in B/H does otherwise", beside, "%"),
-        Figure("planes name another edge than it falls over", 100 * (1 - found["face"]), "%"),
+        Figure("2-D model predicts correctly whether it falls", 100 * found["flag"], "%"),
+        Figure("2-D model predicts correctly whether it falls, a neighbour in B/H has another flag", beside, "%"),
+        Figure("2-D model predicts another edge than the one it falls over", 100 * (1 - found["face"]), "%"),
     ]
 
 

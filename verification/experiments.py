@@ -113,7 +113,7 @@ def equal_error(curve: pd.DataFrame) -> str:
         elif reached.size:
             where = ", at least"
         lines.append((head, f"{default[head]:.3g}", f"1/{np.exp(cost) / default['processor time, s']:.0f}{where}"))
-    return markdown(("at the same", "of the default", "share of Cundall's processor time"), lines)
+    return markdown(("measure of error", "error of the default", "processor time over that of Cundall's scheme"), lines)
 
 
 def step_and_contact(thin: Thinned) -> Bodies:
@@ -139,14 +139,14 @@ def step_and_contact(thin: Thinned) -> Bodies:
 
 CLOCK: Final = "from overturning.dem.kernel import clock; clock.BLOCK = clock.BLOCK._replace({})"
 RULES: Final = {
-    "as it is": "",
+    "unchanged": "",
     "finest step half as long": CLOCK.format("finest=0.04"),
     "finest step twice as long": CLOCK.format("finest=0.16"),
     "every change in a finest step": "from overturning.dem.block import state; state.GENTLE *= 0",
     "four steps of each length": CLOCK.format("dwell=4.0"),
     "sixteen steps of each length": CLOCK.format("dwell=16.0"),
     "whole steps while standing": "from overturning.dem.block import state; state.RIGID *= 1e9",
-    "no step done once more, only shorter": CLOCK.format("tries=0.0"),
+    "no step repeated at the same length, only halved": CLOCK.format("tries=0.0"),
 }
 """One rule of the clock changed at a time, before the kernel is imported."""
 
@@ -193,12 +193,12 @@ def rigid_limit(thin: Thinned) -> Bodies:
     own, finer = under(STATIC_PENETRATION), under(STATIC_PENETRATION, refinement=8)
     stiffer = under(STATIC_PENETRATION / 4)
     pairs = {
-        "the default, and steps 8 times finer": (own, finer),
-        "the default, and springs 4 times stiffer": (own, stiffer),
-        "steps 8 and 16 times finer": (finer, under(STATIC_PENETRATION, refinement=16)),
-        "springs 4 and 16 times stiffer": (stiffer, under(STATIC_PENETRATION / 16)),
-        "the default, and the default under the changed shaking": (own, under(STATIC_PENETRATION, moved)),
-        "steps 8 times finer, and these under the changed shaking": (
+        "default, and time step / 8": (own, finer),
+        "default, and contact stiffness × 4": (own, stiffer),
+        "time step / 8, and time step / 16": (finer, under(STATIC_PENETRATION, refinement=16)),
+        "contact stiffness × 4, and contact stiffness × 16": (stiffer, under(STATIC_PENETRATION / 16)),
+        "default, and default with amplitude × (1 + 1e-9)": (own, under(STATIC_PENETRATION, moved)),
+        "time step / 8, and time step / 8 with amplitude × (1 + 1e-9)": (
             finer,
             under(STATIC_PENETRATION, moved, refinement=8),
         ),
@@ -251,9 +251,9 @@ def damping_ratio(thin: Thinned) -> Bodies:
     cases = grid(np.arange(1.24, 180.0, 15.0), [0.6, 1.6], np.arange(0.1, 0.51, 0.05), NO_SLIDING)
     groups = [Group(motion, cases) for motion in list(near_fault().values())[:: thin.every_record]]
     kernels: dict[str, Callable[[Group, float], Peaks]] = {
-        "block": partial(in_planes, general=False),
+        "kernel for single blocks": partial(in_planes, general=False),
         "general kernel": partial(in_planes, general=True),
-        "body in space": in_space,
+        "3-D kernel": in_space,
     }
     weaker, exact, stronger = (
         [rocking(motion.times(factor), cases) for motion, _ in groups] for factor in (0.99, 1.0, 1.01)
@@ -273,8 +273,8 @@ def damping_ratio(thin: Thinned) -> Bodies:
             cells.append(" / ".join([f"{wrong}", *off, f"{np.median(away[stands]):.2g}", f"{spent:.1f}"]))
         lines.append(tuple(cells))
         print(lines[-1], flush=True)
-    standing = f"{rocks.sum()} of which rock and stand, {(rocks & squat).sum()} of them squat."
-    about = f"{firm.sum()} firm cells of {firm.size}, {standing}"
+    standing = f"{rocks.sum()} of these rock and stand, {(rocks & squat).sum()} of them squat."
+    about = f"{firm.sum()} of {firm.size} cells are firm; {standing}"
     return {"damping-ratio": markdown(("ξ", *kernels), lines) + f"\n\n{about}"}
 
 
@@ -297,7 +297,7 @@ def most_friction(thin: Thinned) -> Bodies:
             lines.append((f"{friction:g}", f"{steps:.2f}", f"{unbalanced:.1f}", *(f"{one:.2f}" for one in shares(far))))
             print(*lines[-1], flush=True)
     heads = ("μ", "steps", "unstable, %", "flags that differ, %", "sides that differ, %")
-    about = f"{far.cases + far.unanswered} cases under {len(motions)} records; steps are over those of the first row."
+    about = f"{far.cases + far.unanswered} cases under {len(motions)} records; steps are relative to the first row."
     return {"most-friction": f"{markdown(heads, lines)}\n\n{about}"}
 
 

@@ -88,7 +88,7 @@ def peers(count: int) -> Iterator[Figure]:
     right = fine.overturned[:, SHAFT]
     yield Figure("cases of the sweep", cases.size)
     yield Figure("cases in which the shaft falls", 100 * float((right != 0).mean()), "%")
-    yield Figure("cases without a firm outcome", 100 * float((~firm).mean()), "%")
+    yield Figure("cases whose outcome changes with step or scheme", 100 * float((~firm).mean()), "%")
     chosen = np.random.default_rng(1).choice(np.flatnonzero(firm), min(count, int(firm.sum())), replace=False)
     some = Group(motion, cases).taken(chosen)
     times, ended, found = {}, {}, {}
@@ -97,10 +97,10 @@ def peers(count: int) -> Iterator[Figure]:
         found[name], times[name] = measured(partial(shaft_sides, engine, scene, some), 1, int)
         yield Figure(f"{name}: time per case", times[name] / chosen.size * 1e3, "ms")
         yield Figure(f"{name}: time per case, ended when the shaft has fallen", ended[name] / chosen.size * 1e3, "ms")
-        yield Figure(f"{name}: shaft's side right", 100 * float((found[name] == right[chosen]).mean()), "%")
+        yield Figure(f"{name}: correct side of the shaft", 100 * float((found[name] == right[chosen]).mean()), "%")
     if len(found) == 2:
         one, other = found.values()
-        yield Figure("agreement of the peers with each other", 100 * float((one == other).mean()), "%")
+        yield Figure("agreement of the other engines with each other", 100 * float((one == other).mean()), "%")
     axes: dict[str, Any] = {name: np.unique(getattr(cases, name)) for name in ("azimuth_deg", "height", "b_over_h")}
     for label, penetration, damping, scheme, step in GROUPS:
         stones = with_law(scene, penetration, damping)
@@ -111,19 +111,21 @@ def peers(count: int) -> Iterator[Figure]:
         same = coarse.overturned[:, SHAFT] == right
         yield Figure(f"{label}: time per case, nothing left out", whole * 1e3, "ms")
         yield Figure(f"{label}: time per case, as a user runs it", left * 1e3, "ms")
-        yield Figure(f"{label}: shaft's side right, peers' cases", 100 * float(same[chosen].mean()), "%")
-        yield Figure(f"{label}: shaft's side right, all firm", 100 * float(same[firm].mean()), "%")
+        yield Figure(
+            f"{label}: correct side of the shaft, cases of the other engines", 100 * float(same[chosen].mean()), "%"
+        )
+        yield Figure(f"{label}: correct side of the shaft, all firm cases", 100 * float(same[firm].mean()), "%")
         stands = firm & same & (right == 0)
         error = off(coarse.peak_rotation[:, SHAFT], fine.peak_rotation[:, SHAFT], stands)
-        yield Figure(f"{label}: error of the shaft's peak rotation, median", error, "%")
+        yield Figure(f"{label}: median error of the shaft's peak rotation", error, "%")
         stands = firm[:, None] & (coarse.overturned == fine.overturned) & (fine.overturned == 0)
         error = off(coarse.peak_rotation, fine.peak_rotation, stands)
-        yield Figure(f"{label}: error of all peak rotations, median", error, "%")
+        yield Figure(f"{label}: median error of all peak rotations", error, "%")
         for name, each in times.items():
-            yield Figure(f"{label}: faster than {name}, nothing left out", each / chosen.size / whole, "x")
-            yield Figure(f"{label}: faster than {name}, as a user runs it", each / chosen.size / left, "x")
+            yield Figure(f"{label}: speed over that of {name}, nothing left out", each / chosen.size / whole, "x")
+            yield Figure(f"{label}: speed over that of {name}, as a user runs it", each / chosen.size / left, "x")
         for name, each in ended.items() if label == "default" else ():
-            text = f"{label}: faster than {name} that ends too when the shaft has fallen"
+            text = f"{label}: speed over that of {name} ended when the shaft has fallen"
             yield Figure(text, each / chosen.size / left, "x")
 
 
@@ -160,12 +162,18 @@ def steps() -> str:
         errors = (off(results.peak_rotation, exact.peak_rotation, part) for part in (stands, of_shaft))
         time = f"{1e3 * seconds / len(stands):.3g}"
         rows.append((step.replace("auto", "default"), time, *(f"{one:.2g}" for one in errors)))
-    return markdown(("", "time per case, ms", "error of all peak rotations, %", "of the shaft's, %"), rows)
+    return markdown(
+        ("", "time per case, ms", "error of all peak rotations, %", "error of the shaft's peak rotation, %"), rows
+    )
 
 
 def pillars() -> Iterator[Figure]:
     """Flags of three pillars under real records that leaving out changes, and a motion changed in its ninth digit."""
-    ways = {"leaving out": (True, 1.0), "a motion 1e-9 stronger": (False, 1 + 1e-9), "one weaker": (False, 1 - 1e-9)}
+    ways = {
+        "leaving out": (True, 1.0),
+        "an amplitude larger by 1e-9": (False, 1 + 1e-9),
+        "an amplitude smaller by 1e-9": (False, 1 - 1e-9),
+    }
     flags, changed = 0, dict.fromkeys(ways, 0)
     for sizes in PILLARS:
         elements: list[dict[str, Any]] = [{"name": "0", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}]
@@ -209,15 +217,17 @@ def kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[Figure]:
     same, side = (100 * float(np.mean(one[~chaos])) for one in (~far, own.overturned == other.overturned))
     about = "a gravestone in both kernels"
     yield Figure(f"{about}: cells", own.status.size)
-    yield Figure(f"{about}: that fall", 100 * float(fell.mean()), "%")
+    yield Figure(f"{about}: share of cells that fall", 100 * float(fell.mean()), "%")
     yield Figure(f"{about}: chaotic cells", int(chaos.sum()))
-    yield Figure(f"{about}: other flags, of all cells", int(far.sum()))
-    yield Figure(f"{about}: other flags, chaotic cells left out", int((far & ~chaos).sum()))
-    yield Figure(f"{about}: same flag, chaotic cells left out", same, "%")
-    yield Figure(f"{about}: same side, chaotic cells left out", side, "%")
+    yield Figure(f"{about}: cells with different flags", int(far.sum()))
+    yield Figure(f"{about}: cells with different flags, without chaotic cells", int((far & ~chaos).sum()))
+    yield Figure(f"{about}: same flag, without chaotic cells", same, "%")
+    yield Figure(f"{about}: same side, without chaotic cells", side, "%")
     apart = float(np.median(np.abs(own.peak_rotation[stands] / rocked[stands] - 1)))
-    yield Figure(f"{about}: peak rotation apart, median", apart)
-    yield Figure(f"{about}: time in the general one over that in its own", general_seconds / seconds, "x")
+    yield Figure(f"{about}: median relative difference of peak rotation", apart)
+    yield Figure(
+        f"{about}: time in the general kernel over that in the kernel for single blocks", general_seconds / seconds, "x"
+    )
 
 
 def main(

@@ -45,7 +45,7 @@ def tests_of_the_boulder(results: Path) -> str:
 
 
 _BENCH: Final = "x86-64-2-cores.csv"
-_PLANES: Final = "planes tell rightly whether it falls"
+_PLANES: Final = "2-D model predicts correctly whether it falls"
 
 FIGURES: Final[dict[str, Callable[[Path], str]]] = {
     "study-cases": partial(cell, _BENCH, "default study: flags, mirrored half included", "{:,.0f}"),
@@ -58,12 +58,16 @@ FIGURES: Final[dict[str, Callable[[Path], str]]] = {
     "eighth-step-flags": partial(eighth_of_the_step, "{1:.1f} %"),
     "eighth-step-time": partial(eighth_of_the_step, "{2:.1f}"),
     "planes-right": partial(cell, "in-space.csv", _PLANES, "{:.0f} %"),
-    "planes-right-beside": partial(cell, "in-space.csv", f"{_PLANES}, a neighbour in B/H does otherwise", "{:.0f} %"),
-    "planes-other-edge": partial(cell, "in-space.csv", "planes name another edge than it falls over", "{:.0f} %"),
+    "planes-right-beside": partial(cell, "in-space.csv", f"{_PLANES}, a neighbour in B/H has another flag", "{:.0f} %"),
+    "planes-other-edge": partial(
+        cell, "in-space.csv", "2-D model predicts another edge than the one it falls over", "{:.0f} %"
+    ),
     "pillars-flags": partial(cell, "scenes.csv", "three pillars under real records: flags", "{:,.0f}"),
-    "box2d-right": partial(cell, "scenes.csv", "Box2D: shaft's side right", "{:.0f} %"),
-    "pymunk-right": partial(cell, "scenes.csv", "pymunk: shaft's side right", "{:.0f} %"),
-    "scene-right": partial(cell, "scenes.csv", "default: shaft's side right, peers' cases", "{:.0f} %"),
+    "box2d-right": partial(cell, "scenes.csv", "Box2D: correct side of the shaft", "{:.0f} %"),
+    "pymunk-right": partial(cell, "scenes.csv", "pymunk: correct side of the shaft", "{:.0f} %"),
+    "scene-right": partial(
+        cell, "scenes.csv", "default: correct side of the shaft, cases of the other engines", "{:.0f} %"
+    ),
     "rigid-cases": partial(beside_the_rigid_block, "{0:.0f}"),
     "rigid-otherwise": partial(beside_the_rigid_block, "{1:.0f}"),
     "rigid-otherwise-shared": partial(beside_the_rigid_block, "{2:.0f}"),

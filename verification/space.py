@@ -81,7 +81,7 @@ def throughput() -> Iterator[Figure]:
         yield Figure(f"space: block steps per second and core, {name}", rate, "million")
     with tempfile.TemporaryDirectory() as folder:
         cold = process(_SOME_CASES, 1, NUMBA_CACHE_DIR=folder)[1]
-    yield Figure("space: processor time of the first case with a cold cache, imports included", cold, "s")
+    yield Figure("space: processor time of the first case with an empty cache, imports included", cold, "s")
 
 
 _SOME_CASES: Final = """
@@ -165,7 +165,7 @@ def study() -> Iterator[Figure]:
     status, about = found["status"], "space, config/in-space.yaml"
     yield Figure(f"{about}: cases", status.size)
     yield Figure(f"{about}: processor time of two cores", seconds, "s")
-    yield Figure(f"{about}: cases computed again since their energy did not balance", sum(again))
+    yield Figure(f"{about}: cases computed again because their energy did not balance", sum(again))
     yield Figure(f"{about}: cases marked unstable", int((status == Status.UNSTABLE).sum()))
     yield Figure(f"{about}: cases undecided", int((status == Status.UNDECIDED).sum()))
     for name in ("energy_error", "angular_momentum_error"):
@@ -201,7 +201,7 @@ def exactness(chosen: list[Motion]) -> Iterator[Figure]:
         other, seconds = measured(partial(run_all, chosen, **options), 1, int)
         same = other["overturned"] == nominal["overturned"]
         moved = apart(other["fall_azimuth"], nominal["fall_azimuth"])[firm & fell & same]
-        yield Figure(f"space, {name}: other flags, of firm cases", 100.0 * (~same)[firm].mean(), "%")
+        yield Figure(f"space, {name}: different flags, of firm cases", 100.0 * (~same)[firm].mean(), "%")
         yield Figure(f"space, {name}: azimuths more than 15° off, of firm falls", 100.0 * (moved > 15.0).mean(), "%")
         yield Figure(f"space, {name}: median change of azimuth, of firm falls", float(np.median(moved)), "°")
         yield Figure(f"space, {name}: processor time per case", 1e3 * seconds / fell.size, "ms")
@@ -223,12 +223,14 @@ def against_peers(chosen: list[Motion], count: int) -> Iterator[Figure]:
         azimuths[name], flags[name] = np.array(found), np.isfinite(found)
         theirs = (time.process_time() - begin) / len(found)
         yield Figure(f"{name} in space: processor time per case", theirs, "s")
-        yield Figure(f"{name} in space: its time per case over ours", theirs * ours["status"].size / seconds)
+        yield Figure(
+            f"{name} in space: its time per case over that of this program", theirs * ours["status"].size / seconds
+        )
     yield Figure("space: cases that all engines run", cells[0].size)
-    flags["ours"], azimuths["ours"] = ours["overturned"][cells] == 1, ours["fall_azimuth"][cells]
+    flags["this program"], azimuths["this program"] = ours["overturned"][cells] == 1, ours["fall_azimuth"][cells]
     for name, own in flags.items():
         wrong = 100.0 * (own != (fine["overturned"][cells] == 1)).mean()
-        yield Figure(f"space: flags other than the finest reference's, {name}", wrong, "%")
+        yield Figure(f"space: flags different from the finest reference's, {name}", wrong, "%")
     for a, b in combinations(flags, 2):
         both, differ = flags[a] & flags[b], 100.0 * float((flags[a] != flags[b]).mean())
         yield Figure(f"space: flags that differ, {a} and {b}", differ, "%")

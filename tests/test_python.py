@@ -35,7 +35,7 @@ from overturning.figures.ground import fourier_spectrum, response_spectrum
 from overturning.motion.intensity import intensity_by_azimuth
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
-from overturning.records.source import Declarations
+from overturning.records.declarations import Declarations, FileProperties
 from overturning.records.store import write_motion
 from overturning.study.intensity import write_intensity
 from overturning.study.load import check_study
@@ -503,7 +503,8 @@ def test_one_thing_has_one_word_on_the_command_line_in_python_and_in_a_study() -
 
     study, body, contact = (set(one.model_fields) for one in (Study, BodySettings, ContactSettings))
     assert names(declared.BodyOptions, declared.PlaneOptions, declared.StoneOptions) <= study | body | contact
-    assert names(declared.FileOptions) <= names(Declarations) & set(RecordEntry.model_fields)
+    assert names(declared.FileOptions) == {*FileProperties.model_fields}
+    assert names(declared.FileOptions) <= {*Declarations.model_fields} & {*RecordEntry.model_fields}
     assert {"scheme", "time_step", "leave_out"} == names(Numerics) & set(Simulation.model_fields)
     given = {name.removesuffix("_deg") for name in inspect.signature(overturning.simulate).parameters}
     assert given - {"motion", "model", "options"} <= study | body

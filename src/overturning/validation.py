@@ -3,11 +3,12 @@
 import json
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Final, Literal, get_args, get_origin
+from functools import wraps
+from typing import Any, Final, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
-from overturning.errors import did_you_mean
+from overturning.errors import REASON_SEPARATOR, ArgumentError, did_you_mean
 
 _TRUTH: Final = "true or false is needed"
 _NUMBER: Final = "a number is needed"
@@ -151,6 +152,27 @@ def describe_faults(
         messages += [message] if message not in messages else []
     # A value that fits no member of a union has one message per member.
     return [f"{f'{key}: ' if key else ''}{given}{'; or '.join(texts)}" for (key, given), texts in found.items()]
+
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def raise_argument_errors(model: type[Model]) -> type[Model]:
+    """Decorate a model for use in Python: its constructor accepts positional values and raises ArgumentErrors.
+
+    Values that are validated as a part of another model, or by `model_validate`, raise pydantic's errors as usual.
+    """
+    construct = model.__init__
+
+    @wraps(construct)
+    def init(self: Model, *given: Any, **named: Any) -> None:
+        try:
+            construct(self, **dict(zip(type(self).model_fields, given, strict=False)), **named)
+        except ValidationError as error:
+            raise ArgumentError(REASON_SEPARATOR.join(describe_faults(error, type(self)))) from None
+
+    model.__init__ = init  # type: ignore[method-assign, assignment]
+    return model
 
 
 def _place(fault: Any, root: Any) -> tuple[Steps, list[type[BaseModel]]]:

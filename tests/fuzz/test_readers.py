@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from overturning.model.mesh import read_mesh
 from overturning.model.scene import load_scene
 from overturning.records.catalogue import read_catalogue
+from overturning.records.declarations import Declarations
 from overturning.records.read import read_path
-from overturning.records.source import Declarations
 from overturning.study.load import load_study
 from overturning.study.preflight import check_files, check_size
 from overturning.surveys.stones import read_survey

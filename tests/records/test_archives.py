@@ -11,8 +11,9 @@ import pytest
 
 from overturning.errors import RecordError
 from overturning.records.check import check_paths
+from overturning.records.declarations import Declarations
 from overturning.records.read import read_path
-from overturning.records.source import Declarations, SourceFile, open_archive
+from overturning.records.source import SourceFile, open_archive
 from tests.bounds import bounded
 from tests.records.record_writers import csmip_text, knet_text
 from tests.records.test_command import run

@@ -89,7 +89,7 @@ LABELLED = RecordEntry(
 def test_labels_are_all_columns_that_change_no_sample(tmp_path):
     """Every other column is for the reader of the files; what is read is the same whatever the labels say."""
     assert {name for name in RecordEntry.model_fields if getattr(LABELLED, name) not in ("", None, False, 0.0)} == {
-        *LABELS, "id", "source", "format", "sensor",
+        *LABELS, "id", "source", "format",
     }  # fmt: skip
     wave = 100 * np.sin(np.arange(400) / 5)
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)

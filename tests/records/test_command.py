@@ -55,7 +55,7 @@ def test_check_accepts_declarations(tmp_path, capsys):
     assert ["no sampling_interval_s" in reasons[0], "--processed or --raw" in reasons[1]] == [True, True]
     assert run("records", "check", "--columns", "north:gal east:gal", "--sampling-interval", 0.01, "--raw", table) == 0
     assert run("records", "check", "--unit", "feet", table) == 1
-    assert "known are" in capsys.readouterr().err
+    assert "--unit: \"feet\" – it should be 'm/s2'" in capsys.readouterr().err
 
 
 def test_check_goes_on_at_a_wrong_peak_only_on_trust(tmp_path, capsys):
@@ -88,14 +88,16 @@ def test_a_file_of_the_other_sensor_than_declared_is_not_passed_over(capsys, tmp
 
 
 def test_impossible_declarations_are_named(tmp_path):
-    for name, value in (
-        ("format", "geonett"),
-        ("unit", "feet"),
-        ("sensor", "roof"),
-        ("vertical_sense", "left"),
-        ("x", 1),
+    for name, value, known in (
+        ("format", "geonett", "known are"),
+        ("unit", "feet", "it should be 'm/s2', "),
+        ("sensor", "roof", "it should be 'surface' or 'borehole'"),
+        ("vertical_sense", "left", "it should be 'up', 'down' or 'none'"),
+        ("sampling_interval_s", 2.0, "less than or equal to 1"),
+        ("azimuths_deg", (0.0, 45.0, 90.0), "at most 2 values allowed"),
+        ("x", 1, "known are"),
     ):
-        with refused(ArgumentError, name, "known are"):
+        with refused(ArgumentError, name, known):
             overturning.read(columns_file(tmp_path / "x.csv"), **{name: value})
 
 

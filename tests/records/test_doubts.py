@@ -5,9 +5,9 @@ import pytest
 
 from overturning.errors import RecordError
 from overturning.motion.plausible import samples_at_rail, sampling_doubts
+from overturning.records.declarations import Declarations
 from overturning.records.read import read_path
 from overturning.records.record import provenance
-from overturning.records.source import Declarations
 from tests.expect import refused
 
 RATE = 100.0

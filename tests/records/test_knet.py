@@ -11,11 +11,12 @@ from overturning.cli import app
 from overturning.errors import MissingDataError, RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.component import check_peak
+from overturning.records.declarations import Declarations
 from overturning.records.formats import knet
 from overturning.records.processing import process
 from overturning.records.read import read_path, read_record
 from overturning.records.record import provenance
-from overturning.records.source import Declarations, SourceFile, read_source
+from overturning.records.source import SourceFile, read_source
 from tests.expect import lacking, refused
 from tests.records.record_writers import knet_text, write_knet_set
 from tests.records.test_archives import tar_of, zip_of

@@ -13,9 +13,10 @@ import pytest
 
 from overturning.errors import OverturningError, RecordError
 from overturning.records.assembly import assemble
+from overturning.records.declarations import Declarations
 from overturning.records.read import read_files, read_path
 from overturning.records.record import Record
-from overturning.records.source import Declarations, SourceFile
+from overturning.records.source import SourceFile
 from tests.bounds import bounded
 from tests.records.malformed_corpus import COUNTS, UNCOUNTED, WHOLE, corpus
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac

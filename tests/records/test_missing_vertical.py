@@ -5,8 +5,8 @@ import pytest
 
 from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_paths
+from overturning.records.declarations import Declarations
 from overturning.records.read import read_path, read_record
-from overturning.records.source import Declarations
 from tests.records.record_writers import peer_text
 
 A, B, C = np.random.default_rng(2).normal(0, 0.05, (3, 500))

@@ -10,10 +10,11 @@ from hypothesis.extra.numpy import arrays
 from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_paths, describe
+from overturning.records.declarations import Declarations
 from overturning.records.formats.table import format_named
 from overturning.records.read import read, read_files, read_path, read_record
 from overturning.records.record import processing_label
-from overturning.records.source import Declarations, SourceFile
+from overturning.records.source import SourceFile
 from tests.expect import refused
 from tests.records.seed_writers import START, of_broadband, trace, write_inventory, write_mseed, write_sac
 

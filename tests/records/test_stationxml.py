@@ -9,9 +9,9 @@ import pytest
 
 from overturning.errors import RecordError
 from overturning.records.check import check_paths
+from overturning.records.declarations import Declarations
 from overturning.records.formats.stationxml import acceleration_scale, is_velocity
 from overturning.records.read import read_path
-from overturning.records.source import Declarations
 from tests.expect import refused
 from tests.records.record_writers import peer_text
 from tests.records.seed_writers import START, write_inventory, write_mseed, write_sac

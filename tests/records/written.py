@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from overturning.records.source import Declarations
+from overturning.records.declarations import Declarations
 from tests.records.record_writers import (
     cosmos_text,
     csmip_pairs_text,

@@ -1,15 +1,15 @@
 """Groups of options that several subcommands share."""
 
 import inspect
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, get_type_hints
+from typing import Annotated, Any, Final, get_type_hints
 
 import typer
 
-if TYPE_CHECKING:
-    from overturning.records.source import Declarations
+from overturning.records.declarations import Declarations, FileProperties
 
 TABLE: Final = Path("config/records.tsv")
 """Default record table."""
@@ -43,64 +43,41 @@ def spread_options(command: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
+def _flag(name: str) -> str:
+    """Return the option of a declaration about files: its name without the unit."""
+    return f"--{name.removesuffix('_deg').removesuffix('_s').replace('_', '-')}"
+
+
+def _file_option(name: str, flag: str = "") -> Any:
+    """Return the option of a declaration about files, with the help text of the record table."""
+    return typer.Option(flag or _flag(name), help=FileProperties.model_fields[name].description, show_default=False)
+
+
 @dataclass(frozen=True)
 class FileOptions:
     """Options for properties that a record file does not state itself."""
 
-    azimuths_deg: Annotated[
-        str,
-        typer.Option("--azimuths", help="azimuths of the two horizontal axes if the files do not state them: 0,90"),
-    ] = ""
-    columns: Annotated[
-        str,
-        typer.Option(
-            help="read as columns: 'time:s north:gal east:gal up:gal'; by file: 'x_n.txt=north:gal x_e.txt=east:gal'"
-        ),
-    ] = ""
-    format: Annotated[
-        str, typer.Option(help="the only accepted format; by default it is detected from the content")
-    ] = ""
-    sampling_interval_s: Annotated[
-        float | None, typer.Option("--sampling-interval", help="sampling interval of columns without a time, s")
-    ] = None
-    processed: Annotated[
-        bool | None,
-        typer.Option(
-            "--processed/--raw", help="samples of columns or SAC are (not) corrected already", show_default=False
-        ),
-    ] = None
-    sensor: Annotated[str, typer.Option(help="surface (default) or borehole")] = ""
-    trust_data: Annotated[
-        bool,
-        typer.Option("--trust-data", help="accept contradictions of header and data, and implausible amplitudes"),
-    ] = False
-    unit: Annotated[
-        str, typer.Option(help="unit of the samples if the format does not define it (SAC): m/s2, gal, g…")
-    ] = ""
-    vertical_sense: Annotated[
-        str,
-        typer.Option(
-            help="up or down, if the file does not state the sense of its vertical axis; none leaves the axis out"
-        ),
-    ] = ""
+    azimuths_deg: Annotated[str, _file_option("azimuths_deg")] = ""
+    columns: Annotated[str, _file_option("columns")] = ""
+    format: Annotated[str, _file_option("format")] = ""
+    sampling_interval_s: Annotated[float | None, _file_option("sampling_interval_s")] = None
+    processed: Annotated[bool | None, _file_option("processed", "--processed/--raw")] = None
+    sensor: Annotated[str, _file_option("sensor")] = ""
+    trust_data: Annotated[bool, _file_option("trust_data")] = False
+    unit: Annotated[str, _file_option("unit")] = ""
+    vertical_sense: Annotated[str, _file_option("vertical_sense")] = ""
 
-    def declarations(self) -> "Declarations":
+    def declarations(self) -> Declarations:
         """Return the options as `Declarations` for the readers; raise an ArgumentError that names a wrong option."""
         from overturning.errors import ArgumentError
         from overturning.records.formats.table import format_named
-        from overturning.records.source import Declarations
 
         given: dict[str, Any] = {name: value for name, value in vars(self).items() if value not in ("", None)}
         try:
-            if self.azimuths_deg:
-                given["azimuths_deg"] = [float(a) for a in self.azimuths_deg.replace(",", " ").split()] or None
-        except ValueError:
-            raise ArgumentError(f"--azimuths: {self.azimuths_deg!r}; two numbers of degrees, e.g. 0,90") from None
-        try:
-            format_named(self.format or None)
+            format_named(self.format or "auto")
             return Declarations(**given)
         except ArgumentError as problem:
-            raise ArgumentError(f"--{str(problem).replace('_', '-', 1)}") from None
+            raise ArgumentError(re.sub(r"(?m)^(\s*)(\w+)", lambda key: key[1] + _flag(key[2]), str(problem))) from None
 
 
 @dataclass(frozen=True)

@@ -24,10 +24,10 @@ from overturning.records.component import (
     structure_note,
     third_axis,
 )
+from overturning.records.declarations import Declarations, VerticalSense
 from overturning.records.doubts import check_dead_axis, sample_notes
 from overturning.records.earthquakes import distance_km
 from overturning.records.record import Record, peaks_of
-from overturning.records.source import Declarations, VerticalSense
 
 MAX_SPREAD_S = 0.5
 """Largest difference in start or in length between components of one record, s."""

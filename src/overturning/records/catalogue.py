@@ -4,29 +4,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from overturning.errors import ConfigError, MissingDataError
-from overturning.records.source import (
-    Declarations,
-    Sensor,
-    SourceFile,
-    Unit,
-    VerticalSense,
-    open_archive,
-    read_source,
-)
+from overturning.records.declarations import Declarations, FileProperties
+from overturning.records.source import SourceFile, open_archive, read_source
 from overturning.tables import read_rows
-
-FILE_COLUMNS: Final = (
-    *("orientation_correction_deg", "magnetic_declination_deg", "azimuths_deg", "unit", "columns"),
-    *("sampling_interval_s", "processed", "vertical_sense", "sensor"),
-)
-"""Columns of the record table for properties that files do not state, or state wrongly."""
-
-
-def _numbers(value: Any) -> Any:
-    return [part for part in value.replace(",", " ").split() if part] or None if isinstance(value, str) else value
 
 
 def parse_utc(text: str) -> str:
@@ -55,21 +38,11 @@ METADATA: Final[dict[str, tuple[str, str, str]]] = {
 """Metadata of a record for the statistics: column of the record table, long name, unit ("" for text)."""
 
 
-LABELS: Final = (
-    *("station", "event", "event_id", "origin_time", "fault_strike_deg", "pulse", "licence"),
-    *(column for column, _, _ in METADATA.values()),
-    *("station_latitude_deg", "station_longitude_deg", "epicentre_latitude_deg", "epicentre_longitude_deg"),
-)
-"""Columns that do not change the samples of a record: after a change of these no new sweep is needed."""
-
-
-class RecordEntry(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
-    """One line of the record table."""
+class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
+    """Columns of the record table that name a record and describe its earthquake, station and site."""
 
     id: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")
     """Short name in lower case; also used in file names."""
-    format: str = "auto"
-    """File format, or `auto` to go by the content; see docs/formats.md."""
     source: str = Field(min_length=1)
     """Files in the data folder, `set:id`, a pulse, or `example:file`."""
     station: str = ""
@@ -104,33 +77,11 @@ class RecordEntry(BaseModel, extra="forbid", frozen=True, use_attribute_docstrin
     """Latitude of the epicentre, north positive; empty: as stated in the file."""
     epicentre_longitude_deg: _Longitude = None
     """Longitude of the epicentre, east positive."""
-    orientation_correction_deg: float = Field(default=0.0, ge=-360, le=360)
-    """Added to the file's azimuths: misorientation of the sensor, clockwise."""
-    magnetic_declination_deg: float = Field(default=0.0, ge=-180, le=180)
-    """Added to azimuths that the file states relative to magnetic north; east is positive."""
-    azimuths_deg: Annotated[tuple[float, float] | None, BeforeValidator(_numbers)] = None
-    """Azimuths of the two horizontal axes, if the file does not state them, e.g. `0 90`."""
-    unit: Unit | None = None
-    """Unit of the samples, if the format does not state it (SAC)."""
-    columns: str = ""
-    """Columns of a CSV file: `time:s north:gal east:gal up:gal`; `skip` omits a column."""
-    sampling_interval_s: float | None = Field(default=None, gt=0, le=1)
-    """Sampling interval of a CSV file without a time column, s."""
-    processed: bool | None = None
-    """Samples of a CSV or SAC file: corrected already (`true`) or raw (`false`)."""
-    vertical_sense: VerticalSense | None = None
-    """Sense of a vertical axis that does not state it (`Vert`); `none` omits the vertical axis."""
-    sensor: Sensor = "surface"
-    """`surface` or `borehole`; motion of a borehole is refused unless declared."""
-    trust_data: bool = False
-    """Accept contradictions of header and data, and amplitudes that are implausible for a ground motion."""
-    sha256: str = Field(default="", pattern=r"^([0-9a-f]{64})?$")
-    """Expected SHA-256 of the record's file; empty: not checked."""
     licence: str = ""
     """Terms under which the data may be used."""
 
     @model_validator(mode="after")
-    def _places_in_pairs(self) -> "RecordEntry":
+    def _places_in_pairs(self) -> "RecordDescription":
         for place in ("station", "epicentre"):
             pair = [f"{place}_{name}_deg" for name in ("latitude", "longitude")]
             empty = [column for column in pair if getattr(self, column) is None]
@@ -144,6 +95,21 @@ class RecordEntry(BaseModel, extra="forbid", frozen=True, use_attribute_docstrin
         stated = {name: getattr(self, column) for name, (column, _, _) in METADATA.items()}
         return {name: value for name, value in stated.items() if value not in (None, "")}
 
+
+LABELS: Final = tuple(name for name in RecordDescription.model_fields if name not in ("id", "source"))
+"""Columns that do not change the samples of a record: after a change of these no new sweep is needed."""
+
+
+class RecordEntry(FileProperties, RecordDescription, frozen=True):
+    """One line of the record table."""
+
+    orientation_correction_deg: float = Field(default=0.0, ge=-360, le=360)
+    """Added to the file's azimuths: misorientation of the sensor, clockwise."""
+    magnetic_declination_deg: float = Field(default=0.0, ge=-180, le=180)
+    """Added to azimuths that the file states relative to magnetic north; east is positive."""
+    sha256: str = Field(default="", pattern=r"^([0-9a-f]{64})?$")
+    """Expected SHA-256 of the record's file; empty: not checked."""
+
     def without_labels(self) -> "RecordEntry":
         """Return a copy with the columns in `LABELS` at their defaults; its samples are the same."""
         return self.model_copy(update={name: RecordEntry.model_fields[name].default for name in LABELS})
@@ -151,12 +117,17 @@ class RecordEntry(BaseModel, extra="forbid", frozen=True, use_attribute_docstrin
     @property
     def declarations(self) -> Declarations:
         """Declarations of the table about the record's files."""
-        same = {"unit", "columns", "sampling_interval_s", "processed", "sensor", "azimuths_deg", "vertical_sense"}
         return Declarations(
-            format=None if self.format == "auto" else self.format,
             correction_deg=self.orientation_correction_deg + self.magnetic_declination_deg,
-            **self.model_dump(include=same | {"trust_data"}),
+            **self.model_dump(include={*FileProperties.model_fields}),
         )
+
+    @property
+    def file_columns(self) -> list[str]:
+        """Columns with a value that has no meaning for a pulse, which has no file."""
+        other = {*RecordDescription.model_fields, "format", "trust_data", "sha256"}
+        stated = self.model_dump(exclude=other, exclude_defaults=True)
+        return [name for name, value in stated.items() if value != "surface"]
 
 
 def read_catalogue(path: Path | str) -> dict[str, RecordEntry]:
@@ -248,7 +219,7 @@ def _missing(entry: RecordEntry, data_dir: Path, words: list[str]) -> MissingDat
         )
     if entry.format in ("k-net", "kik-net") and "." not in entry.source:
         # File extensions of KiK-net end with the number of the sensor.
-        number = {"surface": "2", "borehole": "1"}[entry.sensor] if entry.format == "kik-net" else ""
+        number = {"surface": "2", "borehole": "1"}[entry.sensor or "surface"] if entry.format == "kik-net" else ""
         which = ", ".join(f"{entry.source}.{axis}{number}" for axis in ("NS", "EW", "UD"))
         which += " (or the archive that holds them) are"
     return MissingDataError(f"record {entry.id}: {which} not in {data_dir}; {remedy}")

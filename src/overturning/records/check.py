@@ -7,12 +7,13 @@ from pathlib import Path
 from overturning.errors import REASON_SEPARATOR, OverturningError
 from overturning.records.assembly import assemble
 from overturning.records.component import Component, largest
+from overturning.records.declarations import Declarations
 from overturning.records.formats.table import NO_ACCELERATION, is_no_acceleration
 from overturning.records.grouping import group_components
 from overturning.records.processing import process
 from overturning.records.read import missing_vertical_notes, read_files, read_with_siblings, with_notes
 from overturning.records.record import Record, drift, peaks_of, processing_label, summary
-from overturning.records.source import NON_RECORD_EXTENSIONS, Declarations, SourceFile, read_source
+from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, read_source
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.source import Sensor, SourceFile
+from overturning.records.declarations import Sensor
+from overturning.records.source import SourceFile
 
 Direction = tuple[float | None, int]
 """Azimuth, degrees clockwise from north or None, and vertical sense: +1 up, −1 down, 0 otherwise."""

@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import Any, Final
 
@@ -18,8 +18,9 @@ from overturning.errors import (
     suggest_keywords,
 )
 from overturning.records.assembly import assemble, borehole_name
-from overturning.records.catalogue import FILE_COLUMNS, RecordEntry, find_files, find_paths
+from overturning.records.catalogue import RecordEntry, find_files, find_paths
 from overturning.records.component import Component
+from overturning.records.declarations import Declarations
 from overturning.records.formats.table import (
     NO_ACCELERATION,
     Format,
@@ -32,14 +33,7 @@ from overturning.records.grouping import group_components, in_one_record
 from overturning.records.neighbours import is_vertical, similar_files
 from overturning.records.processing import process
 from overturning.records.record import Record
-from overturning.records.source import (
-    NON_RECORD_EXTENSIONS,
-    Declarations,
-    SourceFile,
-    is_archive,
-    open_archive,
-    read_source,
-)
+from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, is_archive, open_archive, read_source
 from overturning.records.steps import Step, Steps
 from overturning.records.store import rounded
 from overturning.validation import describe_faults
@@ -63,11 +57,9 @@ def read_samples(entry: RecordEntry, data_dir: Path | str) -> Record:
     if entry.format == "synthetic":
         from overturning.records.pulses import parse_pulse, pulse_record
 
-        if of_files := [
-            name for name in FILE_COLUMNS if getattr(entry, name) != RecordEntry.model_fields[name].default
-        ]:
+        if entry.file_columns:
             raise ConfigError(
-                f"record {entry.id}: {of_files[0]}: of files alone; a pulse says all of itself in its line"
+                f"record {entry.id}: {entry.file_columns[0]}: of files alone; a pulse says all of itself in its line"
             )
         record = pulse_record(parse_pulse(entry.source), entry.id)
     else:
@@ -305,7 +297,7 @@ def _has_similar_name(path: Path, other: Path) -> bool:
     return differing[-1] - differing[0] < 3
 
 
-@suggest_keywords(*(field.name for field in fields(Declarations) if field.name != "metadata"))
+@suggest_keywords(*(name for name in Declarations.model_fields if name != "metadata"))
 def read(
     paths: Path | str | Sequence[Path | str],
     *,

@@ -1,4 +1,4 @@
-"""Input of the readers: files and members of archives in memory, within limits, and declarations about them."""
+"""Input of the readers: files and members of archives in memory, within limits."""
 
 import hashlib
 import io
@@ -7,14 +7,13 @@ import struct
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePosixPath
-from typing import Final, Literal, get_args
+from typing import Final
 
-from overturning.errors import ArgumentError, MissingDataError, RecordError
-from overturning.units import UNITS
+from overturning.errors import MissingDataError, RecordError
 
 MAXIMUM_BYTES: Final = 200_000_000
 """Largest size of a file, or of all members of an archive, bytes; a day at 200 Hz in text has half of it."""
@@ -188,52 +187,3 @@ def _tar_members(source: SourceFile) -> Iterator[_Member]:
         for info in archive:
             stream = archive.extractfile(info) if info.isreg() else None
             yield info.name, stream is not None, info.isdir(), stream.read if stream else bytes
-
-
-Unit = Literal["m/s2", "cm/s2", "gal", "mm/s2", "nm/s2", "g", "mg"]
-Sensor = Literal["surface", "borehole"]
-VerticalSense = Literal["up", "down", "none"]
-
-assert set(UNITS) == set(get_args(Unit))
-
-
-@dataclass(frozen=True)
-class Declarations:
-    """Properties that files do not state, declared in the record table, on the command line, or in Python."""
-
-    format: str | None = None  # the only format allowed; None: by content
-    unit: Unit | None = None  # unit of the samples, if the format does not state it (SAC)
-    columns: str = ""  # columns of a CSV file: ``time:s north:gal east:gal up:gal``
-    sampling_interval_s: float | None = None  # interval of a CSV file without a time column
-    processed: bool | None = None  # True for corrected, False for raw samples, if the format does not state it
-    sensor: Sensor | None = None  # None: surface
-    azimuths_deg: Sequence[float] | None = None  # azimuths of the two horizontal axes, in the order of the components
-    correction_deg: float = 0.0  # added to the azimuths: misorientation plus magnetic declination, clockwise
-    vertical_sense: VerticalSense | None = None  # sense of a vertical axis of unknown sense; ``none`` omits the axis
-    trust_data: bool = False  # accept contradictions of header and data, unlike lengths and implausible amplitudes
-    metadata: Sequence[SourceFile] = ()  # StationXML files for MiniSEED or SAC files
-
-    def __post_init__(self) -> None:
-        for name, known in (("unit", UNITS), ("sensor", get_args(Sensor)), ("vertical_sense", get_args(VerticalSense))):
-            if (value := getattr(self, name)) not in (None, *known):
-                raise ArgumentError(f"{name}: {value!r}; known are {', '.join(known)}")
-        if self.columns and self.format not in (None, "csv"):
-            raise ArgumentError(f"columns: only csv has them, the format is {self.format!r}; leave out one of both")
-
-    @property
-    def sample_declarations(self) -> list[str]:
-        """Declarations about the samples, as texts for the report."""
-        words = [f"columns {self.columns}"] if self.columns else [f"unit {self.unit}"] if self.unit else []
-        return words + {True: ["processed"], False: ["raw"], None: []}[self.processed]
-
-    @property
-    def axis_declarations(self) -> list[str]:
-        """Declarations about the axes, as texts for the report."""
-        words = [] if self.azimuths_deg is None else ["axes {:g}° and {:g}°".format(*self.azimuths_deg)]
-        words += [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []
-        return words + ([f"vertical {self.vertical_sense}"] if self.vertical_sense else [])
-
-    def with_station_xml(self, files: Iterable[SourceFile]) -> "Declarations":
-        """Return a copy whose metadata include the StationXML among files."""
-        found = [file for file in files if b"FDSNStationXML" in file.data[:2000]]
-        return replace(self, metadata=(*self.metadata, *found))

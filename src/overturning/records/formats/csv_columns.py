@@ -10,9 +10,10 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RefusalReasons
 from overturning.records.component import UNKNOWN, Component, parse_axis
+from overturning.records.declarations import Declarations
 from overturning.records.formats.headings import SECONDS, first_row, heading_cells, heading_notes, text_line_notes
 from overturning.records.formats.lines import Lines
-from overturning.records.source import Declarations, SourceFile
+from overturning.records.source import SourceFile
 from overturning.units import UNITS
 
 

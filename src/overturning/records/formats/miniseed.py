@@ -9,8 +9,9 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RefusalReasons
 from overturning.records.component import Component, channel_code_notes, direction_by_code, sensor_at
+from overturning.records.declarations import Declarations
 from overturning.records.formats.stationxml import acceleration_scale, epoch_of, is_velocity, read_inventory
-from overturning.records.source import Declarations, SourceFile
+from overturning.records.source import SourceFile
 from overturning.units import UNITS
 
 LONGEST_TAPER: Final = 5.0

@@ -16,9 +16,10 @@ from overturning.records.component import (
     direction_by_code,
     sensor_at,
 )
+from overturning.records.declarations import Declarations
 from overturning.records.formats.miniseed import components_of, read_stream
 from overturning.records.formats.stationxml import has_channel, read_inventory
-from overturning.records.source import Declarations, SourceFile
+from overturning.records.source import SourceFile
 from overturning.units import UNITS
 
 UNDEFINED: Final = -12345.0

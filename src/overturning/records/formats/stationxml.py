@@ -10,7 +10,8 @@ import numpy as np
 
 from overturning.errors import RecordError
 from overturning.records.component import UNKNOWN, Direction
-from overturning.records.source import Declarations, SourceFile
+from overturning.records.declarations import Declarations
+from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
 _LENGTHS: Final = {"M": 1.0, "CM": GAL, "MM": 1e-3, "UM": 1e-6, "NM": 1e-9}

@@ -15,6 +15,7 @@ import numpy as np
 
 from overturning.errors import ArgumentError, RecordError
 from overturning.records.component import Component
+from overturning.records.declarations import Declarations
 from overturning.records.formats import (
     bhrc,
     cismid,
@@ -35,7 +36,7 @@ from overturning.records.formats import (
     unam,
     usc,
 )
-from overturning.records.source import LEADING_BYTES, Declarations, SourceFile
+from overturning.records.source import LEADING_BYTES, SourceFile
 
 _READER_ERRORS: Final = (ValueError, LookupError, OverflowError, MemoryError, TypeError, ZeroDivisionError)
 
@@ -157,10 +158,10 @@ FORMATS: Final = (
 """Formats in the order in which they are tried; the first that recognises a file reads it."""
 
 
-def format_named(name: str | None) -> Format | None:
-    """Return the format of a name, None without a name; raise an ArgumentError for an unknown name."""
+def format_named(name: str) -> Format | None:
+    """Return the format of a name, None for "auto"; raise an ArgumentError for an unknown name."""
     found = next((form for form in FORMATS if form.name == name), None)
-    if name is not None and found is None:
+    if name != "auto" and found is None:
         known = ", ".join(["auto", "fema-p695", "synthetic", *(form.name for form in FORMATS)])
         raise ArgumentError(f"format {name!r}; known are {known} (docs/formats.md)")
     return found

@@ -1,0 +1,79 @@
+"""Properties of record files that the files do not state: in the record table, on the command line and in Python."""
+
+from collections.abc import Iterable
+from typing import Annotated, Any, Literal, get_args
+
+from pydantic import BaseModel, BeforeValidator, Field, model_validator
+
+from overturning.errors import suggest_keywords
+from overturning.records.source import SourceFile
+from overturning.units import UNITS
+from overturning.validation import raise_argument_errors
+
+Unit = Literal["m/s2", "cm/s2", "gal", "mm/s2", "nm/s2", "g", "mg"]
+Sensor = Literal["surface", "borehole"]
+VerticalSense = Literal["up", "down", "none"]
+
+assert set(UNITS) == set(get_args(Unit))
+
+
+def _split_numbers(value: Any) -> Any:
+    return [part for part in value.replace(",", " ").split() if part] or None if isinstance(value, str) else value
+
+
+class FileProperties(BaseModel, extra="forbid", frozen=True, use_attribute_docstrings=True):
+    """Properties that record files do not state, or state wrongly: columns of the record table, options, keywords."""
+
+    format: Annotated[str, BeforeValidator(lambda name: "auto" if name is None else name)] = "auto"
+    """The only accepted file format, or `auto` to detect it from the content; see docs/formats.md."""
+    azimuths_deg: Annotated[tuple[float, float] | None, BeforeValidator(_split_numbers)] = None
+    """Azimuths of the two horizontal axes, if the file does not state them, e.g. `0,90`."""
+    unit: Unit | None = None
+    """Unit of the samples, if the format does not state it (SAC): `m/s2`, `gal`, `g`…"""
+    columns: str = ""
+    """Columns of a CSV file: `time:s north:gal east:gal up:gal`; `skip` omits one. By file: `x_n.txt=north:gal`…"""
+    sampling_interval_s: float | None = Field(default=None, gt=0, le=1)
+    """Sampling interval of a CSV file without a time column, s."""
+    processed: bool | None = None
+    """Samples of a CSV or SAC file: corrected already (`true`) or raw (`false`)."""
+    vertical_sense: VerticalSense | None = None
+    """Sense of a vertical axis that does not state it (`Vert`): `up` or `down`; `none` omits the vertical axis."""
+    sensor: Sensor | None = None
+    """`surface` (default) or `borehole`; motion of a borehole is refused unless declared."""
+    trust_data: bool = False
+    """Accept contradictions of header and data, and amplitudes that are implausible for a ground motion."""
+
+
+@suggest_keywords()
+@raise_argument_errors
+class Declarations(FileProperties, frozen=True):
+    """Declarations about record files for the readers; an `ArgumentError` if one is invalid."""
+
+    correction_deg: float = 0.0
+    """Angle that is added to the azimuths of the axes: misorientation plus magnetic declination, clockwise, degrees."""
+    metadata: tuple[SourceFile, ...] = ()
+    """StationXML files for MiniSEED or SAC files."""
+
+    @model_validator(mode="after")
+    def _columns_are_csv(self) -> "Declarations":
+        if self.columns and self.format not in ("auto", "csv"):
+            raise ValueError(f"columns: only csv has them, the format is {self.format!r}; leave out one of both")
+        return self
+
+    @property
+    def sample_declarations(self) -> list[str]:
+        """Declarations about the samples, as texts for the report."""
+        words = [f"columns {self.columns}"] if self.columns else [f"unit {self.unit}"] if self.unit else []
+        return words + {True: ["processed"], False: ["raw"], None: []}[self.processed]
+
+    @property
+    def axis_declarations(self) -> list[str]:
+        """Declarations about the axes, as texts for the report."""
+        words = [] if self.azimuths_deg is None else ["axes {:g}° and {:g}°".format(*self.azimuths_deg)]
+        words += [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []
+        return words + ([f"vertical {self.vertical_sense}"] if self.vertical_sense else [])
+
+    def with_station_xml(self, files: Iterable[SourceFile]) -> "Declarations":
+        """Return a copy whose metadata include the StationXML among files."""
+        found = [file for file in files if b"FDSNStationXML" in file.data[:2000]]
+        return self.model_copy(update={"metadata": (*self.metadata, *found)})

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.dem.simulate import simulate_arrays
+from overturning.dem.simulate import simulate, simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model.body import Body, Start
 from overturning.model.contact import VertexContact
@@ -308,3 +308,23 @@ def test_without_friction_nothing_turns_about_the_vertical(scheme: str) -> None:
     momentum = spun(path, Rectangle().body(0.6, 0.4, 1.0).inertia)
     assert np.ptp(momentum[:, :2]) > 1e-3
     np.testing.assert_allclose(momentum[:, 2], momentum[0, 2], rtol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("b_over_h", "friction", "along", "down"),
+    [(0.5, 0.3, 2.0, 3.0), (0.3, 0.2, 2.0, 1.0), (0.3, 0.2, 4.0, 5.0), (0.5, 0.3, 4.0, 5.0)],
+)
+def test_a_body_dropped_flat_while_it_moves_stays_flat(
+    b_over_h: float, friction: float, along: float, down: float
+) -> None:
+    """With µ < B/H a plastic landing takes µ·v of the velocity u along the ground; then it slides (u − µv)²/2µg."""
+    start = Start(place=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=(along, 0.0, -down))
+    body, quiet = Body("rectangle", VertexContact(), start), np.zeros(600)
+    motion = Motion(quiet, quiet, sampling_interval=0.01, trust_data=True)
+    found = simulate(
+        motion, body, orientation_deg=[0.0], height=[0.6], b_over_h=[b_over_h], friction=[friction], leave_out=False
+    )
+    assert found.overturned.item() == 0
+    assert found.peak_tilt.item() < 0.2
+    slip = (along - friction * down) ** 2 / (2.0 * friction * STANDARD_GRAVITY)
+    assert found.residual_slip_north.item() == pytest.approx(slip, rel=5e-3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.block.centred import Corners, Corrected, correct, found_of
-from overturning.dem.block.state import GENTLE_STEPS, Block, Change, Corner, Predicted, PredictedCorner
+from overturning.dem.block.state import GENTLE_STEPS, Block, Change, Corner, Given, Predicted, PredictedCorner
 from overturning.dem.kernel import balance
 from overturning.dem.kernel.balance import ENERGY_BOUND, RERUN_REFINEMENT
 from overturning.dem.kernel.clock import (
@@ -118,7 +118,9 @@ def corrected(before: float, after: float) -> Corrected:
     block = Block(**dict.fromkeys(Block._fields, 1.0))
     nothing = Change(0.0, 0.0, 0.0, 0.0, 0.0)
     step = Predicted(**dict.fromkeys(Predicted._fields[:-3], 0.0), half=0.5, left=there, right=there)
-    return correct.py_func(block, step, there, Corner(0.0, 0.0, before, 1.0), 0.0, True, nothing, True)
+    return correct.py_func(
+        block, step, there, Corner(0.0, 0.0, before, 1.0), Given(0.0, True, False, False, 0.0), nothing, True
+    )
 
 
 def rejected(steps: float, left: Corrected, right: Corrected, gentle: float = 1e-6) -> bool:

@@ -110,10 +110,8 @@ def test_a_scene_that_its_weight_presses_in_too_far_is_marked(name: str) -> None
 
 # Gravestones of the map that the two kernels, with their own centred schemes at the step of the map, throw to different
 # sides: number, height, B/H, μ, peak (m/s²), upward over horizontal peak, sampling interval (s), density, contact,
-# step.
+# step. (Number 53 is left out: with µ < B/H all its landings stay flat, and it slides off the ground, 40 m wide.)
 DIFFER = (
-    (53, 0.02617, 0.4, 0.1355, 77.16, 0.419, 0.02622, 8414.0, {"static_penetration": 9.638e-8, "damping_ratio": 1.174},
-    "auto"),
     (115, 0.3435, 0.3954, 0.5694, -40.97, 0.0, 0.03813, 8441.0, {"static_penetration": 2.751e-4, "damping": 3500.0},
     "0.2061 stable"),
     (122, 1.248, 0.4, 2.55, 132.7, 0.7847, 0.005461, 11520.0, {"static_penetration": 3.014e-7,

@@ -19,8 +19,8 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.body import plan as body_plan
-from overturning.dem.body.centred import acceleration, rim_point
-from overturning.dem.body.lying import lie_all, lies, waits
+from overturning.dem.body.centred import acceleration, drift_of, rim_point
+from overturning.dem.body.lying import landing_of, lands_flat, lie_all, lies, waits
 from overturning.dem.body.rules import LOOPS
 from overturning.dem.body.state import (
     COLUMNS,
@@ -131,20 +131,31 @@ def rim_moved(body: Constants, s: State, f: Matrix, ahead: float, aside: float, 
 
 
 @njit(**INLINE)
-def act(body: Constants, s: State, at: Moved, old: Memory, rate: float, waiting: bool) -> tuple[Wrench, Memory]:
-    """Contact law at a point; `rate` is that of its dashpots per displacement of a step."""
+def act(
+    body: Constants, s: State, at: Moved, old: Memory, rate: float, rule: tuple[bool, bool, float]
+) -> tuple[Wrench, Memory]:
+    """Contact law at a point; `rate` is that of its dashpots per displacement of a step.
+
+    `rule` says whether the point waits, whether the body lands flat, and for how long the point lands if it touches
+    now.
+    """
+    waiting, flat, begun = rule
     depth = 0.0 if waiting & (at.depth > 0.0) else at.depth
     inside, was = depth > 0.0, old.depth > 0.0
-    # Spring and dashpot while the point is in, never tension.
+    # Spring and dashpot while the point is in, never tension but in a flat landing.
     # A vertex that has waited does not remember how deep it was.
     sinking = 0.0 if old.depth == 0.0 else at.sinking
     n = body.stiffness * depth + rate * sinking
-    n = n if inside & (n > 0.0) else 0.0
+    n = n if inside & (flat | (n > 0.0)) else 0.0
     # A new contact starts with unstretched springs; those of one that slips are shortened to what friction holds.
     tx, ty = (old.sx + at.slip_x if was else 0.0), (old.sy + at.slip_y if was else 0.0)
     most = body.friction * n
     hx, hy = -(body.tangential * tx) - rate * at.slip_x, -(body.tangential * ty) - rate * at.slip_y
-    fx, fy, kx, ky, _ = within_circle(hx, hy, tx, ty, most, body.compliance)
+    drift_x, drift_y, drifts = drift_of(body, at.arm, s.velocity, s.spin, flat)
+    hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
+    fx, fy, kx, ky, _ = within_circle(hx, hy, tx, ty, most, body.compliance, (flat, drifts))
+    landing = (old.landing if was else begun) - body.step * WHOLE
+    landing = landing if inside else 0.0
     force = Vector(fx, fy, n)
     spring = body.stiffness * (depth if inside else 0.0)
     damping = Vector(fx + body.tangential * kx, fy + body.tangential * ky, n - spring)
@@ -153,7 +164,7 @@ def act(body: Constants, s: State, at: Moved, old: Memory, rate: float, waiting:
     opened = -(depth * depth) if inside & (old.depth == 0.0) else opened
     shortened = (old.sx + kx) * (tx - kx) + (old.sy + ky) * (ty - ky)
     wrench = Wrench(force, cross(at.arm, force), damping, cross(at.arm, damping), opened, shortened)
-    return wrench, Memory(kx, ky, s.place.x + at.arm.x, s.place.y + at.arm.y, depth, n, 0.0)
+    return wrench, Memory(kx, ky, s.place.x + at.arm.x, s.place.y + at.arm.y, depth, n, 0.0, landing)
 
 
 @njit(**INLINE)
@@ -231,8 +242,17 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
         rate, left, right = body.dashpot / (body.step * WHOLE), load_memory(one, j), load_memory(other, j)
         p, q, lying = load_vertex(one, j), load_vertex(other, j), load_lying(state, j)
         at, on = vertex_moved(s, f, p, left), vertex_moved(s, f, q, right)
-        a, left = act(body, s, at, left, rate, waits(body, lying, p, at.arm.z, left))
-        b, right = act(body, s, on, right, rate, waits(body, lying, q, on.arm.z, right))
+        a, left = act(
+            body, s, at, left, rate, (waits(body, lying, p, at.arm.z, left), lands_flat(lying), landing_of(body, lying))
+        )
+        b, right = act(
+            body,
+            s,
+            on,
+            right,
+            rate,
+            (waits(body, lying, q, on.arm.z, right), lands_flat(lying), landing_of(body, lying)),
+        )
         store_memory(one, j, left)
         store_memory(other, j, right)
         store_acting(acting, j, both(load_acting(acting, j), a, b, left.depth, right.depth))
@@ -245,9 +265,11 @@ def roll_all(state: Any, acting: Any, one: Any, other: Any, columns: int, ahead:
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         dt = body.step * WHOLE
         rate, left, right = body.dashpot / dt, load_memory(one, j), load_memory(other, j)
-        between = (aside != 0.0) & (not lies(load_lying(state, j)))
-        a, left = act(body, s, rim_moved(body, s, f, ahead, aside, dt), left, rate, between & (left.depth <= 0.0))
-        b, right = act(body, s, rim_moved(body, s, f, -ahead, -aside, dt), right, rate, between & (right.depth <= 0.0))
+        lying = load_lying(state, j)
+        between, flat, begun = (aside != 0.0) & (not lies(lying)), lands_flat(lying), landing_of(body, lying)
+        at, on = rim_moved(body, s, f, ahead, aside, dt), rim_moved(body, s, f, -ahead, -aside, dt)
+        a, left = act(body, s, at, left, rate, (between & (left.depth <= 0.0), flat, begun))
+        b, right = act(body, s, on, right, rate, (between & (right.depth <= 0.0), flat, begun))
         store_memory(one, j, left)
         store_memory(other, j, right)
         store_acting(acting, j, both(load_acting(acting, j), a, b, left.depth, right.depth))

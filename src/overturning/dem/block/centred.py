@@ -23,6 +23,7 @@ from overturning.dem.block.state import (
     Corners,
     Corrected,
     Drift,
+    Given,
     Kept,
     Peaks,
     Predicted,
@@ -33,6 +34,9 @@ from overturning.dem.block.state import (
     Taken,
     arm_of,
     base_slip,
+    drift_of,
+    landing_of,
+    lands_flat,
 )
 from overturning.dem.kernel.clock import BLOCK, Clock, Found
 from overturning.dem.kernel.ground import at_tick
@@ -81,29 +85,30 @@ def predict(block: Block, s: State, length: float, shaking: Shaking, ticks: floa
 
 
 @njit(**INLINE)
-def in_contact(block: Block, r: PredictedCorner, old: Corner, fine: bool) -> tuple[float, bool]:
+def in_contact(block: Block, r: PredictedCorner, old: Corner, fine: bool, held: bool) -> tuple[float, bool]:
     """Normal force as predicted, and whether the corner is in contact.
 
     In a fine step the predicted force decides. A longer one overshoots too far for that: there it is as last found.
     """
     n = block.stiffness * r.depth - block.dashpot * r.uz
-    predicted = n if n > 0.0 else 0.0
-    predicted = predicted if r.depth > 0.0 else 0.0
-    return n, predicted + (0.0 if fine else old.normal) > 0.0
+    return n, ((held | (n > 0.0)) & (r.depth > 0.0)) | ((not fine) & (old.normal != 0.0))
 
 
 @njit(**INLINE)
-def guess(block: Block, r: PredictedCorner, n: float, slid: float, fine: bool) -> Sliding:
+def guess(block: Block, r: PredictedCorner, n: float, given: Given) -> Sliding:
     """Whether a corner would slide, and which way: in fine steps as predicted, in long ones as last found.
 
     A long step in which that proves wrong is done again. A normal force on a sliding corner must push it out. Where
-    friction would turn the block in instead (Painlevé's paradox, from μ = 4/3 on), the corner sticks.
+    friction would turn the block in instead (Painlevé's paradox, from μ = 4/3 on), the corner sticks. In a flat landing
+    both slide or stick as one, as of `drift_of`.
     """
+    slid, fine = given.slid, given.fine
     f = block.tangential * r.stretch + block.dashpot * r.ux
     excess = abs(f) - block.friction * n if fine else abs(slid)
     slid = math.copysign(block.friction, f) if fine else slid
+    slides, slid = (given.drifts, given.drift) if given.held else (excess > 0.0, slid)
     freedom = 1.0 + block.inertia * r.arm * (r.arm - slid * r.drop)
-    return Sliding(f, excess > 0.0, slid, freedom > LEAST_FREEDOM)
+    return Sliding(f, slides, slid, freedom > LEAST_FREEDOM)
 
 
 @njit(**INLINE)
@@ -143,11 +148,13 @@ def solve(block: Block, s: State, taken: Taken, fine: bool, w: Predicted) -> Cha
     for sliding corners, which stick before they take too much away.
     """
     half, inertia, left, right = w.half, block.inertia, w.left, w.right
-    nl, on_l = in_contact(block, left, s.left, fine)
-    nr, on_r = in_contact(block, right, s.right, fine)
+    held = lands_flat(s, left.depth, right.depth)
+    nl, on_l = in_contact(block, left, s.left, fine, held)
+    nr, on_r = in_contact(block, right, s.right, fine, held)
     # A corner in the air carries nothing, so whether it slid is not known from the last step.
-    guess_l = guess(block, left, nl, taken.left, fine | (s.left.normal == 0.0))
-    guess_r = guess(block, right, nr, taken.right, fine | (s.right.normal == 0.0))
+    drifts, drift = drift_of(block, held, w.ex, w.ez)
+    guess_l = guess(block, left, nl, Given(taken.left, fine | (s.left.normal == 0.0), held, drifts, drift))
+    guess_r = guess(block, right, nr, Given(taken.right, fine | (s.right.normal == 0.0), held, drifts, drift))
     slid_l, slides_l = sliding_of(guess_l, guess_r, on_r)
     slid_r, slides_r = sliding_of(guess_r, guess_l, on_l)
     p = contribution(block, left, half, nl, on_l, guess_l.f, slides_l, slid_l)
@@ -177,8 +184,9 @@ def solve(block: Block, s: State, taken: Taken, fine: bool, w: Predicted) -> Cha
 def solve_smooth(block: Block, s: State, taken: Taken, fine: bool, w: Predicted) -> Change:  # noqa: ARG001
     """The same without friction, where heave and rotation stand alone."""
     half, inertia, left, right = w.half, block.inertia, w.left, w.right
-    nl, on_l = in_contact(block, left, s.left, fine)
-    nr, on_r = in_contact(block, right, s.right, fine)
+    held = lands_flat(s, left.depth, right.depth)
+    nl, on_l = in_contact(block, left, s.left, fine, held)
+    nr, on_r = in_contact(block, right, s.right, fine, held)
     nl, press_l = normal_contribution(block, left, half, nl, on_l)
     nr, press_r = normal_contribution(block, right, half, nr, on_r)
     ex = w.vx + half * w.push
@@ -199,7 +207,7 @@ def solve_smooth(block: Block, s: State, taken: Taken, fine: bool, w: Predicted)
 
 @njit(**INLINE)
 def correct(
-    block: Block, w: Predicted, r: PredictedCorner, old: Corner, slid: float, fine: bool, d: Change, with_friction: bool
+    block: Block, w: Predicted, r: PredictedCorner, old: Corner, given: Given, d: Change, with_friction: bool
 ) -> Corrected:
     """Forces of a corner at the solution, within their limits.
 
@@ -213,18 +221,19 @@ def correct(
     inside, was = depth > 0.0, old.depth > 0.0
     changed = r.depth if r.depth > depth else depth
     changed = -depth if was else changed
-    # Never tension.
+    # Never tension, but in a flat landing.
     spring = block.stiffness * depth if inside else 0.0
     n = spring - block.dashpot * uz
-    n = n if n > 0.0 else 0.0
+    n = n if given.held | (n > 0.0) else 0.0
     n = n if inside else 0.0
     # Friction; the spring of a corner that slips is shortened to what it holds.
     most = block.friction * n
     f = block.tangential * stretch + block.dashpot * ux
     sign, slips = math.copysign(block.friction, f), abs(f) > most
-    found, taken = sign if slips else 0.0, 0.0 if fine else slid
+    sign, slips = (given.drift, given.drifts) if given.held else (sign, slips)
+    found, taken = sign if slips else 0.0, 0.0 if given.fine else given.slid
     f = sign * n if slips else f
-    kept = within(stretch, most * block.compliance) if slips else stretch
+    kept = within(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
     damping, sliding = (spring - n) * uz, (f - block.tangential * kept) * ux
     sinking = depth - old.depth
     cut = depth * old.depth
@@ -298,4 +307,6 @@ def commit(
         tick if abs(angle) < block.alpha else peaks.last_upright,
     )
     account = Account(account.work + half * (account.power + power), lost, power, loss)
-    return Kept(State(x, z, angle, c, sn, vx, vz, vw, ax, az, aw, left.corner, right.corner, tick), peaks, account)
+    landing = landing_of(block, s, 2.0 * half)
+    state = State(x, z, angle, c, sn, vx, vz, vw, ax, az, aw, left.corner, right.corner, tick, landing)
+    return Kept(state, peaks, account)

@@ -14,6 +14,9 @@ from overturning.dem.block.state import (
     State,
     arm_of,
     base_slip,
+    drift_of,
+    landing_of,
+    lands_flat,
 )
 from overturning.dem.kernel.ground import within_sample
 from overturning.dem.kernel.lanes import INLINE, select
@@ -47,24 +50,31 @@ class Force(NamedTuple):
 
 
 @njit(**INLINE)
-def act(side: float, block: Block, s: State, old: Corner, rate: float) -> Force:
-    """Contact law at a corner; `rate` is that of its dashpots per displacement of a step."""
+def act(side: float, block: Block, s: State, old: Corner, rate: float, flat: tuple[bool, bool, float]) -> Force:
+    """Contact law at a corner; `rate` is that of its dashpots per displacement of a step.
+
+    `flat` says whether the block lands flat, and of `drift_of`, whether it slides meanwhile and by which ±μ.
+    """
+    held, drifts, drift = flat
     arm, drop = arm_of(side, block, s.cos, s.sin)
     place, depth = s.x + arm, drop - s.z
     slip, sinking = place - old.place, depth - old.depth
     inside, was = depth > 0.0, old.depth > 0.0
-    # Spring and dashpot while the corner is in, never tension.
+    # Spring and dashpot while the corner is in, never tension but in a flat landing.
     n = block.stiffness * depth + rate * sinking
-    n = n if inside & (n > 0.0) else 0.0
+    n = n if inside & (held | (n > 0.0)) else 0.0
     # A new contact starts with an unstretched spring; one that slips has it shortened to what friction holds.
     stretch = old.spring + slip if was else 0.0
     most = block.friction * n
     whole = -(block.tangential * stretch) - rate * slip
-    f = within(whole, most)
-    kept = within(stretch, most * block.compliance) if abs(whole) > most else stretch
+    slips = drifts if held else abs(whole) > most
+    f = -drift * n if drifts else (within(whole, most) if slips else whole)
+    kept = within(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
     let_go = old.depth if was & (not inside) else 0.0
     return Force(
-        n, f, arm, drop, Corner(kept, place, depth, 0.0), let_go * let_go, (old.spring + kept) * (stretch - kept),
+        n, f, arm, drop,
+        Corner(kept, place, depth, 0.0), let_go * let_go,
+        (old.spring + kept) * (stretch - kept),
         n - block.stiffness * (depth if inside else 0.0), f + block.tangential * kept,
     )  # fmt: skip
 
@@ -83,7 +93,10 @@ def step(
     dt = block.step * WHOLE
     push, lift = within_sample(shaking.push, s.tick), within_sample(shaking.lift, s.tick)
     rate = block.dashpot / dt
-    left, right = act(-1.0, block, s, s.left, rate), act(1.0, block, s, s.right, rate)
+    (_, drop_left), (_, drop_right) = arm_of(-1.0, block, s.cos, s.sin), arm_of(1.0, block, s.cos, s.sin)
+    held = lands_flat(s, drop_left - s.z, drop_right - s.z)
+    flat = (held, *drift_of(block, held, s.vx, s.vz))
+    left, right = act(-1.0, block, s, s.left, rate, flat), act(1.0, block, s, s.right, rate, flat)
     # Accelerations in the frame of the base; left and right corner as one pair.
     ax, az = (left.f + right.f) + push, (left.n + right.n) - (GRAVITY + lift if vertical else GRAVITY)
     aw = block.inertia * ((-left.drop * left.f - left.arm * left.n) + (-right.drop * right.f - right.arm * right.n))
@@ -106,5 +119,5 @@ def step(
         larger(peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth),
         select(abs(angle) < block.alpha, tick, peaks.last_upright),
     )
-    moved = State(x, z, angle, c, sn, vx, vz, vw, ax, az, aw, left.corner, right.corner, tick)
+    moved = State(x, z, angle, c, sn, vx, vz, vw, ax, az, aw, left.corner, right.corner, tick, landing_of(block, s, dt))
     return moved, peaks, Account(account.work + dt * power, lost, 0.0, 0.0)

@@ -19,12 +19,15 @@ from overturning.dem.block.state import (
     Block,
     Change,
     Corners,
+    Given,
     Kept,
     Peaks,
     Predicted,
     Shaking,
     State,
     Taken,
+    drift_of,
+    lands_flat,
 )
 from overturning.dem.kernel.clock import BLOCK, Attempt, Clock, next_attempt
 from overturning.dem.kernel.lanes import INNER
@@ -88,9 +91,13 @@ def centred_loops(vertical: bool, with_friction: bool) -> Any:
             )
             w, d, length = load_predicted(state, j), load_change(state, j), attempt.length
             fine = length <= centred.FINE * clock.finest
+            held = lands_flat(s, w.left.depth, w.right.depth)
+            drifts, drift = drift_of(block, held, w.ex + d.vx, w.ez + d.vz)
+            of_left = Given(d.slid_left, fine, held, drifts, drift)
+            of_right = Given(d.slid_right, fine, held, drifts, drift)
             both = Corners(
-                centred.correct(block, w, w.left, s.left, d.slid_left, fine, d, with_friction),
-                centred.correct(block, w, w.right, s.right, d.slid_right, fine, d, with_friction),
+                centred.correct(block, w, w.left, s.left, of_left, d, with_friction),
+                centred.correct(block, w, w.right, s.right, of_right, d, with_friction),
             )
             found = centred.found_of(block, clock, length, fine, both, with_friction)
             again, sooner, attempt = next_attempt(BLOCK, clock, attempt, found, s.tick + length, ticks)

@@ -18,7 +18,7 @@ from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ending import CaseProgress, RestState, begin_sample, cannot_end_yet, is_still
 from overturning.dem.kernel.ground import Ground, is_rest_check_sample, piece, samples_at_rest
 from overturning.dem.kernel.lanes import INLINE, INNER, aligned
-from overturning.dem.kernel.mechanics import renormalised
+from overturning.dem.kernel.mechanics import LANDING, renormalised
 from overturning.dem.kernel.queue import Job, implement, with_room
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -107,6 +107,7 @@ def put(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
         case.alpha,
         interval / ticks,
         case.gentle,
+        LANDING * case.dashpot / k,
     )
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)
@@ -115,7 +116,7 @@ def put(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
     left, right = Corner(0.0, x + arm_l, drop_l - z, 0.0), Corner(0.0, x + arm_r, drop_r - z, 0.0)
     ul, ur = max(left.depth, 0.0), max(right.depth, 0.0)
     az, aw = k * (ul + ur) - GRAVITY, inertia * k * (-arm_l * ul + -arm_r * ur)
-    at_rest = State(x, z, case.tilt, c, s, 0.0, 0.0, 0.0, 0.0, az, aw, left, right, 0.0)
+    at_rest = State(x, z, case.tilt, c, s, 0.0, 0.0, 0.0, 0.0, az, aw, left, right, 0.0, 0.0)
     store_block(state, j, block)
     store_clock(state, j, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
     store_state(state, j, at_rest)

@@ -5,6 +5,7 @@ signs are those of docs/method.md, "The block and its base"; `overturning.dem.ke
 side.
 """
 
+import math
 from typing import Final, NamedTuple
 
 from numba import njit
@@ -13,6 +14,7 @@ from overturning.dem.kernel.clock import BLOCK, Attempt, Clock
 from overturning.dem.kernel.ending import CaseProgress, RestState
 from overturning.dem.kernel.ground import Line
 from overturning.dem.kernel.lanes import INLINE, Rows
+from overturning.dem.kernel.mechanics import slides_flat
 
 COLUMNS: Final = 48
 """Blocks side by side: enough to hide the latency of one block's operations, few enough to stay in the first cache."""
@@ -56,7 +58,9 @@ class Block(NamedTuple):
     step: float
     """length of a tick, s;"""
     gentle: float
-    """how far a corner may move in a step that is not the finest and in which it opens or closes, m."""
+    """how far a corner may move in a step that is not the finest and in which it opens or closes, m;"""
+    landing: float
+    """how long a corner lands after it has touched, s."""
 
 
 class Corner(NamedTuple):
@@ -69,7 +73,22 @@ class Corner(NamedTuple):
     depth: float
     """its penetration, m, negative in the air;"""
     normal: float
-    """the normal force (centred scheme)."""
+    """and the normal force (centred scheme)."""
+
+
+class Given(NamedTuple):
+    """What a corner is taken to do in a step of the centred scheme."""
+
+    slid: float
+    """±μ where it slides;"""
+    fine: bool
+    """whether the step is fine;"""
+    held: bool
+    """whether its dashpot holds it, as of `lands_flat`,"""
+    drifts: bool
+    """and whether the block slides meanwhile,"""
+    drift: float
+    """by ±μ, both as of `drift_of`."""
 
 
 class State(NamedTuple):
@@ -89,7 +108,9 @@ class State(NamedTuple):
     left: Corner
     right: Corner
     tick: float
-    """Ticks since the sample began."""
+    """Ticks since the sample began;"""
+    landing: float
+    """for how long the block still lands, s, 0 or less where it does not."""
 
 
 class Taken(NamedTuple):
@@ -268,6 +289,34 @@ def arm_of(side: float, block: Block, c: float, s: float) -> tuple[float, float]
     """A lower corner from the centre: along s, and down; side is −1 for the left one, +1 for the right one."""
     b, h = side * block.half_width, block.half_height
     return b * c - h * s, h * c + b * s
+
+
+@njit(**INLINE)
+def is_in_the_air(s: State) -> bool:
+    """Whether no corner touched at the end of the last step."""
+    return (s.left.depth <= 0.0) & (s.right.depth <= 0.0)
+
+
+@njit(**INLINE)
+def landing_of(block: Block, s: State, dt: float) -> float:
+    """For how long a block still lands after a step dt: from the air it begins, and so never while it rocks."""
+    return block.landing if is_in_the_air(s) else s.landing - dt
+
+
+@njit(**INLINE)
+def lands_flat(s: State, left: float, right: float) -> bool:
+    """Whether both corners land at once in a step, at whose end they are so deep.
+
+    A plastic landing has no tension over all of it. A dashpot's part of it is h times the depth, which is positive as
+    long as the corner is in the ground: until then the dashpot may pull (docs/method.md, "A flat landing").
+    """
+    return ((s.landing > 0.0) | is_in_the_air(s)) & (left > 0.0) & (right > 0.0)
+
+
+@njit(**INLINE)
+def drift_of(block: Block, held: bool, vx: float, vz: float) -> tuple[bool, float]:
+    """Whether a block that lands flat slides, by `slides_flat` of its centre's velocities, and ±μ of it."""
+    return held & slides_flat(block.friction, vx, vz), math.copysign(block.friction, vx)
 
 
 @njit(**INLINE)

@@ -113,14 +113,36 @@ def is_fine(clock: Clock, attempt: Attempt) -> bool:
 
 
 @njit(**INLINE)
+def drift_of(body: Body, r: Vector, v: Vector, spin: Vector, flat: bool) -> tuple[float, float, bool]:
+    """Direction in which a point slides in a flat landing, and whether it does, as of `slides_flat`.
+
+    Of the rotation only that about the vertical counts.
+    """
+    x, y = v.x - spin.z * r.y, v.y + spin.z * r.x
+    square, least = x * x + y * y, body.friction * v.z
+    drifts = flat & (square >= least * least)
+    one = 1.0 / math.sqrt(square if drifts & (square > 0.0) else 1.0)
+    return x * one, y * one, drifts
+
+
+@njit(**INLINE)
 def predict_point(
-    body: Body, w: Predicted, f: Matrix, r: Vector, old: Memory, fine: bool, round_: bool, waits: bool
+    body: Body,
+    w: Predicted,
+    f: Matrix,
+    r: Vector,
+    old: Memory,
+    fine: bool,
+    round_: bool,
+    rule: tuple[bool, bool, float],
 ) -> PredictedPoint:
     """A point at the predicted end: what it is taken to do.
 
     In a fine step the predicted forces decide what is in contact and slides. A longer one overshoots too far for that:
-    there it is as last found.
+    there it is as last found. `rule` says whether the point waits, whether the body lands flat, and for how long the
+    point lands if it touches now.
     """
+    waits, flat, begun = rule
     u = plus(w.end, cross(w.spin, r))
     # A rim passes over its points: they remember their velocity in place of where they were.
     slip_x = w.half * (old.x + u.x) if round_ else (w.place.x + r.x) - old.x
@@ -130,7 +152,7 @@ def predict_point(
     depth = -(w.place.z + r.z)
     depth = 0.0 if waits & (depth > 0.0) else depth
     n = body.stiffness * depth - body.dashpot * u.z
-    in_contact = (n > 0.0) & (depth > 0.0) if fine else old.normal > 0.0
+    in_contact = ((n > 0.0) | flat) & (depth > 0.0) if fine else old.normal != 0.0
     hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
     square = hx * hx + hy * hy
     some = square > 0.0
@@ -138,15 +160,29 @@ def predict_point(
     dx, dy = hx * one, hy * one
     most = body.friction * (n if fine else old.normal)
     smooth = body.friction == 0.0
-    slides = (square > most * most if fine else old.slid > 0.0) | smooth
+    drift_x, drift_y, drifts = drift_of(body, r, w.end, w.spin, flat)
+    dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
+    slides = square > most * most if fine else old.slid > 0.0
+    slides = drifts if flat else slides | smooth
     # A normal force on a sliding point must push it out; where friction would turn the body in instead, it sticks.
     turn = angular_velocity(body, f, Vector(
         r.y - r.z * body.friction * dy, r.z * body.friction * dx - r.x, body.friction * (r.x * dy - r.y * dx)
     ))  # fmt: skip
     free = 1.0 + (turn.x * r.y - turn.y * r.x) > LEAST_FREEDOM
-    slides = in_contact & slides & (some | smooth) & free
+    slides = in_contact & slides & (some | smooth | drifts) & free
     return PredictedPoint(
-        r, depth, tx, ty, u, 1.0 if in_contact else 0.0, 1.0 if slides else 0.0, dx, dy, 1.0 if waits else 0.0
+        r,
+        depth,
+        tx,
+        ty,
+        u,
+        1.0 if in_contact else 0.0,
+        1.0 if slides else 0.0,
+        dx,
+        dy,
+        1.0 if waits else 0.0,
+        1.0 if flat else 0.0,
+        begun,
     )
 
 
@@ -250,16 +286,19 @@ def correct(
     changed = -depth if was else changed
     spring = body.stiffness * depth if inside else 0.0
     n = spring - body.dashpot * u.z
-    n = n if inside & (n > 0.0) else 0.0
+    n = n if inside & ((t.held > 0.0) | (n > 0.0)) else 0.0
     tx, ty = (tx if inside else 0.0), (ty if inside else 0.0)
     most = body.friction * n
     hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
-    fx, fy, kx, ky, slips = within_circle(hx, hy, tx, ty, most, body.compliance)
+    drift_x, drift_y, drifts = drift_of(body, r, plus(w.end, d.velocity), plus(w.spin, d.spin), t.held > 0.0)
+    hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
+    fx, fy, kx, ky, slips = within_circle(hx, hy, tx, ty, most, body.compliance, (t.held > 0.0, drifts))
     power = (spring - n) * u.z - ((fx + body.tangential * kx) * u.x + (fy + body.tangential * ky) * u.y)
     let_go = released(body, old, depth, (t.tx + half * e.x, t.ty + half * e.y), (kx, ky))
     # A contact that closed within the step acts from the touch on, not for half the step.
     fresh = inside & (not was)
     more = depth * (2.0 * half / (depth - old.depth if fresh else 1.0)) - half if fresh else 0.0
+    landing = (t.begun if fresh else old.landing) - 2.0 * half
     carries = most > 0.0
     taken = t.slides > 0.0
     wrong = carries & (slips != taken)
@@ -276,7 +315,7 @@ def correct(
     return (
         Sum(force, moment, scaled(more, force), scaled(more, moment), power, let_go + more * power),
         found,
-        Memory(kx, ky, x, y, depth, n, 1.0 if slips & carries else 0.0),
+        Memory(kx, ky, x, y, depth, n, 1.0 if slips & (most != 0.0) else 0.0, landing if inside else 0.0),
     )
 
 

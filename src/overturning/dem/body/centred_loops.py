@@ -19,7 +19,7 @@ from overturning.dem.body.centred import (
     solve,
     turns_fast,
 )
-from overturning.dem.body.lying import lie_all, lies, waits
+from overturning.dem.body.lying import landing_of, lands_flat, lie_all, lies, waits
 from overturning.dem.body.state import (
     ROWS,
     VERTEX,
@@ -86,10 +86,15 @@ def predict_vertices(state: Any, one: Any, other: Any, columns: int) -> None:
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
         fine = is_fine(load_clock(state, j), load_attempt(state, j))
         p, q, lying = load_vertex(one, j), load_vertex(other, j), load_lying(state, j)
+        flat, begun = lands_flat(lying), landing_of(body, lying)
         a, b = apply(f, p.own), apply(f, q.own)
         left, right = load_memory(one, j), load_memory(other, j)
-        store_point(one, j, predict_point(body, w, f, a, left, fine, False, waits(body, lying, p, a.z, left)))
-        store_point(other, j, predict_point(body, w, f, b, right, fine, False, waits(body, lying, q, b.z, right)))
+        store_point(
+            one, j, predict_point(body, w, f, a, left, fine, False, (waits(body, lying, p, a.z, left), flat, begun))
+        )
+        store_point(
+            other, j, predict_point(body, w, f, b, right, fine, False, (waits(body, lying, q, b.z, right), flat, begun))
+        )
 
 
 @njit(**INNER)
@@ -103,9 +108,15 @@ def predict_rim(state: Any, one: Any, other: Any, columns: int, ahead: float, as
             load_memory(other, j),
             (aside != 0.0) & (not lies(load_lying(state, j))),
         )
+        lying = load_lying(state, j)
+        flat, begun = lands_flat(lying), landing_of(body, lying)
         a, b = rim_point(body, f, ahead, aside), rim_point(body, f, -ahead, -aside)
-        store_point(one, j, predict_point(body, w, f, a, left, fine, True, between & (left.depth <= 0.0)))
-        store_point(other, j, predict_point(body, w, f, b, right, fine, True, between & (right.depth <= 0.0)))
+        store_point(
+            one, j, predict_point(body, w, f, a, left, fine, True, (between & (left.depth <= 0.0), flat, begun))
+        )
+        store_point(
+            other, j, predict_point(body, w, f, b, right, fine, True, (between & (right.depth <= 0.0), flat, begun))
+        )
 
 
 @njit(**INNER)

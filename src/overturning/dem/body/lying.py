@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.body.state import ROWS, VERTEX, Body, Lying, Memory, Point, Vertex
+from overturning.dem.body.state import IN_THE_AIR, ROWS, VERTEX, Body, Lying, Memory, Point, Vertex
 from overturning.dem.body.vectors import Matrix, apply
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.solid import MAX_CARRYING_CORNERS
@@ -42,7 +42,7 @@ def with_vertex(body: Body, lying: Lying, f: Matrix, vertex: Vertex, old: Memory
     high = below & ((height > lying.high) | ((height == lying.high) & (still > lying.high_rests)))
     return Lying(
         height if low else lying.low, height if high else lying.high,
-        still if low else lying.low_rests, still if high else lying.high_rests,
+        still if low else lying.low_rests, still if high else lying.high_rests, lying.landing, lying.begun,
     )  # fmt: skip
 
 
@@ -55,6 +55,24 @@ def waits(body: Body, lying: Lying, vertex: Vertex, height: float, old: Memory) 
 
 
 @njit(**INLINE)
+def lands_flat(lying: Lying) -> bool:
+    """Whether all points of the base land at once, so that a dashpot may pull, as of `dem.block.state.lands_flat`."""
+    return lying.landing > 0.0
+
+
+@njit(**INLINE)
+def longer(begun: float, landing: float, depth: float) -> float:
+    """The longer of two landings, the second one of a point that is so deep and counts where it is in contact."""
+    return landing if (depth > 0.0) & (landing > begun) else begun
+
+
+@njit(**INLINE)
+def landing_of(body: Body, lying: Lying) -> float:
+    """For how long a point lands that touches now: as those that have touched, or all of it from the air."""
+    return body.landing if lying.begun == IN_THE_AIR else lying.begun
+
+
+@njit(**INLINE)
 def lies(lying: Lying) -> bool:
     """Whether both ends of a base rest on the ground."""
     return (lying.low_rests > 0.0) & (lying.high_rests > 0.0)
@@ -64,6 +82,8 @@ load_body, load_frame = ROWS.access(Body).load, ROWS.access(Matrix).load
 load_lying, store_lying, _ = ROWS.access(Lying)
 load_vertex, load_memory = VERTEX.access(Vertex).load, VERTEX.access(Point, "old").load
 OF_A_VERTEX: Final = VERTEX.size
+LANDING_OF, DEPTH_OF = VERTEX.row(Point, "old.landing"), VERTEX.row(Point, "old.depth")
+LEAST, BEGUN = ROWS.row(Lying, "landing"), ROWS.row(Lying, "begun")
 
 
 @njit(**INNER)
@@ -74,11 +94,22 @@ def lie_all(state: Any, vertices: Any, half: int, base: int, columns: int, round
         for j in range(columns):
             body, ahead = load_body(state, j), load_memory(vertices[:OF_A_VERTEX], j)
             behind = load_memory(vertices[half : half + OF_A_VERTEX], j)
-            store_lying(state, j, Lying(0.0, 0.0, rests(body, ahead), rests(body, behind)))
+            landing = ahead.landing if ahead.landing < behind.landing else behind.landing
+            begun = longer(longer(IN_THE_AIR, ahead.landing, ahead.depth), behind.landing, behind.depth)
+            store_lying(state, j, Lying(0.0, 0.0, rests(body, ahead), rests(body, behind), landing, begun))
         return
     few = base <= MAX_CARRYING_CORNERS
     for j in range(columns):
-        store_lying(state, j, Lying(0.0, 0.0, 1.0, 1.0) if few else Lying(1e300, -1e300, 0.0, 0.0))
+        first = Lying(0.0, 0.0, 1.0, 1.0, 1e300, IN_THE_AIR)
+        store_lying(state, j, first if few else Lying(1e300, -1e300, 0.0, 0.0, 1e300, IN_THE_AIR))
+    for point in range(0, 2 * half, OF_A_VERTEX):
+        one = vertices[point : point + OF_A_VERTEX]
+        for j in range(columns):
+            of_base = is_of_base(load_body(state, j), load_vertex(one, j))
+            left, least = one[LANDING_OF + j], state[LEAST + j]
+            state[LEAST + j] = left if of_base & (left < least) else least
+            begun = state[BEGUN + j]
+            state[BEGUN + j] = longer(begun, left, one[DEPTH_OF + j]) if of_base else begun
     if few:
         return
     for point in range(0, 2 * half, OF_A_VERTEX):

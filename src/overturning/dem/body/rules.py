@@ -46,6 +46,7 @@ from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ending import STILL, CaseProgress, RestState, begin_sample, cannot_end_yet
 from overturning.dem.kernel.ground import Ground, below_rest_threshold, is_rest_check_sample, piece, samples_at_rest
 from overturning.dem.kernel.lanes import INNER, aligned
+from overturning.dem.kernel.mechanics import LANDING
 from overturning.dem.kernel.queue import Job, by_type, implement, with_room
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -166,7 +167,7 @@ def put(state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, inte
         Symmetric(of.ixx, of.iyy, of.izz, of.ixy, of.ixz, of.iyz),
         Symmetric(of.axx, of.ayy, of.azz, of.axy, of.axz, of.ayz),
         of.foot, of.radius, case.stiffness, ks, 1.0 / ks if ks > 0.0 else 0.0, case.dashpot, case.friction,
-        of.critical, of.ends, interval / ticks,
+        of.critical, of.ends, interval / ticks, LANDING * case.dashpot / case.stiffness,
     )  # fmt: skip
     place, turn = Vector(at.x, at.y, at.z), Quaternion(at.qw, at.qx, at.qy, at.qz)
     v, w, f = Vector(at.vx, at.vy, at.vz), Vector(at.wx, at.wy, at.wz), frame_of(turn)
@@ -180,7 +181,7 @@ def put(state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, inte
         known = plus(v, cross(w, arm)) if body.radius > 0.0 else plus(place, arm)
         depth = -(place.z + arm.z)
         n = body.stiffness * max(depth, 0.0)
-        store_memory(one, j, Memory(0.0, 0.0, known.x, known.y, depth, n, 0.0))
+        store_memory(one, j, Memory(0.0, 0.0, known.x, known.y, depth, n, 0.0, 0.0))
         az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
     momentum = momentum_of(body.inverse, f, w)
     begin = State(place, turn, v, momentum, w, Vector(0.0, 0.0, az), Vector(mx, my, 0.0), 0.0)

@@ -52,7 +52,9 @@ class Body(NamedTuple):
     ends: float
     """share of the rise from the lowest to the highest vertex of the base within which vertices belong to its ends;"""
     step: float
-    """length of a tick, s."""
+    """length of a tick, s;"""
+    landing: float
+    """how long a point lands after it has touched, s."""
 
 
 class State(NamedTuple):
@@ -93,7 +95,9 @@ class Memory(NamedTuple):
     normal: float
     """the normal force,"""
     slid: float
-    """and whether it slid."""
+    """whether it slid,"""
+    landing: float
+    """and for how long it still lands, s, 0 or less where it does not."""
 
 
 class Point(NamedTuple):
@@ -101,6 +105,10 @@ class Point(NamedTuple):
 
     old: Memory
     new: Memory
+
+
+IN_THE_AIR: Final = -1e300
+"""For how long a base in the air lands, s: less than any that has touched."""
 
 
 class Lying(NamedTuple):
@@ -113,7 +121,11 @@ class Lying(NamedTuple):
     low_rests: float
     """1 where the lowest rests,"""
     high_rests: float
-    """and the highest."""
+    """and the highest;"""
+    landing: float
+    """for how long all points of the base still land, s, 0 or less where one does not,"""
+    begun: float
+    """and the longest of those in contact, `IN_THE_AIR` where none is."""
 
 
 class Peaks(NamedTuple):
@@ -186,7 +198,11 @@ class PredictedPoint(NamedTuple):
     """friction pointing this way."""
     dy: float
     waits: float
-    """1 where it does not carry before the ends of the base rest."""
+    """1 where it does not carry before the ends of the base rest,"""
+    held: float
+    """1 where the body lands flat, so that the dashpot may pull,"""
+    begun: float
+    """and for how long the point lands if it touches now, s."""
 
 
 class Rejected(NamedTuple):

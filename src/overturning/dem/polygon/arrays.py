@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import Clock
+from overturning.dem.kernel.mechanics import LANDING
 from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
@@ -38,6 +39,9 @@ ELEMENT_RESULT: Final = np.dtype([(name, "f8") for name in ("side", "time", "ang
 
 CALM_KINETIC: Final = 1e-9
 """Kinetic energy at rest, as a share of m g times the half of the smallest side of the lightest element."""
+
+LEAST_MASS: Final = 0.1
+"""Elements of less than this share of the heaviest element's mass do not take part in flat landings."""
 
 FLAT: Final = 0.999
 """An element that lies on another face has turned by this share of its angle at least: its contacts give way."""
@@ -112,12 +116,13 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
     for index, (pair, (a, b)) in enumerate(zip(prepared.pairs, paired_pieces(placed, prepared.pairs), strict=True)):
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
-        law = k.Law(laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance)
-        ends = [k.Memory(0.0, k.OPEN, 0.0, 0.0)] * 2
+        landing = LANDING if lands_as_a_block(placed, pair.a, pair.b) else 0.0
+        law = k.Law(laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance, landing)
+        ends = [k.Memory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
         for end in prepared.loaded:
             if end.pair == index:
                 carrier = k.MINE if _is_first(a, b, end.side) else k.THEIRS
-                ends[end.side] = k.Memory(end.slip, carrier, 0.0, 0.0)
+                ends[end.side] = k.Memory(end.slip, carrier, 0.0, 0.0, 0.0)
         history = k.History(k.Vertices(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, taken=0.0)
         stands = float(pair.b in prepared.carriers[pair.a]) - (pair.a in prepared.carriers[pair.b])
         pairs.append(k.Pair(face, face, bounds, law, nearest, history, 0.0, 0.0, stands))
@@ -125,6 +130,16 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
     return np.array(
         [0.0] * rows.CASE.count + rows.flat(elements) + [number for pair in pairs for number in rows.flat(pair) + step]
     )
+
+
+def lands_as_a_block(placed: list[PlacedElement], a: int, b: int) -> bool:
+    """True if the rule of flat landings is applied to a pair of elements (docs/method.md, "A flat landing").
+
+    Both elements must be heavy enough: a slab of a hundredth of the mass of the stone above it opens and closes its
+    contacts in nearly every step, and dashpots that pull in each of these landings multiply the steps by 10 to 90.
+    """
+    heaviest = max(item.mass for item in placed if not item.fixed)
+    return all(placed[n].fixed or placed[n].mass >= LEAST_MASS * heaviest for n in (a, b))
 
 
 def rests_on_one_face(placed: list[PlacedElement]) -> bool:

@@ -22,14 +22,20 @@ from overturning.dem.polygon.mechanics import (
     Force,
     Loaded,
     Outer,
+    Relative,
     Taken,
     action_of,
     carrier_of,
+    drift_of,
     history_of,
+    lands_flat,
     pushed,
+    rates,
+    relative,
+    slider,
     stretched,
 )
-from overturning.dem.polygon.state import OPEN, Case, Inertia, Law, Marks, Memory, Plane, Seen, Vertices
+from overturning.dem.polygon.state import OPEN, Case, Inertia, Law, Marks, Memory, Seen, Vertices
 
 FINE: Final = SCENE.fine
 
@@ -53,15 +59,6 @@ class Guess(NamedTuple):
     """whether a normal force pushes it out while it slides."""
 
 
-class Relative(NamedTuple):
-    """Velocity of a relative to b and both angular velocities, or a direction and its levers about both centres."""
-
-    x: float
-    z: float
-    a: float
-    b: float
-
-
 class Both(NamedTuple):
     """Both elements of a pair: how they move against each other, and their inertia."""
 
@@ -74,38 +71,27 @@ plus = arithmetic(Outer).plus
 
 
 @njit(**INLINE)
-def relative(a: Plane, b: Plane) -> Relative:
-    """Of two elements' velocities."""
-    return Relative(a.x - b.x, a.z - b.z, a.w, b.w)
-
-
-@njit(**INLINE)
-def rates(end: End, u: Relative) -> tuple[float, float]:
-    """Velocities at which an end opens and slips."""
-    opening = (end.nx * u.x + end.nz * u.z) + (u.a * end.a.n - u.b * end.b.n)
-    return opening, (end.nz * u.x - end.nx * u.z) + (u.a * end.a.t - u.b * end.b.t)
-
-
-@njit(**INLINE)
-def guess(law: Law, old: Memory, slid: float, end: End, ends: Stretch, both: Both, fine: bool) -> Guess:
+def guess(law: Law, old: Memory, slid: float, end: End, ends: Stretch, both: Both, kind: tuple[bool, bool]) -> Guess:
     """What an end would do: in fine steps as predicted, in long ones, where that overshoots too far, as last found.
 
     A normal force on a sliding end must push it out. Where friction would turn an element in instead (Painlevé's
     paradox), the end sticks.
     """
-    a, b = both.a, both.b
+    (fine, held), a, b = kind, both.a, both.b
     opening, slipping = rates(end, both.velocity)
     n, drag = law.normal * end.depth - law.dashpot * opening, law.dashpot * slipping
     stretch = stretched(old, end, ends, law.compliance, drag)
     t = -(law.tangential * stretch) - drag
-    predicted = (n if n > 0.0 else 0.0) if end.closed > 0.0 else 0.0
-    on = (predicted + (0.0 if fine else old.normal) > 0.0) & (end.faces > 0.0)
+    pressed = (held | (n > 0.0)) & (end.closed > 0.0)
+    on = (pressed | ((not fine) & (old.normal != 0.0))) & (end.faces > 0.0)
     excess = abs(t) - law.friction * n if fine else abs(slid)
     slid = math.copysign(law.friction, t) if fine else slid
+    drifts, drift = drift_of(law, end, both.velocity, a, b, held)
+    slid = drift if held else slid
     particles = a.inverse_mass + b.inverse_mass
     along = a.inverse_inertia * (end.a.n * (end.a.n + slid * end.a.t))
     freedom = particles + (along + b.inverse_inertia * (end.b.n * (end.b.n + slid * end.b.t)))
-    slides = (excess > 0.0) | (law.friction == 0.0)
+    slides = drifts if held else (excess > 0.0) | (law.friction == 0.0)
     return Guess(n, t, stretch, on, slides, slid, freedom > LEAST_FREEDOM * particles)
 
 
@@ -159,8 +145,9 @@ def couple(q: Any, a: Any, b: Any, own: Any, into: Any, fresh: Any) -> None:
         ends = common_stretch(pair, first.trial.pose, second.trial.pose)
         rows.store_ends(q, j, ends)
         both = Both(relative(first.trial.end, second.trial.end), first.inertia, second.inertia)
-        g1 = guess(law, old.one, pair.slid_one, ends.one, ends, both, fine)
-        g2 = guess(law, old.two, pair.slid_two, ends.two, ends, both, fine)
+        kind = (fine, lands_flat(law, old, ends))
+        g1 = guess(law, old.one, pair.slid_one, ends.one, ends, both, kind)
+        g2 = guess(law, old.two, pair.slid_two, ends.two, ends, both, kind)
         p1, f1, slid_1 = contribution(law, half, ends.one, g1, g2)
         p2, f2, slid_2 = contribution(law, half, ends.two, g2, g1)
         rows.store_taken_one(q, j, Taken(g1.stretch, slid_1))
@@ -191,12 +178,15 @@ class Solved(NamedTuple):
 
 
 @njit(**INLINE)
-def solved(law: Law, old: Memory, end: End, taken: Taken, u: Relative, d: Relative, half: float, fine: bool) -> Solved:
-    """Forces of an end at the solution, within their limits: never tension, no more than friction.
+def solved(
+    law: Law, old: Memory, end: End, taken: Taken, moves: tuple[Both, Relative], half: float, kind: tuple[bool, bool]
+) -> Solved:
+    """Forces of an end at the solution, within their limits: never tension but in a flat landing, friction.
 
     What the solution adds to the velocities moves the elements by half a step of it. The spring of an end that slips is
     shortened to what friction holds. (An end in the air "slips"; nothing asks which way.)
     """
+    ((u, a, b), d), (fine, held) = moves, kind
     opening, slipping = rates(end, u)
     more_open, more_slip = rates(end, d)
     opening, slipping = opening + more_open, slipping + more_slip
@@ -204,17 +194,19 @@ def solved(law: Law, old: Memory, end: End, taken: Taken, u: Relative, d: Relati
     touches, was = end.faces > 0.0, old.carrier != OPEN
     inside = (depth > 0.0) & touches
     n = law.normal * depth - law.dashpot * opening
-    n = (n if n > 0.0 else 0.0) if inside else 0.0
+    n = (n if held | (n > 0.0) else 0.0) if inside else 0.0
     most = law.friction * n
     t = -(law.tangential * stretch) - law.dashpot * slipping
-    slips, loaded = abs(t) > most, most > 0.0
-    found = math.copysign(law.friction, t) if slips else 0.0
-    spring = within(stretch, most * law.compliance) if slips else stretch
+    whole = Relative(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b)
+    (drifts, drift), loaded = drift_of(law, end, whole, a, b, held), most > 0.0
+    force, holds, slips = slider(t, n, law, (held, drifts, drift))
+    found = (drift if held else math.copysign(law.friction, t)) if slips else 0.0
+    spring = within(stretch, holds * law.compliance) if slips else stretch
     spring = spring if inside else 0.0
     guessed = 0.0 if fine else taken.slid
     changed = (inside != was) | ((not was) & (touches & (end.depth > 0.0))) | (was & (old.carrier != carrier_of(end)))
     wrong, back = (found != guessed) & loaded, (found * old.tangent < 0.0) & loaded
-    now = Loaded(Force(n, within(t, most), spring), depth, end.slip + half * more_slip, inside)
+    now = Loaded(Force(n, force, spring), depth, end.slip + half * more_slip, inside)
     return Solved(now, half * more_slip, found, changed, wrong, (guessed * slipping > 0.0) & loaded, back)
 
 
@@ -240,15 +232,18 @@ def correct(q: Any, a: Any, b: Any, own: Any) -> None:
         )
         case, on, by, law, ends = rows.load_case(own, j), first.trial, second.trial, pair.law, step.ends
         fine, half, old = is_fine(case), 0.5 * (case.step * case.attempt.length), case.found
-        u, d = relative(on.end, by.end), relative(on.change, by.change)
-        s1 = solved(law, pair.history.one, ends.one, step.one, u, d, half, fine)
-        s2 = solved(law, pair.history.two, ends.two, step.two, u, d, half, fine)
+        moves = Both(relative(on.end, by.end), first.inertia, second.inertia), relative(on.change, by.change)
+        kind = (fine, lands_flat(law, pair.history, ends))
+        s1 = solved(law, pair.history.one, ends.one, step.one, moves, half, kind)
+        s2 = solved(law, pair.history.two, ends.two, step.two, moves, half, kind)
         on_a, on_b = pushed(first.force, second.force, action_of(ends.one, ends.two, s1.now.force, s2.now.force))
         rows.store_force(a, j, on_a)
         rows.store_force(b, j, on_b)
         a1, b2 = now_of(ends.now.a1, ends.now.b2, ends.one, s1)
         a2, b1 = now_of(ends.now.a2, ends.now.b1, ends.two, s2)
-        rows.store_corrected(q, j, history_of(pair.history, ends, Vertices(a1, a2, b1, b2), s1.now, s2.now))
+        rows.store_corrected(q, j, history_of(
+            pair.history, ends, Vertices(a1, a2, b1, b2), (s1.now, s2.now), law, 2.0 * half
+        ))  # fmt: skip
         q[rows.SLID_ONE + j], q[rows.SLID_TWO + j] = s1.found, s2.found
         slide = (s1.found != 0.0) & (s2.found != 0.0) & (s1.now.force.n + s2.now.force.n > 0.0)
         rows.store_marks(own, j, Marks(

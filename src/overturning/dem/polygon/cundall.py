@@ -19,10 +19,14 @@ from overturning.dem.polygon.mechanics import (
     acceleration,
     action_of,
     after,
+    drift_of,
     history_of,
+    lands_flat,
     moved,
     power,
     pushed,
+    relative,
+    slider,
     stretched,
 )
 from overturning.dem.polygon.search import in_reach
@@ -39,18 +43,18 @@ class Cundall(NamedTuple):
 
 
 @njit(**INLINE)
-def loaded(law: Law, old: Memory, end: End, ends: Stretch, rate: float) -> Loaded:
-    """Spring, dashpot and slider of an end."""
+def loaded(law: Law, old: Memory, end: End, ends: Stretch, rate: float, flat: tuple[bool, bool, float]) -> Loaded:
+    """Spring, dashpot and slider of an end; `flat` as of `slider`."""
     fade = law.dashpot * rate
     n = law.normal * end.depth + fade * (end.depth - end.before)
-    n = n if end.closed & (n > 0.0) else 0.0
+    n = n if end.closed & (flat[0] | (n > 0.0)) else 0.0
     drag = fade * end.slip
     stretch = stretched(old, end, ends, law.compliance, drag)
-    hold = law.friction * n
     t = -(law.tangential * stretch) - drag
     # The spring is shortened where the slider slips, to what friction holds.
-    spring = within(stretch, hold * law.compliance) if abs(t) > hold else stretch
-    return Loaded(Force(n, within(t, hold), spring), end.depth, end.slip, end.closed)
+    force, holds, slips = slider(t, n, law, flat)
+    spring = within(stretch, holds * law.compliance) if slips else stretch
+    return Loaded(Force(n, force, spring), end.depth, end.slip, end.closed)
 
 
 @njit(**APART)
@@ -58,13 +62,18 @@ def contact(q: Any, a: Any, b: Any, own: Any) -> None:
     """Forces of one pair: spring, dashpot and slider at both ends of the faces' common stretch."""
     for j in range(rows.COLUMNS):
         pair, first, second = rows.load_pair(q, j), rows.load_element(a, j), rows.load_element(b, j)
-        ends, rate = common_stretch(pair, first.pose, second.pose), rows.load_case(own, j).rate
-        one = loaded(pair.law, pair.history.one, ends.one, ends, rate)
-        two = loaded(pair.law, pair.history.two, ends.two, ends, rate)
+        case, old = rows.load_case(own, j), pair.history
+        ends = common_stretch(pair, first.pose, second.pose)
+        held = lands_flat(pair.law, old, ends)
+        u, own_a, own_b = relative(first.velocity, second.velocity), first.inertia, second.inertia
+        flat_one = (held, *drift_of(pair.law, ends.one, u, own_a, own_b, held))
+        flat_two = (held, *drift_of(pair.law, ends.two, u, own_a, own_b, held))
+        one = loaded(pair.law, old.one, ends.one, ends, case.rate, flat_one)
+        two = loaded(pair.law, old.two, ends.two, ends, case.rate, flat_two)
         on_a, on_b = pushed(first.force, second.force, action_of(ends.one, ends.two, one.force, two.force))
         rows.store_force(a, j, on_a)
         rows.store_force(b, j, on_b)
-        rows.store_history(q, j, history_of(pair.history, ends, ends.now, one, two))
+        rows.store_history(q, j, history_of(old, ends, ends.now, (one, two), pair.law, case.step))
 
 
 @njit(**APART)

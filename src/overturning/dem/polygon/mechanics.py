@@ -3,14 +3,28 @@
 An end's force is ``n (n_x, n_z) + t (n_z, −n_x)`` on the pair's first element a, the opposite on its second, b.
 """
 
+import math
 from typing import NamedTuple
 
 from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.kernel.mechanics import larger, turned
+from overturning.dem.kernel.mechanics import larger, slides_flat, turned, within
 from overturning.dem.polygon.faces import End, Stretch
-from overturning.dem.polygon.state import HANDED_ON, MINE, OPEN, THEIRS, Element, History, Memory, Plane, Pose, Vertices
+from overturning.dem.polygon.state import (
+    HANDED_ON,
+    MINE,
+    OPEN,
+    THEIRS,
+    Element,
+    History,
+    Inertia,
+    Law,
+    Memory,
+    Plane,
+    Pose,
+    Vertices,
+)
 
 
 class Force(NamedTuple):
@@ -49,6 +63,15 @@ class Taken(NamedTuple):
     """Stretch of its tangential spring as predicted, m,"""
     slid: float
     """±μ where it slides."""
+
+
+class Relative(NamedTuple):
+    """Velocity of a relative to b and both angular velocities, or a direction and its levers about both centres."""
+
+    x: float
+    z: float
+    a: float
+    b: float
 
 
 class Outer(NamedTuple):
@@ -144,9 +167,64 @@ def pushed(on_a: Plane, on_b: Plane, new: Action) -> tuple[Plane, Plane]:
 
 
 @njit(**INLINE)
-def remembered(end: End, now: Loaded) -> Memory:
-    """What an end remembers until the next step."""
-    return Memory(now.force.spring, carrier_of(end) if now.inside else OPEN, now.force.n, now.force.t)
+def lands(old: Memory, end: End) -> bool:
+    """True if an end lands, or touches in this step."""
+    return (old.landing > 0.0) | ((old.carrier == OPEN) & (end.faces > 0.0) & (end.depth > 0.0))
+
+
+@njit(**INLINE)
+def lands_flat(law: Law, old: History, ends: Stretch) -> bool:
+    """True if both ends land at once, so that a dashpot may pull while its end is in contact."""
+    return (law.landing > 0.0) & lands(old.one, ends.one) & lands(old.two, ends.two)
+
+
+@njit(**INLINE)
+def relative(a: Plane, b: Plane) -> Relative:
+    """Of two elements' velocities."""
+    return Relative(a.x - b.x, a.z - b.z, a.w, b.w)
+
+
+@njit(**INLINE)
+def rates(end: End, u: Relative) -> tuple[float, float]:
+    """Velocities at which an end opens and slips."""
+    opening = (end.nx * u.x + end.nz * u.z) + (u.a * end.a.n - u.b * end.b.n)
+    return opening, (end.nz * u.x - end.nx * u.z) + (u.a * end.a.t - u.b * end.b.t)
+
+
+@njit(**INLINE)
+def drift_of(law: Law, end: End, u: Relative, a: Inertia, b: Inertia, held: bool) -> tuple[bool, float]:
+    """Whether an end slides that is held in a flat landing, as of `slides_flat`, and ±μ of it.
+
+    By velocities without the rotation of one element against the other: of both elements as one.
+    """
+    total = a.inverse_inertia + b.inverse_inertia
+    w = (u.a * b.inverse_inertia + u.b * a.inverse_inertia) / (total if total > 0.0 else 1.0)
+    opening, slipping = rates(end, Relative(u.x, u.z, w, w))
+    return held & slides_flat(law.friction, slipping, opening), -math.copysign(law.friction, slipping)
+
+
+@njit(**INLINE)
+def slider(trial: float, n: float, law: Law, flat: tuple[bool, bool, float]) -> tuple[float, float, bool]:
+    """Friction of an end, what its spring may hold at most, and whether it slips.
+
+    `flat` says whether the end is held in a flat landing, and of `drift_of`, whether it slides and by which ±μ.
+    """
+    (held, drifts, drift), limit = flat, law.friction * n
+    slips = drifts if held else abs(trial) > limit
+    force = drift * n if drifts else (within(trial, limit) if slips else trial)
+    return force, (limit if limit > 0.0 else 0.0), slips
+
+
+@njit(**INLINE)
+def remembered(old: Memory, other: Memory, end: End, now: Loaded, law: Law, dt: float) -> Memory:
+    """What an end remembers until the next step, which begins a time dt after the last one.
+
+    One that touches lands for as long as the other one, which has begun if it is not in the air.
+    """
+    begun = law.landing if other.carrier == OPEN else other.landing - dt
+    left = old.landing - dt if old.carrier != OPEN else begun
+    carrier = carrier_of(end) if now.inside else OPEN
+    return Memory(now.force.spring, carrier, now.force.n, now.force.t, left if now.inside else 0.0)
 
 
 @njit(**INLINE)
@@ -157,9 +235,18 @@ def twice_taken(old: Memory, end: End, now: Loaded) -> float:
 
 
 @njit(**INLINE)
-def history_of(old: History, ends: Stretch, vertices: Vertices, s1: Loaded, s2: Loaded) -> History:
+def history_of(
+    old: History, ends: Stretch, vertices: Vertices, both: tuple[Loaded, Loaded], law: Law, dt: float
+) -> History:
     """What a pair remembers of a step, after which its vertices are there."""
+    s1, s2 = both
     deepest = larger(old.deepest, s1.depth if s1.inside else 0.0)
     deepest = larger(deepest, s2.depth if s2.inside else 0.0)
     taken = 0.5 * (twice_taken(old.one, ends.one, s1) + twice_taken(old.two, ends.two, s2))
-    return History(vertices, remembered(ends.one, s1), remembered(ends.two, s2), deepest, old.taken + taken)
+    return History(
+        vertices,
+        remembered(old.one, old.two, ends.one, s1, law, dt),
+        remembered(old.two, old.one, ends.two, s2, law, dt),
+        deepest,
+        old.taken + taken,
+    )

@@ -13,8 +13,8 @@ from overturning.dem.polygon.state import HANDED_ON, OPEN, THEIRS, Face, Memory,
 @njit(**INNER)
 def forget(q: Any, j: int) -> None:
     """Forget what both ends of a pair remember."""
-    rows.store_memory(q, j, Memory(0.0, OPEN, 0.0, 0.0))
-    rows.store_memory(q, j + rows.SECOND, Memory(0.0, OPEN, 0.0, 0.0))
+    rows.store_memory(q, j, Memory(0.0, OPEN, 0.0, 0.0, 0.0))
+    rows.store_memory(q, j + rows.SECOND, Memory(0.0, OPEN, 0.0, 0.0, 0.0))
 
 
 @njit(**INNER)
@@ -43,7 +43,7 @@ def hand_on(q: Any, a: Pose, b: Pose, j: int, old_a: int, old_b: int, shape_a: A
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
         there = rows.load_memory(q, j + target * rows.SECOND)
         if there.carrier == OPEN or there.normal < n:
-            rows.store_memory(q, j + target * rows.SECOND, Memory(old.spring, HANDED_ON, n, t))
+            rows.store_memory(q, j + target * rows.SECOND, Memory(old.spring, HANDED_ON, n, t, 0.0))
 
 
 @njit(**INNER)
@@ -90,4 +90,4 @@ def load_at_rest(q: Any, j: int) -> None:
         if old.carrier != OPEN:
             n = max(pair.law.normal * carried(old, end, pair.history.before).depth, 0.0)
             t = -pair.law.tangential * old.spring
-            rows.store_memory(q, j + end * rows.SECOND, Memory(old.spring, old.carrier, n, t))
+            rows.store_memory(q, j + end * rows.SECOND, Memory(old.spring, old.carrier, n, t, 0.0))

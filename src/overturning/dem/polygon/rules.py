@@ -149,7 +149,9 @@ def initialise_pairs(state: Any, j: int, case: Any, scene: Any, shapes: Any) -> 
         law, settled = pair.law, pair.nearest.limit == np.inf
         friction = law.friction if law.friction >= 0.0 else case.friction
         dashpot = law.dashpot * case.damping
-        rows.store_law(q, j, Law(law.normal, law.tangential, dashpot, friction, law.compliance))
+        rows.store_law(q, j, Law(
+            law.normal, law.tangential, dashpot, friction, law.compliance, law.landing * dashpot / law.normal
+        ))  # fmt: skip
         search(q, a, b, j, 2.0 * lag, shapes[m, : scene.sizes[m]], shapes[n, : scene.sizes[n]])
         if settled:
             q[rows.LIMIT + j], q[rows.REACH + j] = np.inf, -1.0

@@ -201,13 +201,17 @@ class Face(NamedTuple):
 
 
 class Law(NamedTuple):
-    """Contact law at a vertex: stiffnesses (N/m), dashpot (N s/m), friction, 1/tangential stiffness."""
+    """Contact law at a vertex: stiffnesses (N/m), dashpot (N s/m), friction, 1/tangential stiffness, landing (s).
+
+    The landing is the time after the first touch in which a flat landing lasts; 0 where the rule is not applied.
+    """
 
     normal: float
     tangential: float
     dashpot: float
     friction: float
     compliance: float
+    landing: float
 
 
 class Bounds(NamedTuple):
@@ -254,12 +258,16 @@ class Vertices(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What an end remembers: stretch of its tangential spring, carrier, forces along normal and tangent."""
+    """What an end remembers: stretch of its tangential spring, carrier, forces along normal and tangent.
+
+    And for how long it still lands, s, 0 or less where it does not.
+    """
 
     spring: float
     carrier: float
     normal: float
     tangent: float
+    landing: float
 
 
 OPEN, MINE, THEIRS, HANDED_ON = 0.0, 1.0, -1.0, 2.0

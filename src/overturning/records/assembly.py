@@ -1,16 +1,14 @@
-"""Assemble a record from the axes of a sensor: common window, rotation to north and east, checks."""
+"""Assemble a record from the axes of a sensor: checks, rotation to north and east, description."""
 
 import hashlib
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from typing import Any
 
-import numpy as np
-
 from overturning.arrays import FloatArray
-from overturning.errors import RecordError, RefusalReasons
+from overturning.errors import RecordError
 from overturning.motion.direction import direction_cosines
 from overturning.motion.plausible import implausibility
 from overturning.records.component import (
@@ -19,24 +17,14 @@ from overturning.records.component import (
     agency_processing_of,
     check_peak,
     is_unsigned_vertical,
-    seed_sensor,
     skew_notes,
     structure_note,
     third_axis,
 )
 from overturning.records.declarations import Declarations, VerticalSense
 from overturning.records.doubts import check_dead_axis, sample_notes
-from overturning.records.earthquakes import distance_km
-from overturning.records.record import Record, peaks_of
-
-MAX_SPREAD_S = 0.5
-"""Largest difference in start or in length between components of one record, s."""
-
-MIN_WINDOW_PEAK = 0.8
-"""Smallest share of a component's peak in the common window, if lengths differ by more than `MAX_SPREAD_S`."""
-
-MAX_STATION_DISTANCE_KM = 1.0
-"""Largest distance between stated places of one station, km; files round them to degrees or minutes."""
+from overturning.records.record import Record
+from overturning.records.window import AssemblyReasons, common_window, window_step
 
 
 def iso(moment: datetime | None) -> str | None:
@@ -63,112 +51,6 @@ def _to_north_east(
     return north, east
 
 
-class _AssemblyReasons(RefusalReasons):
-    """Reasons against a record, raised together, and contradictions that are trusted."""
-
-    def __init__(self, *, trusting: bool) -> None:
-        super().__init__()
-        self.trusting = trusting
-        self.trusted: list[str] = []
-
-    @property
-    def has_reasons(self) -> bool:
-        """True if there are reasons against the record already."""
-        return bool(self._found)
-
-    def contradict(self, why: str, remedy: str) -> None:
-        """Refuse a contradiction, or note that it is trusted."""
-        if not self.trusting:
-            raise RecordError(f"{why}; {remedy}")
-        self.trusted.append(why)
-
-
-def _common_window(components: Sequence[Component], reasons: _AssemblyReasons) -> list[Component]:
-    """Cut components to the samples that all of them have.
-
-    Starts are rounded to whole samples relative to the latest; a shift of less than half a sample remains. Raises a
-    RecordError if the rates differ, or the starts by more than 0.5 s. Lengths may differ in one file, because recorders
-    stop channels one after another. Different lengths of several files, different stations, earthquakes, sensors or
-    places, and a mixture of raw and processed data are contradictions, which ``trust_data`` accepts.
-    """
-    said = [
-        (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location, sensor)
-        for c, sensor in zip(components, map(seed_sensor, components), strict=True)
-    ]
-    for texts in zip(*said, strict=True):
-        named = {" ".join(text.split()).casefold(): text for text in texts if text}
-        if len(named) > 1:
-            why = f"{components[0].file}: components of {' and '.join(map(repr, named.values()))}"
-            remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
-            reasons.contradict(why, f"they are not of one record: {remedy}")
-    interval = components[0].sampling_interval
-    for other in components[1:]:
-        if not math.isclose(other.sampling_interval, interval, rel_tol=1e-6):
-            raise RecordError(
-                f"{other.file}: sampling interval {other.sampling_interval:g} s along {other.axis}, "
-                f"{components[0].file} has {interval:g} s; components of one record must share it"
-            )
-    _check_one_place(components, reasons)
-    starts = [c.start for c in components if c.start is not None]
-    offsets = [0] * len(components)
-    if 0 < len(starts) < len(components):
-        undated = " and ".join(f"{c.axis} of {c.file}" for c in components if c.start is None)
-        remedy = "give it the start that it has, or say --trust-data to take first samples as those of one time"
-        reasons.contradict(f"{undated} does not say when it begins, other components do", remedy)
-    if len(starts) == len(components):
-        latest = max(starts)
-        spread = (latest - min(starts)).total_seconds()
-        if spread > MAX_SPREAD_S:
-            raise RecordError(
-                f"{components[0].file}: components start {spread:.2f} s apart (at most {MAX_SPREAD_S} s); "
-                "they are not of one record"
-            )
-        offsets = [round((latest - start).total_seconds() / interval) for start in starts]
-    sizes = [c.samples.size for c in components]
-    spread = (max(sizes) - min(sizes)) * interval
-    one_file = len({c.sha256 for c in components}) == 1 or all(c.film for c in components)
-    if spread > MAX_SPREAD_S + 0.5 * interval and not one_file:
-        counts = f"{' and '.join(map(str, sizes))} samples, {spread:.2f} s apart (at most {MAX_SPREAD_S} s)"
-        remedy = "get the file again, or say --trust-data to keep the common part"
-        reasons.contradict(f"{components[0].file}: components have {counts}", remedy)
-    length = min(size - offset for size, offset in zip(sizes, offsets, strict=True))
-    if length < 2:
-        raise RecordError(f"{components[0].file}: components have no common window")
-    cut = []
-    for component, offset in zip(components, offsets, strict=True):
-        start = component.start and component.start + timedelta(seconds=offset * interval)
-        cut.append(replace(component, samples=component.samples[offset : offset + length], start=start))
-    if spread > MAX_SPREAD_S:
-        _check_window_peak(components, cut, reasons)
-    return cut
-
-
-def _check_one_place(components: Sequence[Component], reasons: _AssemblyReasons) -> None:
-    """Refuse components that state two places of one station."""
-    places = [(c.latitude, c.longitude) for c in components if c.latitude is not None and c.longitude is not None]
-    for place in places[1:]:
-        if (apart := distance_km(places[0], place)) > MAX_STATION_DISTANCE_KM:
-            first, other = (f"{north:g}° N, {east:g}° E" for north, east in (places[0], place))
-            why = f"{components[0].file}: components at {first} and at {other}, {apart:.3g} km apart"
-            remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
-            reasons.contradict(why, f"they are not of one record: {remedy}")
-
-
-def _check_window_peak(whole: Sequence[Component], window: Sequence[Component], reasons: _AssemblyReasons) -> None:
-    """Refuse a common window that holds less than `MIN_WINDOW_PEAK` of a component's peak."""
-    for component, kept in zip(whole, window, strict=True):
-        level = component.samples.mean()
-        peak, left = (float(np.abs(samples - level).max()) for samples in (component.samples, kept.samples))
-        if left < MIN_WINDOW_PEAK * peak:
-            short, size = min(whole, key=lambda one: one.samples.size), component.samples.size
-            why = (
-                f"{short.file}: {short.axis} breaks off after {short.samples.size} of {size} samples, before the "
-                f"largest motion along {component.axis} ({100 * left:.4g} Gal until then, {100 * peak:.4g} later)"
-            )
-            remedy = "get the file again, leave that component out, or say --trust-data to keep the common part"
-            reasons.contradict(why, remedy)
-
-
 def assemble(
     components: Sequence[Component], record_id: str, declared: Declarations | None = None, **stated: Any
 ) -> Record:
@@ -182,53 +64,25 @@ def assemble(
     below 0.0001 g.
     """
     declared = declared or Declarations()
-    reasons = _AssemblyReasons(trusting=declared.trust_data)
+    reasons = AssemblyReasons(trusting=declared.trust_data)
     name = components[0].file if components else record_id
     components, notes = _apply_vertical_sense(components, declared.vertical_sense)
     notes += [note for component in components if (note := _unused_declaration_note(component, declared))]
     notes += dict.fromkeys(note for component in components if (note := structure_note(component.location)))
-    differences: dict[str, float] = {}
-    for component in components:
-        with reasons.collect():
-            if (difference := check_peak(component, reasons.contradict)) is not None:
-                differences[component.axis] = round(difference, 6)
+    differences = _peak_differences(components, reasons)
     by_files = [c for c in components if not c.vertical]
     with reasons.collect():
         components = _axes(components, declared.azimuths_deg, name)
         notes += skew_notes(components)
-        notes += [
-            f"axis {c.axis!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
-            for c, was in zip(components, by_files, strict=False)
-            if was.azimuth_deg is not None and (was.azimuth_deg - (c.azimuth_deg or 0.0)) % 360.0
-        ]
+        notes += _axis_notes(components, by_files)
     if not components:
         reasons.raise_all()
-    window = components
-    with reasons.collect():
-        window = _common_window(components, reasons)
-    # Skip this check after a peak that contradicts the header: its message is the better one for the same axis.
-    if not reasons.has_reasons:
-        with reasons.collect():
-            check_dead_axis(window, reasons.contradict)
-    with reasons.collect():
-        notes += sample_notes(window, reasons.contradict)
-    with reasons.collect():
-        if (why := _check_amplitude(window)) and not declared.trust_data:
-            why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"
-            raise RecordError(f"{window[0].file}: {why}")
+    window = _checked_window(components, reasons, notes)
     reasons.raise_all()
-    trusted = [text for c in window for text in c.extra.get("trusted", ())] + reasons.trusted + ([why] if why else [])
     azimuths = [((c.azimuth_deg or 0.0) + declared.correction_deg) % 360.0 for c in window[:2]]
     north, east = _to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1])
     first = window[0]
-    borehole = ["borehole sensor"] if declared.sensor == "borehole" else []
-    extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
-    extra |= agency_processing_of(window)
-    extra |= {"axes": [c.axis for c in window]} | ({"origin_time": iso(first.origin)} if first.origin else {})
-    extra |= {"header_peak_difference": differences} if differences else {}
-    extra |= {"trusted_data": True, "trusted": trusted} if declared.trust_data else {}
-    extra |= {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in window for n in c.notes)]) else {}
-    extra["declared"] = [*extra.get("declared", ()), *declared.axis_declarations, *borehole]
+    extra = _extra(window, declared, notes, differences, reasons.trusted)
     hashes = list(dict.fromkeys(c.sha256 for c in window))
     station = stated.pop("station", first.station)
     if first.sensor == "borehole":
@@ -250,10 +104,71 @@ def assemble(
         # Hash of the file; of the joined hashes if the record has several files.
         sha256=hashes[0] if len(hashes) == 1 else hashlib.sha256("".join(hashes).encode()).hexdigest(),
         component_azimuths_deg=tuple(azimuths),
-        processing=_cut_to_common(components, window, north, east),
+        processing=window_step(components, window, north, east),
         extra=extra,
         **(of_files | stated),
     )
+
+
+def _peak_differences(components: Sequence[Component], reasons: AssemblyReasons) -> dict[str, float]:
+    """Return the relative difference of each axis's peak from that in its header, by axis; collect contradictions."""
+    differences = {}
+    for component in components:
+        with reasons.collect():
+            if (difference := check_peak(component, reasons.contradict)) is not None:
+                differences[component.axis] = round(difference, 6)
+    return differences
+
+
+def _axis_notes(components: Sequence[Component], by_files: Sequence[Component]) -> list[str]:
+    """Return a note for each axis whose declared azimuth differs from that in its file."""
+    return [
+        f"axis {c.axis!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
+        for c, was in zip(components, by_files, strict=False)
+        if was.azimuth_deg is not None and (was.azimuth_deg - (c.azimuth_deg or 0.0)) % 360.0
+    ]
+
+
+def _checked_window(components: Sequence[Component], reasons: AssemblyReasons, notes: list[str]) -> Sequence[Component]:
+    """Return the components in their common window; add notes on its samples, and collect reasons against it."""
+    window = components
+    with reasons.collect():
+        window = common_window(components, reasons)
+    # Skip this check after a peak that contradicts the header: its message is the better one for the same axis.
+    if not reasons.has_reasons:
+        with reasons.collect():
+            check_dead_axis(window, reasons.contradict)
+    with reasons.collect():
+        notes += sample_notes(window, reasons.contradict)
+    with reasons.collect():
+        why = _check_amplitude(window)
+        if why and not reasons.trusting:
+            why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"
+            raise RecordError(f"{window[0].file}: {why}")
+        reasons.trusted += [why] if why else []
+    return window
+
+
+def _extra(
+    window: Sequence[Component],
+    declared: Declarations,
+    notes: list[str],
+    differences: dict[str, float],
+    trusted: Sequence[str],
+) -> dict[str, Any]:
+    """Return the properties of a record that have no field of their own; see `Record.extra`."""
+    first = window[0]
+    extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
+    extra |= agency_processing_of(window)
+    extra |= {"axes": [c.axis for c in window]} | ({"origin_time": iso(first.origin)} if first.origin else {})
+    extra |= {"header_peak_difference": differences} if differences else {}
+    if declared.trust_data:
+        by_reader = [text for c in window for text in c.extra.get("trusted", ())]
+        extra |= {"trusted_data": True, "trusted": [*by_reader, *trusted]}
+    extra |= {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in window for n in c.notes)]) else {}
+    borehole = ["borehole sensor"] if declared.sensor == "borehole" else []
+    extra["declared"] = [*extra.get("declared", ()), *declared.axis_declarations, *borehole]
+    return extra
 
 
 def borehole_name(station: str) -> str:
@@ -280,18 +195,6 @@ def _check_amplitude(components: Sequence[Component]) -> str:
     if not any(samples.any() for samples in moving):
         return "every sample is the same, as of a dead channel"
     return implausibility(moving, components[0].sampling_interval, unit=components[0].unit, pgv=not raw)
-
-
-def _cut_to_common(
-    whole: Sequence[Component], window: Sequence[Component], north: FloatArray, east: FloatArray
-) -> tuple[dict[str, Any], ...]:
-    """Return the processing step of the common window; empty if all components have the same length."""
-    sizes = {c.axis: c.samples.size for c in whole}
-    kept, interval = window[0].samples.size, window[0].sampling_interval
-    left_out = max(sizes.values()) - kept
-    found = peaks_of(np.stack([north, east]), interval)
-    step = {"step": "common_window", "samples": sizes, "kept": kept, "left_out_s": round(left_out * interval, 6)}
-    return (step | {"effect": {name: [peak, peak] for name, peak in found.items()}},) if left_out else ()
 
 
 def _axes(components: Sequence[Component], azimuths_deg: Sequence[float] | None, name: str) -> list[Component]:

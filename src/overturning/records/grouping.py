@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable, Sequence
 
-from overturning.records.assembly import MAX_SPREAD_S
 from overturning.records.component import Component, seed_sensor
+from overturning.records.window import MAX_SPREAD_S
 
 
 def group_components(components: Iterable[Component]) -> list[list[Component]]:
@@ -28,23 +28,24 @@ def in_one_record(group: Sequence[Component], component: Component) -> bool:
     first = group[0]
     if first.location and component.location and first.location != component.location:
         return False
-    if (
-        len({seed_sensor(first), seed_sensor(component)} - {""}) > 1
-    ):  # Two bands of one sensor (BN, HN), or two sensors.
-        return False
+    if len({seed_sensor(first), seed_sensor(component)} - {""}) > 1:
+        return False  # two bands of one sensor (BN, HN), or two sensors
     if first.file == component.file and first.sha256 == component.sha256:
         # The second occurrence of an axis in one file begins another record.
-        return first.sensor == component.sensor and not any(
-            c.axis == component.axis and c.start == component.start for c in group
-        )
-    if component.sisters and component.sisters == first.sisters:
-        return all(c.axis != component.axis for c in group)
-    if not (component.station or component.event):
+        again = any(c.axis == component.axis and c.start == component.start for c in group)
+        return first.sensor == component.sensor and not again
+    if any(c.axis == component.axis for c in group):
         return False
+    if component.sisters and component.sisters == first.sisters:
+        return True
+    return bool(component.station or component.event) and _have_equal_metadata(first, component)
+
+
+def _have_equal_metadata(first: Component, other: Component) -> bool:
+    """Return True if two components are of one format, place, event, sensor and start (within `MAX_SPREAD_S`)."""
     alike = ("format", "station", "event", "latitude", "longitude", "sensor", "processed")
-    if first.start is None or component.start is None:
-        near = first.start is component.start
-    else:
-        near = abs((first.start - component.start).total_seconds()) <= MAX_SPREAD_S
-    same = all(getattr(first, name) == getattr(component, name) for name in alike)
-    return same and near and all(c.axis != component.axis for c in group)
+    if any(getattr(first, name) != getattr(other, name) for name in alike):
+        return False
+    if first.start is None or other.start is None:
+        return first.start is other.start
+    return abs((first.start - other.start).total_seconds()) <= MAX_SPREAD_S

@@ -1,0 +1,164 @@
+"""Window of time that the axes of a sensor share, and contradictions between the axes."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import timedelta
+from typing import Any
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.errors import RecordError, RefusalReasons
+from overturning.records.component import Component, seed_sensor
+from overturning.records.earthquakes import distance_km
+from overturning.records.record import peaks_of
+
+MAX_SPREAD_S = 0.5
+"""Largest difference in start or in length between components of one record, s."""
+
+MIN_WINDOW_PEAK = 0.8
+"""Smallest share of a component's peak in the common window, if lengths differ by more than `MAX_SPREAD_S`."""
+
+MAX_STATION_DISTANCE_KM = 1.0
+"""Largest distance between stated places of one station, km; files round them to degrees or minutes."""
+
+
+class AssemblyReasons(RefusalReasons):
+    """Reasons against a record, raised together, and contradictions that are trusted."""
+
+    def __init__(self, *, trusting: bool) -> None:
+        super().__init__()
+        self.trusting = trusting
+        self.trusted: list[str] = []
+
+    @property
+    def has_reasons(self) -> bool:
+        """True if there are reasons against the record already."""
+        return bool(self._found)
+
+    def contradict(self, why: str, remedy: str) -> None:
+        """Refuse a contradiction, or note that it is trusted."""
+        if not self.trusting:
+            raise RecordError(f"{why}; {remedy}")
+        self.trusted.append(why)
+
+
+def common_window(components: Sequence[Component], reasons: AssemblyReasons) -> list[Component]:
+    """Cut components to the samples that all of them have.
+
+    Starts are rounded to whole samples relative to the latest; a shift of less than half a sample remains. Raises a
+    RecordError if the rates differ, or the starts by more than 0.5 s. Lengths may differ in one file, because recorders
+    stop channels one after another. Different lengths of several files, different stations, earthquakes, sensors or
+    places, and a mixture of raw and processed data are contradictions, which ``trust_data`` accepts.
+    """
+    _check_one_sensor(components, reasons)
+    interval = _check_one_rate(components)
+    _check_one_place(components, reasons)
+    offsets = _start_offsets(components, interval, reasons)
+    spread = _check_lengths(components, interval, reasons)
+    length = min(c.samples.size - offset for c, offset in zip(components, offsets, strict=True))
+    if length < 2:
+        raise RecordError(f"{components[0].file}: components have no common window")
+    cut = []
+    for component, offset in zip(components, offsets, strict=True):
+        start = component.start and component.start + timedelta(seconds=offset * interval)
+        cut.append(replace(component, samples=component.samples[offset : offset + length], start=start))
+    if spread > MAX_SPREAD_S:
+        _check_window_peak(components, cut, reasons)
+    return cut
+
+
+def _check_one_sensor(components: Sequence[Component], reasons: AssemblyReasons) -> None:
+    """Refuse components of two stations, networks, earthquakes, locations or sensors, and raw with processed ones."""
+    said = [
+        (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location, sensor)
+        for c, sensor in zip(components, map(seed_sensor, components), strict=True)
+    ]
+    for texts in zip(*said, strict=True):
+        named = {" ".join(text.split()).casefold(): text for text in texts if text}
+        if len(named) > 1:
+            why = f"{components[0].file}: components of {' and '.join(map(repr, named.values()))}"
+            remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
+            reasons.contradict(why, f"they are not of one record: {remedy}")
+
+
+def _check_one_rate(components: Sequence[Component]) -> float:
+    """Return the sampling interval of the components, s; raise a RecordError if they have several."""
+    interval = components[0].sampling_interval
+    for other in components[1:]:
+        if not math.isclose(other.sampling_interval, interval, rel_tol=1e-6):
+            raise RecordError(
+                f"{other.file}: sampling interval {other.sampling_interval:g} s along {other.axis}, "
+                f"{components[0].file} has {interval:g} s; components of one record must share it"
+            )
+    return interval
+
+
+def _start_offsets(components: Sequence[Component], interval: float, reasons: AssemblyReasons) -> list[int]:
+    """Return how many samples each component begins before the latest one; 0 for components without a start."""
+    starts = [c.start for c in components if c.start is not None]
+    if 0 < len(starts) < len(components):
+        undated = " and ".join(f"{c.axis} of {c.file}" for c in components if c.start is None)
+        remedy = "give it the start that it has, or say --trust-data to take first samples as those of one time"
+        reasons.contradict(f"{undated} does not say when it begins, other components do", remedy)
+    if len(starts) < len(components):
+        return [0] * len(components)
+    latest = max(starts)
+    spread = (latest - min(starts)).total_seconds()
+    if spread > MAX_SPREAD_S:
+        raise RecordError(
+            f"{components[0].file}: components start {spread:.2f} s apart (at most {MAX_SPREAD_S} s); "
+            "they are not of one record"
+        )
+    return [round((latest - start).total_seconds() / interval) for start in starts]
+
+
+def _check_lengths(components: Sequence[Component], interval: float, reasons: AssemblyReasons) -> float:
+    """Return the difference of the components' lengths, s; refuse a large one between several files."""
+    sizes = [c.samples.size for c in components]
+    spread = (max(sizes) - min(sizes)) * interval
+    one_file = len({c.sha256 for c in components}) == 1 or all(c.film for c in components)
+    if spread > MAX_SPREAD_S + 0.5 * interval and not one_file:
+        counts = f"{' and '.join(map(str, sizes))} samples, {spread:.2f} s apart (at most {MAX_SPREAD_S} s)"
+        remedy = "get the file again, or say --trust-data to keep the common part"
+        reasons.contradict(f"{components[0].file}: components have {counts}", remedy)
+    return spread
+
+
+def _check_one_place(components: Sequence[Component], reasons: AssemblyReasons) -> None:
+    """Refuse components that state two places of one station."""
+    places = [(c.latitude, c.longitude) for c in components if c.latitude is not None and c.longitude is not None]
+    for place in places[1:]:
+        if (apart := distance_km(places[0], place)) > MAX_STATION_DISTANCE_KM:
+            first, other = (f"{north:g}° N, {east:g}° E" for north, east in (places[0], place))
+            why = f"{components[0].file}: components at {first} and at {other}, {apart:.3g} km apart"
+            remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
+            reasons.contradict(why, f"they are not of one record: {remedy}")
+
+
+def _check_window_peak(whole: Sequence[Component], window: Sequence[Component], reasons: AssemblyReasons) -> None:
+    """Refuse a common window that holds less than `MIN_WINDOW_PEAK` of a component's peak."""
+    for component, kept in zip(whole, window, strict=True):
+        level = component.samples.mean()
+        peak, left = (float(np.abs(samples - level).max()) for samples in (component.samples, kept.samples))
+        if left < MIN_WINDOW_PEAK * peak:
+            short, size = min(whole, key=lambda one: one.samples.size), component.samples.size
+            why = (
+                f"{short.file}: {short.axis} breaks off after {short.samples.size} of {size} samples, before the "
+                f"largest motion along {component.axis} ({100 * left:.4g} Gal until then, {100 * peak:.4g} later)"
+            )
+            remedy = "get the file again, leave that component out, or say --trust-data to keep the common part"
+            reasons.contradict(why, remedy)
+
+
+def window_step(
+    whole: Sequence[Component], window: Sequence[Component], north: FloatArray, east: FloatArray
+) -> tuple[dict[str, Any], ...]:
+    """Return the processing step of the common window; empty if all components have the same length."""
+    sizes = {c.axis: c.samples.size for c in whole}
+    kept, interval = window[0].samples.size, window[0].sampling_interval
+    left_out = max(sizes.values()) - kept
+    found = peaks_of(np.stack([north, east]), interval)
+    step = {"step": "common_window", "samples": sizes, "kept": kept, "left_out_s": round(left_out * interval, 6)}
+    return (step | {"effect": {name: [peak, peak] for name, peak in found.items()}},) if left_out else ()

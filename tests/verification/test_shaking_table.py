@@ -1,4 +1,4 @@
-"""The comparison with shaking-table tests on tests whose answer is known."""
+"""Comparison with shaking-table tests, on synthetic tests with known answers."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from overturning.errors import ResultError
 from overturning.model.cases import Cases
 from verification.shaking_table import small_table
 from verification.shaking_table.__main__ import by_damping, main, measure
-from verification.shaking_table.clouds import PRISMS, RECTANGLES, Cloud, Kind, cloud, drawn, near_a_centre
+from verification.shaking_table.clouds import PRISMS, RECTANGLES, Cloud, Kind, cloud, draw_stones, in_any_neighbourhood
 from verification.shaking_table.data import SPECIMENS, Tests, read_tests
 from verification.shaking_table.models import (
     B_OVER_H,
@@ -20,10 +20,10 @@ from verification.shaking_table.models import (
     HEIGHT,
     PEAKS,
     SPACE,
-    each_motion,
     ensemble_fractions,
+    leave_motion_out,
     most_likely_centre,
-    odd_even,
+    split_odd_even,
 )
 from verification.shaking_table.scores import reliability, scores
 
@@ -38,16 +38,16 @@ def test_scores_by_hand() -> None:
 
 @pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
 def test_stones_lie_within_their_bounds(kind: Kind) -> None:
-    rows = drawn(kind, 256)
+    rows = draw_stones(kind, 256)
     for name, (low, high) in kind.bounds.items():
         assert low <= rows[name].min() < (1.05 * low or 0.05 * high)
         assert high * 0.95 < rows[name].max() <= high
 
 
 @pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
-def test_a_stone_beyond_every_neighbourhood_changes_no_share(kind: Kind) -> None:
-    rows = drawn(kind, 256)
-    near, fell = near_a_centre(rows), np.random.default_rng(2).random((3, 256)) < 0.4
+def test_stones_outside_all_neighbourhoods_change_no_share(kind: Kind) -> None:
+    rows = draw_stones(kind, 256)
+    near, fell = in_any_neighbourhood(rows), np.random.default_rng(2).random((3, 256)) < 0.4
     whole = Cloud(rows["b_over_h"], rows["height"], rows["damping"], fell)
     part = Cloud(rows["b_over_h"][near], rows["height"][near], rows["damping"][near], fell[:, near])
     assert 0.8 < near.mean() < 1
@@ -70,16 +70,16 @@ def test_prisms_and_rectangles_under_one_motion() -> None:
 
 
 def limit(b_over_h: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """A made-up acceleration, m/s², at which a rectangle falls: more for stout and for tall ones."""
+    """Return the synthetic acceleration, m/s², at which a rectangle falls; it grows with B/H and height."""
     return 9.8 * b_over_h * (1 + height**2)
 
 
 @pytest.fixture(scope="module")
 def synthetic() -> tuple[Tests, Cloud]:
-    """300 tests of twelve records, in which rectangles of B/H 0.15, 0.8 m high, fall; and the cloud under them."""
+    """Return 300 tests of twelve records on a rectangle of B/H 0.15 and height 0.8 m, and the cloud."""
     generator = np.random.default_rng(1)
     peak = np.exp(generator.uniform(np.log(0.5), np.log(8), 300))
-    rows = drawn(RECTANGLES, 4096)
+    rows = draw_stones(RECTANGLES, 4096)
     fell = peak[:, None] * rows["amplitude"] > limit(rows["b_over_h"], rows["height"])
     threshold = limit(np.array(0.15), np.array(0.8)) * np.exp(generator.normal(0, 0.35, 300))
     tests = Tests(
@@ -94,7 +94,7 @@ def synthetic() -> tuple[Tests, Cloud]:
     return tests, Cloud(rows["b_over_h"], rows["height"], rows["damping"], fell)
 
 
-def test_finds_a_rectangle_of_the_right_strength(synthetic: tuple[Tests, Cloud]) -> None:
+def test_most_likely_centre_has_the_true_strength(synthetic: tuple[Tests, Cloud]) -> None:
     tests, made = synthetic
     centre = most_likely_centre(ensemble_fractions(made), tests.fell[1], np.arange(150))
     shape, size = divmod(centre, HEIGHT.size)
@@ -116,7 +116,7 @@ def test_held_out_scores_and_reliability(synthetic: tuple[Tests, Cloud]) -> None
         assert one.low - 0.25 <= one.probability <= one.high + 0.25
 
 
-def test_each_rectangle_has_a_part_of_the_damping_ratios(synthetic: tuple[Tests, Cloud]) -> None:
+def test_damping_classes_contain_every_rectangle_once(synthetic: tuple[Tests, Cloud]) -> None:
     tests, made = synthetic
     found = by_damping(tests, made)
     assert list(found) == ["0.9 to 1.6", "1.6 to 2.8", "2.8 to 5.1", "5.1 to 9.0"]
@@ -124,16 +124,16 @@ def test_each_rectangle_has_a_part_of_the_damping_ratios(synthetic: tuple[Tests,
     assert all(rows.shape == (2, 3) and np.isfinite(rows).all() for _, rows in found.values())
 
 
-def test_no_test_is_foretold_from_its_own_motion(synthetic: tuple[Tests, Cloud]) -> None:
+def test_no_test_is_predicted_from_its_own_motion(synthetic: tuple[Tests, Cloud]) -> None:
     tests, _ = synthetic
-    for learn, foretell in each_motion(tests):
-        assert not set(tests.motion[learn]) & set(tests.motion[foretell])
-    learn, foretell = next(odd_even(tests))
+    for learn, predict in leave_motion_out(tests):
+        assert not set(tests.motion[learn]) & set(tests.motion[predict])
+    learn, predict = next(split_odd_even(tests))
     assert (tests.number[learn] % 2 == 1).all()
-    assert (tests.number[foretell] % 2 == 0).all()
+    assert (tests.number[predict] % 2 == 0).all()
 
 
-def test_reads_the_file_and_says_what_is_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_read_tests_names_a_missing_array_or_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     whole = {
         "acceleration": np.arange(10, dtype=np.int16), "scale": 0.5, "start": [0, 4, 10], "sampling_interval": 0.005,
         "test": [11, 12], "motion": ["RSN1_A_X", "RSN1_A_Y"], "pga_g": [0.1, 0.2], "pgv": [0.01, 0.02],
@@ -151,7 +151,7 @@ def test_reads_the_file_and_says_what_is_missing(tmp_path: Path, capsys: pytest.
     assert "skipped: " in capsys.readouterr().out
 
 
-def test_the_small_table_is_driven_as_its_tests_state() -> None:
+def test_small_table_motion_has_the_stated_pga_and_pgv() -> None:
     for pga, ratio in ((0.4, 0.05), (1.0, 0.2)):
         motion = small_table.period_of_cosine(pga, ratio)
         along = motion.north
@@ -160,20 +160,20 @@ def test_the_small_table_is_driven_as_its_tests_state() -> None:
         assert np.abs(velocity).max() == pytest.approx(pga * 9.80665 * ratio, rel=0.02)
         assert abs(velocity[-1]) < 0.03 * np.abs(velocity).max()
     sizes = {name: len(small_table.read_set(name)) for name in small_table.SETS}
-    # Left out: three without a motion, and two of which neither Y nor N is told.
+    # Omitted: three tests without a motion, and two with an outcome other than Y or N.
     assert sizes == {"exp0": 83, "exp270": 134, "PBR_0": 135, "PBR_90": 63}
     assert small_table.read_set("exp270")["fell"].sum() == 51  # 50 times Y, once y
 
 
 @pytest.mark.long
-def test_a_block_is_known_again_by_its_falls_on_the_small_table() -> None:
-    """Falls of a block that lies between the centres; each half of its tests is predicted from the other alone."""
+def test_small_table_fit_recovers_a_known_block() -> None:
+    """The block lies between the centres; each half of its tests is predicted from the other alone."""
     grid = [(pga, ratio) for pga in np.linspace(0.1, 1.0, 10) for ratio in np.linspace(0.03, 0.3, 8)]
     motions = [small_table.period_of_cosine(*pair) for pair in grid]
     fell = [bool(rocking(motion, Cases(0.0, 0.2, 0.15, 1.0)).overturned[0]) for motion in motions]
     tests = pd.DataFrame(grid, columns=["pga", "ratio"]).assign(fell=fell).sample(frac=1.0, random_state=1)
     shares = small_table.shares(tests)
-    probabilities, centres = small_table.foretold(tests, shares)
+    probabilities, centres = small_table.predict_held_out(tests, shares)
     for b_over_h, height in centres:
         assert b_over_h == pytest.approx(0.15, rel=0.2)
         assert height == pytest.approx(0.2, rel=0.5)
@@ -181,7 +181,8 @@ def test_a_block_is_known_again_by_its_falls_on_the_small_table() -> None:
     other = tests["fell"].to_numpy().copy()
     other[1::2] ^= True
     learnt, p = (
-        each["rigid block"] for each in (small_table.foretold(tests.assign(fell=other), shares)[0], probabilities)
+        each["rigid block"]
+        for each in (small_table.predict_held_out(tests.assign(fell=other), shares)[0], probabilities)
     )
     assert np.array_equal(learnt[1::2], p[1::2])
     assert not np.array_equal(learnt[::2], p[::2])

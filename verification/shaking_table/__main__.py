@@ -1,4 +1,7 @@
-"""`python -m verification.shaking_table FOLDER`: predictions beside shaking-table tests, into docs/shaking-table.md."""
+"""`python -m verification.shaking_table FOLDER`: compare predictions with shaking-table tests.
+
+The results go into docs/shaking-table.md.
+"""
 
 from collections.abc import Mapping
 from itertools import pairwise
@@ -19,38 +22,38 @@ from verification.shaking_table.models import (
     ENSEMBLE,
     PEAKS,
     SPACE,
-    each_motion,
     ensemble_fractions,
-    foretold,
+    leave_motion_out,
     models,
-    odd_even,
+    predict_held_out,
+    split_odd_even,
 )
-from verification.shaking_table.scores import DRAWS, NAMES, drawn_motions, interval, scores
+from verification.shaking_table.scores import DRAWS, NAMES, bootstrap_samples, interval, scores
 from verification.tables import RESULTS, ROOT, publish, write_csv
 
-SPLITS = {"odd to even": odd_even, "motion left out": each_motion}
+SPLITS = {"odd to even": split_odd_even, "motion left out": leave_motion_out}
 _LOW, _HIGH = (DAMPING_RATIO * end for end in RECTANGLES.bounds["damping"])
 DAMPING_RATIOS = np.geomspace(_LOW, _HIGH, 5)
-"""Ends of the parts into which the rectangles are divided."""
+"""Bounds of the four classes of damping ratio."""
 
 
 def measure(
     tests: Tests, fractions: Mapping[str, FloatArray], draws: int = DRAWS
 ) -> tuple[pd.DataFrame, dict[tuple[str, str, int], FloatArray]]:
-    """Scores of every model, split and specimen with intervals by motion, and the held-out probabilities.
+    """Return scores of every model, split and specimen with bootstrap intervals, and the predicted probabilities.
 
-    `fractions` are the shares of the neighbourhoods by model.
+    `fractions` are the shares of each neighbourhood that fall, by model.
     """
     rows, probabilities = [], {}
     for split, divide in SPLITS.items():
         for specimen in SPECIMENS:
             fell = tests.fell[specimen]
             held = {
-                name: foretold(model, specimen, divide(tests), fell.size)
+                name: predict_held_out(model, specimen, divide(tests), fell.size)
                 for name, model in models(tests, fractions[ENSEMBLE], fractions[SPACE]).items()
             }
             known = np.isfinite(held[PEAKS])
-            samples = drawn_motions(tests.motion[known], draws)
+            samples = bootstrap_samples(tests.motion[known], draws)
             drawn = {name: np.array([scores(p[known][s], fell[known][s]) for s in samples]) for name, p in held.items()}
             for name, p in held.items():
                 probabilities[split, name, specimen] = p
@@ -67,7 +70,7 @@ def measure(
 
 
 def by_damping(tests: Tests, made: Cloud) -> dict[str, tuple[int, FloatArray]]:
-    """Number and scores of the rectangles of each part of the damping ratios, odd to even, (specimens, scores)."""
+    """Return the number of rectangles and their scores (specimens, scores), odd to even, by class of damping ratio."""
     found: dict[str, tuple[int, FloatArray]] = {}
     ratio = made.damping * DAMPING_RATIO
     for low, high in pairwise(DAMPING_RATIOS):
@@ -77,18 +80,20 @@ def by_damping(tests: Tests, made: Cloud) -> dict[str, tuple[int, FloatArray]]:
         model, rows = models(tests, fractions, fractions)[ENSEMBLE], []
         for specimen in SPECIMENS:
             fell = tests.fell[specimen]
-            p = foretold(model, specimen, odd_even(tests), fell.size)
+            p = predict_held_out(model, specimen, split_odd_even(tests), fell.size)
             rows.append(scores(p[np.isfinite(p)], fell[np.isfinite(p)]))
         found[f"{low:.1f} to {high:.1f}"] = int(own.sum()), np.array(rows)
     return found
 
 
 def main(
-    folder: Annotated[Path, typer.Argument(help="folder with tests.npz; docs/shaking-table.md says where it is from")],
-    kept: Annotated[Path, typer.Option(help="folder for what takes long to compute")] = Path("results/shaking-table"),
+    folder: Annotated[Path, typer.Argument(help="folder with tests.npz; for its source see docs/shaking-table.md")],
+    kept: Annotated[Path, typer.Option(help="folder for results that take long to compute")] = Path(
+        "results/shaking-table"
+    ),
     threads: Annotated[int, typer.Option(min=1, help="threads")] = 2,
 ) -> None:
-    """Run every stone under every test, fit, foretell held-out tests, and write tables and figures."""
+    """Run every stone under every test, fit the models, predict tests, and write tables and figures."""
     try:
         tests = read_tests(folder)
     except ResultError as error:

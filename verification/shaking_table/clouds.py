@@ -1,4 +1,4 @@
-"""Stones under every test's measured motion: clouds of rectangles and of prisms, whose neighbourhoods are ensembles."""
+"""Random rectangles and prisms, simulated under the measured motion of every test."""
 
 import hashlib
 import sys
@@ -25,21 +25,21 @@ from verification.shaking_table.data import Tests
 SEED: Final = 1
 AMPLITUDE: Final = (1 / 1.15, 1.15)
 ASPECT: Final = 1.15
-"""D/B of the prisms: that of the boulder, 0.77 m over 0.67 m."""
+"""D/B of the prisms, as for the boulder: 0.77 m / 0.67 m."""
 
 B_OVER_H: Final = np.geomspace(0.07, 0.33, 36)
 HEIGHT: Final = np.geomspace(0.40, 1.60, 16)
-"""Centres of the neighbourhoods that are tried, B/H and height in m."""
+"""Centres of the neighbourhoods: B/H, and height in m."""
 
 WIDTH_B_OVER_H: Final = np.log(1.3)
 WIDTH_HEIGHT: Final = np.log(1.65)
-"""Half-widths of a neighbourhood, of the logarithm: evenly spread within, nothing beyond."""
+"""Half-widths of a neighbourhood in ln B/H and ln H; all stones within count equally."""
 
 Rows = dict[str, FloatArray]
 
 
 class Kind(NamedTuple):
-    """One kind of stone: how many are drawn, between which ends, and what runs them under a motion."""
+    """A kind of stone: number drawn, bounds of each parameter, and function that simulates them under a motion."""
 
     name: str
     stones: int
@@ -48,12 +48,12 @@ class Kind(NamedTuple):
 
 
 class Cloud(NamedTuple):
-    """Stones, each row shape (members,), and whether each fell in each test, shape (tests, members)."""
+    """Parameters of the stones, shape (members,), and their outcomes, shape (tests, members)."""
 
     b_over_h: FloatArray
     height: FloatArray
     damping: FloatArray
-    """Over the default contact's ratio."""
+    """Damping ratio divided by that of the default contact."""
     fell: NDArray[np.bool_]
 
 
@@ -88,11 +88,11 @@ PRISMS: Final = Kind(
 
 
 _EVEN: Final = ("friction", "orientation")
-"""Spread evenly; all else is spread evenly over the logarithm."""
+"""Parameters with a uniform distribution; the logarithms of the others have one."""
 
 
-def drawn(kind: Kind, count: int) -> Rows:
-    """Scrambled Sobol points between the ends of a kind, a row for each of its names."""
+def draw_stones(kind: Kind, count: int) -> Rows:
+    """Return scrambled Sobol points within the bounds of a kind, by parameter."""
     unit = qmc.Sobol(len(kind.bounds), seed=SEED).random(count).T
     return {
         name: low + (high - low) * u if name in _EVEN else low * (high / low) ** u
@@ -100,8 +100,8 @@ def drawn(kind: Kind, count: int) -> Rows:
     }
 
 
-def near_a_centre(rows: Rows) -> NDArray[np.bool_]:
-    """Stones that lie in some neighbourhood: no share counts the others."""
+def in_any_neighbourhood(rows: Rows) -> NDArray[np.bool_]:
+    """True for stones that belong to at least one neighbourhood; the others are in no share."""
     shape, size = np.log(rows["b_over_h"]), np.log(rows["height"])
     ends = [
         (np.log(centres[[0, -1]]), width) for centres, width in ((B_OVER_H, WIDTH_B_OVER_H), (HEIGHT, WIDTH_HEIGHT))
@@ -112,22 +112,22 @@ def near_a_centre(rows: Rows) -> NDArray[np.bool_]:
 
 
 def cloud(kind: Kind, tests: Tests, kept: Path | None = None, *, count: int | None = None, threads: int = 1) -> Cloud:
-    """Run every stone of a kind under every test, or read what was run before with the same sources.
+    """Run every stone of a kind under every test, or read the results of an earlier run with the same sources.
 
     Parameters
     ----------
     kind : Kind
-        What is run.
+        Kind of stone.
     tests : Tests
         The tests.
     kept : Path, optional
-        Folder in which the outcome is kept.
+        Folder in which the results are stored.
     count, threads : int
-        Stones to draw, the kind's own number where not given, and tests that are run side by side.
+        Number of stones to draw (default: that of the kind), and of tests to run at the same time.
     """
     count = count or kind.stones
-    rows = drawn(kind, count)
-    chosen = near_a_centre(rows)
+    rows = draw_stones(kind, count)
+    chosen = in_any_neighbourhood(rows)
     rows = {name: values[chosen] for name, values in rows.items()}
     key = hashlib.sha256(sources_digest(Path(__file__).parent).encode())
     key.update(b"".join(one.tobytes() for one in tests.acceleration))
@@ -139,20 +139,20 @@ def cloud(kind: Kind, tests: Tests, kept: Path | None = None, *, count: int | No
     else:
         fell = np.zeros((len(tests.acceleration), members), dtype=bool)
         begin = time.monotonic()
-        # The planning of one test goes on beside the kernel of another, which holds no lock.
+        # The kernel releases Python's lock, so one test is planned while another one runs.
         with ThreadPoolExecutor(threads) as pool:
             found = pool.map(lambda index: kind.fell(tests.ground(index), rows), range(len(fell)))
             for index, falls in enumerate(found):
                 fell[index] = falls
-                _tell(kind.name, index + 1, len(fell), time.monotonic() - begin)
+                _print_progress(kind.name, index + 1, len(fell), time.monotonic() - begin)
         if path is not None:
             with atomic_write(path) as part, part.open("wb") as file:
                 np.save(file, np.packbits(fell, axis=1))
     return Cloud(rows["b_over_h"], rows["height"], rows["damping"], fell)
 
 
-def _tell(name: str, done: int, of: int, seconds: float) -> None:
-    """How far it is: in one line of a terminal, elsewhere in a line for each tenth."""
+def _print_progress(name: str, done: int, of: int, seconds: float) -> None:
+    """Print the progress: updated in place on a terminal, otherwise one line for each tenth."""
     line = f"{name}: {done} of {of} tests, {seconds / done * (of - done):.0f} s to go"
     if sys.stderr.isatty():
         print(f"\r{line:<60}", end="\n" if done == of else "", file=sys.stderr, flush=True)

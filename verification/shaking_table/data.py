@@ -1,4 +1,4 @@
-"""The tests as a table: the table's measured motion, what was played, and whether each specimen fell."""
+"""Shaking-table tests: measured motion, record that was played, and outcome of each specimen."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -27,46 +27,46 @@ _ARRAYS: Final = (
 
 @dataclass(frozen=True)
 class Tests:
-    """Tests of both specimens; arrays have an entry for each test."""
+    """Tests of both specimens; arrays have one entry per test."""
 
-    __test__ = False  # no test case, whatever pytest makes of the name
+    __test__ = False  # tell pytest that this class is not a test case
 
-    number: NDArray[np.int64]  # the laboratory's
+    number: NDArray[np.int64]  # as numbered by the laboratory
     motion: NDArray[np.str_]
-    """The record that was played, without its component: tests of one record are not independent."""
+    """Record that was played, without its component. Tests of one record are not independent."""
     acceleration: list[FloatArray]
-    """Measured along the table's axis, m/s²."""
+    """Measured acceleration along the axis of the table, m/s²."""
     sampling_interval: float  # s
     pga: FloatArray  # of the measured motion, m/s²
     pgv: FloatArray  # m/s
     fell: dict[int, NDArray[np.bool_]]
-    """Whether each specimen fell."""
+    """True where a specimen fell, by specimen."""
 
     def ground(self, index: int) -> Motion:
-        """Motion of one test, towards azimuth 0."""
+        """Return the motion of one test, towards azimuth 0."""
         along = self.acceleration[index]
         return Motion(along, np.zeros_like(along), sampling_interval=self.sampling_interval)
 
 
 def read_tests(folder: Path) -> Tests:
-    """Read the tests from a folder that the user names.
+    """Read the tests from a folder.
 
     Raises
     ------
     ResultError
-        If the folder has no such file, or an array is missing.
+        If the file or one of its arrays is missing.
     """
     path = folder / FILE
     if not path.is_file():
-        raise ResultError(f"{folder}: no {FILE}; docs/shaking-table.md says what it holds and where the data are")
+        raise ResultError(f"{folder}: no {FILE}; for its contents and source see docs/shaking-table.md")
     with np.load(path, allow_pickle=False) as stored:
         missing = [name for name in _ARRAYS if name not in stored]
         if missing:
-            raise ResultError(f"{path}: no array {missing[0]!r}; docs/shaking-table.md lists what the file holds")
+            raise ResultError(f"{path}: no array {missing[0]!r}; docs/shaking-table.md lists the arrays")
         data = {name: stored[name] for name in _ARRAYS}
     start = data["start"]
     samples = data["acceleration"].astype(np.float64) * float(data["scale"])
-    # RSN1234_NAME_COMPONENT: both components of a record are held out together.
+    # RSN1234_NAME_COMPONENT: both components of a record are predicted together.
     record = np.array([str(name).split("_")[0] for name in data["motion"]])
     return Tests(
         number=data["test"].astype(np.int64),

@@ -1,4 +1,4 @@
-"""What is compared: each model learns from some tests and gives other tests a probability of falling."""
+"""Models that are fitted to some tests and predict the probability of a fall in others."""
 
 from collections.abc import Callable, Iterator
 from typing import Final
@@ -13,13 +13,13 @@ from verification.shaking_table.data import Tests
 
 Rows = NDArray[np.intp]
 Model = Callable[[int, Rows, Rows], FloatArray]
-"""From specimen, tests to learn from and tests to foretell to the probabilities of the latter."""
+"""Function of specimen, tests to learn from and tests to predict; returns the probabilities of the latter."""
 
 
 def ensemble_fractions(cloud: Cloud) -> FloatArray:
-    """Share of each neighbourhood's stones that fall in each test, shape (centres, tests).
+    """Return the share of each neighbourhood that falls in each test, shape (centres, tests).
 
-    Half a fall and half a stand are added to each share, so that none is 0 or 1 and every likelihood is finite.
+    Half a fall and half a stand are added to each count, so that no share is 0 or 1 and all likelihoods are finite.
     """
     log_b, log_h = np.log(cloud.b_over_h), np.log(cloud.height)
     fell = cloud.fell.astype(np.float32)
@@ -33,29 +33,29 @@ def ensemble_fractions(cloud: Cloud) -> FloatArray:
 
 
 def most_likely_centre(fractions: FloatArray, fell: NDArray[np.bool_], learn: Rows) -> int:
-    """Place of the centre whose shares are likeliest, given what fell in the tests to learn from."""
+    """Return the index of the centre with the highest likelihood of the outcomes in the tests to learn from."""
     p, y = fractions[:, learn], fell[learn]
     likelihood = np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)
     return int(np.argmax(likelihood))
 
 
 def models(tests: Tests, planes: FloatArray, space: FloatArray) -> dict[str, Model]:
-    """The models by name, from the shares of the neighbourhoods of rectangles and of prisms."""
+    """Return the models by name, from the shares of the neighbourhoods of rectangles and of prisms."""
     peaks = np.log(np.column_stack([tests.pga, tests.pgv]))
 
     def shares(fractions: FloatArray) -> Model:
-        def ensemble(specimen: int, learn: Rows, foretell: Rows) -> FloatArray:
-            return np.asarray(fractions[most_likely_centre(fractions, tests.fell[specimen], learn)][foretell])
+        def ensemble(specimen: int, learn: Rows, predict: Rows) -> FloatArray:
+            return np.asarray(fractions[most_likely_centre(fractions, tests.fell[specimen], learn)][predict])
 
         return ensemble
 
-    def peaks_alone(specimen: int, learn: Rows, foretell: Rows) -> FloatArray:
-        return _logistic(peaks, tests, specimen, learn, foretell)
+    def peaks_alone(specimen: int, learn: Rows, predict: Rows) -> FloatArray:
+        return _logistic(peaks, tests, specimen, learn, predict)
 
-    def both(specimen: int, learn: Rows, foretell: Rows) -> FloatArray:
+    def both(specimen: int, learn: Rows, predict: Rows) -> FloatArray:
         share = planes[most_likely_centre(planes, tests.fell[specimen], learn)]
         predictors = np.column_stack([np.log(share / (1 - share)), peaks])
-        return _logistic(predictors, tests, specimen, learn, foretell)
+        return _logistic(predictors, tests, specimen, learn, predict)
 
     return {PEAKS: peaks_alone, ENSEMBLE: shares(planes), BOTH: both, SPACE: shares(space)}
 
@@ -63,31 +63,31 @@ def models(tests: Tests, planes: FloatArray, space: FloatArray) -> dict[str, Mod
 PEAKS: Final = "logistic of PGA and PGV"
 ENSEMBLE: Final = "ensemble of rectangles"
 BOTH: Final = "ensemble, PGA and PGV in a logistic"
-SPACE: Final = "ensemble of prisms in space"
+SPACE: Final = "ensemble of 3-D prisms"
 
 
-def _logistic(predictors: FloatArray, tests: Tests, specimen: int, learn: Rows, foretell: Rows) -> FloatArray:
+def _logistic(predictors: FloatArray, tests: Tests, specimen: int, learn: Rows, predict: Rows) -> FloatArray:
     fell = tests.fell[specimen][learn].astype(np.float64)
     fit = logistic_fit(predictors[learn], fell, tests.motion[learn], intervals=False)
-    return fit.probability(predictors[foretell])
+    return fit.probability(predictors[predict])
 
 
-def odd_even(tests: Tests) -> Iterator[tuple[Rows, Rows]]:
-    """Learn from the odd-numbered tests, foretell the even ones: the split of the published figures."""
+def split_odd_even(tests: Tests) -> Iterator[tuple[Rows, Rows]]:
+    """Learn from the odd-numbered tests and predict the even ones, as in the published results."""
     odd = tests.number % 2 == 1
     yield np.flatnonzero(odd), np.flatnonzero(~odd)
 
 
-def each_motion(tests: Tests) -> Iterator[tuple[Rows, Rows]]:
-    """Foretell the tests of each motion from those of all others."""
+def leave_motion_out(tests: Tests) -> Iterator[tuple[Rows, Rows]]:
+    """Predict the tests of each motion from those of all others."""
     for name in np.unique(tests.motion):
         own = tests.motion == name
         yield np.flatnonzero(~own), np.flatnonzero(own)
 
 
-def foretold(model: Model, specimen: int, splits: Iterator[tuple[Rows, Rows]], count: int) -> FloatArray:
-    """Held-out probabilities of each test, NaN where a split does not foretell it."""
+def predict_held_out(model: Model, specimen: int, splits: Iterator[tuple[Rows, Rows]], count: int) -> FloatArray:
+    """Return the predicted probability of each test; NaN if no split predicts it."""
     p = np.full(count, np.nan)
-    for learn, foretell in splits:
-        p[foretell] = model(specimen, learn, foretell)
+    for learn, predict in splits:
+        p[predict] = model(specimen, learn, predict)
     return p

@@ -1,4 +1,4 @@
-"""The page of the shaking-table tests: tables between marks, and the reliability diagram."""
+"""Tables and the reliability diagram of docs/shaking-table.md."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -28,7 +28,7 @@ SPLIT: Final = "motion left out"
 
 
 def draw_reliability(tests: Tests, probabilities: Mapping[tuple[str, str, int], FloatArray], path: Path) -> None:
-    """Draw share fallen over held-out probability, a panel for each model and specimen."""
+    """Draw the share fallen over the predicted probability; one panel for each model and specimen."""
     with style():
         figure, panels = grid(len(SPECIMENS), len(MODELS), 10.4, 5.6)
         for row, specimen in enumerate(SPECIMENS):
@@ -37,9 +37,9 @@ def draw_reliability(tests: Tests, probabilities: Mapping[tuple[str, str, int], 
                 _draw_bins(panels[row, column], bins)
                 panels[row, column].set_title(f"{model}\nspecimen {specimen}", fontsize=8)
         for axes in panels.ravel():
-            labels(axes, "held-out probability of falling", "share that fell")
+            labels(axes, "predicted probability of falling", "share that fell")
             axes.label_outer()
-        caption(figure, "Reliability, each motion foretold from the others; 95 % intervals by motion")
+        caption(figure, "Reliability; each motion is predicted from the others; 95 % intervals by motion")
         save(figure, path)
 
 
@@ -57,17 +57,17 @@ def _draw_bins(axes: Any, bins: list[Bin]) -> None:
 
 
 def bodies(tests: Tests, fractions: Mapping[str, FloatArray], rows: pd.DataFrame) -> dict[str, str]:
-    """Text by mark; `fractions` are the shares of the neighbourhoods by model."""
+    """Return the Markdown of each marker; `fractions` are the shares of each neighbourhood that fall, by model."""
     return of_scores(rows) | {"shaking-table-centres": _centres(tests, fractions)}
 
 
 def of_scores(rows: pd.DataFrame) -> dict[str, str]:
-    """The tables that are made of the kept scores alone, by their marks."""
-    return {"shaking-table-scores": _scores(rows), "shaking-table-beside": _beside(rows)}
+    """Return the tables that are computed from the stored scores alone, by marker."""
+    return {"shaking-table-scores": _scores(rows), "shaking-table-improvement": _improvements(rows)}
 
 
 def damping(found: Mapping[str, tuple[int, FloatArray]]) -> dict[str, str]:
-    """The table of scores by damping ratio, by its mark."""
+    """Return the table of scores by damping ratio, by its marker."""
     head = ("ξ", "rectangles", *(f"{name}, specimen {specimen}" for specimen in SPECIMENS for name in NAMES))
     lines = [(name, count, *(f"{value:.3f}" for value in rows.ravel())) for name, (count, rows) in found.items()]
     return {"shaking-table-damping": markdown(head, lines)}
@@ -84,8 +84,8 @@ def _scores(rows: pd.DataFrame) -> str:
     return markdown(("split", "specimen", "model", *NAMES, "tests"), lines)
 
 
-def _beside(rows: pd.DataFrame) -> str:
-    """How many of an ensemble's scores are better than the logistic's, and how many by an interval without 0."""
+def _improvements(rows: pd.DataFrame) -> str:
+    """Return the number of scores better than those of the logistic, and of those whose interval excludes 0."""
     known = {(one.model, one.split, one.specimen, one.score): one for one in lines_of(rows)}
     counts: dict[tuple[str, str], list[int]] = {}
     for (model, *what), one in known.items():
@@ -97,12 +97,12 @@ def _beside(rows: pd.DataFrame) -> str:
             for place, holds in enumerate((over < 0 if less else over > 0, sure, True)):
                 found[place] += bool(holds)
     lines = [(*name, f"{better} of {of}", f"{sure} of {of}") for name, (better, sure, of) in counts.items()]
-    heads = ("model", "split", "scores better than the logistic's", "by more than 0 at 95 % confidence")
+    heads = ("model", "split", "scores better than those of the logistic", "significantly better (95 %)")
     return markdown(heads, lines)
 
 
 def _centres(tests: Tests, fractions: Mapping[str, FloatArray]) -> str:
-    """The stones that suit the odd-numbered tests best."""
+    """Return the most likely centres, from the odd-numbered tests."""
     learn = np.flatnonzero(tests.number % 2 == 1)
     lines = []
     for model, shares in fractions.items():

@@ -1,4 +1,7 @@
-"""Scores of probabilities against what fell, with intervals by motion: tests of one record are not independent."""
+"""Scores of predicted probabilities, with bootstrap intervals over motions.
+
+Tests of one record are not independent, so whole motions are drawn.
+"""
 
 from typing import Final, NamedTuple
 
@@ -23,9 +26,9 @@ class Bin(NamedTuple):
 
 
 def scores(p: FloatArray, fell: NDArray[np.bool_]) -> FloatArray:
-    """F1 at probability one half, area under the ROC curve, and Brier score, as `NAMES`; NaN where there is none."""
-    said = p >= 0.5
-    hits, wrong = int((said & fell).sum()), int((said != fell).sum())
+    """Return F1 at probability ½, area under the ROC curve, and Brier score; NaN unless some fell and some stood."""
+    predicted = p >= 0.5
+    hits, wrong = int((predicted & fell).sum()), int((predicted != fell).sum())
     falls, stands = int(fell.sum()), int((~fell).sum())
     if not (falls and stands):
         return np.full(3, np.nan)
@@ -33,8 +36,8 @@ def scores(p: FloatArray, fell: NDArray[np.bool_]) -> FloatArray:
     return np.array([2 * hits / (2 * hits + wrong), area, float(np.mean((p - fell) ** 2))])
 
 
-def drawn_motions(motion: NDArray[np.str_], draws: int = DRAWS, seed: int = 1) -> list[NDArray[np.intp]]:
-    """Tests of bootstrap samples, whole motions drawn with replacement."""
+def bootstrap_samples(motion: NDArray[np.str_], draws: int = DRAWS, seed: int = 1) -> list[NDArray[np.intp]]:
+    """Return the tests of each bootstrap sample; whole motions are drawn with replacement."""
     names, member = np.unique(motion, return_inverse=True)
     own = [np.flatnonzero(member == i) for i in range(names.size)]
     generator = np.random.Generator(np.random.PCG64(seed))
@@ -42,16 +45,16 @@ def drawn_motions(motion: NDArray[np.str_], draws: int = DRAWS, seed: int = 1) -
 
 
 def interval(values: FloatArray) -> tuple[float, float]:
-    """Ends of the middle 95 % of what is known."""
+    """Return the 2.5 and 97.5 % quantiles of the finite values."""
     low, high = np.nanquantile(values, [0.025, 0.975])
     return float(low), float(high)
 
 
 def reliability(p: FloatArray, fell: NDArray[np.bool_], motion: NDArray[np.str_], draws: int = DRAWS) -> list[Bin]:
-    """Share that fell in bins of probability, with intervals by motion; bins of fewer than five tests are left out."""
+    """Return the share that fell in bins of probability, with bootstrap intervals; omit bins below five tests."""
     edges = np.array([0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0 + 1e-9])
     place = np.searchsorted(edges, p, side="right") - 1
-    samples = drawn_motions(motion, draws)
+    samples = bootstrap_samples(motion, draws)
     bins = []
     for index in range(edges.size - 1):
         own = place == index

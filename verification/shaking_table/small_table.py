@@ -1,7 +1,7 @@
-"""`python -m verification.shaking_table.small_table`: a rock on a small shaking table, into its page.
+"""`python -m verification.shaking_table.small_table`: predict tests of a rock on a small shaking table.
 
-The tests are those of DREAMS-lab/shakebot_motion (MIT; the licence stands beside them in `shakebot/`): one rock at two
-yaws each on two days, with the commanded PGA (g), PGV/PGA (s), and whether it fell. The ground acceleration is one
+The tests are from DREAMS-lab/shakebot_motion (MIT licence, in `shakebot/`): one rock at two orientations on each of
+two days, with the commanded PGA (g), PGV/PGA (s), and the outcome. The ground acceleration is one
 period of PGA cos(2πFt), F = 1/(2π PGV/PGA).
 """
 
@@ -18,38 +18,38 @@ from overturning.motion.motion import Motion
 from overturning.statistics.logistic import logistic_fit
 from overturning.units import STANDARD_GRAVITY
 from verification.shaking_table.models import WIDTH_B_OVER_H, WIDTH_HEIGHT, Rows, most_likely_centre
-from verification.shaking_table.scores import NAMES, drawn_motions, interval, scores
+from verification.shaking_table.scores import NAMES, bootstrap_samples, interval, scores
 from verification.tables import RESULTS, markdown, publish, write_csv
 
 FOLDER: Final = Path(__file__).with_name("shakebot")
 SETS: Final = {
     "exp0": "2022-09-07, 0°", "exp270": "2022-09-07, 270°", "PBR_0": "2022-10-24, 0°", "PBR_90": "2022-10-24, 90°",
 }  # fmt: skip
-"""Files, and the day and yaw of each."""
+"""Day and orientation of the tests, by file."""
 
 B_OVER_H: Final = np.geomspace(0.02, 0.6, 50)
 HEIGHT: Final = np.geomspace(0.01, 1.5, 38)
-"""Rectangles that are tried, B/H and height in m: each the centre of a neighbourhood as wide as the boulder's."""
+"""Centres of the neighbourhoods, which are as wide as those for the boulder: B/H, and height in m."""
 
 ENDS: Final = {what: (f"{what} low", f"{what} high") for what in NAMES}
 
 QUIET: Final = 0.5
-"""Rest before the period, s."""
+"""Rest before and after the period, s."""
 
 
 def read_set(name: str) -> pd.DataFrame:
-    """Tests of a file in their order: ``ratio``, PGV/PGA in s, ``pga`` in g, and whether it ``fell``.
+    """Return the tests of a file in their order: ``ratio`` (PGV/PGA, s), ``pga`` (g) and ``fell``.
 
-    Where neither Y nor N stands, it is not known whether the rock fell.
+    Tests with an outcome other than Y or N, or without a motion, are omitted.
     """
     rows = pd.read_csv(FOLDER / f"{name}.csv", names=["when", "ratio", "pga", "fell"], skiprows=1).dropna()
     fell = rows["fell"].str.strip(".").str.upper()
     found = rows[["ratio", "pga"]].astype(float).assign(fell=fell == "Y")[fell.isin(("Y", "N"))]
-    return found[(found["pga"] > 0) & (found["ratio"] > 0)].reset_index(drop=True)  # without a motion none falls
+    return found[(found["pga"] > 0) & (found["ratio"] > 0)].reset_index(drop=True)
 
 
 def period_of_cosine(pga: float, ratio: float, interval: float = 0.001) -> Motion:
-    """The commanded motion of a test towards azimuth 0: PGA in g, PGV/PGA in s."""
+    """Return the commanded motion of a test towards azimuth 0; PGA in g, PGV/PGA in s."""
     duration = 2.0 * np.pi * ratio
     along = np.zeros(round((2.0 * QUIET + duration) / interval))
     time = interval * np.arange(along.size) - QUIET
@@ -59,9 +59,9 @@ def period_of_cosine(pga: float, ratio: float, interval: float = 0.001) -> Motio
 
 
 def shares(tests: pd.DataFrame) -> FloatArray:
-    """Share of the rigid blocks round each centre that fall in each test, shape (centres, tests), never 0 nor 1.
+    """Return the share of each neighbourhood that falls in each test, shape (centres, tests), never 0 or 1.
 
-    Centres in the order of `B_OVER_H`, then `HEIGHT`; of a neighbourhood all blocks of the grid count alike.
+    Centres are in the order of `B_OVER_H`, then `HEIGHT`; all blocks of a neighbourhood count equally.
     """
     grid = np.meshgrid(B_OVER_H, HEIGHT, indexing="ij")
     cases = Cases(0.0, grid[1].ravel(), grid[0].ravel(), 1.0)
@@ -78,11 +78,13 @@ def shares(tests: pd.DataFrame) -> FloatArray:
     return np.asarray(found.reshape(-1, len(pairs))[:, of_test.ravel()])
 
 
-def foretold(tests: pd.DataFrame, fractions: FloatArray) -> tuple[dict[str, FloatArray], list[tuple[float, float]]]:
-    """Probabilities by model, of each half from the other, and the B/H and height (m) that each half makes likeliest.
+def predict_held_out(
+    tests: pd.DataFrame, fractions: FloatArray
+) -> tuple[dict[str, FloatArray], list[tuple[float, float]]]:
+    """Predict each half of the tests from the other, by model; return also each half's most likely B/H and height (m).
 
-    The halves are the odd and the even tests: which of them a test is in hangs on what was tried before it, and the
-    scores of one half alone hang on which it is.
+    The halves are the odd and the even tests. Both are predicted, since the scores of one half alone depend on which
+    half it is.
     """
     fell = tests["fell"].to_numpy()
     peaks = np.log(np.column_stack([tests["pga"], tests["pga"] * tests["ratio"]]))
@@ -99,24 +101,24 @@ def foretold(tests: pd.DataFrame, fractions: FloatArray) -> tuple[dict[str, Floa
 
 
 def cells(tests: pd.DataFrame) -> np.ndarray:
-    """Name of the motion of each test: repeats of one are not independent."""
+    """Return the name of the motion of each test; repetitions of a motion are not independent."""
     return np.array([f"{pga:g} {ratio:g}" for pga, ratio in zip(tests["pga"], tests["ratio"], strict=True)])
 
 
 def measure() -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Scores of each model on all tests of each set, with intervals by motion, and the likeliest blocks."""
+    """Return scores of each model on each set, with bootstrap intervals over motions, and the most likely blocks."""
     rows, blocks = [], []
-    for name, said in SETS.items():
+    for name, label in SETS.items():
         tests = read_set(name)
-        probabilities, centres = foretold(tests, shares(tests))
-        fell, samples = tests["fell"].to_numpy(), drawn_motions(cells(tests))
+        probabilities, centres = predict_held_out(tests, shares(tests))
+        fell, samples = tests["fell"].to_numpy(), bootstrap_samples(cells(tests))
         for half, (b_over_h, height) in zip(("odd", "even"), centres, strict=True):
-            blocks.append({"tests": said, "learnt from": half, "B/H": b_over_h, "H, m": height})
+            blocks.append({"tests": label, "fitted to": half, "B/H": b_over_h, "H, m": height})
         for model, p in probabilities.items():
             if not np.isfinite(p).all():
-                continue  # a half has no such fit: a line parts its falls from its stands
+                continue  # no regression: a straight line separates the falls from the stands of a half
             drawn, own = np.array([scores(p[s], fell[s]) for s in samples]), scores(p, fell)
-            row: dict[str, str | float | int] = {"set": said, "model": model, "tests": len(tests), "fell": fell.sum()}
+            row: dict[str, str | float | int] = {"set": label, "model": model, "tests": len(tests), "fell": fell.sum()}
             for place, what in enumerate(NAMES):
                 row |= {what: own[place]} | dict(zip(ENDS[what], interval(drawn[:, place]), strict=True))
             rows.append(row)
@@ -136,12 +138,12 @@ def main() -> None:
         for _, row in rows.iterrows()
     ]
     centres = [
-        (str(one["tests"]), str(one["learnt from"]), f"{one['B/H']:.3f}", f"{one['H, m']:.2f}")
+        (str(one["tests"]), str(one["fitted to"]), f"{one['B/H']:.3f}", f"{one['H, m']:.2f}")
         for _, one in blocks.iterrows()
     ]
     publish({
         "small-table-scores": markdown(("tests", "model", *NAMES, "fell"), lines),
-        "small-table-blocks": markdown(("tests", "learnt from", "B/H", "H, m"), centres),
+        "small-table-blocks": markdown(("tests", "fitted to", "B/H", "H, m"), centres),
     })  # fmt: skip
 
 

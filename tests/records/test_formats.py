@@ -14,7 +14,8 @@ from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_paths
 from overturning.records.component import channel_axis, parse_axis
 from overturning.records.declarations import Declarations
-from overturning.records.read import read_files, read_path, read_record
+from overturning.records.files import read_files
+from overturning.records.read import read_path, read_record
 from overturning.records.record import Record, provenance
 from overturning.records.source import SourceFile
 from tests.expect import refused

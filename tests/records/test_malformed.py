@@ -14,7 +14,8 @@ import pytest
 from overturning.errors import OverturningError, RecordError
 from overturning.records.assembly import assemble
 from overturning.records.declarations import Declarations
-from overturning.records.read import read_files, read_path
+from overturning.records.files import read_files
+from overturning.records.read import read_path
 from overturning.records.record import Record
 from overturning.records.source import SourceFile
 from tests.bounds import bounded

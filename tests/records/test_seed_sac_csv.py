@@ -11,8 +11,9 @@ from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_paths, describe
 from overturning.records.declarations import Declarations
+from overturning.records.files import read_files
 from overturning.records.formats.table import format_named
-from overturning.records.read import read, read_files, read_path, read_record
+from overturning.records.read import read, read_path, read_record
 from overturning.records.record import processing_label
 from overturning.records.source import SourceFile
 from tests.expect import refused

@@ -11,7 +11,6 @@ import typer
 from overturning.commands.declared import RESOURCES, TABLE, FileOptions, spread_options
 
 if TYPE_CHECKING:
-    from overturning.records.catalogue import RecordEntry
     from overturning.records.record import Record
 
 Paths = Annotated[
@@ -138,12 +137,7 @@ def add(
 ) -> None:
     """Read the files of a record, copy them into the folder, and add a line to the record table."""
     from overturning.errors import ArgumentError
-    from overturning.records.catalogue import read_catalogue
-    from overturning.records.duplicates import duplicate_texts, find_duplicates, fingerprint
-    from overturning.records.earthquakes import earthquakes_of
-    from overturning.records.processing import process
-    from overturning.records.record import Record
-    from overturning.records.table_line import add_line
+    from overturning.records.table_line import add_line, notes_on_new_record
 
     if wrong := [pair for pair in values or () if "=" not in pair]:
         raise ArgumentError(f"--set {wrong[0]}: write column=value")
@@ -155,25 +149,9 @@ def add(
     place = ", ".join(text for text in (record.station, record.event) if text)
     typer.echo(f"{table}: {record.record_id}{f' ({place})' if place else ''}")
     _echo_record_notes(record)
-    others = [_as_read(entry, folder) for entry in read_catalogue(table).values() if entry.id != record.record_id]
-    known = earthquakes_of(others).notes
-    _echo_notes(note for note in earthquakes_of([*others, record]).notes if note not in known)
-    read = [process(one, None) for one in others if isinstance(one, Record)]
-    for text in duplicate_texts(find_duplicates(map(fingerprint, [*read, record]))):
-        if record.record_id in text.split():
-            typer.echo(f"  {text}")
+    for line in notes_on_new_record(record, table, folder):
+        typer.echo(line)
     typer.echo(f"look at it: overturning one --record {record.record_id} --azimuth 0 --animate {record.record_id}.html")
-
-
-def _as_read(entry: "RecordEntry", folder: Path) -> "Record | RecordEntry":
-    """Return a record of the table (its header may state an origin), or its entry if the files cannot be read."""
-    from overturning.errors import OverturningError
-    from overturning.records.read import read_record
-
-    try:
-        return read_record(entry, folder)
-    except OverturningError:
-        return entry
 
 
 fetch = typer.Typer(no_args_is_help=True, help="Download record files into a folder.")

@@ -34,6 +34,16 @@ def components_of_stream(stream: Any, unit: str | None, sensor: str) -> tuple[di
         raise ArgumentError(
             f"stream: no component towards {missing[0]}; give one trace each for N and E, and optionally Z"
         )
+    _check_alike(traces)
+    scale = 1.0 if unit is None else UNITS[unit]
+    values: dict[str, Any] = {
+        name: np.ma.getdata(trace.data) * float(trace.stats.calib) * scale for name, trace in traces.items()
+    }
+    return values, float(traces["north"].stats.delta)
+
+
+def _check_alike(traces: dict[str, Any]) -> None:
+    """Raise an ArgumentError unless all traces are of one station, window, sampling interval and sensor."""
     first, alike = traces["north"].stats, ("network", "station", "location", "starttime", "npts", "delta")
     for name, trace in traces.items():
         if any(trace.stats[key] != first[key] for key in alike):
@@ -45,11 +55,6 @@ def components_of_stream(stream: Any, unit: str | None, sensor: str) -> tuple[di
     sensors = dict.fromkeys(code[:2] for code in codes if len(code) == 3 and code[2] in "NEZ")
     if len(sensors) > 1:
         raise ArgumentError(f"stream: channels of sensors {' and '.join(sensors)}; select those of one")
-    scale = 1.0 if unit is None else UNITS[unit]
-    values: dict[str, Any] = {
-        name: np.ma.getdata(trace.data) * float(trace.stats.calib) * scale for name, trace in traces.items()
-    }
-    return values, float(first.delta)
 
 
 def _no_acceleration(trace: Any, code: str, unit: str | None) -> str:

@@ -8,10 +8,11 @@ from overturning.errors import REASON_SEPARATOR, OverturningError
 from overturning.records.assembly import assemble
 from overturning.records.component import Component, largest
 from overturning.records.declarations import Declarations
+from overturning.records.files import read_files
 from overturning.records.formats.table import NO_ACCELERATION, is_no_acceleration
 from overturning.records.grouping import group_components
 from overturning.records.processing import process
-from overturning.records.read import missing_vertical_notes, read_files, read_with_siblings, with_notes
+from overturning.records.read import missing_vertical_notes, read_with_siblings, with_notes
 from overturning.records.record import Record, drift, peaks_of, processing_label, summary
 from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, read_source
 
@@ -37,41 +38,54 @@ def check_paths(paths: Sequence[Path], declared: Declarations | None = None) -> 
     """
     sources, findings = _sources(paths)
     declared = (declared or Declarations()).with_station_xml(sources)
-    components: list[Component] = []
-    others: list[Component] = []
     records = [source for source in sources if source not in declared.metadata]
     skipped = [source for source in records if is_no_acceleration(source)]
     # Spectra and velocities alone are refused, with the reason that their reader gives.
     skipped = skipped if len(skipped) < len(records) else []
     findings += [Finding((source.name,), reason=NO_ACCELERATION, skipped=True) for source in skipped]
-    for source in records:
-        if source in skipped:
-            continue
-        try:
-            for one in read_files([source], declared):
-                (components if declared.sensor in (None, one.sensor) else others).append(one)
-        except OverturningError as problem:
-            findings.append(Finding((source.name,), reason=str(problem)))
-    if others and not components:
-        files = tuple(dict.fromkeys(one.file for one in others))
-        findings.append(Finding(files, reason=f"of the {others[0].sensor} sensor; {declared.sensor} is declared"))
+    components, refused = _read_components([source for source in records if source not in skipped], declared)
+    findings += refused
     located = [path for path in paths if path.is_file()]
     if len(paths) == len(components) == 1 and paths[0].is_file():
         components, located = read_with_siblings(paths[0], declared)
     groups = group_components(components)
-    for group in groups:
-        files = tuple(dict.fromkeys(c.file for c in group))
+    return findings + [_check_record(group, groups, located, declared) for group in groups]
+
+
+def _read_components(sources: Sequence[SourceFile], declared: Declarations) -> tuple[list[Component], list[Finding]]:
+    """Return the components of the declared sensor, or of all sensors, and findings for files that are refused."""
+    components: list[Component] = []
+    others: list[Component] = []
+    refused = []
+    for source in sources:
         try:
-            record = assemble(group, Path(files[0]).name.split(".")[0].lower(), declared)
-            own = [path for path in located if path.name in files]
-            record = with_notes(record, missing_vertical_notes(own, group, declared) if own else [])
-            findings.append(Finding(files, tuple(group), record, used=process(record, None)))
+            for one in read_files([source], declared):
+                (components if declared.sensor in (None, one.sensor) else others).append(one)
         except OverturningError as problem:
-            reason = REASON_SEPARATOR.join(
-                [*([why] if (why := _several_places_reason(group, groups)) else []), str(problem)]
-            )
-            findings.append(Finding(files, tuple(group), reason=reason))
-    return findings
+            refused.append(Finding((source.name,), reason=str(problem)))
+    if others and not components:
+        files = tuple(dict.fromkeys(one.file for one in others))
+        refused.append(Finding(files, reason=f"of the {others[0].sensor} sensor; {declared.sensor} is declared"))
+    return components, refused
+
+
+def _check_record(
+    group: Sequence[Component],
+    groups: Sequence[Sequence[Component]],
+    located: Sequence[Path],
+    declared: Declarations,
+) -> Finding:
+    """Return the finding of one group of components: the record, or the reasons why it is refused."""
+    files = tuple(dict.fromkeys(c.file for c in group))
+    try:
+        record = assemble(group, Path(files[0]).name.split(".")[0].lower(), declared)
+        own = [path for path in located if path.name in files]
+        record = with_notes(record, missing_vertical_notes(own, group, declared) if own else [])
+        return Finding(files, tuple(group), record, used=process(record, None))
+    except OverturningError as problem:
+        several = _several_places_reason(group, groups)
+        reason = REASON_SEPARATOR.join([several, str(problem)] if several else [str(problem)])
+        return Finding(files, tuple(group), reason=reason)
 
 
 def _several_places_reason(group: Sequence[Component], groups: Sequence[Sequence[Component]]) -> str:

@@ -2,7 +2,7 @@
 
 import io
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -95,14 +95,20 @@ def fetch_fdsn(
     if not waves.exists():
         get = partial(client.get_waveforms, **codes, **window)
         ask(lambda: _save_answer(waves, "MiniSEED", get, lambda file: _check_waves(file, start, end)))
-    found = read_stream(SourceFile(waves.name, waves.read_bytes()), "MSEED")
+    for note in _missing_time_notes(SourceFile(waves.name, waves.read_bytes()), start, end):
+        tell(note)
+    return [waves, metadata]
+
+
+def _missing_time_notes(waves: SourceFile, start: Any, end: Any) -> Iterator[str]:
+    """Yield a note for each channel that begins or ends more than `MAX_MISSING_S` inside the requested window."""
+    found = read_stream(waves, "MSEED")
     for channel in dict.fromkeys(trace.id for trace in found):
         pieces = [trace.stats for trace in found if trace.id == channel]
         ends = min(one.starttime for one in pieces) - start, end - max(one.endtime for one in pieces)
         lost = [f"{word} {s:.0f} s" for word, s in zip(("first", "last"), ends, strict=True) if s > MAX_MISSING_S]
         if lost:
-            tell(f"{waves.name}: of the requested window, the {' and the '.join(lost)} of {channel} are not there")
-    return [waves, metadata]
+            yield f"{waves.name}: of the requested window, the {' and the '.join(lost)} of {channel} are not there"
 
 
 def _client(server: str, timeout: float) -> Any:

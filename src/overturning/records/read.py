@@ -1,11 +1,11 @@
 """Read records: by a line of the record table, from files without processing, or from files with processing."""
 
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path, PurePosixPath
-from typing import Any, Final
+from pathlib import Path
+from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -21,19 +21,15 @@ from overturning.records.assembly import assemble, borehole_name
 from overturning.records.catalogue import RecordEntry, find_files, find_paths
 from overturning.records.component import Component
 from overturning.records.declarations import Declarations
+from overturning.records.files import read_files
 from overturning.records.formats.table import (
-    NO_ACCELERATION,
-    Format,
-    detect_format,
     format_named,
-    is_no_acceleration,
-    is_recognised,
 )
 from overturning.records.grouping import group_components, in_one_record
 from overturning.records.neighbours import is_vertical, similar_files
 from overturning.records.processing import process
 from overturning.records.record import Record
-from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, is_archive, open_archive, read_source
+from overturning.records.source import is_archive, read_source
 from overturning.records.steps import Step, Steps
 from overturning.records.store import rounded
 from overturning.validation import describe_faults
@@ -104,92 +100,6 @@ def _components_of(entry: RecordEntry, data_dir: Path | str) -> list[Component]:
 def _non_empty(values: dict[str, Any]) -> dict[str, Any]:
     """Return the values that are neither None nor empty."""
     return {name: value for name, value in values.items() if value not in (None, "")}
-
-
-TABLES: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
-"""Extensions of tables and texts that agencies add to an archive of records, such as `_SearchResults.csv` of PEER."""
-
-
-def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Component]:
-    """Read the components of files and archives, each in the format of its content.
-
-    Columns must be declared; they are not recognised by content. StationXML among the files is passed to the readers
-    that need it. Raises a RecordError for a file of unknown format, or of another format than declared.
-    """
-    packed = [(m, file) for file in files for m in (open_archive(file) if is_archive(file.data) else [file])]
-    declared = declared.with_station_xml(member for member, _ in packed)
-    named = format_named("csv" if declared.columns else declared.format)
-    is_csv = named is not None and named.name == "csv"
-    components: list[Component] = []
-    left_out: dict[SourceFile, str] = {}
-    tables: list[SourceFile] = []
-    reasons = RefusalReasons()
-    for member, file in packed:
-        if member in declared.metadata:
-            continue
-        if member is not file and (member.suffix in NON_RECORD_EXTENSIONS or is_no_acceleration(member)):
-            left_out[member] = NO_ACCELERATION
-            continue
-        if member is not file and member.suffix in TABLES and not (is_csv or is_recognised(member)):
-            tables.append(member)
-            continue
-        with reasons.collect():
-            components += _read_one(member, named, declared)
-    # A table or a letter that comes with the records has another extension than they have.
-    records = {PurePosixPath(one.file).suffix.lower().lstrip(".") for one in components}
-    for member in tables:
-        if records and member.suffix not in records:
-            left_out[member] = "its format is not recognised"
-        else:
-            with reasons.collect():
-                _read_one(member, named, declared)
-    if left_out and not components:
-        with reasons.collect():
-            why = "none of the archive's members is an accelerogram: get the file that holds one"
-            raise RecordError(f"{next(iter(left_out)).name}: {why}")
-    reasons.raise_all()
-    return _drop_raw_duplicates(components, packed, left_out)
-
-
-def _read_one(file: SourceFile, named: Format | None, declared: Declarations) -> list[Component]:
-    """Read the components of one file, in the named format or in that of its content."""
-    if not file.data.strip(b"\0 \r\n\t"):
-        raise RecordError(f"{file.name}: the file is empty; get it again")
-    if named is not None and named.name != "csv" and not named.detect(file):
-        raise RecordError(f"{file.name}: not a {named.title} file; check `format` in the record table")
-    return (named or detect_format(file)).read(file, declared)
-
-
-def _drop_raw_duplicates(
-    components: Sequence[Component], packed: Sequence[tuple[SourceFile, SourceFile]], left_out: Mapping[SourceFile, str]
-) -> list[Component]:
-    """Drop raw components whose processed version is in the same archive, and add notes on all omitted members.
-
-    Agencies deliver a record as volumes: raw (1), processed (2), spectra (3).
-    """
-    archive = {member.sha256: file for member, file in packed if member is not file}
-
-    def alike(raw: Component, other: Component) -> bool:
-        same = ("format", "station", "event", "location", "sensor", "azimuth_deg", "vertical")
-        return (
-            other.processed
-            and archive.get(other.sha256) is archive[raw.sha256]
-            and all(getattr(raw, name) == getattr(other, name) for name in same)
-        )
-
-    raw = [c for c in components if c.sha256 in archive and not c.processed]
-    twice = [c for c in raw if any(alike(c, other) for other in components)]
-    kept = [c for c in components if not any(c is other for other in twice)]
-    said = [(c.file, "the same is there processed") for c in twice]
-    said += [(file.name, why) for file, why in left_out.items() if file.suffix not in NON_RECORD_EXTENSIONS]
-    noted = []
-    for component in kept:
-        # In an archive of several records, each gets only the notes on files of its own name.
-        own = [one for one in said if one[0].partition(".")[0] == component.file.partition(".")[0]]
-        notes = [f"{name} left out: {why}" for name, why in dict.fromkeys(own or said)]
-        in_archive = component.sha256 in archive
-        noted.append(replace(component, notes=(*component.notes, *notes)) if in_archive else component)
-    return noted
 
 
 def _assemble_sensor(components: Sequence[Component], record_id: str, declared: Declarations, **stated: Any) -> Record:

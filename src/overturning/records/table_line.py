@@ -8,9 +8,11 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from overturning.errors import ArgumentError, ConfigError, MissingDataError
+from overturning.errors import ArgumentError, ConfigError, MissingDataError, OverturningError
 from overturning.files import atomic_write, project_file
 from overturning.records.catalogue import RecordEntry, read_catalogue
+from overturning.records.duplicates import duplicate_texts, find_duplicates, fingerprint
+from overturning.records.earthquakes import earthquakes_of
 from overturning.records.processing import process
 from overturning.records.read import read_record, read_with_siblings
 from overturning.records.record import Record
@@ -28,6 +30,32 @@ def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder:
     column; defaults of ``id`` and ``source`` come from the files. Raises an `OverturningError` for an unknown column,
     an id that exists already, or a file that is missing or cannot be read; nothing is written then.
     """
+    _check_files_and_columns(paths, values)
+    stem = "".join(sign if sign.isalnum() or sign in "_-" else "-" for sign in paths[0].name.split(".")[0].lower())
+    cells = {"id": stem, "format": "auto", "source": " ".join(path.name for path in paths), **values}
+    before = project_file(table)
+    rows = read_catalogue(before) if before.exists() else {}
+    if cells["id"] in rows:
+        raise ConfigError(f"{table}: id {cells['id']!r} is there already; give another one")
+    entry = _check_entry(cells)
+    if len(paths) == 1 and "source" not in values:
+        paths = read_with_siblings(paths[0], entry.declarations)[1]
+        cells["source"] = " ".join(path.name for path in paths)
+        entry = entry.model_copy(update={"source": cells["source"]})
+    _check_cells(cells)
+    if (blank := next((path for path in paths if re.search(r"\s", path.name)), None)) and "source" not in values:
+        raise ArgumentError(f"{blank.name!r}: blanks set off the files of a record in its table; rename it")
+    with tempfile.TemporaryDirectory() as name:
+        for path in paths:
+            shutil.copyfile(path, Path(name) / path.name)
+        record = process(read_record(entry, Path(name)), None)
+    _copy_files(paths, folder)
+    _append(table, before, cells)
+    return record
+
+
+def _check_files_and_columns(paths: Sequence[Path], values: dict[str, str]) -> None:
+    """Raise an error for the first path that is no file, and for the first unknown column."""
     missing = [path for path in paths if not path.is_file()]
     if missing:
         why = "a folder; name the files of one record in it" if missing[0].is_dir() else "no such file"
@@ -37,32 +65,28 @@ def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder:
         raise ArgumentError(
             f"{unknown[0]}: no column of the record table; known are {', '.join(RecordEntry.model_fields)}"
         )
-    stem = "".join(sign if sign.isalnum() or sign in "_-" else "-" for sign in paths[0].name.split(".")[0].lower())
-    cells = {"id": stem, "format": "auto", "source": " ".join(path.name for path in paths), **values}
-    before = project_file(table)
-    rows = read_catalogue(before) if before.exists() else {}
-    if cells["id"] in rows:
-        raise ConfigError(f"{table}: id {cells['id']!r} is there already; give another one")
+
+
+def _check_entry(cells: dict[str, str]) -> RecordEntry:
+    """Return the entry of a line; raise an ArgumentError for an invalid cell."""
     try:
-        entry = RecordEntry.model_validate({name: text for name, text in cells.items() if text})
+        return RecordEntry.model_validate({name: text for name, text in cells.items() if text})
     except ValidationError as error:
         first = error.errors()[0]
         raise ArgumentError(f"{'.'.join(map(str, first['loc']))}: {format_validation_error(first)}") from None
-    if len(paths) == 1 and "source" not in values:
-        paths = read_with_siblings(paths[0], entry.declarations)[1]
-        cells["source"] = " ".join(path.name for path in paths)
-        entry = entry.model_copy(update={"source": cells["source"]})
+
+
+def _check_cells(cells: dict[str, str]) -> None:
+    """Raise an ArgumentError for a cell that would break the format of the table."""
     for text in cells.values():
         if re.search(r'[\t\n\r]|^"', text):
             raise ArgumentError(
                 f"{text!r}: a cell of the record table has no tab or line end and begins with no quotation mark"
             )
-    if (blank := next((path for path in paths if re.search(r"\s", path.name)), None)) and "source" not in values:
-        raise ArgumentError(f"{blank.name!r}: blanks set off the files of a record in its table; rename it")
-    with tempfile.TemporaryDirectory() as name:
-        for path in paths:
-            shutil.copyfile(path, Path(name) / path.name)
-        record = process(read_record(entry, Path(name)), None)
+
+
+def _copy_files(paths: Sequence[Path], folder: Path) -> None:
+    """Copy the files to the folder of record files; raise an ArgumentError if another file has the name of one."""
     folder.mkdir(parents=True, exist_ok=True)
     for path in paths:
         target = folder / path.name
@@ -70,8 +94,27 @@ def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder:
             raise ArgumentError(f"{target}: another file of this name is there; rename yours")
         if not target.exists():
             shutil.copyfile(path, target)
-    _append(table, before, cells)
-    return record
+
+
+def notes_on_new_record(record: Record, table: Path, folder: Path) -> list[str]:
+    """Return notes on how a record of the table compares with the others: its earthquake, and records with its samples.
+
+    Of other records whose files cannot be read, only the lines of the table are compared.
+    """
+    others = [_as_read(entry, folder) for entry in read_catalogue(table).values() if entry.id != record.record_id]
+    known = earthquakes_of(others).notes
+    notes = [f"earthquakes: {note}" for note in earthquakes_of([*others, record]).notes if note not in known]
+    read = [process(one, None) for one in others if isinstance(one, Record)]
+    texts = duplicate_texts(find_duplicates(map(fingerprint, [*read, record])))
+    return notes + [f"  {text}" for text in texts if record.record_id in text.split()]
+
+
+def _as_read(entry: RecordEntry, folder: Path) -> Record | RecordEntry:
+    """Return a record of the table (its header may state an origin), or its entry if the files cannot be read."""
+    try:
+        return read_record(entry, folder)
+    except OverturningError:
+        return entry
 
 
 def _append(table: Path, before: Path, cells: dict[str, str]) -> None:

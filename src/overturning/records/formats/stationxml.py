@@ -2,7 +2,7 @@
 
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -100,6 +100,20 @@ def epoch_of(trace: Any, inventory: Any, source: SourceFile, declared: Declarati
             raise RecordError(f"{name} {why}; {remedy}, or say --trust-data")
         trusted.append(f"{name} {why}")
 
+    channel = _channel_at(trace, inventory, name, contradict)
+    gain, unit = _gain_of(channel, name)
+    _check_stages(channel.response, gain, unit, contradict)
+    direction, unknown = _orientation(channel)
+    notes: tuple[str, ...] = ()
+    if unknown:
+        notes = (f"{name}: the StationXML says {unknown!r}, so its azimuth is not taken",)
+    if gain < 0:
+        notes += (f"{name} has a negative gain, {gain:g}, in the StationXML: its polarity is taken as reversed",)
+    return Epoch(channel, unit, gain, direction, bool(unknown), notes, tuple(trusted))
+
+
+def _channel_at(trace: Any, inventory: Any, name: str, contradict: Callable[[str, str], None]) -> Any:
+    """Return the channel of a trace at its start; contradict if several differ, or if it changes before the end."""
     fitting = _active_channels(trace, inventory, trace.stats.starttime)
     if not fitting:
         why = f"at {trace.stats.starttime} is not in the StationXML given"
@@ -118,27 +132,30 @@ def epoch_of(trace: Any, inventory: Any, source: SourceFile, declared: Declarati
             f"{str(later[-1].start_date)[:19]} on",
             "cut the file there",
         )
+    return channel
+
+
+def _gain_of(channel: Any, name: str) -> tuple[float, str]:
+    """Return the gain of a channel and its unit in upper case; raise a RecordError if it has none."""
     sensitivity = getattr(channel.response, "instrument_sensitivity", None)
     if sensitivity is None or sensitivity.value is None:
         raise RecordError(f"{name} has no gain in the StationXML; get it with level=response for that channel and time")
     gain, unit = float(sensitivity.value), (sensitivity.input_units or "").strip().upper()
     if not np.isfinite(gain) or gain == 0:
         raise RecordError(f"{name} has a gain of {gain}; correct the StationXML")
-    made = stages_gain(channel.response)
+    return gain, unit
+
+
+def _check_stages(response: Any, gain: float, unit: str, contradict: Callable[[str, str], None]) -> None:
+    """Contradict stages whose gains or unit differ from those of the channel."""
+    made = stages_gain(response)
     limit = MAX_VELOCITY_GAIN_DIFFERENCE if is_velocity(unit) else MAX_GAIN_DIFFERENCE
     if made is not None and max(abs(made / gain - 1.0), abs(gain / made - 1.0)) > limit:
         contradict(f"has a gain of {gain:g} in the StationXML, whose stages make {made:g}", "find out which is right")
-    first = (channel.response.response_stages or [None])[0]
+    first = (response.response_stages or [None])[0]
     other = (getattr(first, "input_units", None) or "").strip().upper()
     if {acceleration_scale(unit) is None, acceleration_scale(other) is None} == {True, False} and is_motion(other):
         contradict(f"is in {unit} in the StationXML, whose first stage is in {other}", "find out which is right")
-    direction, unknown = _orientation(channel)
-    notes: tuple[str, ...] = ()
-    if unknown:
-        notes = (f"{name}: the StationXML says {unknown!r}, so its azimuth is not taken",)
-    if gain < 0:
-        notes += (f"{name} has a negative gain, {gain:g}, in the StationXML: its polarity is taken as reversed",)
-    return Epoch(channel, unit, gain, direction, bool(unknown), notes, tuple(trusted))
 
 
 def has_channel(trace: Any, inventory: Any) -> bool:

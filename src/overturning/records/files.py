@@ -1,0 +1,118 @@
+"""Read the components of files and archives, each in the format of its content."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import PurePosixPath
+from typing import Final
+
+from overturning.errors import RecordError, RefusalReasons
+from overturning.records.component import Component
+from overturning.records.declarations import Declarations
+from overturning.records.formats.table import (
+    NO_ACCELERATION,
+    Format,
+    detect_format,
+    format_named,
+    is_no_acceleration,
+    is_recognised,
+)
+from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, is_archive, open_archive
+
+TABLES: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
+"""Extensions of tables and texts that agencies add to an archive of records, such as `_SearchResults.csv` of PEER."""
+
+
+def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Component]:
+    """Read the components of files and archives, each in the format of its content.
+
+    Columns must be declared; they are not recognised by content. StationXML among the files is passed to the readers
+    that need it. Raises a RecordError for a file of unknown format, or of another format than declared.
+    """
+    packed = list(_unpack(files))
+    declared = declared.with_station_xml(member for member, _ in packed)
+    named = format_named("csv" if declared.columns else declared.format)
+    is_csv = named is not None and named.name == "csv"
+    components: list[Component] = []
+    left_out: dict[SourceFile, str] = {}
+    tables: list[SourceFile] = []
+    reasons = RefusalReasons()
+    for member, file in packed:
+        in_archive = member is not file
+        if member in declared.metadata:
+            continue
+        if in_archive and (member.suffix in NON_RECORD_EXTENSIONS or is_no_acceleration(member)):
+            left_out[member] = NO_ACCELERATION
+        elif in_archive and not is_csv and _is_unknown_table(member):
+            tables.append(member)
+        else:
+            with reasons.collect():
+                components += _read_one(member, named, declared)
+    # A table or a letter that comes with the records has another extension than they have.
+    records = {PurePosixPath(one.file).suffix.lower().lstrip(".") for one in components}
+    for member in tables:
+        if records and member.suffix not in records:
+            left_out[member] = "its format is not recognised"
+        else:
+            with reasons.collect():
+                _read_one(member, named, declared)
+    with reasons.collect():
+        if left_out and not components:
+            why = "none of the archive's members is an accelerogram: get the file that holds one"
+            raise RecordError(f"{next(iter(left_out)).name}: {why}")
+    reasons.raise_all()
+    return _drop_raw_duplicates(components, packed, left_out)
+
+
+def _unpack(files: Iterable[SourceFile]) -> Iterator[tuple[SourceFile, SourceFile]]:
+    """Yield each file with itself, or each member of an archive with the archive."""
+    for file in files:
+        for member in open_archive(file) if is_archive(file.data) else [file]:
+            yield member, file
+
+
+def _is_unknown_table(member: SourceFile) -> bool:
+    """Return True for a member of an archive with the extension of a table that is of no known format."""
+    return member.suffix in TABLES and not is_recognised(member)
+
+
+def _read_one(file: SourceFile, named: Format | None, declared: Declarations) -> list[Component]:
+    """Read the components of one file, in the named format or in that of its content."""
+    if not file.data.strip(b"\0 \r\n\t"):
+        raise RecordError(f"{file.name}: the file is empty; get it again")
+    if named is not None and named.name != "csv" and not named.detect(file):
+        raise RecordError(f"{file.name}: not a {named.title} file; check `format` in the record table")
+    return (named or detect_format(file)).read(file, declared)
+
+
+def _drop_raw_duplicates(
+    components: Sequence[Component], packed: Sequence[tuple[SourceFile, SourceFile]], left_out: Mapping[SourceFile, str]
+) -> list[Component]:
+    """Drop raw components whose processed version is in the same archive, and add notes on all omitted members.
+
+    Agencies deliver a record as volumes: raw (1), processed (2), spectra (3).
+    """
+    archive = {member.sha256: file for member, file in packed if member is not file}
+    packed_components = [c for c in components if c.sha256 in archive]
+
+    def has_processed_version(raw: Component) -> bool:
+        same = (o for o in packed_components if o.processed and archive[o.sha256] is archive[raw.sha256])
+        return any(_have_equal_axes(raw, other) for other in same)
+
+    twice = [c for c in packed_components if not c.processed and has_processed_version(c)]
+    said = [(c.file, "the same is there processed") for c in twice]
+    said += [(file.name, why) for file, why in left_out.items() if file.suffix not in NON_RECORD_EXTENSIONS]
+    kept = [c for c in components if not any(c is other for other in twice)]
+    return [_with_omissions(c, said) if c.sha256 in archive else c for c in kept]
+
+
+def _with_omissions(component: Component, omitted: Sequence[tuple[str, str]]) -> Component:
+    """Return a component with notes on omitted files: those of its own name, if there are any, else all."""
+    own = [one for one in omitted if one[0].partition(".")[0] == component.file.partition(".")[0]]
+    notes = [f"{name} left out: {why}" for name, why in dict.fromkeys(own or omitted)]
+    return replace(component, notes=(*component.notes, *notes))
+
+
+def _have_equal_axes(first: Component, other: Component) -> bool:
+    """Return True if two components are of one axis of one sensor in one earthquake, by their metadata."""
+    same = ("format", "station", "event", "location", "sensor", "azimuth_deg", "vertical")
+    return all(getattr(first, name) == getattr(other, name) for name in same)

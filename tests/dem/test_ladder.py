@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.dem.block.centred import Corners, Corrected, correct, found_of
+from overturning.dem.block.commit import Corners, Corrected, correct, found_of
 from overturning.dem.block.state import GENTLE_STEPS, Block, Change, Corner, Given, Predicted, PredictedCorner
 from overturning.dem.kernel import balance
 from overturning.dem.kernel.balance import ENERGY_BOUND, RERUN_REFINEMENT

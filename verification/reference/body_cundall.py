@@ -164,7 +164,9 @@ def act(
     opened = -(depth * depth) if inside & (old.depth == 0.0) else opened
     shortened = (old.sx + kx) * (tx - kx) + (old.sy + ky) * (ty - ky)
     wrench = Wrench(force, cross(at.arm, force), damping, cross(at.arm, damping), opened, shortened)
-    return wrench, Memory(kx, ky, s.place.x + at.arm.x, s.place.y + at.arm.y, depth, n, 0.0, landing)
+    return wrench, Memory(
+        sx=kx, sy=ky, x=s.place.x + at.arm.x, y=s.place.y + at.arm.y, depth=depth, normal=n, slid=0.0, landing=landing
+    )
 
 
 @njit(**INLINE)
@@ -204,7 +206,16 @@ def step(
     w = angular_velocity(body, f, momentum)
     w = angular_velocity(body, frame_of(rotated(s.turn, half, w)), momentum)
     place, turn = along(s.place, dt, v), rotated(s.turn, dt, w)
-    moved = State(place, turn, v, momentum, w, a, t.moment, s.tick + WHOLE)
+    moved = State(
+        place=place,
+        turn=turn,
+        velocity=v,
+        momentum=momentum,
+        spin=w,
+        acceleration=a,
+        moment=t.moment,
+        tick=s.tick + WHOLE,
+    )
     return moved, peaks, Account(work, loss, spin, 0.0, 0.0, 0.0)
 
 
@@ -295,7 +306,20 @@ def shift_all(state: Any, columns: int, by: float) -> None:
         s, account = load_state(state, j), load_account(state, j)
         time = by * WHOLE * load_body(state, j).step
         v, momentum = along(s.velocity, time, s.acceleration), along(s.momentum, time, s.moment)
-        store_state(state, j, State(s.place, s.turn, v, momentum, s.spin, s.acceleration, s.moment, s.tick))
+        store_state(
+            state,
+            j,
+            State(
+                place=s.place,
+                turn=s.turn,
+                velocity=v,
+                momentum=momentum,
+                spin=s.spin,
+                acceleration=s.acceleration,
+                moment=s.moment,
+                tick=s.tick,
+            ),
+        )
         torque = s.moment.z + (s.place.x * s.acceleration.y - s.place.y * s.acceleration.x)
         store_account(state, j, Account(account.work, account.lost, account.spin + time * torque, 0.0, 0.0, 0.0))
 

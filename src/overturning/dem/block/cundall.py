@@ -72,10 +72,10 @@ def act(side: float, block: Block, s: State, old: Corner, rate: float, flat: tup
     kept = within(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
     let_go = old.depth if was & (not inside) else 0.0
     return Force(
-        n, f, arm, drop,
-        Corner(kept, place, depth, 0.0), let_go * let_go,
-        (old.spring + kept) * (stretch - kept),
-        n - block.stiffness * (depth if inside else 0.0), f + block.tangential * kept,
+        n=n, f=f, arm=arm, drop=drop,
+        corner=Corner(kept, place, depth, 0.0), opened=let_go * let_go,
+        shortened=(old.spring + kept) * (stretch - kept),
+        damping=n - block.stiffness * (depth if inside else 0.0), sliding=f + block.tangential * kept,
     )  # fmt: skip
 
 
@@ -119,5 +119,21 @@ def step(
         larger(peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth),
         select(abs(angle) < block.alpha, tick, peaks.last_upright),
     )
-    moved = State(x, z, angle, c, sn, vx, vz, vw, ax, az, aw, left.corner, right.corner, tick, landing_of(block, s, dt))
+    moved = State(
+        x=x,
+        z=z,
+        angle=angle,
+        cos=c,
+        sin=sn,
+        vx=vx,
+        vz=vz,
+        vw=vw,
+        ax=ax,
+        az=az,
+        aw=aw,
+        left=left.corner,
+        right=right.corner,
+        tick=tick,
+        landing=landing_of(block, s, dt),
+    )
     return moved, peaks, Account(account.work + dt * power, lost, 0.0, 0.0)

@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 from numba import njit, types
 from numba.extending import overload
 
-from overturning.dem.block import centred, cundall
+from overturning.dem.block import centred, commit, cundall
 from overturning.dem.block.state import (
     ROWS,
     Account,
@@ -96,14 +96,14 @@ def centred_loops(vertical: bool, with_friction: bool) -> Any:
             of_left = Given(d.slid_left, fine, held, drifts, drift)
             of_right = Given(d.slid_right, fine, held, drifts, drift)
             both = Corners(
-                centred.correct(block, w, w.left, s.left, of_left, d, with_friction),
-                centred.correct(block, w, w.right, s.right, of_right, d, with_friction),
+                commit.correct(block, w, w.left, s.left, of_left, d, with_friction),
+                commit.correct(block, w, w.right, s.right, of_right, d, with_friction),
             )
-            found = centred.found_of(block, clock, length, fine, both, with_friction)
+            found = commit.found_of(block, clock, length, fine, both, with_friction)
             again, sooner, attempt = next_attempt(BLOCK, clock, attempt, found, s.tick + length, ticks)
-            taken = centred.taken_next(Taken(d.slid_left, d.slid_right), fine, both, attempt.tries > 0.0, sooner)
+            taken = commit.taken_next(Taken(d.slid_left, d.slid_right), fine, both, attempt.tries > 0.0, sooner)
             kept = Kept(s, load_peaks(state, j), load_account(state, j))
-            kept = centred.commit(block, kept, w, d, both, length, vertical, with_friction)
+            kept = commit.commit(block, kept, w, d, both, length, vertical, with_friction)
             store_attempt(state, j, attempt)
             store_taken(state, j, taken)
             store_state(state, j, again, kept.state)

@@ -96,18 +96,18 @@ def put(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
     k, ks = case.stiffness, case.tangential
     inertia = 3.0 / (b * b + h * h)
     block = Block(
-        b,
-        h,
-        inertia,
-        k,
-        ks,
-        1.0 / ks if ks > 0.0 else 0.0,
-        case.dashpot,
-        case.friction,
-        case.alpha,
-        interval / ticks,
-        case.gentle,
-        LANDING * case.dashpot / k,
+        half_width=b,
+        half_height=h,
+        inertia=inertia,
+        stiffness=k,
+        tangential=ks,
+        compliance=1.0 / ks if ks > 0.0 else 0.0,
+        dashpot=case.dashpot,
+        friction=case.friction,
+        alpha=case.alpha,
+        step=interval / ticks,
+        gentle=case.gentle,
+        landing=LANDING * case.dashpot / k,
     )
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)
@@ -116,7 +116,23 @@ def put(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
     left, right = Corner(0.0, x + arm_l, drop_l - z, 0.0), Corner(0.0, x + arm_r, drop_r - z, 0.0)
     ul, ur = max(left.depth, 0.0), max(right.depth, 0.0)
     az, aw = k * (ul + ur) - GRAVITY, inertia * k * (-arm_l * ul + -arm_r * ur)
-    at_rest = State(x, z, case.tilt, c, s, 0.0, 0.0, 0.0, 0.0, az, aw, left, right, 0.0, 0.0)
+    at_rest = State(
+        x=x,
+        z=z,
+        angle=case.tilt,
+        cos=c,
+        sin=s,
+        vx=0.0,
+        vz=0.0,
+        vw=0.0,
+        ax=0.0,
+        az=az,
+        aw=aw,
+        left=left,
+        right=right,
+        tick=0.0,
+        landing=0.0,
+    )
     store_block(state, j, block)
     store_clock(state, j, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
     store_state(state, j, at_rest)

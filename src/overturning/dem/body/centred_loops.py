@@ -5,20 +5,8 @@ from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.body.centred import (
-    Kept,
-    commit,
-    contribution,
-    correct,
-    found_of,
-    is_fine,
-    is_steady,
-    predict,
-    predict_point,
-    rim_point,
-    solve,
-    turns_fast,
-)
+from overturning.dem.body.centred import contribution, is_fine, predict, predict_point, rim_point, solve
+from overturning.dem.body.commit import Kept, commit, correct, found_of, is_steady, turns_fast
 from overturning.dem.body.lying import landing_of, lands_flat, lie_all, lies, waits
 from overturning.dem.body.state import (
     ROWS,

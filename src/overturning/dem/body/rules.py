@@ -164,11 +164,20 @@ def put(state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, inte
         state[row * COLUMNS + j] = 0.0
     ks, at = case.tangential, case.start
     body = Body(
-        Symmetric(of.ixx, of.iyy, of.izz, of.ixy, of.ixz, of.iyz),
-        Symmetric(of.axx, of.ayy, of.azz, of.axy, of.axz, of.ayz),
-        of.foot, of.radius, case.stiffness, ks, 1.0 / ks if ks > 0.0 else 0.0, case.dashpot, case.friction,
-        of.critical, of.ends, interval / ticks, LANDING * case.dashpot / case.stiffness,
-    )  # fmt: skip
+        inverse=Symmetric(of.ixx, of.iyy, of.izz, of.ixy, of.ixz, of.iyz),
+        inertia=Symmetric(of.axx, of.ayy, of.azz, of.axy, of.axz, of.ayz),
+        foot=of.foot,
+        radius=of.radius,
+        stiffness=case.stiffness,
+        tangential=ks,
+        compliance=1.0 / ks if ks > 0.0 else 0.0,
+        dashpot=case.dashpot,
+        friction=case.friction,
+        critical=of.critical,
+        ends=of.ends,
+        step=interval / ticks,
+        landing=LANDING * case.dashpot / case.stiffness,
+    )
     place, turn = Vector(at.x, at.y, at.z), Quaternion(at.qw, at.qx, at.qy, at.qz)
     v, w, f = Vector(at.vx, at.vy, at.vz), Vector(at.wx, at.wy, at.wz), frame_of(turn)
     # What gravity and the springs do at the start.
@@ -181,10 +190,19 @@ def put(state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, inte
         known = plus(v, cross(w, arm)) if body.radius > 0.0 else plus(place, arm)
         depth = -(place.z + arm.z)
         n = body.stiffness * max(depth, 0.0)
-        store_memory(one, j, Memory(0.0, 0.0, known.x, known.y, depth, n, 0.0, 0.0))
+        store_memory(one, j, Memory(sx=0.0, sy=0.0, x=known.x, y=known.y, depth=depth, normal=n, slid=0.0, landing=0.0))
         az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
     momentum = momentum_of(body.inverse, f, w)
-    begin = State(place, turn, v, momentum, w, Vector(0.0, 0.0, az), Vector(mx, my, 0.0), 0.0)
+    begin = State(
+        place=place,
+        turn=turn,
+        velocity=v,
+        momentum=momentum,
+        spin=w,
+        acceleration=Vector(0.0, 0.0, az),
+        moment=Vector(mx, my, 0.0),
+        tick=0.0,
+    )
     store_body(state, j, body)
     store_clock(state, j, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
     store_state(state, j, begin)

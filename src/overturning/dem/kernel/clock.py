@@ -51,9 +51,15 @@ class Pace(NamedTuple):
 
 # Measured in docs/measurements.md (rigid limit, default step), by `python -m verification.scenes steps` (scenes) and
 # `python -m verification.space` (3-D bodies). A 3-D body needs shorter steps: its lowest point moves along a rim.
-BLOCK: Final = Pace(MAX_ROCKING_STEP, 0.08, 2.0**24, 4.0, 2.0, 8.0, 8.0, 2.0)
-SCENE: Final = Pace(0.0125, 0.16, 2.0**20, 4.0, 2.0, 8.0, 8.0, 2.0)
-BODY: Final = Pace(0.004, 0.1, 2.0**9, 2.0, 3.0, 8.0, 8.0, 4.0)
+BLOCK: Final = Pace(
+    longest=MAX_ROCKING_STEP, finest=0.08, whole=2.0**24, fine=4.0, tries=2.0, dwell=8.0, settled_above=8.0, settled=2.0
+)
+SCENE: Final = Pace(
+    longest=0.0125, finest=0.16, whole=2.0**20, fine=4.0, tries=2.0, dwell=8.0, settled_above=8.0, settled=2.0
+)
+BODY: Final = Pace(
+    longest=0.004, finest=0.1, whole=2.0**9, fine=2.0, tries=3.0, dwell=8.0, settled_above=8.0, settled=4.0
+)
 
 MAX_SLIDING_STEP: Final = 0.25
 """Longest step of a body that slides on all its contacts, in samples; it could stop or start within a longer one."""

@@ -107,7 +107,18 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
         course = k.Course(moved=0.0, turned=0.0, work=0.0, **peaks, last_upright=-1.0, power=0.0)
         trial, standing = k.Trial(pose, still, still, 0.0, 0.0, still), k.Standing(0.0, 0.0, 0.0, 0.0, 0.0)
         elements.append(
-            k.Element(pose, still, trial, still, still, inertia, course, k.Travel(0.0, 0.0), standing, home)
+            k.Element(
+                pose=pose,
+                velocity=still,
+                trial=trial,
+                acceleration=still,
+                force=still,
+                inertia=inertia,
+                course=course,
+                travel=k.Travel(0.0, 0.0),
+                standing=standing,
+                home=home,
+            )
         )
     settled = np.inf if rests_on_one_face(placed) else 0.0
     nearest = k.Nearest(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
@@ -125,7 +136,19 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
                 ends[end.side] = k.Memory(end.slip, carrier, 0.0, 0.0, 0.0)
         history = k.History(k.Vertices(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, taken=0.0)
         stands = float(pair.b in prepared.carriers[pair.a]) - (pair.a in prepared.carriers[pair.b])
-        pairs.append(k.Pair(face, face, bounds, law, nearest, history, 0.0, 0.0, stands))
+        pairs.append(
+            k.Pair(
+                face_a=face,
+                face_b=face,
+                bounds=bounds,
+                law=law,
+                nearest=nearest,
+                history=history,
+                slid_one=0.0,
+                slid_two=0.0,
+                stands=stands,
+            )
+        )
     step = [0.0] * (rows.PAIR.count - len(rows.flat(pairs[0])) if pairs else 0)
     return np.array(
         [0.0] * rows.CASE.count + rows.flat(elements) + [number for pair in pairs for number in rows.flat(pair) + step]

@@ -116,7 +116,18 @@ def relative_position(face_a: Face, face_b: Face, a: Pose, b: Pose) -> RelativeP
     bnx, bnz = rotated(b, face_b.nx, face_b.nz)
     turn_q, turn_r = bnx * anx + bnz * anz, bnz * anx - bnx * anz
     an, at = anx * dx + anz * dz, anx * dz - anz * dx
-    return RelativePosition(anx, anz, bnx, bnz, turn_q, turn_r, an, at, bnx * dx + bnz * dz, bnx * dz - bnz * dx)
+    return RelativePosition(
+        anx=anx,
+        anz=anz,
+        bnx=bnx,
+        bnz=bnz,
+        turn_q=turn_q,
+        turn_r=turn_r,
+        an=an,
+        at=at,
+        bn=bnx * dx + bnz * dz,
+        bt=bnx * dz - bnz * dx,
+    )
 
 
 @njit(**INLINE)
@@ -162,16 +173,16 @@ def end_of(mine: bool, faces: bool, f: RelativePosition, a: Vertex, b: Vertex) -
     """Return an end: with a's vertex if `mine`, else with b's."""
     depth = a.seen.depth if mine else b.seen.depth
     return End(
-        mine,
-        faces,
-        faces & (depth > 0.0),
-        f.bnx if mine else -f.anx,
-        f.bnz if mine else -f.anz,
-        depth,
-        a.before if mine else b.before,
-        a.slip if mine else b.slip,
-        Levers(a.a.n if mine else b.a.n, a.a.t if mine else b.a.t),
-        Levers(a.b.n if mine else b.b.n, a.b.t if mine else b.b.t),
+        mine=mine,
+        faces=faces,
+        closed=faces & (depth > 0.0),
+        nx=f.bnx if mine else -f.anx,
+        nz=f.bnz if mine else -f.anz,
+        depth=depth,
+        before=a.before if mine else b.before,
+        slip=a.slip if mine else b.slip,
+        a=Levers(a.a.n if mine else b.a.n, a.a.t if mine else b.a.t),
+        b=Levers(a.b.n if mine else b.b.n, a.b.t if mine else b.b.t),
     )
 
 

@@ -108,7 +108,16 @@ def borrow_scene(scene: Any) -> Any:
     """Return the arrays of a scene without reference counts, which every step would update."""
     layout, parts, sizes = borrowed(scene.layout), borrowed(scene.parts), borrowed(scene.sizes)
     shapes, elements, limits = borrowed(scene.shapes), borrowed(scene.elements), borrowed(scene.limits)
-    return Arrays(borrowed(scene.initial), layout, parts, sizes, shapes, elements, limits, scene.gravity)
+    return Arrays(
+        initial=borrowed(scene.initial),
+        layout=layout,
+        parts=parts,
+        sizes=sizes,
+        shapes=shapes,
+        elements=elements,
+        limits=limits,
+        gravity=scene.gravity,
+    )
 
 
 def start(rules: Any, work: Any, lane: int, case: int) -> None:
@@ -132,11 +141,28 @@ def initialise_case(state: Any, j: int, case: Any, variant: float, interval: flo
     step, none, looked = interval / ticks, Line(0.0, 0.0, 0.0), case.first // max(int(CHECK_INTERVAL / interval), 1)
     first = Attempt(case.finest, case.dwell, 0.0)
     clock = Clock(case.finest, case.standing, case.dwell, case.settled)
-    rows.store_case(state, j, Case(
-        Shaking(none, none, 0.0), step, ticks / interval, lag * step, clock, first, rows.no_marks(),
-        Verdict(0.0, 0.0, Attempt(0.0, 0.0, 0.0)), case.amplitude, case.bears, case.first, case.calm, case.after, 0.0,
-        variant, looked,
-    ))  # fmt: skip
+    rows.store_case(
+        state,
+        j,
+        Case(
+            shaking=Shaking(none, none, 0.0),
+            step=step,
+            rate=ticks / interval,
+            lag=lag * step,
+            clock=clock,
+            attempt=first,
+            found=rows.no_marks(),
+            verdict=Verdict(0.0, 0.0, Attempt(0.0, 0.0, 0.0)),
+            amplitude=case.amplitude,
+            bears=case.bears,
+            sample=case.first,
+            calm=case.calm,
+            after=case.after,
+            energy=0.0,
+            variant=variant,
+            looked=looked,
+        ),
+    )
 
 
 @njit(**INNER)

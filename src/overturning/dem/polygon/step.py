@@ -96,7 +96,16 @@ def step_findings(case: Case) -> Found:
     """Return the findings of an attempted step for the clock; no contact state counts as wrong in a fine step."""
     found, long = case.found, not is_fine(case)
     wrong, reverse, back = (found.wrong > 0.0) & long, (found.reversed > 0.0) & long, (found.back > 0.0) & long
-    return Found(found.changed > 0.0, False, False, wrong, reverse, back, found.slides > 0.0, False)
+    return Found(
+        changed=found.changed > 0.0,
+        fast=False,
+        gentle=False,
+        wrong=wrong,
+        reversed=reverse,
+        back=back,
+        slides=found.slides > 0.0,
+        stands=False,
+    )
 
 
 @njit(**APART)

@@ -1,7 +1,7 @@
-"""`python -m verification.cemetery`: the default study's fall rates beside published ones, and the field's criteria.
+"""`python -m verification.cemetery`: compare computed fall rates with published ones and with published criteria.
 
-Needs `results/near-fault` and `results/in-space`, from `make run`; writes its parts of docs/surveys.md and
-docs/criteria.md, and how good planes are in space.
+Requires `results/near-fault` and `results/in-space` from `make run`. Writes sections of docs/surveys.md and
+docs/criteria.md, and the accuracy of the 2-D model for 3-D stones.
 """
 
 import shutil
@@ -35,17 +35,17 @@ PUBLISHED: Final = ROOT / "surveys" / "published.csv"
 
 
 def published(path: Path = PUBLISHED) -> pd.DataFrame:
-    """The published statements."""
+    """Return the published fall rates."""
     return pd.read_csv(path)
 
 
-def as_recorded(found: xr.Dataset) -> FloatArray:
-    """Fall rate under each record as it was recorded, percent."""
+def recorded_rates(found: xr.Dataset) -> FloatArray:
+    """Return the fall rate under each record at amplitude 1, percent."""
     return np.asarray(100 * found["fall_rate"].sel(amplitude=1.0).to_numpy())
 
 
-def verdict(low: float, high: float, rates: FloatArray) -> str:
-    """Whether the middle half of the computed rates overlaps with what was stated, of which an end may be missing."""
+def compare_rates(low: float, high: float, rates: FloatArray) -> str:
+    """Compare a stated range, percent, with the middle half of the computed rates."""
     least, most = np.quantile(rates, [0.25, 0.75])
     if high < least:
         return "below the middle half"
@@ -54,8 +54,8 @@ def verdict(low: float, high: float, rates: FloatArray) -> str:
     return "overlaps"
 
 
-def stated(low: float, high: float) -> str:
-    """A stated rate as text."""
+def rate_label(low: float, high: float) -> str:
+    """Return the label of a stated rate, percent; NaN for a missing end."""
     if np.isnan(low):
         return f"at most {high:g} %"
     if np.isnan(high):
@@ -64,29 +64,29 @@ def stated(low: float, high: float) -> str:
 
 
 def table(rows: pd.DataFrame, rates: FloatArray) -> str:
-    """Near-field statements beside the computed rates."""
+    """Return the table of stated near-field rates, compared with the computed ones."""
     lines = []
     for row in lines_of(rows[rows["near_field"] == "yes"]):
         low, high = row.rate_low_percent, row.rate_high_percent
         ends = (0.0 if np.isnan(low) else low, 100.0 if np.isnan(high) else high)
-        lines.append((row.event, row.where, stated(low, high), verdict(*ends, rates), row.source))
-    return markdown(("earthquake", "where", "stated", "beside the computed rates", "source"), lines)
+        lines.append((row.event, row.where, rate_label(low, high), compare_rates(*ends, rates), row.source))
+    return markdown(("earthquake", "where", "stated", "compared with the computed rates", "source"), lines)
 
 
 def sentence(rates: FloatArray, found: xr.Dataset) -> str:
-    """The computed rates in words."""
+    """Return a sentence on the computed rates."""
     low, middle, high = np.quantile(rates, [0.25, 0.5, 0.75])
     events = len(set(found["event"].to_numpy().astype(str)))
     none, most = int((rates < 1).sum()), int((rates > 99).sum())
     return wrapped(
-        f"Computed for the {rates.size} near-field records of {events} earthquakes as recorded: median {middle:.0f} %, "
-        f"the middle half {low:.0f} to {high:.0f} %, all {rates.min():.0f} to {rates.max():.0f} %; under {none} "
-        f"records less than 1 % fall, under {most} more than 99 %."
+        f"Computed fall rates under the {rates.size} near-field records of {events} earthquakes, at amplitude 1: "
+        f"median {middle:.0f} %, middle half {low:.0f} to {high:.0f} %, all {rates.min():.0f} to {rates.max():.0f} %. "
+        f"Less than 1 % of the stones fall under {none} records, more than 99 % under {most}."
     )
 
 
 def draw(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
-    """Draw stated rates as bars above the computed ones as points."""
+    """Draw stated rates as bars, and computed ones as points below them."""
     near = list(lines_of(rows[rows["near_field"] == "yes"]))
     with style():
         figure, panels = grid(1, 1, 8.0, 0.32 * len(near) + 1.8)
@@ -104,12 +104,12 @@ def draw(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
         axes.set_xlim(-2, 102)
         axes.grid(True, axis="x")
         labels(axes, "fall rate, %", "")
-        caption(figure, "Published fall rates of the near field, and computed ones")
+        caption(figure, "Published and computed fall rates in the near field")
         save(figure, path)
 
 
 def cemetery(results: Results) -> str:
-    """What the report of the default study says of its population, as a list; takes its figure."""
+    """Return the report's paragraphs on the population as a list, and copy its figure to the docs."""
     section = population(results)
     assert section is not None
     shutil.copy(results.drawings / "fall-rate.svg", ROOT / "docs" / "images" / "fall-rate.svg")
@@ -117,20 +117,20 @@ def cemetery(results: Results) -> str:
 
 
 def criteria_tables(results: Results) -> dict[str, str]:
-    """What the report says of the field's criteria, by mark; takes its figure."""
+    """Return the report's tables on published criteria, by marker, and copy its figure to the docs."""
     section = criteria(results)
     assert section is not None
     shutil.copy(results.figures / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
     whole, blocks = (block for block in each_block(Report("", "", (section,))) if isinstance(block, Table))
-    said = next(block.text for block in section.blocks if isinstance(block, Paragraph))
+    answer = next(block.text for block in section.blocks if isinstance(block, Paragraph))
     return {
-        "criteria": f"{wrapped(said)}\n\n{markdown(whole.heads, whole.rows)}",
+        "criteria": f"{wrapped(answer)}\n\n{markdown(whole.heads, whole.rows)}",
         "criteria-blocks": markdown(blocks.heads, blocks.rows),
     }
 
 
-def one_by_one(results: Results) -> str:
-    """How far the rates are from those of the same stones, each run with its own height, B/H and µ."""
+def simulate_each_stone(results: Results) -> str:
+    """Compare the rates from the cube with those of stones that are simulated with their own height, B/H and µ."""
     found, population_ = results.populations[NOMINAL], results.study.population
     assert population_ is not None
     stones, rates = draw_stones(population_), []
@@ -144,14 +144,14 @@ def one_by_one(results: Results) -> str:
     computed = found["fall_rate"].to_numpy().ravel()
     apart = 100 * np.abs(np.array(rates) - computed)
     return (
-        f"The same stones, each run by itself under each of these motions ({apart.size} of them), fall at "
-        f"{100 * np.mean(rates):.1f} % in the mean, those taken from the cube at {100 * computed.mean():.1f} %; the "
-        f"rate of a motion differs by {apart.mean():.1f} percentage points in the mean, at most by {apart.max():.0f}."
+        f"If each stone is simulated with its own height, B/H and µ under each of these {apart.size} motions, the mean "
+        f"fall rate is {100 * np.mean(rates):.1f} %; from the cube it is {100 * computed.mean():.1f} %. The rates of "
+        f"single motions differ by {apart.mean():.1f} percentage points in the mean, and by {apart.max():.0f} at most."
     )
 
 
-def planes() -> list[Figure]:
-    """How well the planes of a stone's faces tell what it does in space."""
+def two_d_accuracy() -> list[Figure]:
+    """Return the accuracy of the 2-D model in the planes of the faces, compared with the 3-D model."""
     with open_cube(ROOT / "results" / "in-space" / "cube.nc", chunks={"record": 1}) as cube:
         found = {name: float(one) for name, one in plane_agreement(plane_counts(cube)).items()}
     beside = 100 * found["flag_beside"]
@@ -164,14 +164,14 @@ def planes() -> list[Figure]:
 
 
 def main() -> None:
-    """Compare, draw, publish."""
-    write_figures(planes(), RESULTS / "in-space.csv")
+    """Compare the rates, draw the figure and publish the tables."""
+    write_figures(two_d_accuracy(), RESULTS / "in-space.csv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
     with open_results(STUDY, study) as results:
         found = results.populations[NOMINAL]
-        publish({"population": f"{cemetery(results)}\n{wrapped(one_by_one(results), '- ')}"})
+        publish({"population": f"{cemetery(results)}\n{wrapped(simulate_each_stone(results), '- ')}"})
         publish(criteria_tables(results))
-        rows, rates = published(), as_recorded(found)
+        rows, rates = published(), recorded_rates(found)
         draw(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
         publish({"published-surveys": table(rows, rates), "published-surveys-computed": sentence(rates, found)})
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.commands.surveys import motions_with_unique_ids
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ResultError
 from overturning.model.cases import Cases
@@ -17,7 +16,7 @@ from overturning.report.sections.surveys import backwards_sentences, cautions, d
 from overturning.study.evaluation import Population
 from overturning.surveys import responses as computed
 from overturning.surveys.inversion import Inversion, matching_direction_bins
-from overturning.surveys.library import CandidateMotion, candidates, shipped_records
+from overturning.surveys.library import CandidateMotion, candidates, motions_with_unique_ids, shipped_records
 from overturning.surveys.posterior import TURNS, read_inversion, write_inversion
 from overturning.surveys.responses import (
     DIRECTION_BINS,

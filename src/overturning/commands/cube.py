@@ -32,55 +32,31 @@ def figure(
 ) -> None:
     """Draw a single figure of the report from a cube and the other results of its study."""
     import inspect
-    import warnings
 
     from overturning.errors import ArgumentError, did_you_mean
-    from overturning.figures.style import style
-    from overturning.figures.write import has_overlapping_text, save
+    from overturning.figures.write import file_width, save_with_checks
     from overturning.files import check_output
-    from overturning.study.cube import open_cube, shown_block
-    from overturning.study.values import parse_quantity
+    from overturning.study.cube import open_cube, select_blocks
 
     if kind not in KINDS:
         raise ArgumentError(f"{kind}: no such figure; {did_you_mean(kind, KINDS)}")
     check_output(output, "--output", ".svg", ".png", ".pdf")
-    try:
-        metres = parse_quantity(width, "m") if width else None
-    except ValueError as problem:
-        raise ArgumentError(f"--width {width!r}: {problem}") from None
-    if metres is not None and not 0.02 <= metres <= 2.0:
-        raise ArgumentError(f"--width {width!r}: {metres:g} m; it must be 0.02 to 2 m, 80mm")
+    inches = file_width(width)
     draw = KINDS[kind]
     of_one = "record" in inspect.signature(draw).parameters
     if record is not None and not of_one:
         raise ArgumentError(f"--record: {kind} shows all records; leave it out")
     if kind in MOTION_KINDS and (height or friction):
         raise ArgumentError(f"--height, --friction: {kind} shows the ground motion; leave them out")
+    if kind == "polar" and (height or friction):
+        draw = KINDS["blocks"]
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
-        for name, chosen in (("height", height), ("friction", friction)):
-            known = data[name].to_numpy().tolist()
-            if unknown := [value for value in chosen or () if value not in known]:
-                raise ArgumentError(
-                    f"--{name} {unknown[0]:g}: not in {cube}; it has {', '.join(f'{v:g}' for v in known)}"
-                )
-            data = data.sel({name: chosen}) if chosen else data
-        if kind == "polar" and (
-            height or friction
-        ):  # the named values, and for the other dimension that of the block shown first
-            named = {"height": height, "friction": friction}
-            data = data.sel({name: shown for name, shown in shown_block(data).items() if not named[name]})
-            draw = KINDS["blocks"]
-        drawn = draw(data, record) if of_one else draw(data)
-    helps = "choose a larger --width, a smaller --font, or fewer panels by --height and --friction"
-    with style(), warnings.catch_warnings():
-        warnings.filterwarnings("error", "constrained_layout not applied")
-        try:
-            save(drawn, output, dpi=dpi, width=None if metres is None else metres / 0.0254, font=font)
-        except UserWarning:
-            raise ArgumentError(f"{output.name}: the text leaves no room for the panels; {helps}") from None
+        chosen = select_blocks(data, cube, height, friction, one=kind == "polar")
+        drawn = draw(chosen, record) if of_one else draw(chosen)
+    warning = save_with_checks(drawn, output, dpi=dpi, width=inches, font=font)
     print(output)
-    if has_overlapping_text(drawn):
-        print(f"warning: text is cut off or overlaps; {helps}")
+    if warning:
+        print(f"warning: {warning}")
 
 
 def recheck(

@@ -1,18 +1,9 @@
 """`overturning survey`, `backwards` and `stood`: inference from stones that fell or still stand."""
 
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import Annotated
 
 import typer
-
-if TYPE_CHECKING:
-    from overturning.records.record import Record
-    from overturning.surveys.standing import Hazard, SurvivalEstimate
-
-NEGLIGIBLE: Final = 0.01
-"""Share of the falls from shaking below the hazard's first level up to which no note is printed."""
 
 
 def survey(
@@ -92,7 +83,7 @@ def backwards(
     from overturning.report.text import counted
     from overturning.study.preflight import format_time
     from overturning.surveys.inversion import Inversion
-    from overturning.surveys.library import candidates
+    from overturning.surveys.library import candidates, motions_with_unique_ids
     from overturning.surveys.posterior import write_inversion
     from overturning.surveys.responses import Responses, missing_cases, stone_kinds
     from overturning.surveys.stones import read_survey_with_notes
@@ -134,32 +125,6 @@ def backwards(
         print(f"figure: {figure}")
 
 
-def motions_with_unique_ids(paths: Sequence[Path]) -> "list[Record]":
-    """Return motions named by their record ids; motions with the same id (on rock and on soil) are named by file."""
-    from overturning.records.store import read_motion
-
-    records = [read_motion(path) for path in paths]
-    ids = [one.record_id for one in records]
-    files = zip(records, paths, strict=True)
-    return [replace(one, record_id=str(path)) if ids.count(one.record_id) > 1 else one for one, path in files]
-
-
-def _hazard_doubts(path: Path, hazards: "dict[str, Hazard]", outcomes: "Sequence[SurvivalEstimate]") -> list[str]:
-    """Return doubts about the units of hazard curves; raise a ResultError if falls come from beyond the records."""
-    import math
-
-    from overturning.errors import ResultError
-    from overturning.report.text import percent
-    from overturning.surveys.standing import LARGEST_SHARE_BEYOND, implausible_levels
-
-    doubts = {one.measure: f"{path}: {why}" for one in hazards.values() if (why := implausible_levels(one))}
-    for one in outcomes:
-        if one.measure in doubts and not one.beyond <= LARGEST_SHARE_BEYOND:
-            falls = "no falls" if math.isnan(one.beyond) else f"{percent(one.beyond)} of the falls of {one.stones}"
-            raise ResultError(f"{doubts[one.measure]}; {falls} come from levels beyond the records")
-    return list(doubts.values())
-
-
 def stood(
     fragility: Annotated[Path, typer.Argument(help="fragility curves of a run (CSV)")],
     hazard: Annotated[Path, typer.Argument(help="hazard curves (CSV): measure, unit, level, annual_rate")],
@@ -172,71 +137,13 @@ def stood(
 
     Earthquakes are a Poisson process: λ = ∫ P(fall | x) |dν(x)|, P(stands) = exp(−λT).
     """
-    import math
-
-    from overturning.errors import ResultError
-    from overturning.report.blocks import Section, table
-    from overturning.report.plain import plain_lines
-    from overturning.report.text import counted, percent, share
-    from overturning.study.ensemble import wilson
-    from overturning.surveys.standing import (
-        BOUND_PROBABILITY,
-        hazard_bound,
-        rate_bound,
-        read_curves,
-        read_hazard,
-        standing,
-        weaker_falls,
-    )
+    from overturning.report.survival import survival_lines
+    from overturning.surveys.standing import read_curves, read_hazard, survival
     from overturning.surveys.stones import read_survey_with_notes
 
     curves, hazards = read_curves(fragility), read_hazard(hazard)
     rows, notes, _ = (None, [], []) if stones is None else read_survey_with_notes(stones)
     for note in notes:
         print(note)
-    upright, fell = (sum(one.count for one in rows or () if one.fell is kind) for kind in (False, True))
-    bound = rate_bound(years) if upright and not fell else math.nan
-    units = {one.measure: one.unit for one in curves}
-    for measure in hazards.keys() & units.keys():
-        own = hazards[measure].unit
-        if own != units[measure]:
-            raise ResultError(f"{hazard}: {measure} in {own}, but {fragility} has it in {units[measure]}; convert it")
-    shared = [one for one in curves if one.measure in hazards]
-    if not shared:
-        raise ResultError(f"{hazard}: {', '.join(hazards)}; {fragility} has {', '.join(units)}: give one of these")
-    known = [(one, hazards[one.measure]) for one in shared if math.isfinite(one.log_spread)]
-    outcomes = [standing(*one, years) for one in known]
-    for why in _hazard_doubts(hazard, hazards, outcomes):
-        print(why)
-    for row in shared:
-        if not math.isfinite(row.log_spread):
-            why = "no curve fits the falls" if math.isnan(row.median) else "the median lies beyond the records"
-            print(f"{row.stones}, {row.measure}: {why}; no result")
-    lines = [
-        (
-            *(one.stones, one.measure, f"{one.rate:.3g}", share(one.stands, one.low, one.high)),
-            *(one.share, one.beyond, "–" if math.isnan(most := hazard_bound(*of, years, bound)) else f"{most:.3g}"),
-        )
-        for of, one in zip(known, outcomes, strict=True)
-    ]
-    heads = ("stones", "measure", "falls a year", f"P(stands {years:g} years)", "share of the class that stands")
-    more = ("of the falls, beyond the records", "largest factor on the hazard")
-    if lines:
-        print(*plain_lines(Section("What has stood", (table((*heads, *more), lines, "tttt%%t"),))), sep="\n")
-    for (row, curve), found in zip(known, outcomes, strict=True):
-        if (uncounted := weaker_falls(row, curve)) > NEGLIGIBLE * found.rate:
-            print(
-                f"{found.stones}, {found.measure}: {percent(found.first, 1)} fall at the hazard's first level, "
-                f"{curve.level[0]:g} {curve.unit}; weaker shaking is not counted, and would add {uncounted:.2g} falls "
-                "a year down to a tenth of that level if the curve goes on as it begins: begin the hazard curve lower"
-            )
-    if not math.isnan(bound):
-        print(
-            f"{counted(upright, 'stone')} stood {years:g} years: their rate of falls lies below {bound:.3g} a year "
-            f"with {percent(BOUND_PROBABILITY)} probability; they share their earthquakes and count as one. The "
-            "hazard is bounded in the line of their class alone, which is not sought by the sizes in the survey"
-        )
-    elif rows is not None:
-        low, high = wilson(upright, upright + fell)
-        standing_share = share(upright / (upright + fell), float(low), float(high))
-        print(f"{upright} of {upright + fell} stones stand, {standing_share}; where some fell no bound is given")
+    for line in survival_lines(survival(curves, hazards, years, names=(str(fragility), str(hazard))), rows):
+        print(line)

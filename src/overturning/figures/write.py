@@ -2,15 +2,18 @@
 
 import re
 import tempfile
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from overturning.figures.style import DPI, METADATA, SETTINGS
+from overturning.errors import ArgumentError
+from overturning.figures.style import DPI, METADATA, SETTINGS, style
 from overturning.figures.svg import compact
 from overturning.files import atomic_write, write_text
 from overturning.study.evaluation import FORMATS, Figures
+from overturning.study.values import parse_quantity
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -91,6 +94,34 @@ def has_overlapping_text(figure: "Figure") -> bool:
     if any(not whole.contains(*corner) for box in shown for corner in (box.min, box.max)):
         return True
     return any(one.overlaps(other) for place, one in enumerate(boxes) for other in boxes[:place])
+
+
+_REMEDY: Final = "choose a larger --width, a smaller --font, or fewer panels by --height and --friction"
+
+
+def file_width(text: str) -> float | None:
+    """Return the width of a figure's file from a quantity such as ``80mm``, inches; None for an empty text."""
+    try:
+        metres = parse_quantity(text, "m") if text else None
+    except ValueError as problem:
+        raise ArgumentError(f"--width {text!r}: {problem}") from None
+    if metres is not None and not 0.02 <= metres <= 2.0:
+        raise ArgumentError(f"--width {text!r}: {metres:g} m; it must be 0.02 to 2 m, 80mm")
+    return None if metres is None else metres / 0.0254
+
+
+def save_with_checks(figure: "Figure", path: Path, *, dpi: float, width: float | None, font: float | None) -> str:
+    """Write a figure like `save`, and return a warning if its text is cut off or overlaps; otherwise "".
+
+    An `ArgumentError` is raised if the text leaves no room for the panels.
+    """
+    with style(), warnings.catch_warnings():
+        warnings.filterwarnings("error", "constrained_layout not applied")
+        try:
+            save(figure, path, dpi=dpi, width=width, font=font)
+        except UserWarning:
+            raise ArgumentError(f"{path.name}: the text leaves no room for the panels; {_REMEDY}") from None
+    return f"text is cut off or overlaps; {_REMEDY}" if has_overlapping_text(figure) else ""
 
 
 Write = Callable[["Figure", Path], None]

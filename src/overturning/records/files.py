@@ -92,13 +92,12 @@ def _drop_raw_duplicates(
     Agencies deliver a record as volumes: raw (1), processed (2), spectra (3).
     """
     archive = {member.sha256: file for member, file in packed if member is not file}
-    packed_components = [c for c in components if c.sha256 in archive]
-
-    def has_processed_version(raw: Component) -> bool:
-        same = (o for o in packed_components if o.processed and archive[o.sha256] is archive[raw.sha256])
-        return any(_have_equal_axes(raw, other) for other in same)
-
-    twice = [c for c in packed_components if not c.processed and has_processed_version(c)]
+    raw, processed = ([c for c in components if c.sha256 in archive and c.processed is kind] for kind in (False, True))
+    twice = [
+        one
+        for one in raw
+        if any(archive[o.sha256] is archive[one.sha256] and _have_equal_axes(one, o) for o in processed)
+    ]
     said = [(c.file, "the same is there processed") for c in twice]
     said += [(file.name, why) for file, why in left_out.items() if file.suffix not in NON_RECORD_EXTENSIONS]
     kept = [c for c in components if not any(c is other for other in twice)]

@@ -258,17 +258,21 @@ def alignment_with_references(
     for name, azimuth in references.items():
         for axial in (True, False)[: 1 + name.startswith(("peak", "radial"))]:
             along[name, axial] = [fall_alignment(one, azimuth, axial=axial)["cosine"].to_numpy() for one in totals]
+    return {group: _alignment_of_group(along, members, events) for group, members in record_groups(cube).items()}
 
-    def mean(members: NDArray[np.bool_], values: FloatArray) -> Mean:
+
+def _alignment_of_group(
+    along: dict[tuple[str, bool], list[FloatArray]], members: NDArray[np.bool_], events: NDArray[np.str_]
+) -> ReferenceAlignment:
+    """Average the cosines of each reference, (records,) for each range of B/H, over the earthquakes of a group."""
+
+    def mean(values: FloatArray) -> Mean:
         return mean_over_earthquakes(np.where(members, values, np.nan), events)
 
-    found = {}
-    for group, members in record_groups(cube).items():
-        means = {key: [mean(members, one) for one in values] for key, values in along.items()}
-        counts = {name: int(np.isfinite(along[name, True][0][members]).sum()) for name, axial in means if axial}
-        known = [name for name, records in counts.items() if records == max(counts.values()) > 0]
-        first, *others = sorted(known, key=lambda name: -means[name, True][0].value) or [""]
-        pairs = zip(along[first, True], along[others[0], True], strict=True) if others else ()
-        closer = [mean(members, one - other) for one, other in pairs]
-        found[group] = ReferenceAlignment(means, tuple([first, *others][:2]) if first else (), closer)
-    return found
+    means = {key: [mean(one) for one in values] for key, values in along.items()}
+    counts = {name: int(np.isfinite(along[name, True][0][members]).sum()) for name, axial in means if axial}
+    known = [name for name, records in counts.items() if records == max(counts.values()) > 0]
+    first, *others = sorted(known, key=lambda name: -means[name, True][0].value) or [""]
+    pairs = zip(along[first, True], along[others[0], True], strict=True) if others else ()
+    closer = [mean(one - other) for one, other in pairs]
+    return ReferenceAlignment(means, tuple([first, *others][:2]) if first else (), closer)

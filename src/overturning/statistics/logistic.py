@@ -101,20 +101,14 @@ def logistic_fit(
         separates them, so that no finite estimate exists (Albert & Anderson 1984, Biometrika 71). There are no
         intervals with fewer than `FEWEST_EARTHQUAKES` clusters, or if the fit without one of them fails.
     """
-    x, y = np.asarray(predictors, dtype=np.float64), np.asarray(outcome, dtype=np.float64)
-    if x.ndim != 2 or y.shape != x.shape[:1]:
-        raise ArgumentError(f"outcome: shape {y.shape}, predictors {x.shape}; one outcome per row of predictors")
-    if y.size and not (y.min() >= 0 and y.max() <= 1):
-        raise ArgumentError(f"outcome: {y.min()} to {y.max()}; outcomes are shares between 0 and 1")
+    x, y = _checked_rows(predictors, outcome)
     w = np.ones_like(y) if weight is None else np.asarray(weight, dtype=np.float64)
     _, member = np.unique(np.asarray(cluster), return_inverse=True)
     groups = int(member.max()) + 1 if y.size else 0
     label = ("intercept", *(names or [f"x{i + 1}" for i in range(x.shape[1])]))
     coefficient = error = np.full(len(label), np.nan)
-    note = ""
-    if y.size == 0 or y.min() == y.max():
-        note = "no fit: " + ("no outcome is known" if y.size == 0 else "everything falls" if y[0] else "nothing falls")
-    else:
+    note = _no_fit_note(y)
+    if not note:
         # Centre and scale the predictors, so that the information matrix is well conditioned.
         centre, scale = x.mean(axis=0), x.std(axis=0)
         varies = scale > 1e-12 * np.maximum(1.0, np.abs(centre))
@@ -145,6 +139,25 @@ def logistic_fit(
         maximum=x.max(axis=0) if y.size else nowhere,
         note=note,
     )
+
+
+def _checked_rows(predictors: ArrayLike, outcome: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return predictors, shape (n, k), and outcomes, shape (n,); an ArgumentError if shapes or values are wrong."""
+    x, y = np.asarray(predictors, dtype=np.float64), np.asarray(outcome, dtype=np.float64)
+    if x.ndim != 2 or y.shape != x.shape[:1]:
+        raise ArgumentError(f"outcome: shape {y.shape}, predictors {x.shape}; one outcome per row of predictors")
+    if y.size and not (y.min() >= 0 and y.max() <= 1):
+        raise ArgumentError(f"outcome: {y.min()} to {y.max()}; outcomes are shares between 0 and 1")
+    return x, y
+
+
+def _no_fit_note(outcome: FloatArray) -> str:
+    """Return the reason why outcomes have no fit: there are none, or all are equal; otherwise ""."""
+    if outcome.size == 0:
+        return "no fit: no outcome is known"
+    if outcome.min() == outcome.max():
+        return "no fit: everything falls" if outcome[0] else "no fit: nothing falls"
+    return ""
 
 
 def _unscaling(centre: FloatArray, scale: FloatArray, varies: NDArray[np.bool_]) -> FloatArray:

@@ -241,6 +241,30 @@ def shown_block(cube: "xr.Dataset", study: Study | None = None) -> dict[str, lis
     return {name: [block[name]] for name in whole}
 
 
+def select_blocks(
+    cube: "xr.Dataset",
+    path: Path,
+    height: Sequence[float] | None,
+    friction: Sequence[float] | None,
+    *,
+    one: bool = False,
+) -> "xr.Dataset":
+    """Select heights and frictions of a cube by their values; an `ArgumentError` names an unknown value.
+
+    With `one`, if only one of both is given, the other is that of the block that figures show first.
+    """
+    given = {"height": height, "friction": friction}
+    for name, chosen in given.items():
+        known = cube[name].to_numpy().tolist()
+        if unknown := [value for value in chosen or () if value not in known]:
+            known_text = ", ".join(f"{value:g}" for value in known)
+            raise ArgumentError(f"--{name} {unknown[0]:g}: not in {path}; it has {known_text}")
+        cube = cube.sel({name: chosen}) if chosen else cube
+    if one and (height or friction):
+        return cube.sel({name: shown for name, shown in shown_block(cube).items() if not given[name]})
+    return cube
+
+
 def shown_element(cube: "xr.Dataset") -> str:
     """Return the element of a cube of one element: the selected one, or the only one of the scene."""
     chosen = "element" in cube.coords

@@ -30,11 +30,25 @@ def incompatible_settings(study: Any) -> Iterator[str]:
         yield from _of_body(study, study.body, contacts)
     elif study.orientation != Orientations():
         yield "orientation: only a body in space has one; give `body`, or `azimuth` instead"
+    yield from _of_population(study)
+    yield from _of_scenes(study, contacts)
+    yield from _of_variants(study)
+    yield from _of_primary(study)
+    yield from _of_question(study)
+    for key in ("height", "friction"):
+        if (one := getattr(study.figures, key)) is not None and one not in getattr(study, key):
+            yield f"figures.{key}: {one:g} is not computed; add it to {key}, or name one of them"
+    yield from _of_observations(study)
+
+
+def _of_population(study: Any) -> Iterator[str]:
     if study.body is None and study.population is not None:
         own = study.population.model_dump(include={"shifted", "rotated"}).items()
         if said := [name for name, value in own if value != Population.model_fields[name].default]:
             yield f"population.{said[0]}: only stones in space are told shifted or rotated; give `body`"
-    yield from _of_scenes(study, contacts)
+
+
+def _of_variants(study: Any) -> Iterator[str]:
     if "nominal" in study.variants:
         yield "variants: the name nominal is that of the study's own contact; choose another"
     if bare := [name for name, variant in study.variants.items() if variant == Variant()]:
@@ -42,12 +56,6 @@ def incompatible_settings(study: Any) -> Iterator[str]:
     on_soil = [name for name, variant in study.variants.items() if variant.site is not None]
     if study.site is not None and on_soil:
         yield f"variants.{on_soil[0]}.site: the study has a site too; make that a variant as well"
-    yield from _of_primary(study)
-    yield from _of_question(study)
-    for key in ("height", "friction"):
-        if (one := getattr(study.figures, key)) is not None and one not in getattr(study, key):
-            yield f"figures.{key}: {one:g} is not computed; add it to {key}, or name one of them"
-    yield from _of_observations(study)
 
 
 def _of_observations(study: Any) -> Iterator[str]:

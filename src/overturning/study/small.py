@@ -19,6 +19,7 @@ from overturning.study.ensemble import draw_members
 from overturning.study.gather import gather
 from overturning.study.load import check_study, entries_of
 from overturning.study.scenes import numerics_of
+from overturning.study.schema import Study
 from overturning.study.sweep import sweep_record
 
 if TYPE_CHECKING:
@@ -106,12 +107,7 @@ def run_study(
         If a key or value is wrong, a record is not in the table, one that is given is to be processed, two have the
         same samples, or there are variants.
     """
-    if isinstance(records, str | Accelerogram):
-        raise ArgumentError("records: one that is no list; give a list of them, run_study([record], …)")
-    others = [type(one).__name__ for one in records if not isinstance(one, str | Accelerogram)]
-    if others:
-        raise ArgumentError(f"records: a {others[0]}; give a record of overturning.read, a Motion, or an id")
-    given = [one if isinstance(one, str) else as_record(one, f"motion-{n}") for n, one in enumerate(records, 1)]
+    given = _checked_records(records)
     names = [record if isinstance(record, str) else record.record_id for record in given]
     # The records themselves are given: the table is asked for those that are not.
     settings = {"name": "study", **keys, "records": {"use": names}}
@@ -120,22 +116,7 @@ def run_study(
         raise ConfigError(
             "run_study: variants: one cube is returned, that of the study itself; run each as a study of its own"
         )
-    asked = [record for record in given if isinstance(record, str)]
-    if study.processing is not None and len(asked) < len(given):
-        raise ConfigError(
-            "run_study: processing: a record or motion that is given is taken as it is; process it as it is read, "
-            "overturning.read(…, processing=…)"
-        )
-    only = study.model_copy(update={"records": study.records.model_copy(update={"use": tuple(asked)})})
-    entries = entries_of(only, "run_study") if asked else {}
-    used = [
-        rounded(process(read_record(entries[record], Path(study.records.folder)), study.processing, study.site))
-        if isinstance(record, str)
-        else rounded(process(record, (), study.site))
-        if study.site
-        else record
-        for record in given
-    ]
+    used = _processed_records(given, study)
     refuse_duplicates(used)
     numerics = numerics_of(study, threads, client=client)
     members = draw_members(study.ensemble) if study.ensemble.members else None
@@ -146,3 +127,33 @@ def run_study(
         gather(study, used, parts, Path(name) / "cube.nc")
         with open_cube(Path(name) / "cube.nc", element=None, amplitude=None) as cube:
             return cube.load()
+
+
+def _checked_records(records: Sequence[Record | Motion | str]) -> list[Record | str]:
+    """Return records and ids, with a name for each motion; an ArgumentError if `records` is no list of such."""
+    if isinstance(records, str | Accelerogram):
+        raise ArgumentError("records: one that is no list; give a list of them, run_study([record], …)")
+    others = [type(one).__name__ for one in records if not isinstance(one, str | Accelerogram)]
+    if others:
+        raise ArgumentError(f"records: a {others[0]}; give a record of overturning.read, a Motion, or an id")
+    return [one if isinstance(one, str) else as_record(one, f"motion-{n}") for n, one in enumerate(records, 1)]
+
+
+def _processed_records(given: Sequence[Record | str], study: Study) -> list[Record]:
+    """Return the records of a study: ids are read from the record table; all get the soil of the study's site."""
+    asked = [record for record in given if isinstance(record, str)]
+    if study.processing is not None and len(asked) < len(given):
+        raise ConfigError(
+            "run_study: processing: a record or motion that is given is taken as it is; process it as it is read, "
+            "overturning.read(…, processing=…)"
+        )
+    only = study.model_copy(update={"records": study.records.model_copy(update={"use": tuple(asked)})})
+    entries = entries_of(only, "run_study") if asked else {}
+    return [
+        rounded(process(read_record(entries[record], Path(study.records.folder)), study.processing, study.site))
+        if isinstance(record, str)
+        else rounded(process(record, (), study.site))
+        if study.site
+        else record
+        for record in given
+    ]

@@ -3,7 +3,7 @@
 import hashlib
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -133,12 +133,7 @@ def compare_survey(
     if not stones:
         raise ArgumentError("stones: none; a survey needs at least one row")
     site = SitePrediction(cube, background=background)
-    # Stones that fell in a known direction, with density and octants, repeated `count` times.
-    fallen: list[tuple[Stone, FloatArray, FloatArray]] = []
-    for stone in stones:
-        if stone.has_direction:
-            density = _density(site, stone)
-            fallen += stone.count * [(stone, density, site.octants(density))]
+    fallen = _fallen_stones(site, stones)
     uniform_octant = site.octants(site.share)
     azimuth = [stone.azimuth_deg for stone, *_ in fallen]
     observed = np.bincount([sector(one, 8) for one in azimuth], minlength=8).astype(np.float64)
@@ -148,8 +143,7 @@ def compare_survey(
     mean, length = resultant(azimuth)
     ratio, p_value = _likelihood_ratio(site, fallen, draws, seed)
     return SurveyComparison(
-        fallen=sum(stone.count for stone in stones if stone.fell),
-        stood=sum(stone.count for stone in stones if not stone.fell),
+        **_counts(site, stones),
         mean_direction_deg=mean,
         resultant=length,
         octant_observed=observed,
@@ -161,19 +155,43 @@ def compare_survey(
         fit_exact=watson_u2_test(exact),
         uniform_octants=grouped_watson_test(observed, uniform_octant),
         confusion=_confusion(site, stones),
-        turned_every_way=sum(1 for stone, *_ in fallen if not knows_face(stone)),
-        without_face=sum(1 for stone, *_ in fallen if math.isnan(stone.face_azimuth_deg)),
-        without_b_over_h=sum(1 for stone, *_ in fallen if math.isnan(stone.slenderness[0])),
-        without_direction=sum(stone.count for stone in stones if stone.fell and not stone.has_direction),
-        beyond=sum(stone.count for stone in stones if site.is_outside_grid(stone)),
         background=background,
-        never=sum(stone.count for stone in stones if stone.has_direction and site.never_falls(stone)),
     )
 
 
-def _likelihood_ratio(
-    site: SitePrediction, fallen: Sequence[tuple[Stone, FloatArray, FloatArray]], draws: int, seed: int
-) -> tuple[float, float]:
+_Fallen = tuple[Stone, FloatArray, FloatArray]
+"""A stone that fell in a known direction, its density of fall directions, and its probabilities of octants."""
+
+
+def _fallen_stones(site: SitePrediction, stones: Sequence[Stone]) -> list[_Fallen]:
+    """Return the stones that fell in a known direction, each repeated ``count`` times."""
+    fallen: list[_Fallen] = []
+    for stone in stones:
+        if stone.has_direction:
+            density = _density(site, stone)
+            fallen += stone.count * [(stone, density, site.octants(density))]
+    return fallen
+
+
+def _counts(site: SitePrediction, stones: Sequence[Stone]) -> dict[str, Any]:
+    """Return the numbers of stones of a comparison, by the attributes of `SurveyComparison`."""
+
+    def count(chosen: Callable[[Stone], bool]) -> int:
+        return sum(stone.count for stone in stones if chosen(stone))
+
+    return {
+        "fallen": count(lambda stone: stone.fell),
+        "stood": count(lambda stone: not stone.fell),
+        "turned_every_way": count(lambda stone: stone.has_direction and not knows_face(stone)),
+        "without_face": count(lambda stone: stone.has_direction and math.isnan(stone.face_azimuth_deg)),
+        "without_b_over_h": count(lambda stone: stone.has_direction and math.isnan(stone.slenderness[0])),
+        "without_direction": count(lambda stone: stone.fell and not stone.has_direction),
+        "beyond": count(site.is_outside_grid),
+        "never": count(lambda stone: stone.has_direction and site.never_falls(stone)),
+    }
+
+
+def _likelihood_ratio(site: SitePrediction, fallen: Sequence[_Fallen], draws: int, seed: int) -> tuple[float, float]:
     """Return the sum of ln(predicted/uniform) over fallen stones, and the share of uniform surveys that reach it."""
     if not fallen:
         return math.nan, math.nan

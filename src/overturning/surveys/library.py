@@ -2,8 +2,8 @@
 
 import hashlib
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -18,7 +18,7 @@ from overturning.records.processing import process
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.read import read_record
 from overturning.records.record import Record
-from overturning.records.store import rounded
+from overturning.records.store import read_motion, rounded
 
 AXIS_STEP_DEG: Final = 2
 """Step of the search for the azimuth of the largest velocity, degrees."""
@@ -99,6 +99,14 @@ def pulses() -> list[CandidateMotion]:
         for shape in ("sine", "cosine")
         for period in PERIODS
     ]
+
+
+def motions_with_unique_ids(paths: Sequence[Path]) -> list[Record]:
+    """Return motions named by their record ids; motions with the same id (on rock and on soil) are named by file."""
+    records = [read_motion(path) for path in paths]
+    ids = [one.record_id for one in records]
+    files = zip(records, paths, strict=True)
+    return [replace(one, record_id=str(path)) if ids.count(one.record_id) > 1 else one for one, path in files]
 
 
 def candidates(own: Iterable[Record] = (), *, alone: bool = False) -> list[CandidateMotion]:

@@ -1,6 +1,7 @@
 """Survival of stones under a seismic hazard, and bounds on the hazard from stones that still stand."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -180,6 +181,51 @@ def standing(curve: CurveRow, hazard: Hazard, years: float) -> SurvivalEstimate:
     stands, low, high = (math.exp(-one * years) for one in (rate, strong, weak))
     beyond = 1 - known / rate if rate > 0 else math.nan
     return SurvivalEstimate(curve.stones, curve.measure, rate, stands, low, high, share, beyond, first)
+
+
+@dataclass(frozen=True)
+class Survival:
+    """Survival of the classes of a fragility table under a hazard table over some years.
+
+    Attributes
+    ----------
+    years : float
+        Exposure time, years.
+    hazard : str
+        Name of the hazard table, for messages.
+    hazards : dict
+        Hazard curves by measure.
+    estimates : tuple
+        Curve, hazard and estimate of each class with a fragility curve for a measure of the hazard.
+    without_curve : tuple of CurveRow
+        Classes whose median or spread is unknown.
+    """
+
+    years: float
+    hazard: str
+    hazards: dict[str, Hazard]
+    estimates: tuple[tuple[CurveRow, Hazard, SurvivalEstimate], ...]
+    without_curve: tuple[CurveRow, ...]
+
+
+def survival(curves: Sequence[CurveRow], hazards: dict[str, Hazard], years: float, names: tuple[str, str]) -> Survival:
+    """Compute the survival of all classes whose intensity measure the hazard has.
+
+    `names` are those of the fragility and the hazard table; a ResultError names them if a unit differs, or if they have
+    no measure in common.
+    """
+    fragility, hazard = names
+    units = {one.measure: one.unit for one in curves}
+    for measure in hazards.keys() & units.keys():
+        own = hazards[measure].unit
+        if own != units[measure]:
+            raise ResultError(f"{hazard}: {measure} in {own}, but {fragility} has it in {units[measure]}; convert it")
+    shared = [one for one in curves if one.measure in hazards]
+    if not shared:
+        raise ResultError(f"{hazard}: {', '.join(hazards)}; {fragility} has {', '.join(units)}: give one of these")
+    known = [one for one in shared if math.isfinite(one.log_spread)]
+    estimates = ((one, hazards[one.measure], standing(one, hazards[one.measure], years)) for one in known)
+    return Survival(years, hazard, hazards, tuple(estimates), tuple(one for one in shared if one not in known))
 
 
 def implausible_levels(hazard: Hazard) -> str:

@@ -1,0 +1,204 @@
+"""Names that Numba, Matplotlib and xarray do not document: each use has a reason, and a test that guards it.
+
+A release of these libraries may change such a name without notice. Numba's are the most, so pyproject.toml has an
+upper bound for it; raise the bound when the guards pass with a new release.
+"""
+
+import ast
+import re
+import tomllib
+from pathlib import Path
+from typing import TypeGuard
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "src" / "overturning"
+
+LIBRARIES = ("numba", "llvmlite", "matplotlib", "xarray")
+DOCUMENTED = {"numba", "numba.extending", "numba.types", "numba.typed", "llvmlite", "llvmlite.ir", "xarray"}
+"""Modules of Numba, llvmlite and xarray with documented names; those of Matplotlib are all that have no underscore."""
+
+NAMED_TUPLE = {"_fields", "_replace", "_asdict", "_make"}
+"""Documented names of Python's named tuples."""
+
+CACHE = "tests/dem/test_cache.py::test_a_damaged_cache_file_is_a_miss"
+COMPILER = "tests/dem/test_cache.py::test_the_package_changes_nothing_in_numba_or_llvm_for_others"
+LANES = "tests/dem/test_lanes.py::test_a_lane_that_keeps_its_numbers_and_fields_left_out"
+VECTORS = "tests/dem/test_vector_code.py::test_each_small_loop_is_vector_code_of_full_width_without_fused_multiply_add"
+
+USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
+    "arrays.py": {
+        ("xarray.namedarray", "_cached_duck_array_modules"): (
+            "xarray imports dask (0.3 s) to learn that an array is none of dask's; without the table it still does",
+            "tests/study/test_gather.py::test_arrays_of_dask_are_imported_where_a_cube_is_read_by_them_and_known_then",
+        ),
+    },
+    "dem/kernel/cache.py": {
+        ("numba.core.runtime",): ("reference counts must be initialised before a kernel is loaded", CACHE),
+        ("_cache", "_cache_file", "_cache_path", "_impl", "_load_overload", "load_overload", "save_overload"): (
+            "the cache's folder is named after all sources, and a kernel that cannot be loaded is compiled again",
+            CACHE,
+        ),
+        ("_source_stamp", "_index_path", "_data_path", "_data_name_pattern", "get_cache_path"): (
+            "one index per model, and a stamp of the contents in place of the file's time",
+            "tests/dem/test_cache.py::test_variants_that_different_processes_have_compiled_do_not_answer_for_each_other",
+        ),
+        ("_dump", "_load_index", "_load_data"): ("damaged machine code must not run: files end with a digest", CACHE),
+    },
+    "dem/kernel/compiler.py": {
+        ("numba.core.compiler", "numba.core.compiler_machinery", "numba.core.typed_passes"): (
+            "a pipeline of our own, as Numba documents for pipeline_class, though its classes lie in numba.core",
+            COMPILER,
+        ),
+        ("numba.core.lowering",): (
+            "an aligned stack, and no entry for Python in functions that only compiled code calls",
+            "tests/dem/test_cache.py::test_an_inner_function_works_for_compiled_callers_and_refuses_python",
+        ),
+        ("_name",): ("the name that Numba requires of a pass", COMPILER),
+    },
+    "dem/kernel/lanes.py": {
+        ("numba.core", "_getvalue"): ("views of arrays without owner and without bounds checks", VECTORS),
+        ("_nrt",): ("no reference counts in inner functions, which would keep loops from being vector code", VECTORS),
+    },
+    "dem/kernel/tuples.py": {
+        ("numba.core", "numba.core.errors"): ("named tuples are loaded and stored by generated LLVM code", LANES),
+        ("llvmlite.ir.instructions", "_insert"): ("llvmlite's builder has no method for freeze", LANES),
+    },
+    "figures/style.py": {
+        ("_repr_png_",): (
+            "documented by IPython: a notebook shows a figure with it",
+            "tests/test_python.py::test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_user",
+        ),
+    },
+    "figures/write.py": {
+        ("draw",): (
+            "the layout is computed without the drawing that Matplotlib discards (half of the time)",
+            "tests/figures/test_svg.py::test_compact_svg_looks_the_same",
+        ),
+    },
+}
+"""By file: names, the reason for their use, and the test that fails if they no longer have the same meaning."""
+
+
+def private_names(source: str, own: frozenset[str]) -> set[str]:
+    """Return the private names of the libraries in a module that imports one of them; `own` are the package's names.
+
+    Private are modules that are not documented, names and texts that begin with an underscore, and names of methods
+    that are replaced on an object.
+    """
+    tree = ast.parse(source)
+    found: set[str] = set()
+    for node in ast.walk(tree):
+        modules = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+        modules += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        ours = [name for name in modules if name.split(".")[0] in LIBRARIES]
+        found |= {name for name in ours if not _is_documented(name)}
+        if ours and isinstance(node, ast.ImportFrom):
+            found |= {alias.name for alias in node.names if alias.name.startswith("_")}
+    if not any(re.search(rf"^\s*(from|import) {library}\b", source, re.MULTILINE) for library in LIBRARIES):
+        return set()
+    functions = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+    of_package = {alias.name for one in ast.walk(tree) if _imports_from_package(one) for alias in one.names}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and not _is_self(node.value):
+            found |= {node.attr} if _is_private(node.attr) and node.attr not in own else set()
+        found |= {name for name in _names_in_texts(node) if _is_private(name)} - own
+        if isinstance(node, ast.ClassDef) and node.bases:
+            members = (name for one in node.body if isinstance(one, ast.Assign) for name in one.targets)
+            found |= {one.id for one in members if isinstance(one, ast.Name) and _is_private(one.id)}
+        if isinstance(node, ast.Assign):
+            found |= _replaced_methods(node, functions, of_package)
+    return found
+
+
+def _names_in_texts(node: ast.AST) -> list[str]:
+    """Return names given as a text to `getattr` and its like, as keys of a dict, or as keywords (options of Numba)."""
+    texts: list[ast.expr | None] = []
+    keywords: list[str | None] = []
+    if isinstance(node, ast.Call):
+        keywords = [one.arg for one in node.keywords]
+        if ast.unparse(node.func) in ("getattr", "hasattr", "setattr", "delattr"):
+            texts += node.args[1:2]
+    elif isinstance(node, ast.Dict):
+        texts += node.keys
+    constants = [one.value for one in texts if isinstance(one, ast.Constant)]
+    return [name for name in (*keywords, *constants) if isinstance(name, str)]
+
+
+def _is_documented(module: str) -> bool:
+    return module in DOCUMENTED or (module.startswith("matplotlib") and "._" not in module)
+
+
+def _is_private(name: str) -> bool:
+    return bool(re.fullmatch(r"_[a-z]\w*", name)) and name not in NAMED_TUPLE
+
+
+def _is_self(node: ast.AST) -> bool:
+    return isinstance(node, ast.Name) and node.id in ("self", "cls")
+
+
+def _imports_from_package(node: ast.AST) -> TypeGuard[ast.ImportFrom]:
+    return isinstance(node, ast.ImportFrom) and (node.module or "").startswith("overturning")
+
+
+def _replaced_methods(node: ast.Assign, functions: set[str], of_package: set[str]) -> set[str]:
+    """Return the attributes of other objects to which a function of this module, or a lambda, is assigned."""
+    found = set()
+    for target in node.targets:
+        targets, values = (one.elts if isinstance(one, ast.Tuple) else [one] for one in (target, node.value))
+        for to, value in zip(targets, values, strict=False):
+            is_function = isinstance(value, ast.Lambda) or (isinstance(value, ast.Name) and value.id in functions)
+            other = isinstance(to, ast.Attribute) and not _is_self(to.value) and ast.unparse(to.value) not in of_package
+            if is_function and isinstance(to, ast.Attribute) and other:
+                found.add(to.attr)
+    return found
+
+
+def own_names(source: str) -> set[str]:
+    """Return the private names that a module defines: functions, and attributes of self."""
+    tree = ast.parse(source)
+    named = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    set_on_self = {
+        node.attr
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and _is_self(node.value)
+    }
+    return {name for name in named | set_on_self if name.startswith("_")}
+
+
+def test_private_names_of_libraries_are_listed_with_reason_and_guard() -> None:
+    sources = {path.relative_to(PACKAGE).as_posix(): path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
+    own = frozenset(name for source in sources.values() for name in own_names(source))
+    found = {name: used for name, source in sources.items() if (used := private_names(source, own))}
+    listed = {name: {one for names in groups for one in names} for name, groups in USED.items()}
+    assert found == listed, "a private name is new, or no longer used: list it in USED with its reason and its guard"
+
+
+@pytest.mark.parametrize("guard", sorted({guard for groups in USED.values() for _, guard in groups.values()}))
+def test_guards_exist(guard: str) -> None:
+    path, name = guard.split("::")
+    assert re.search(rf"^def {name}\(", (ROOT / path).read_text(encoding="utf-8"), re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("line", "names"),
+    [
+        ("from numba.core import types", {"numba.core"}),
+        ("from matplotlib import _api", {"_api"}),
+        ("import matplotlib._layoutgrid", {"matplotlib._layoutgrid"}),
+        ("import xarray as xr\nxr.Dataset()._construct_dataarray", {"_construct_dataarray"}),
+        ("import xarray as xr\ngetattr(xr, '_table')", {"_table"}),
+        ("from matplotlib.figure import Figure\nfigure = Figure()\nfigure.draw = lambda renderer: None", {"draw"}),
+        ("import numba\nclass Own(numba.Base):\n    _kind = 1", {"_kind"}),
+        ("from numba import njit\nfrom matplotlib.figure import Figure\nnjit(lambda x: x)._fields", set()),
+    ],
+)
+def test_a_new_private_name_is_seen(line: str, names: set[str]) -> None:
+    assert private_names(line, frozenset()) == names
+
+
+def test_numba_has_an_upper_bound() -> None:
+    dependencies = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["dependencies"]
+    (bound,) = (one for one in dependencies if one.startswith("numba"))
+    assert "<" in bound

@@ -64,7 +64,7 @@ def tables() -> dict[str, str]:
     schema = Study.model_json_schema()
     keys, columns = ["| key | default | meaning |", "|---|---|---|"], ["| column | meaning |", "|---|---|"]
     for key, entry, required in _keys(schema, schema, ""):
-        default = "needed" if required else f"`{json.dumps(entry.get('default'), ensure_ascii=False)}`"
+        default = "required" if required else f"`{json.dumps(entry.get('default'), ensure_ascii=False)}`"
         keys.append(f"| `{key}` | {default} | {entry.get('description', '')} |")
     for column, entry in RecordEntry.model_json_schema()["properties"].items():
         columns.append(f"| `{column}` | {entry.get('description', '')} |")

@@ -15,7 +15,7 @@ FORMATS: Final = ("svg", "png", "pdf")
 class Figures(StrictModel):
     """Size, resolution and formats of the figures of a study."""
 
-    size: float = Field(default=1.0, ge=0.5, le=4, description="factor on the size of the figures; letters keep theirs")
+    size: float = Field(default=1.0, ge=0.5, le=4, description="factor on the size of the figures; the font size stays")
     dpi: int = Field(
         default=200,
         ge=50,
@@ -24,8 +24,8 @@ class Figures(StrictModel):
     )
     formats: tuple[Literal["svg", "png", "pdf"], ...] = Field(
         default=("svg",),
-        description="kinds of files, of svg, png and pdf; svg is always written, for the report, and of time "
-        "histories, illustrative cases and sites alone",
+        description="file formats, from svg, png and pdf; svg is always written for the report, and is the only format "
+        "of time histories, illustrative cases and sites",
     )
     height: Metre | None = Field(
         default=None,
@@ -67,7 +67,7 @@ class Published(StrictModel):
     pgv_cm_s: float | None = Field(default=None, gt=0, description="peak ground velocity, cm/s")
     pgd_cm: float | None = Field(default=None, gt=0, description="peak ground displacement, cm")
     b_over_h: float = Field(gt=0, description="B/H of the block with a published outcome, one of the study's")
-    overturns: bool = Field(description="whether the block overturns")
+    overturns: bool = Field(description="`true` if the block overturns")
 
 
 Asks = Literal["direction", "reference", "vertical", "scene", "site", "survey"]
@@ -82,9 +82,10 @@ class Primary(StrictModel):
 
     statistic: Literal["alignment", "share", "fall_rate", "published"] = Field(
         default="alignment",
-        description="the one statistic that answers the question, chosen before the results are seen: `alignment` of "
-        "falls with the fault normal, of the records with a velocity pulse where others are their control; `share` of "
-        "the cases that overturn; `fall_rate` of the population; `published` outcomes that are reproduced",
+        description="the one statistic that answers the question, chosen before the results are seen. `alignment`: "
+        "of falls with the fault normal (mean of cos 2Δ, Δ the angle between them), of the records with "
+        "a velocity pulse if the others are their control. `share`: of the cases that overturn. "
+        "`fall_rate`: of the population. `published`: share of published outcomes that are reproduced",
     )
     against: Name | None = Field(
         default=None, description="variant whose share or fall rate is subtracted from that of the study"
@@ -98,13 +99,13 @@ class Survey(StrictModel):
         min_length=1, description="survey of fallen stones (CSV, see docs/formats.md); path from the project's folder"
     )
     record: str | None = Field(
-        default=None, description="id of the site's record; not needed where the study has one record only"
+        default=None, description="id of the record of the site; not needed if the study has only one record"
     )
     background: float = Field(default=0.05, ge=0, lt=1, description="share of stones assumed to fall at random")
     backwards: bool = Field(
         default=True,
-        description="also invert the survey for the motion: minutes to an hour, once for stones of these "
-        "sizes; false: compare only",
+        description="also estimate the motion from the survey; takes minutes to an hour, once for stones of these "
+        "sizes. `false`: compare only",
     )
 
 
@@ -134,7 +135,10 @@ class Population(StrictModel):
     )
     shifted: Metre = Field(default=0.01, gt=0, description="residual slip from which a standing stone is shifted, m")
     rotated: Degree = Field(
-        default=5.0, gt=0, le=180, description="turn about the vertical from which a standing stone is rotated, degrees"
+        default=5.0,
+        gt=0,
+        le=180,
+        description="rotation about the vertical from which a standing stone counts as rotated, degrees",
     )
     period: tuple[Annotated[Second, Field(ge=0.01, le=10)], ...] = Field(
         default=(), description="periods of Sa(T), s, for fragility curves in addition to those for PGA and PGV"

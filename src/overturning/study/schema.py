@@ -51,16 +51,16 @@ class Study(StrictModel):
     question: str = Field(default="", description="the question that the report answers")
     asks: Asks = Field(
         default="direction",
-        description="kind of the question, for which the report builds its answer: `direction` of falls relative to "
-        "the fault; which `reference` they follow, peaks, pulse or fault; what `vertical` motion, another `scene` or "
-        "another `site` changes, case by case compared with the variant that `primary.against` names; a `survey`, or "
-        "a publication, compared with the study",
+        description="kind of the question; the Answer of the report depends on it. `direction`: direction of falls "
+        "relative to the fault. `reference`: the reference that falls follow (peaks, pulse or fault). `vertical`, "
+        "`scene`, `site`: effect of vertical motion, of another scene or of another site, case by case, compared with "
+        "the variant `primary.against`. `survey`: comparison of the study with a survey or a publication",
     )
     primary: Primary = Field(default=Primary(), description="the statistic that answers the question")
     records: Records = Field(description="the records")
     processing: Steps | None = Field(
         default=None,
-        description="processing steps in order; not given: by kind of file (processed files are left alone)",
+        description="processing steps in order; not given: the default steps for raw files, none for processed ones",
     )
     site: Site | None = Field(
         default=None, description="soil above the records, which are treated as rock motions; not given: no soil"
@@ -68,8 +68,8 @@ class Study(StrictModel):
     scene: SceneChoice = Field(
         default_factory=gravestone,
         description="scene of polygons: name of a file in config/scenes, a path, or the scene itself; not given: one "
-        "block. With one `height` and `b_over_h` are its own where they are not given, and no ensemble is run without "
-        "`ensemble`",
+        "block. With a scene, the defaults of `height` and `b_over_h` are those of the scene, and an ensemble is run "
+        "only if `ensemble` is given",
         json_schema_extra={"default": "gravestone"},
     )
     body: BodySettings | None = Field(
@@ -89,9 +89,8 @@ class Study(StrictModel):
     )
     amplitude: Values[Factor] = Field(
         default=(1.0,),
-        description="factors on each whole record (with a `site`, on the motion above the soil), including 1: a list, "
-        "or start, stop, step; a dimension of the cube where there is more than one, and the ensemble is run for 1 "
-        "only",
+        description="factors on each whole record (with a `site`, on the motion at the surface), including 1: a list, "
+        "or start, stop, step. Several factors are a dimension of the cube; the ensemble is run for factor 1 only",
     )
     density: Density = Field(default=GRANITE_DENSITY, gt=0, description="density of the block, kg/m³")
     contact: ContactSettings = Field(
@@ -100,7 +99,8 @@ class Study(StrictModel):
     simulation: Simulation = Field(default=Simulation(), description="how the cases are computed")
     ensemble: Ensemble = Field(
         default=Ensemble(),
-        description="reruns of each case in a neighbourhood of its parameters: probability of falling",
+        description="repetitions (members) of a case with slightly different parameters; their share that falls is a "
+        "probability",
     )
     verification: Annotated[
         Annotated[Literal["none"], Tag("literal")] | Annotated[Verification, Tag("settings of verification")],
@@ -109,8 +109,8 @@ class Study(StrictModel):
     ] = Field(default=Verification(), description="`none`, or settings of the convergence check")
     variants: dict[Name, Variant] = Field(
         default={},
-        description="further settings of contact, scene, site or vertical motion by name, each with a cube of its own; "
-        "what one does not give is as in the study",
+        description="the study repeated with another contact, scene, site or vertical motion, by name; each variant "
+        "has its own cube, and settings that it does not give are those of the study",
     )
     published: tuple[Published, ...] = Field(
         default=(), description="published values; the report compares the study with them"
@@ -119,7 +119,8 @@ class Study(StrictModel):
         default=None, description="a population of stones, whose fall rate is computed under each record"
     )
     surveys: tuple[Survey, ...] = Field(
-        default=(), description="surveys of fallen stones; the report compares each with what its site's cube predicts"
+        default=(),
+        description="surveys of fallen stones; the report compares each with the prediction of the study for its site",
     )
 
     figures: Figures = Field(default=Figures(), description="size, resolution and kinds of the figures' files")

@@ -59,8 +59,8 @@ class ContactSettings(StrictModel):
     damping_ratio: float | None = Field(
         default=None,
         ge=0,
-        description=f"damping ratio ξ of heave on both corners; {DAMPING_RATIO:g} where neither it nor damping is "
-        "given",
+        description=f"damping ratio ξ of vertical vibration on both corners; {DAMPING_RATIO:g} if neither this nor "
+        "`damping` is given",
     )
     damping: Damping | None = Field(default=None, ge=0, description="dashpot h per corner instead of the ratio, N·s/m")
 
@@ -83,15 +83,16 @@ class ContactSettings(StrictModel):
 class Simulation(StrictModel):
     """Numerical settings of the simulation."""
 
-    scheme: str | None = Field(
-        default=None, description="integration scheme; the kernel's default where it is not given"
-    )
+    scheme: str | None = Field(default=None, description="integration scheme; not given: the default of the kernel")
     time_step: Literal["auto"] | Second = Field(
         default="auto",
         description="largest time step, s; auto: a share of the stable one (docs/method.md)",
     )
     vertical: bool = Field(default=True, description="apply the vertical motion of the records that have one")
-    leave_out: bool = Field(default=True, description="leave out what a rigid block does not feel; few flags change")
+    leave_out: bool = Field(
+        default=True,
+        description="omit samples that do not change the motion of a rigid block; few flags change",
+    )
 
     @field_validator("time_step")
     @classmethod
@@ -115,16 +116,19 @@ class Variant(StrictModel):
 
     scene: SceneChoice | None = Field(
         default=None,
-        description="scene of this variant, scaled like the study's; B/H applies where its reference element has the "
+        description="scene of this variant, scaled like the study's; B/H applies if its reference element has the "
         "same name",
     )
     contact: ContactSettings | None = Field(
-        default=None, description="contact of this variant; what it does not give is as in the study's"
+        default=None, description="contact of this variant; keys that it does not give are those of the study"
     )
-    site: Site | None = Field(default=None, description="ground of this variant, instead of the records' own")
+    site: Site | None = Field(
+        default=None,
+        description="soil layers of this variant, through which the records are propagated",
+    )
     vertical: bool | None = Field(
         default=None,
-        description="apply the vertical motion of the records in this variant, or not; not given: as the study does",
+        description="apply the vertical motion of the records in this variant; not given: as in the study",
     )
 
 
@@ -132,27 +136,27 @@ class Ensemble(StrictModel):
     """Ensemble of runs of each case in a neighbourhood: uniform distributions, scrambled Sobol points."""
 
     members: int = Field(
-        default=24, ge=0, le=4096, description="runs per case at most, even (two scrambles); 0 leaves it out"
+        default=24, ge=0, le=4096, description="largest number of members (runs) per case, even; 0: no ensemble"
     )
     half_width: float = Field(
         default=0.19,
         ge=0,
         lt=0.5,
-        description="a case gets no further batch of 8 runs once the 95 % intervals of its probabilities are no wider "
-        "than this on either side; 24 runs always reach 0.19; 0 makes all runs",
+        description="a case gets no further batch of 8 members once the 95 % intervals of its probabilities are within "
+        "± this value; 24 members always reach 0.19; 0: all members are run",
     )
     where: Literal["boundary", "everywhere"] = Field(
         default="boundary",
-        description="cells within two B/H steps of a change of flag (in 3-D also of a fall azimuth that turns by 30°), "
-        "or all cells",
+        description="`boundary`: cases within two B/H steps of a change of outcome (in 3-D also of a change of fall "
+        "azimuth by 30°); `everywhere`: all cases",
     )
     amplitude: float = Field(default=0.02, ge=0, lt=1, description="half-width of the motion's amplitude, share")
     b_over_h: float = Field(default=0.01, ge=0, lt=1, description="half-width of B/H, share")
     friction: float = Field(default=0.05, ge=0, lt=1, description="half-width of the friction coefficient, share")
     damping: float = Field(default=0.2, ge=0, lt=1, description="half-width of the contact's damping, share")
     azimuth: Degree = Field(default=2.0, ge=0, le=90, description="half-width of the sensor's azimuth, degrees")
-    initial_tilt: Radian = Field(default=0.0, ge=0, lt=1.5, description="half-width of the tilt at the start, rad")
-    seed: int = Field(default=1, ge=0, description="seed of the scrambles")
+    initial_tilt: Radian = Field(default=0.0, ge=0, lt=1.5, description="half-width of the initial tilt, rad")
+    seed: int = Field(default=1, ge=0, description="seed of the two scrambled sequences")
 
     @field_validator("members")
     @classmethod
@@ -169,15 +173,19 @@ class Verification(StrictModel):
         default=0.02,
         gt=0,
         le=1,
-        description="share of the study's cases that is run again; `verification: none` leaves it out",
+        description="share of the cases of the study that is repeated; `verification: none`: no check",
     )
-    at_least: int = Field(default=200, ge=1, description="number of cases at least, or all of a smaller study")
+    at_least: int = Field(
+        default=200,
+        ge=1,
+        description="smallest number of repeated cases; a smaller study is repeated completely",
+    )
     cost: float = Field(
         default=1.0,
         gt=0,
-        description="block steps of both repetitions, at most, as a share of the study's own",
+        description="limit of the block steps of both repetitions, as a share of those of the study",
     )
-    seed: int = Field(default=1, ge=0, description="seed of the choice")
+    seed: int = Field(default=1, ge=0, description="seed of the random choice of cases")
 
 
 Aspect = Annotated[float, Field(gt=0, le=10)]
@@ -193,7 +201,7 @@ class BodySettings(StrictModel):
     )
     aspect: Values[Aspect] = Field(
         default=(1.0,),
-        description="D/B of a rectangle, width across over that along the orientation: a list, or a range",
+        description="D/B of a rectangle, width across the orientation over width along it: a list, or a range",
     )
     vertices: tuple[tuple[Metre, Metre, Metre], ...] | None = Field(
         default=None,
@@ -253,8 +261,8 @@ class Orientations(StrictModel):
         default=5.0,
         gt=0,
         le=360,
-        description="distance between them, degrees; up to the turn after which the body looks the same (a square "
-        "90°, a rectangle 180°), which it must divide",
+        description="step of the orientations, degrees; must divide the rotation after which the body looks the same "
+        "(a square 90°, a rectangle 180°)",
     )
 
     def values(self, body: BodySettings) -> tuple[float, ...]:

@@ -91,7 +91,7 @@ class AzimuthRange(StrictModel):
     stop: Degree = Field(default=360.0, gt=0, le=360, description="end of the range, excluded")
     step: Degree = Field(default=5.0, gt=0, le=360, description="distance between azimuths, degrees")
     also: tuple[Degree, ...] = Field(
-        default=(), description="further azimuths, degrees, for instance those of the paper"
+        default=(), description="additional azimuths, degrees, for example those of a publication"
     )
 
     @model_validator(mode="after")

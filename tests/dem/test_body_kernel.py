@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from overturning.dem import run as run_module
-from overturning.dem.body.rules import ROW
 from overturning.dem.body.statics import highest_mode
+from overturning.dem.body.tables import ROW
 from overturning.dem.kernel import balance
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import plan_of

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from overturning.dem.block.rules import ROW
+from overturning.dem.block.tables import ROW
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.polygon.plan import plan_polygons
 from overturning.dem.run import plan_of, run, run_cases

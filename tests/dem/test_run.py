@@ -8,7 +8,7 @@ import xarray as xr
 
 from overturning.dem import plan
 from overturning.dem.block.plan import BlockPlan
-from overturning.dem.block.rules import ROW
+from overturning.dem.block.tables import ROW
 from overturning.dem.kernel.queue import run_queue, with_room
 from overturning.dem.numerics import Numerics
 from overturning.dem.plan import Plan

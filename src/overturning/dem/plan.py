@@ -41,14 +41,6 @@ class Path(Protocol):
         """Return variables, coordinates and attributes of a dataset, including the results of the case."""
 
 
-ANSWERS: Final = {
-    "status": "status", "peak_penetration": "depth", "energy_error": "energy", "block_steps": "steps",
-    "overturned": "side", "overturning_time": "time", "peak_rotation": "angle", "peak_slip": "slip",
-    "residual_slip": "residual", "samples_left_out": "left_out",
-}  # fmt: skip
-"""Column of the 2-D kernels' result table for each variable."""
-
-
 def group_equal_cases(*columns: NDArray[Any]) -> NDArray[np.int64]:
     """Return a group number for each case, shape (n,): equal for cases that are equal in all columns, shape (n,)."""
     return np.asarray(np.unique(np.stack(columns), axis=1, return_inverse=True)[1]).ravel()
@@ -63,7 +55,7 @@ class Plan(ABC):
     queue: ClassVar[Any] = staticmethod(run_queue)
     """Function that runs a queue of cases."""
     result: ClassVar[Any]
-    """Dtype of the kernel's result table; its columns include `status`, `energy` and `steps`."""
+    """Dtype of the kernel's result table; its columns include `status`, `energy_error` and `block_steps`."""
     path_row: ClassVar[Any]
     """Dtype of a row of the path; if structured, it has a column `time`."""
     time_column: ClassVar[Any] = "time"
@@ -144,7 +136,7 @@ class Plan(ABC):
                 check_path(2 * len(recorded) * self.path_numbers)
             recorded = recorded[:count]
 
-        rerun_until_balanced(run, results["status"], results["energy"])
+        rerun_until_balanced(run, results["status"], results["energy_error"])
         return self.answers(chosen, tables), recorded
 
     def trace(self) -> tuple[Results, Path]:

@@ -90,14 +90,14 @@ def finish_block(state: Any, j: int, status: int, lag: float, out: Any) -> None:
     block, s, peaks = load_block(state, j), load_state(state, j), load_peaks(state, j)
     account, course = load_account(state, j), load_course(state, j)
     fallen = status == Status.SIMULATED and s.cos <= 0.0
-    out.side = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
-    out.time = course.upright_until if fallen else np.nan
+    out.overturned = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
+    out.overturning_time = course.upright_until if fallen else np.nan
     # The angle sums up rotations, the cosine multiplies them: in steps of 0.25 rad they differ by 0.1 %.
-    out.angle = (0.5 * np.pi if fallen else min(peaks.angle, 0.5 * np.pi)) / block.alpha
-    out.slip, out.residual = peaks.slip, base_slip(block, s.x, s.sin)
-    out.depth = peaks.depth
+    out.peak_rotation = (0.5 * np.pi if fallen else min(peaks.angle, 0.5 * np.pi)) / block.alpha
+    out.peak_slip, out.residual_slip = peaks.slip, base_slip(block, s.x, s.sin)
+    out.peak_penetration = peaks.depth
     balance = (energy(block, s, lag) - course.energy) - account.work + account.lost
-    out.energy = abs(balance) / max(account.work, course.barrier)
+    out.energy_error = abs(balance) / max(account.work, course.barrier)
 
 
 @njit(**INNER)

@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 
 from overturning.dem.block.loops import SCHEMES
 from overturning.dem.block.path import block_path
-from overturning.dem.block.rules import CASE, RESULT, ROW, BlockRules
+from overturning.dem.block.rules import BlockRules
 from overturning.dem.block.state import COLUMNS, GENTLE, MOST_FRICTION, RIGID, TICKS
+from overturning.dem.block.tables import CASE, RESULT, ROW
 from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import Numerics
 from overturning.dem.path import PlanePath
-from overturning.dem.plan import ANSWERS, Plan, ground_motions, group_equal_cases, rounded
+from overturning.dem.plan import Plan, ground_motions, group_equal_cases, rounded
 from overturning.dem.quiet import REST_THRESHOLD_FACTOR, overshoot, quiet_windows, rest_threshold
 from overturning.dem.time_step import (
     Scheme,
@@ -63,7 +64,7 @@ class BlockPlan(Plan):
 
     def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:  # noqa: ARG002
         """Convert the kernel's results to outcome variables."""
-        return {name: tables["results"][column] for name, column in ANSWERS.items()}
+        return {name: tables["results"][name] for name in RESULT.names or ()}
 
     def rest_rows(self, count: int) -> NDArray[np.void]:
         """Return the first `count` rows of a path with the block at rest."""

@@ -16,6 +16,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.lanes import INNER, OPTIONS
 from overturning.dem.kernel.mechanics import renormalised
+from overturning.dem.kernel.tuples import dtype_of
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
 from overturning.dem.plan import ground_motions, rounded
 from overturning.dem.time_step import rocking_time
@@ -41,13 +42,35 @@ no side, 1e-4 changes three."""
 NEWTON: Final = 1e-15
 """Accuracy of the times of impacts and turning points, as a share of a sample."""
 
-CASE: Final = np.dtype([(name, "f8") for name in (
-    "sine", "cosine", "square", "restitution", "steps", "rest", "after", "amplitude",
-    "tilt", "tilt_sine", "tilt_cosine",
-)])  # fmt: skip
-"""Parameters of a case: sin α, cos α, (p · sampling interval)², coefficient of restitution, steps per sample, velocity
-below which it comes to rest (rad per sample), sample at which it is undecided, factor on the motion, initial tilt θ₀
-(rad), and sine and cosine of α − |θ₀|."""
+
+class CaseColumns(NamedTuple):
+    """Columns of the table of cases."""
+
+    sine: float
+    """sin α."""
+    cosine: float
+    """cos α."""
+    square: float
+    """(p · sampling interval)²."""
+    restitution: float
+    """Coefficient of restitution."""
+    steps: float
+    """Steps per sample."""
+    rest: float
+    """Angular velocity below which the block comes to rest, rad per sample."""
+    after: float
+    """Sample at which the case is undecided."""
+    amplitude: float
+    """Factor on the motion."""
+    tilt: float
+    """Initial rotation θ₀, rad."""
+    tilt_sine: float
+    """sin(α − |θ₀|)."""
+    tilt_cosine: float
+    """cos(α − |θ₀|)."""
+
+
+CASE: Final = dtype_of(CaseColumns)
 
 
 class Push(NamedTuple):

@@ -22,21 +22,6 @@ from overturning.dem.kernel.mechanics import LANDING, renormalised
 from overturning.dem.kernel.queue import Job, implement, with_room
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-CASE: Final = np.dtype([(name, "f8") for name in (
-    "width", "height", "stiffness", "tangential", "dashpot", "friction", "alpha", "amplitude",
-    "tilt", "tilt_cos", "tilt_sin", "first", "calm", "after", "gentle", "bears",
-    *Clock._fields,
-)])  # fmt: skip
-"""Constants of a case, in the units of `Block`, `CaseProgress` and `Clock`."""
-
-RESULT: Final = np.dtype([(name, "f8") for name in (
-    "status", "side", "time", "angle", "slip", "residual", "depth", "energy", "steps", "left_out",
-)])  # fmt: skip
-"""What is found of a case; `angle` is the largest rotation over α, `energy` the error of the energy account."""
-
-ROW: Final = np.dtype([(name, "f8") for name in ("time", "x", "z", "angle", "vx", "vz", "vw", "ground")])
-"""A row of a trajectory."""
-
 
 class BlockRules(NamedTuple):
     """Rules of cases of a single block, all with the same steps per sample, standing or not."""

@@ -180,15 +180,15 @@ def finish_body(state: Any, vertices: Any, j: int, status: int, out: Any, sector
     f = frame_of(s.turn)
     fallen = status == Status.SIMULATED and has_fallen(f, stance, sectors)
     out.fallen = 1.0 if fallen else 0.0
-    out.time = course.upright_until if fallen else np.nan
+    out.overturning_time = course.upright_until if fallen else np.nan
     out.lean = max(peaks.lean, lean_of(f))
-    out.slip = np.sqrt(peaks.slip)
+    out.peak_slip = np.sqrt(peaks.slip)
     out.slip_x, out.slip_y = s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
-    out.depth = peaks.depth
+    out.peak_penetration = peaks.depth
     balance = (energy(body, s, vertices, count, j) - course.energy) - account.work + account.lost
-    out.energy = abs(balance) / max(account.work, course.barrier)
+    out.energy_error = abs(balance) / max(account.work, course.barrier)
     swing = np.sqrt(GRAVITY * (body.foot * body.foot + stance.reach * stance.reach) ** 1.5)
-    out.spin = abs(spin_about_origin(s) - stance.spin - account.spin) / swing
+    out.angular_momentum_error = abs(spin_about_origin(s) - stance.spin - account.spin) / swing
     out.qw, out.qx, out.qy, out.qz = s.turn
 
 

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.body.path import BodyPath
 from overturning.dem.body.results import outcome_variables
-from overturning.dem.body.rules import BODY, CASE, RESULT, ROW, START, BodyRules, Rim, Vertices
+from overturning.dem.body.rules import BodyRules, Rim, Vertices
 from overturning.dem.body.state import COLUMNS, RIGID, TICKS
 from overturning.dem.body.statics import highest_mode, lowest_mode, rest, unloading
+from overturning.dem.body.tables import BODY, CASE, RESULT, ROW, START
 from overturning.dem.kernel.clock import BODY as PACE
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import BODY_STEP, Numerics

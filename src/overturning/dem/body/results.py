@@ -47,16 +47,16 @@ def outcome_variables(
                 for side, one, is_down in zip(faces, np.stack([w, x, y, z], axis=1), fell, strict=True)
             ],
             "peak_tilt": _degrees(tilt),
-            "overturning_time": np.where(fell, out["time"], np.nan),
-            "peak_slip": out["slip"],
+            "overturning_time": np.where(fell, out["overturning_time"], np.nan),
+            "peak_slip": out["peak_slip"],
             "residual_slip_north": slip_x * cosines[:, 0] + slip_y * cosines[:, 1],
             "residual_slip_east": slip_x * cosines[:, 1] - slip_y * cosines[:, 0],
             "residual_twist": np.where(fell, np.nan, twist),
-            "peak_penetration": out["depth"],
-            "energy_error": out["energy"],
-            "angular_momentum_error": out["spin"],
-            "block_steps": out["steps"],
-            "samples_left_out": out["left_out"],
+            "peak_penetration": out["peak_penetration"],
+            "energy_error": out["energy_error"],
+            "angular_momentum_error": out["angular_momentum_error"],
+            "block_steps": out["block_steps"],
+            "samples_left_out": out["samples_left_out"],
         }
 
 

@@ -50,32 +50,6 @@ from overturning.dem.kernel.mechanics import LANDING
 from overturning.dem.kernel.queue import Job, by_type, implement, with_room
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-START: Final = np.dtype([(name, "f8") for name in (
-    "x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz",
-)])  # fmt: skip
-"""How a body begins: place (m), rotation from rest, velocity (m/s) and angular velocity (rad/s) in its own frame."""
-
-CASE: Final = np.dtype([("body", "i8"), *((name, "f8") for name in (
-    "stiffness", "tangential", "dashpot", "friction", "amplitude", "bears", "steady", "first", "calm", "after",
-    *Clock._fields,
-)), ("start", START)])  # fmt: skip
-"""Constants of a case, in the units of `Body`, `CaseProgress` and `Clock`; `body` is the row of `BODY`."""
-
-BODY: Final = np.dtype([(name, "f8") for name in (
-    "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "axx", "ayy", "azz", "axy", "axz", "ayz", "foot", "radius", "reach",
-    "critical", "fallen", "deepest", "ends",
-)])  # fmt: skip
-"""Constants of a body, as of `Body` and `Stance`."""
-
-RESULT: Final = np.dtype([(name, "f8") for name in (
-    "status", "fallen", "time", "lean", "slip", "slip_x", "slip_y", "depth", "energy", "spin", "steps", "left_out",
-    "qw", "qx", "qy", "qz",
-)])  # fmt: skip
-"""What is found of a case, with the rotation at its end."""
-
-ROW: Final = np.dtype([("time", "f8"), *START.descr, *((name, "f8") for name in ("ground_x", "ground_y", "ground_z"))])
-"""A row of a trajectory."""
-
 
 class Vertices(NamedTuple):
     """Marks bodies with vertices."""

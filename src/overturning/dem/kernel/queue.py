@@ -51,8 +51,8 @@ class Rules(Protocol):
     row: NDArray[np.int64]
     """Row of the ground motion for each case, shape (n,)."""
     results: NDArray[np.void]
-    """Table to fill, shape (n,), with the columns `status`, `steps` (block steps, including those of earlier runs) and
-    `left_out` (number of samples that were skipped while the case was at rest)."""
+    """Table to fill, shape (n,), with the columns `status`, `block_steps` (those of earlier runs included) and
+    `samples_left_out` (number of samples that were skipped while the case was at rest)."""
     ground: Ground
     """Motion of the base."""
 
@@ -198,7 +198,7 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
             # Unused lanes compute the first case too, so that no lane computes with undefined numbers.
             lane = active if head < order.size else filled
             case[lane] = order[head if head < order.size else 0]
-            done[lane], left_out[lane] = int(results[case[lane]].steps), none
+            done[lane], left_out[lane] = int(results[case[lane]].block_steps), none
             start(rules, work, lane, case[lane])
             filled = max(filled, lane + 1)
             if head < order.size:
@@ -225,8 +225,8 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
                 lane += 1
                 continue
             finish(rules, work, lane, case[lane], status)
-            results[case[lane]].status, results[case[lane]].steps = status, done[lane]
-            results[case[lane]].left_out = left_out[lane]
+            results[case[lane]].status, results[case[lane]].block_steps = status, done[lane]
+            results[case[lane]].samples_left_out = left_out[lane]
             # The last active lane moves into the free lane.
             active -= 1
             case[lane], done[lane], due[lane] = case[active], done[active], due[active]

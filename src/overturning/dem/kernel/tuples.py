@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any, get_type_hints
 
+import numpy as np
 from llvmlite import ir
 from llvmlite.ir.instructions import Instruction
 from numba import types
@@ -234,3 +235,8 @@ def by_numbers(kind: type, name: str, of_two: Callable[[Any, Any, Any], Any]) ->
         return type_of(kind)(a, b), make
 
     return intrinsic(function)
+
+
+def dtype_of(*kinds: Any) -> np.dtype[np.void]:
+    """Return the dtype of a table with a column of floats for each field of named tuples, in their order."""
+    return np.dtype([(name, "f8") for kind in kinds for name in kind._fields])

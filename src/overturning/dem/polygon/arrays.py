@@ -8,34 +8,102 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import Clock
 from overturning.dem.kernel.mechanics import LANDING
+from overturning.dem.kernel.tuples import dtype_of
 from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
 from overturning.dem.polygon.prepare import Prepared, smallest
 from overturning.model.geometry import WIDE_GROUND, PlacedElement, common_stretch, paired_pieces
 
-CASE: Final = np.dtype([(name, "f8") for name in (
-    "amplitude", "bears", "friction", "damping", "first", "calm", "after", *Clock._fields,
-)])  # fmt: skip
-"""What a case is computed with: factor on the motion, horizontal acceleration over g that leaves it at rest, swept
-friction, factor on the dashpots, samples from which it is computed, at which it can rest for good, and at which it is
-undecided; the clock."""
 
-ELEMENT: Final = np.dtype([(name, "f8") for name in (
-    "is_free", "falls_back", "falls_on", "tips_back", "tips_on", "support", "rides", "barrier",
-)])  # fmt: skip
-"""Rules of an element: whether it is free; rotations to −x and +x at which it has fallen for good, and from which it
-cannot come back (rad); what it stands on, the held one below that (−1: none), and the energy to overturn it (J)."""
+class CaseColumns(NamedTuple):
+    """Columns of the table of cases, followed by those of `Clock`."""
 
-LIMITS: Final = np.dtype([(name, "f8") for name in ("deepest", "rest_energy", "least_barrier", "least_scale")])
-"""Of a scene its deepest penetration (m), kinetic energy at rest, least barrier, and least energy that an error is a
-share of (J)."""
+    amplitude: float
+    """Factor on the motion."""
+    bears: float
+    """Horizontal acceleration over g that leaves the scene at rest."""
+    friction: float
+    """Coefficient of friction of the sweep."""
+    damping: float
+    """Factor on the dashpots."""
+    first: float
+    """First sample that is computed."""
+    calm: float
+    """Sample from which the scene can come to rest for good."""
+    after: float
+    """Sample at which the case is undecided."""
 
-RESULT: Final = np.dtype([(name, "f8") for name in ("status", "depth", "energy", "steps", "left_out")])
-"""Result of a case; `steps` are those of its free elements together."""
 
-ELEMENT_RESULT: Final = np.dtype([(name, "f8") for name in ("side", "time", "angle", "slip", "residual")])
-"""Result of an element."""
+class ElementColumns(NamedTuple):
+    """Columns of the table of elements, which says when an element has fallen."""
+
+    is_free: float
+    """1 if the element moves freely."""
+    falls_back: float
+    """Rotation to −x at which the element has fallen, rad."""
+    falls_on: float
+    """Rotation to +x at which it has fallen, rad."""
+    tips_back: float
+    """Rotation to −x from which it cannot come back, rad."""
+    tips_on: float
+    """Rotation to +x from which it cannot come back, rad."""
+    support: float
+    """Index of the element it stands on."""
+    rides: float
+    """Index of the held element below that, −1 if there is none."""
+    barrier: float
+    """Energy that overturns the element, J."""
+
+
+class LimitColumns(NamedTuple):
+    """Limits at which a case of a scene has failed or rests."""
+
+    deepest: float
+    """Penetration beyond which a case has failed, m."""
+    rest_energy: float
+    """Kinetic energy at rest, J."""
+    least_barrier: float
+    """Least energy that overturns an element, J."""
+    least_scale: float
+    """Least energy of which an energy error is a share, J."""
+
+
+class ResultColumns(NamedTuple):
+    """Columns of the table of results."""
+
+    status: float
+    """`Status` as a number."""
+    peak_penetration: float
+    """Largest penetration, m."""
+    energy_error: float
+    """Error of the energy balance as a share of the input."""
+    block_steps: float
+    """Steps of the free elements together."""
+    samples_left_out: float
+    """Number of samples that were left out."""
+
+
+class ElementResultColumns(NamedTuple):
+    """Columns of the table of the results of elements."""
+
+    overturned: float
+    """Side of the fall: 1 towards the azimuth, −1 away from it, 0 standing."""
+    overturning_time: float
+    """Time of the fall, s."""
+    peak_rotation: float
+    """Largest rotation over the critical angle."""
+    peak_slip: float
+    """Largest slip of the base, m."""
+    residual_slip: float
+    """Slip of the base at the end, m."""
+
+
+CASE: Final = dtype_of(CaseColumns, Clock)
+ELEMENT: Final = dtype_of(ElementColumns)
+LIMITS: Final = dtype_of(LimitColumns)
+RESULT: Final = dtype_of(ResultColumns)
+ELEMENT_RESULT: Final = dtype_of(ElementResultColumns)
 
 CALM_KINETIC: Final = 1e-9
 """Kinetic energy at rest, as a share of m g times the half of the smallest side of the lightest element."""

@@ -12,7 +12,7 @@ from overturning.dem.kernel.clock import SCENE
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.path import PlanePath
-from overturning.dem.plan import ANSWERS, Plan, check_path, ground_motions
+from overturning.dem.plan import Plan, check_path, ground_motions
 from overturning.dem.polygon import arrays as t
 from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, path_columns, scene_path
 from overturning.dem.polygon.prepare import Prepared, prepare
@@ -71,12 +71,12 @@ class PolygonPlan(Plan):
         """Convert the kernel's results; a case with an element past the end of the ground has no valid outcome."""
         out, every, variant = tables["results"], tables["each"], self.variant[chosen]
         edge = np.array([item.slip_to_edge for item in self.variants])[variant]
-        off_the_edge = (every["slip"] >= edge).any(axis=1) & (out["status"] == Status.SIMULATED)
+        off_the_edge = (every["peak_slip"] >= edge).any(axis=1) & (out["status"] == Status.SIMULATED)
         out["status"][off_the_edge] = Status.UNSTABLE
-        every["angle"] /= np.stack([item.rotation_unit for item in self.variants])[variant]
+        every["peak_rotation"] /= np.stack([item.rotation_unit for item in self.variants])[variant]
         free = self.variants[0].free
         each = every[:, free[0]] if len(free) == 1 else every[:, free]
-        return {name: (out if column in (t.RESULT.names or ()) else each)[column] for name, column in ANSWERS.items()}
+        return {name: table[name] for table in (out, each) for name in table.dtype.names or ()}
 
     def path_buffer(self, recorded: bool) -> FloatArray:
         """Return a buffer for a path as a plain array of zeros, without rows if the path is not `recorded`."""

@@ -290,10 +290,10 @@ def write_results(state: Any, j: int, scene: Any, out: Any, each: Any) -> None:
         item = rows.load_element(rows.of_element(state, e), j)
         course, standing = item.course, item.standing
         work += course.work
-        each[e].side = standing.side
-        each[e].time = standing.upright_until if standing.side != 0.0 else np.nan
-        each[e].angle = min(peak_angle(item), 0.5 * np.pi)
-        each[e].slip, each[e].residual = standing.peak_slip, standing.slip
+        each[e].overturned = standing.side
+        each[e].overturning_time = standing.upright_until if standing.side != 0.0 else np.nan
+        each[e].peak_rotation = min(peak_angle(item), 0.5 * np.pi)
+        each[e].peak_slip, each[e].residual_slip = standing.peak_slip, standing.slip
     balance = (moving_energy(state, j, scene) - rows.load_case(state, j).energy) - work + taken
-    out.depth = deepest_penetration(state, j, scene)
-    out.energy = abs(balance) / max(work, limits.least_scale, taken)
+    out.peak_penetration = deepest_penetration(state, j, scene)
+    out.energy_error = abs(balance) / max(work, limits.least_scale, taken)

@@ -87,28 +87,34 @@ def private_names(source: str, own: frozenset[str]) -> set[str]:
     Private are modules that are not documented, names and texts that begin with an underscore, and names of methods
     that are replaced on an object.
     """
-    tree = ast.parse(source)
-    found: set[str] = set()
-    for node in ast.walk(tree):
-        modules = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-        modules += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-        ours = [name for name in modules if name.split(".")[0] in LIBRARIES]
-        found |= {name for name in ours if not _is_documented(name)}
-        if ours and isinstance(node, ast.ImportFrom):
-            found |= {alias.name for alias in node.names if alias.name.startswith("_")}
-    if not any(re.search(rf"^\s*(from|import) {library}\b", source, re.MULTILINE) for library in LIBRARIES):
+    if not re.search(rf"^\s*(from|import) ({'|'.join(LIBRARIES)})\b", source, re.MULTILINE):
         return set()
-    functions = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
-    of_package = {alias.name for one in ast.walk(tree) if _imports_from_package(one) for alias in one.names}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Attribute) and not _is_self(node.value):
+    nodes = list(ast.walk(ast.parse(source)))
+    functions = {node.name for node in nodes if isinstance(node, ast.FunctionDef)}
+    of_package = {alias.name for one in nodes if _imports_from_package(one) for alias in one.names}
+    found: set[str] = set()
+    for node in nodes:
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            found |= _private_imports(node)
+        elif isinstance(node, ast.Attribute) and not _is_self(node.value):
             found |= {node.attr} if _is_private(node.attr) and node.attr not in own else set()
-        found |= {name for name in _names_in_texts(node) if _is_private(name)} - own
-        if isinstance(node, ast.ClassDef) and node.bases:
+        elif isinstance(node, ast.ClassDef) and node.bases:
             members = (name for one in node.body if isinstance(one, ast.Assign) for name in one.targets)
             found |= {one.id for one in members if isinstance(one, ast.Name) and _is_private(one.id)}
-        if isinstance(node, ast.Assign):
+        elif isinstance(node, ast.Assign):
             found |= _replaced_methods(node, functions, of_package)
+        elif isinstance(node, ast.Call | ast.Dict):
+            found |= {name for name in _names_in_texts(node) if _is_private(name)} - own
+    return found
+
+
+def _private_imports(node: ast.Import | ast.ImportFrom) -> set[str]:
+    """Return the modules of the libraries that are not documented, and imported names with an underscore."""
+    modules = [node.module or ""] if isinstance(node, ast.ImportFrom) else [alias.name for alias in node.names]
+    ours = [name for name in modules if name.split(".")[0] in LIBRARIES]
+    found = {name for name in ours if not _is_documented(name)}
+    if ours and isinstance(node, ast.ImportFrom):
+        found |= {alias.name for alias in node.names if alias.name.startswith("_")}
     return found
 
 
@@ -156,15 +162,8 @@ def _replaced_methods(node: ast.Assign, functions: set[str], of_package: set[str
 
 
 def own_names(source: str) -> set[str]:
-    """Return the private names that a module defines: functions, and attributes of self."""
-    tree = ast.parse(source)
-    named = {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.ClassDef)}
-    set_on_self = {
-        node.attr
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and _is_self(node.value)
-    }
-    return {name for name in named | set_on_self if name.startswith("_")}
+    """Return the private names that a module defines: functions, classes, and attributes of self."""
+    return set(re.findall(r"(?:\b(?:def|class) |\bself\.)(_[a-z]\w*)", source))
 
 
 def test_private_names_of_libraries_are_listed_with_reason_and_guard() -> None:

@@ -14,6 +14,7 @@ LAYERS = [
     "files",
     "validation",
     "tables",
+    "stored",
     "motion",
     "records",
     "model",

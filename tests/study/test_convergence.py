@@ -25,8 +25,9 @@ from overturning.records.record import Record
 from overturning.records.store import rounded
 from overturning.report.blocks import Paragraph, Table
 from overturning.report.sections.exactness import convergence
+from overturning.stored import write_result
 from overturning.study.answers import Counts, compare, empty_outcomes
-from overturning.study.convergence import Convergence
+from overturning.study.convergence import Convergence, read_convergence
 from overturning.study.convergence_check import check_convergence, computations
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import wilson
@@ -76,8 +77,8 @@ def test_choice_has_the_wanted_size_no_mirrored_cell_and_none_twice() -> None:
 
 def reported(settings: Study, found: Convergence, folder: Path) -> tuple[Any, ...]:
     """What the report says of an outcome, by way of its file."""
-    found.write(folder / "convergence.json")
-    outcome = Convergence.read(folder / "convergence.json")
+    write_result(found, folder / "convergence.json")
+    outcome = read_convergence(folder / "convergence.json")
     read: Any = SimpleNamespace(model=Planes(), study=settings, convergence=outcome)
     section = convergence(read)
     assert section is not None
@@ -262,7 +263,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     one_of_each = dict.fromkeys(("flags", "sides", "flags_undivided", "sides_undivided", "sides_agreed"), 1)
     assert again == found.model_copy(update=one_fall_less | one_of_each)
     workflow.check_convergence(settings.model_dump_json(), tmp_path / "motion", cube, tmp_path / "found.json")
-    assert Convergence.read(tmp_path / "found.json").rigid == found
+    assert read_convergence(tmp_path / "found.json").rigid == found
     # From under one record's blocks the ground drops by more than g: the rigid block, which stays on it, knows nothing.
     drop = np.zeros(records[1].samples)
     drop[50] = -10.0
@@ -356,7 +357,7 @@ def test_the_command_checks_a_scene_for_the_report(tmp_path: Path) -> None:
     cube = cube_of(settings, [short(7)], tmp_path)
     output = tmp_path / "convergence.json"
     workflow.check_convergence(settings.model_dump_json(), tmp_path / "motion", cube, output)
-    found = Convergence.read(output)
+    found = read_convergence(output)
     assert 6 <= found.chosen < found.wanted == 24, "none of the scene's azimuths is mirrored"
     spent = sum(part.block_steps for part in (found.finer, found.stiffer, found.settling))
     with open_cube(cube, element=None) as opened:
@@ -466,6 +467,6 @@ def test_the_outcome_of_an_older_version_is_refused_by_file_and_key(tmp_path: Pa
     path = tmp_path / "convergence.json"
     path.write_text(json.dumps(written), encoding="utf-8")
     with pytest.raises(ResultError, match="run the study again to recreate") as error:
-        Convergence.read(path)
+        read_convergence(path)
     assert str(error.value).startswith(f"{path}: {said}")
     assert "\n" not in str(error.value)

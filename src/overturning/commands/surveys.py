@@ -23,8 +23,9 @@ def survey(
     from overturning.labels import azimuth_gap_label, variant_label
     from overturning.report.plain import plain_lines
     from overturning.report.sections.surveys import survey_section
+    from overturning.stored import write_result
     from overturning.study.cube import open_cube, record_number
-    from overturning.surveys.comparison import compare_survey, survey_result, write_survey
+    from overturning.surveys.comparison import compare_survey, survey_result
     from overturning.surveys.stones import read_survey_with_notes
 
     check_output(figure, "--figure", ".svg", ".png", ".pdf")
@@ -41,7 +42,7 @@ def survey(
         print(note)
     print(*plain_lines(survey_section(result, gaps=gaps)), sep="\n")
     if output is not None:
-        write_survey(result, output)
+        write_result(result, output)
     if figure is not None:
         from overturning.figures.style import style
         from overturning.figures.write import save

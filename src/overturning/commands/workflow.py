@@ -200,6 +200,7 @@ def check_convergence(
 ) -> None:
     """Compute a sample of the cases again with finer time steps and with stiffer contacts."""
     from overturning.errors import ConfigError
+    from overturning.stored import write_result
     from overturning.study.convergence_check import check_convergence as compute_again
     from overturning.study.sample import read_rigid, read_sample
 
@@ -207,7 +208,8 @@ def check_convergence(
     if isinstance(settings.verification, str):
         raise ConfigError(f"{settings.name}: verification: none; remove the key for a convergence check")
     sample = read_sample(cube, settings.verification)
-    compute_again(settings, records, sample, threads, _percent_lines(), read_rigid(cube, settings)).write(output)
+    found = compute_again(settings, records, sample, threads, _percent_lines(), read_rigid(cube, settings))
+    write_result(found, output)
 
 
 def record_figures(

@@ -1,18 +1,17 @@
 """Films and figures of a study's illustrative cases."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from overturning.dem.trajectory import trajectory
 from overturning.figures.boundary import boundary_figure
+from overturning.figures.drawn_case import DrawnCase, write_cases
 from overturning.figures.film_of_trajectory import film_of, heading_of, outcome
 from overturning.figures.ground import hodograph_figure, spectra_figure
 from overturning.figures.response import axis_figure, response_figure
 from overturning.figures.style import style
 from overturning.figures.write import refill_folder, save
-from overturning.files import write_text
 from overturning.labels import friction_label
 from overturning.model.falls import model_of
 from overturning.model.planes import Planes
@@ -38,14 +37,14 @@ def draw_illustrative_cases(cube_path: Path, motions: Path, folder: Path) -> Non
     """
     with refill_folder(folder), open_records(cube_path) as cube, style():
         rows = [_draw(cube, case, motions, folder, number) for number, case in enumerate(illustrative_cases(cube), 1)]
-        write_text(folder / "cases.json", json.dumps(rows, ensure_ascii=False, separators=(",", ":")))
+        write_cases(rows, folder)
 
 
 CaseFigure = tuple[str, "Figure", str, dict[str, float]]
 """A figure that accompanies a film: suffix of the file name, figure, alternative text, options for the report."""
 
 
-def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Path, number: int) -> dict[str, Any]:
+def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Path, number: int) -> DrawnCase:
     study, one = study_of(cube), cube.isel(record=case.record).load()
     record = str(one["record_id"].item())
     motion = motion_of(study, read_motion(motions / f"{record}.nc"))
@@ -65,16 +64,16 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
     for name, figure, alt, options in drawn:
         save(figure, folder / f"{number}-{name}.svg")
         figures[f"{number}-{name}.svg"] = {"alt": alt, **options}
-    return {
-        "title": case.title,
-        "rule": case.rule,
-        "block": title,
-        "record": record,
-        "outcomes": [f"{heading_of(path)}: {outcome(path)}" for path in paths],
-        "film": film.data(),
-        "keys": film.panels[0].keys,
-        "figures": figures,
-    }
+    return DrawnCase(
+        title=case.title,
+        rule=case.rule,
+        block=title,
+        record=record,
+        outcomes=tuple(f"{heading_of(path)}: {outcome(path)}" for path in paths),
+        film=film.data(),
+        keys=film.panels[0].keys,
+        figures=figures,
+    )
 
 
 def block_label(study: Study, block: dict[str, float]) -> str:

@@ -1,18 +1,18 @@
 """The results of a study that the report speaks of, opened once."""
 
-import json
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from overturning.figures.drawn_case import DrawnCase, read_cases
 from overturning.figures.style import style
 from overturning.figures.write import save
 from overturning.files import portable_name
@@ -25,11 +25,11 @@ from overturning.statistics.by_record import by_record, record_groups
 from overturning.statistics.elements import ElementFalls, falls_by_element
 from overturning.statistics.falls import fall_means, overturns
 from overturning.statistics.space import plane_counts
-from overturning.study.convergence import Convergence
+from overturning.study.convergence import Convergence, read_convergence
 from overturning.study.cube import open_records, shown_block, study_of
 from overturning.study.scenes import NOMINAL, scene_of
 from overturning.study.schema import Study
-from overturning.surveys.comparison import SurveyResult, read_survey_result
+from overturning.surveys.comparison import SurveyResult, read_survey
 from overturning.surveys.population import population_rates
 from overturning.surveys.posterior import InversionResult, read_inversion
 
@@ -67,7 +67,7 @@ class Results:
         Intensity measures.
     figures, drawings : Path
         Folder of the study's figures, and one for those that the report draws itself.
-    illustrative : list of dict
+    illustrative : list of DrawnCase
         Title, block, outcomes, rule, film and figures of each case to watch.
     convergence : Convergence or None
         What its convergence check found; None where the study leaves that out.
@@ -85,7 +85,7 @@ class Results:
     intensity: xr.Dataset
     figures: Path
     drawings: Path
-    illustrative: list[dict[str, Any]]
+    illustrative: list[DrawnCase]
     convergence: Convergence | None
     surveys: tuple[SurveyResult, ...]
     populations: dict[str, xr.Dataset] = field(default_factory=dict)
@@ -289,9 +289,9 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
             stack.enter_context(xr.open_dataset(folder / "intensity.nc")),
             folder / "figures",
             Path(stack.enter_context(tempfile.TemporaryDirectory())),
-            json.loads((folder / "figures" / "illustrative" / "cases.json").read_text(encoding="utf-8")),
-            Convergence.read(folder / "convergence.json") if study.verification != "none" else None,
-            tuple(read_survey_result(file.with_suffix(".json")) for file in files),
+            read_cases(folder / "figures" / "illustrative"),
+            read_convergence(folder / "convergence.json") if study.verification != "none" else None,
+            tuple(read_survey(file.with_suffix(".json")) for file in files),
             {name: population_rates(cube, stones) for name, cube in whole.items()} if stones else {},
             tuple(read_inversion(file.with_suffix(".motion.nc")) for file in asked),
         )

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
+from overturning.stored import StoredFloat
 
 NO_DIRECTION = 1e-9
 """Resultant length below which a mean direction is only rounding error: the vectors cancel."""
@@ -102,8 +103,8 @@ class TestResult:
 
     name: str
     n: int
-    statistic: float = math.nan
-    p_value: float = math.nan
+    statistic: StoredFloat = math.nan
+    p_value: StoredFloat = math.nan
 
 
 @lru_cache(maxsize=4)

@@ -1,15 +1,12 @@
 """Result of a convergence check: changes of outcomes with finer steps, stiffer springs, and a rigid block."""
 
-import json
 from pathlib import Path
 from typing import Final
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
-from overturning.errors import ResultError
-from overturning.files import write_text
+from overturning.stored import read_result
 from overturning.study.answers import Counts
-from overturning.validation import format_validation_error
 
 AMPLITUDE_PERTURBATION: Final = 1e-9
 """Relative increase of the motion, far below its accuracy, that shows whether an outcome is chaotic."""
@@ -90,19 +87,7 @@ class Convergence(BaseModel):
     amplitude: AmplitudeChange | None  # None for planar models
     rigid: Rigid | None  # None if no cell has a block that cannot slide
 
-    def write(self, path: Path) -> None:
-        """Write the result as JSON."""
-        write_text(path, self.model_dump_json(indent=1) + "\n")
 
-    @classmethod
-    def read(cls, path: Path) -> "Convergence":
-        """Read a file written by `write`; a `ResultError` if it is missing, damaged, or from another version."""
-        try:
-            return cls.model_validate(json.loads(path.read_text(encoding="utf-8")))
-        except ValidationError as error:
-            first = error.errors()[0]
-            key = "".join(f"{part}: " for part in [".".join(map(str, first["loc"]))] if part)
-            said = f"{key}{format_validation_error(first)}; written by another version"
-        except (OSError, ValueError):
-            said = "no outcome of a convergence check"
-        raise ResultError(f"{path}: {said}; run the study again to recreate the convergence check")
+def read_convergence(path: Path) -> Convergence:
+    """Read the result of a convergence check; a `ResultError` if it is missing, damaged, or from another version."""
+    return read_result(Convergence, path, "convergence check")

@@ -14,6 +14,7 @@ from typing import Any, Final, Self
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
+from pydantic import create_model
 
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import Progress
@@ -25,6 +26,7 @@ from overturning.model.model import Model
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.study.sections import Ensemble
+from overturning.tables import read_rows
 
 Z_95: Final = NormalDist().inv_cdf(0.975)
 """Two-sided 95 % point of the normal distribution."""
@@ -103,19 +105,17 @@ class Members:
     @classmethod
     def read(cls, path: Path) -> Self:
         """Read a file written by `write`; a `ResultError` if it is missing, damaged, or another kind of file."""
-        try:
-            header, *rows = [line.split(",") for line in path.read_text("utf-8").split("\n#")[0].splitlines()]
-            if tuple(header) != COLUMNS or not checksum_matches(path):
-                raise ValueError(header)
-            scramble, *columns = np.array(rows, np.float64).reshape(-1, len(COLUMNS)).T
-        except (OSError, ValueError):
-            raise ResultError(
-                f"{path}: damaged, or no table of ensemble members; run the study again to recreate it"
-            ) from None
+        if path.exists() and not checksum_matches(path):
+            raise ResultError(f"{path}: damaged, or no table of ensemble members; run the study again to recreate it")
+        rows = read_rows(path, _MemberRow, delimiter=",", error=ResultError, kind="table of ensemble members")
+        numbers = [[getattr(row, name) for name in COLUMNS] for _, row in rows]
+        scramble, *columns = np.array(numbers, np.float64).reshape(-1, len(COLUMNS)).T
         return cls(scramble.astype(np.int64), *columns)
 
 
 COLUMNS: Final = tuple(item.name for item in fields(Members))
+
+_MemberRow = create_model("_MemberRow", **dict.fromkeys(COLUMNS, (float, ...)))  # type: ignore[call-overload]
 
 
 def draw_members(settings: Ensemble) -> Members:

@@ -16,7 +16,7 @@ from typing import Any, Final
 
 from overturning.errors import ResultError
 from overturning.files import checksum_matches
-from overturning.study.convergence import Convergence
+from overturning.study.convergence import read_convergence
 from overturning.study.ensemble import Members
 from overturning.study.evaluation import FORMATS
 from overturning.study.netcdf import open_raw
@@ -26,7 +26,7 @@ DAMAGED: Final = "damaged or gone, is made again: "
 
 _TABLES: Final[dict[str, Callable[[Path], Any]]] = {
     "members.csv": Members.read,
-    "convergence.json": Convergence.read,
+    "convergence.json": read_convergence,
 }
 _RECORD_FILES: Final = (
     *("read/{}.nc", "read/*/{}.nc", "motion/{}.nc", "motion/*/{}.nc", "sweep/*/{}.*-of-*.nc"),

@@ -1,20 +1,18 @@
 """Compare observed falls of a survey with the prediction, and read and write the comparison."""
 
 import hashlib
-import json
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.errors import ArgumentError, ResultError
-from overturning.files import atomic_write
+from overturning.errors import ArgumentError
 from overturning.statistics.circular import (
     TestResult,
     chi_square_test,
@@ -23,11 +21,9 @@ from overturning.statistics.circular import (
     sector,
     watson_u2_test,
 )
+from overturning.stored import StoredCounts, StoredFloat, StoredFloats, read_result
 from overturning.surveys.prediction import SIDES, SitePrediction, knows_face, observed_side
 from overturning.surveys.stones import BACKGROUND, Stone
-
-_TESTS: Final = ("fit_octants", "fit_octants_watson", "fit_exact", "uniform_octants")
-_ARRAYS: Final = ("octant_observed", "octant_predicted", "confusion")
 
 
 @dataclass(frozen=True)
@@ -71,17 +67,17 @@ class SurveyComparison:
 
     fallen: int
     stood: int
-    mean_direction_deg: float
-    resultant: float
-    octant_observed: FloatArray
-    octant_predicted: FloatArray
-    log_likelihood_ratio: float
-    likelihood_ratio_p: float
+    mean_direction_deg: StoredFloat
+    resultant: StoredFloat
+    octant_observed: StoredFloats
+    octant_predicted: StoredFloats
+    log_likelihood_ratio: StoredFloat
+    likelihood_ratio_p: StoredFloat
     fit_octants: TestResult
     fit_octants_watson: TestResult
     fit_exact: TestResult
     uniform_octants: TestResult
-    confusion: NDArray[np.int64] | None
+    confusion: StoredCounts | None
     turned_every_way: int
     without_face: int
     without_b_over_h: int
@@ -245,32 +241,6 @@ def survey_result(stones: Path, record: str, comparison: SurveyComparison, doubt
     return SurveyResult(stones.name, sha256, record, comparison, tuple(doubts))
 
 
-def write_survey(result: SurveyResult, path: Path) -> None:
-    """Write a comparison as JSON; NaN is written as null."""
-
-    def plain(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        return {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in pairs}
-
-    data = asdict(result, dict_factory=plain)
-    with atomic_write(path) as part:
-        text = json.dumps(data, ensure_ascii=False, indent=1, default=np.ndarray.tolist)
-        part.write_text(text + "\n", encoding="utf-8")
-
-
-def read_survey_result(path: Path) -> SurveyResult:
-    """Read a file written by `write_survey`; a `ResultError` if it is missing or from another version."""
-
-    def numbers(data: dict[str, Any]) -> dict[str, Any]:
-        return {name: math.nan if value is None and name not in _ARRAYS else value for name, value in data.items()}
-
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"), object_hook=numbers)
-        comparison = data.pop("comparison")
-        tests = {name: TestResult(**comparison[name]) for name in _TESTS}
-        arrays = {name: None if comparison[name] is None else np.array(comparison[name]) for name in _ARRAYS}
-        data["doubts"] = tuple(data["doubts"])
-        return SurveyResult(**data, comparison=SurveyComparison(**comparison | tests | arrays))
-    except OSError:
-        raise ResultError(f"{path}: no such comparison; run the study again") from None
-    except (KeyError, TypeError, ValueError) as error:
-        raise ResultError(f"{path}: not a comparison of this version ({error}); run the study again") from None
+def read_survey(path: Path) -> SurveyResult:
+    """Read a stored comparison; a `ResultError` if it is missing or from another version."""
+    return read_result(SurveyResult, path, "comparison with a survey")

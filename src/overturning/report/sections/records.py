@@ -63,16 +63,14 @@ def illustrative(results: Results) -> Said:
         return
     yield Note("The page report.html shows them as films.", medium="paper")
     for case in results.illustrative:
-        behind = tuple(
-            Figure(results.figures / "illustrative" / file, **about) for file, about in case["figures"].items()
-        )
-        rule = Note(f"Chosen by rule: {case['rule']}.")
-        film = Film(case["film"], case["block"])
-        shown = (film, Bullets(tuple(case["outcomes"])), rule, Disclosure("Motion and response", behind))
-        yield Section(case["title"], shown)
-    if WHICH_SIDE not in {case["title"] for case in results.illustrative}:
+        behind = tuple(Figure(results.figures / "illustrative" / file, **about) for file, about in case.figures.items())
+        rule = Note(f"Chosen by rule: {case.rule}.")
+        film = Film(case.film, case.block)
+        shown = (film, Bullets(case.outcomes), rule, Disclosure("Motion and response", behind))
+        yield Section(case.title, shown)
+    if WHICH_SIDE not in {case.title for case in results.illustrative}:
         yield Note(f"No block falls to opposite sides at two neighbouring {results.model.direction}s.")
-    keys = f"Keys: space plays and pauses, ← and → step, Home and End, s changes the speed, {case['keys']}."
+    keys = f"Keys: space plays and pauses, ← and → step, Home and End, s changes the speed, {case.keys}."
     yield Note(keys, medium="page")
 
 

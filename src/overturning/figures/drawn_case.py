@@ -1,0 +1,50 @@
+"""An illustrative case with its film and figures, as stored in ``cases.json``."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from overturning.stored import read_result, write_result
+
+CASES: Final = "cases.json"
+"""File of the cases, next to their figures."""
+
+
+@dataclass(frozen=True)
+class DrawnCase:
+    """An illustrative case with its film and figures.
+
+    Attributes
+    ----------
+    title, rule : str
+        Title of the case, and the rule that chose it.
+    block, record : str
+        The block, as text, and the id of the record.
+    outcomes : tuple of str
+        Outcome in each panel of the film.
+    film : dict
+        Data for the player; see `overturning.figures.film.Film.data`.
+    keys : str
+        Keys of the player that only this kind of film has.
+    figures : dict
+        Alternative text and options of each figure, by file name.
+    """
+
+    title: str
+    rule: str
+    block: str
+    record: str
+    outcomes: tuple[str, ...]
+    film: dict[str, Any]
+    keys: str
+    figures: dict[str, dict[str, Any]]
+
+
+def write_cases(cases: list[DrawnCase], folder: Path) -> None:
+    """Write the cases into a folder, next to their figures."""
+    write_result(cases, folder / CASES, indent=None)
+
+
+def read_cases(folder: Path) -> list[DrawnCase]:
+    """Read the cases of a folder; a `ResultError` if the file is missing or from another version."""
+    return read_result(list[DrawnCase], folder / CASES, "illustrative cases")

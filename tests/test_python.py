@@ -220,14 +220,19 @@ def drawn(*words: str) -> int:
 
 
 def shown_first(cube: xr.Dataset, folder: Path, friction: float) -> str:
-    """Title of the polar map where the study beside the cube names a friction for the figures; the explorer agrees."""
+    """Block of the polar map where the study beside the cube names a friction for the figures; the explorer agrees."""
     said = json.loads(cube.attrs["study"]) | {"figures": {"friction": friction}}
     (folder / "study.yaml").write_text(json.dumps(said))
     beside = cube.copy()
     beside.encoding["source"] = str(folder / "cube.nc")
     both = explorer_data(beside), explorer_data(cube, study=check_study(said, "said"))
     assert [cube["friction"][data["shown"]["friction"]].item() for data in both] == [friction, friction]
-    return str(overturning.plot.polar(beside, "b").axes[0].get_title())
+    return block_of(overturning.plot.polar(beside, "b"))
+
+
+def block_of(figure: Figure) -> str:
+    """Height and friction of a polar map, which stand in its heading."""
+    return figure.get_suptitle().splitlines()[-1].partition(";")[0]
 
 
 def of_two_frictions(cube: xr.Dataset) -> xr.Dataset:
@@ -254,10 +259,10 @@ def test_each_figure_of_a_cube_is_drawn_alone_and_leaves_the_settings_of_the_use
     assert mpl.get_backend() == "svg"
     assert dict(mpl.rcParams) == before
     assert plt.get_fignums() == kept  # those of other tests
-    maps = {kind: overturning.plot.KINDS[kind](several, "b").axes for kind in ("polar", "blocks")}
-    assert [axes.get_title() for axes in maps["polar"]] == ["µ = 1, H = 0.6 m"]  # what the study shows first
-    assert len(maps["blocks"]) == 2
-    assert overturning.plot.polar(several.sel(friction=[0.5]), "b").axes[0].get_title() == "µ = 0.5, H = 0.6 m"
+    maps = {kind: overturning.plot.KINDS[kind](several, "b") for kind in ("polar", "blocks")}
+    assert block_of(maps["polar"]) == "µ = 1, H = 0.6 m"  # what the study shows first
+    assert [axes.get_title() for axes in maps["blocks"].axes] == ["µ = 0.5", "µ = 1"]
+    assert block_of(overturning.plot.polar(several.sel(friction=[0.5]), "b")) == "µ = 0.5, H = 0.6 m"
     assert [shown_first(several, tmp_path, mu) for mu in (0.5, 1.0)] == ["µ = 0.5, H = 0.6 m", "µ = 1, H = 0.6 m"]
     with pytest.raises(ArgumentError, match="recrd: no keyword of polar; did you mean record"):
         overturning.plot.polar(cube, recrd="b")
@@ -317,7 +322,7 @@ def test_the_polar_map_of_a_cube_file_shows_all_that_is_named(
         path = tmp_path / "a.svg"
         named = [part for mu in words for part in ("--friction", mu)]
         assert drawn("figure", "polar", str(cube_file), "--record", "b", *named, "-o", str(path)) == 0
-        assert re.findall(r"µ = ([\d.]+), H", path.read_text(encoding="utf-8")) == titles
+        assert re.findall(r"µ = ([\d.]+)", path.read_text(encoding="utf-8")) == titles
 
 
 @pytest.mark.parametrize(("kind", "scale"), [(".png", 25.4 / 300), (".svg", 25.4 / 72), (".pdf", 25.4 / 72)])
@@ -390,7 +395,7 @@ def test_figures_of_what_is_no_part_of_a_study() -> None:
 
 
 def cells_of(figure: Figure, azimuth: FloatArray, b_over_h: FloatArray) -> NDArray[np.int_]:
-    """What is drawn last at each azimuth and B/H of the first compass of a figure, by its kind; -1 for nothing."""
+    """Probability drawn at each azimuth and B/H of the first compass of a figure; -1 where no colour is drawn."""
     (mesh,) = figure.axes[0].collections
     corner = mesh.get_coordinates()
     kinds = np.ma.filled(mesh.get_array(), -1).reshape(corner.shape[0] - 1, -1)
@@ -412,9 +417,7 @@ def test_a_map_is_the_same_in_whatever_order_and_turn_a_grid_is_given() -> None:
         return overturning.plot.polar(outcome)
 
     flags = overturning.simulate(motion, azimuth_deg=azimuth, b_over_h=ratio, **stone)["overturned"][:, 0, :, 0]
-    kinds = np.array([0, 2, 1])[
-        flags.to_numpy().astype(int)
-    ]  # stands, falls towards the azimuth, falls to the other side
+    kinds = np.array([-1, 1, 0])[flags.to_numpy().astype(int)]  # stands (hatched), falls towards the azimuth, or not
     assert len(np.unique(kinds)) == 3
     for turned, sizes in (
         (azimuth, ratio), (azimuth - 180, ratio), (azimuth + 360, ratio), (np.append(azimuth, 360.0), ratio),

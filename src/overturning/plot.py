@@ -59,11 +59,12 @@ def _cube_figure(draw: DrawFunction) -> DrawFunction:
 
 
 @_cube_figure
-def polar(cube: "xr.Dataset", record: str | None = None, title: str | None = None) -> "Figure":
+def polar(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None) -> "Figure":
     """Draw the map of falls of the block that a study shows first, under one record.
 
     The map is over azimuth and B/H (2-D) or orientation and B/H (3-D). If the cube holds only a part of the heights or
-    frictions, or comes from `overturning.simulate`, all its blocks are shown.
+    frictions, or comes from `overturning.simulate`, all its blocks are shown. Several records, as a list, are drawn on
+    one radial scale (2-D only).
     """
     from overturning.study.cube import shown_block
 
@@ -71,18 +72,34 @@ def polar(cube: "xr.Dataset", record: str | None = None, title: str | None = Non
 
 
 @_cube_figure
-def blocks(cube: "xr.Dataset", record: str | None = None, title: str | None = None) -> "Figure":
+def blocks(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None) -> "Figure":
     """Draw the maps of falls under one record, one for each height and friction."""
     return _map("blocks", cube, record, title)
 
 
-def _map(kind: str, cube: "xr.Dataset", record: str | None, title: str | None) -> "Figure":
+def _map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | None, title: str | None) -> "Figure":
     from overturning.figures.content import check_outcomes
     from overturning.figures.maps import map_figure
+    from overturning.figures.polar_map import plane_map_figure
 
-    one = _select_record(cube, record)
-    check_outcomes(one, kind)
-    return map_figure(one, _title(one) + _stone_line(one) if title is None else title)
+    names = [record] if record is None or isinstance(record, str) else list(record)
+    several = [_select_record(cube, name) for name in names]
+    for one in several:
+        check_outcomes(one, kind)
+    first = several[0]
+    if len(several) == 1:
+        return map_figure(first, _title(first) + _stone_line(first) if title is None else title, _peak_velocity(first))
+    _check_direction(cube, "azimuth", f"{kind} of several records")
+    own = (_title(first, ()) + _stone_line(first)).strip() if title is None else title
+    return plane_map_figure(several, own, [_peak_velocity(one) for one in several])
+
+
+def _peak_velocity(one: "xr.Dataset") -> "xr.DataArray | None":
+    """Return the peak velocity by azimuth of the record of a cube, m/s; None if its study has no such file."""
+    try:
+        return _measures(one)["pgv"].isel(record=0)
+    except MissingDataError:
+        return None
 
 
 def _stone_line(one: "xr.Dataset") -> str:

@@ -20,7 +20,7 @@ from overturning.figures.boundary import boundary_figure
 from overturning.figures.film_of_trajectory import outcome
 from overturning.figures.ground import hodograph_figure, intensity_figure, spectra_figure
 from overturning.figures.intensity_plane import intensity_plane_figure, plane_points
-from overturning.figures.maps import plane_map_figure
+from overturning.figures.polar_map import plane_map_figure
 from overturning.figures.response import response_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.scene import scenes_figure
@@ -232,17 +232,6 @@ def test_boundary_curves_close() -> None:
             x, y = line.get_data()
             assert x[-1] - x[0] == pytest.approx(2 * np.pi)
             assert y[-1] == pytest.approx(y[0], nan_ok=True)
-        plt.close(figure)
-
-
-def test_map_shows_the_probability_at_the_fall_azimuth() -> None:
-    with style():
-        figure = plane_map_figure(cube().isel(record=0), "A")
-        mesh = figure.axes[0].collections[0]
-        values = mesh.get_array().reshape(3, AZIMUTH.size, -1)[..., 0]
-        assert int(AZIMUTH[np.argmax(values[2])]) in range(91)  # 0.9 towards the north-east, 0.05 elsewhere
-        assert values.mask[2, list(AZIMUTH).index(225)], "where it falls to the other side it has the colour of that"
-        assert figure.axes[0].get_theta_direction() == -1
         plt.close(figure)
 
 

@@ -6,30 +6,19 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.colors import to_rgb
 
 from overturning import open_cube, plot
 from overturning.errors import ArgumentError
-from overturning.figures.boundary import boundary_figure
+from overturning.figures.cells import azimuth_edges, cell_edges, rows_and_columns
 from overturning.figures.explore import explorer_data
-from overturning.figures.ground import intensity_figure
 from overturning.figures.illustrative import block_label, trajectories
-from overturning.figures.maps import (
-    COLOURS,
-    azimuth_edges,
-    cell_edges,
-    plane_map_figure,
-    radius_label_azimuth,
-    rows_and_columns,
-    space_map_figure,
-)
+from overturning.figures.maps import COLOURS, space_map_figure
+from overturning.figures.polar_map import plane_map_figure
 from overturning.figures.rose import rose_figure
-from overturning.figures.style import FALLS, PAGE_WIDTH, compass_name, gap_edges, style
+from overturning.figures.style import compass_name, gap_edges, style
 from overturning.figures.write import save
 from overturning.model.planes import azimuth_weight
 from overturning.motion.motion import Motion
-from overturning.report.sections.records import MAP_WIDTH
-from overturning.statistics.boundary import boundary
 from overturning.statistics.circular import sector_shares
 from overturning.study.intensity import write_intensity
 from overturning.study.load import check_study
@@ -85,22 +74,6 @@ def test_an_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> N
     assert weight[added == 120.0] == pytest.approx(7 * 30 / 180)
 
 
-def test_map_shows_the_fall_at_its_azimuth(cube: xr.Dataset) -> None:
-    with style():
-        figure = plane_map_figure(cube.isel(record=0), "A")
-        axes = figure.axes[0]
-        parts = axes.collections[0].get_array().reshape(2, 12, -1)
-        kinds = parts[..., 0]
-        assert (parts == kinds[..., None]).all(), "a cell drawn in parts is of one colour"
-        assert axes.get_theta_direction() == -1
-        assert np.degrees(axes.get_theta_offset()) == 90
-        plt.close(figure)
-    # The block falls towards N30E: dark there, pale on the other side, light across.
-    assert kinds[0, 1] == 2
-    assert kinds[0, 7] == 1
-    assert kinds[0, 4] == 0
-
-
 def test_studies_without_falls_without_faults_and_with_one_azimuth_are_drawn(cube: xr.Dataset, tmp_path: Path) -> None:
     with style():
         for name, odd in {
@@ -111,64 +84,6 @@ def test_studies_without_falls_without_faults_and_with_one_azimuth_are_drawn(cub
             save(plane_map_figure(odd.isel(record=1), name), tmp_path / f"{name}.png")
             save(rose_figure(odd), tmp_path / f"rose-{name}.png")
     assert len(list(tmp_path.iterdir())) == 6
-
-
-def probability_cube(cube: xr.Dataset) -> xr.Dataset:
-    """Cube with falls towards 30° and an ensemble, falls away from it on the other side, and one missing outcome."""
-    flags = cube["overturned"]
-    towards = xr.where(flags > 0, 0.9, xr.where(flags < 0, 0.1, 0.0))
-    away = xr.where(flags < 0, 0.9, xr.where(flags > 0, 0.1, 0.0))
-    unknown = (cube["b_over_h"] == 0.4) & (cube["friction"] == 1.0) & (flags == 0)
-    return cube.assign(
-        overturned=flags.where(~unknown),
-        probability_towards=towards.where(~unknown),
-        probability_away=away.where(~unknown),
-    )
-
-
-def test_outcomes_have_different_colours(cube: xr.Dataset) -> None:
-    with style():
-        figure = plane_map_figure(probability_cube(cube).isel(record=0), "A")
-        figure.canvas.draw()
-        chance, kinds = (mesh.to_rgba(mesh.get_array()).reshape(-1, 4) for mesh in figure.axes[1].collections[:2])
-        seen = {tuple(np.round(row, 2)) for row in np.where(kinds[:, 3:] > 0, kinds, chance)}
-        legend = [text.get_text() for text in figure.legends[0].get_texts()]
-        plt.close(figure)
-    assert len(seen) == 4  # towards, to the other side, stands, no outcome
-    assert legend == ["stands", "falls to the other side", "no outcome", "fault normal"]
-
-
-def test_map_marks_the_radial_direction_if_known(cube: xr.Dataset) -> None:
-    one = cube.isel(record=0)
-    placed = {"epicentre_latitude": 35.0, "epicentre_longitude": 135.0, "station_latitude": 34.0}
-    with style():
-        for known in (False, True):
-            figure = plane_map_figure(one.assign_coords(placed | {"station_longitude": 135.0} if known else {}), "A")
-            legend = [text.get_text() for text in figure.legends[0].get_texts()]
-            marks = [line for line in figure.axes[0].lines if line.get_label() == "away from the epicentre"]
-            assert ("away from the epicentre" in legend, len(marks)) == (known, int(known))
-        (angle,), (radius,) = marks[0].get_data()
-        assert np.degrees(angle) == pytest.approx(180.0)
-        assert radius == pytest.approx(figure.axes[0].get_ylim()[1])
-        plt.close("all")
-
-
-@pytest.mark.parametrize("step", [30, 90])
-def test_cells_are_arcs_and_fill_the_page(cube: xr.Dataset, step: int) -> None:
-    one = probability_cube(cube).isel(record=0, friction=[0], azimuth=slice(None, None, step // 30))
-    with style():
-        figure = plane_map_figure(one, "A")
-        figure.canvas.draw()
-        axes = figure.axes[0]
-        corners = axes.collections[0].get_coordinates()[0, :, 0]
-        panel, bar = axes.get_window_extent(), figure.axes[0].child_axes[0].get_window_extent()
-        width = figure.get_figwidth() * figure.dpi
-        plt.close(figure)
-    assert np.degrees(np.diff(corners)).max() <= 2.0 + 1e-9
-    printed = 25.4 * PAGE_WIDTH * MAP_WIDTH * panel.width / width
-    assert 80.0 <= printed <= 120.0, "mm across on paper"
-    assert bar.height <= panel.height + 1
-    assert figure.get_figwidth() <= PAGE_WIDTH
 
 
 @pytest.mark.parametrize(
@@ -217,24 +132,6 @@ def test_azimuth_colours_differ_with_red_green_blindness(seen: np.ndarray) -> No
         assert np.linalg.norm(lab - np.roll(lab, apart, axis=0), axis=1).min() > 20
 
 
-def test_map_ends_at_the_first_empty_ring_and_labels_avoid_falls(cube: xr.Dataset) -> None:
-    wide = xr.concat([cube, 0 * cube.assign_coords(b_over_h=[0.6, 0.8])], "b_over_h", data_vars="all").isel(record=0)
-    with style():
-        figure = plane_map_figure(wide, "A")
-        assert figure.axes[0].get_ylim()[1] == pytest.approx(0.7)
-        assert figure.axes[0].get_rlabel_position() == 112.5
-        plt.close(figure)
-    azimuth = np.arange(0.0, 360.0, 5.0)
-    for free in (22.5, 202.5, 337.5):
-        falls = (np.abs((azimuth - free + 180) % 360 - 180) > 20).astype(float)[None]
-        cells = xr.Dataset(
-            {"towards": (("b_over_h", "azimuth"), falls), "away": (("b_over_h", "azimuth"), 0 * falls)},
-            {"azimuth": azimuth},
-        )
-        assert radius_label_azimuth(cells, np.nan) == free
-        assert radius_label_azimuth(cells, free + 5) != free
-
-
 def test_only_wide_gaps_of_azimuths_are_unknown() -> None:
     """Named by hand are the ends of the gaps: half of 60° and 70°, and the same seen from behind, are a step wide."""
     unknown = {(60, 70, 240, 250): [50, 80, 230, 260], (60, 150, 240, 330): [], (0, 30, 90, 180, 210, 270): []}
@@ -242,71 +139,6 @@ def test_only_wide_gaps_of_azimuths_are_unknown() -> None:
         np.testing.assert_allclose(np.sort(gap_edges(np.array(azimuth))), ends)
     full = np.sort([*range(0, 360, 5), 152.0])
     assert gap_edges(full).size == gap_edges(full.repeat(2)).size == 0
-
-
-def drawn_cells(figure: plt.Figure) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return azimuth (degrees), B/H and kind of all parts drawn in the first polar map."""
-    mesh = figure.axes[0].collections[0]
-    theta, radius = np.moveaxis(mesh.get_coordinates(), -1, 0)
-    middles = (np.degrees(theta[:, :-1] + theta[:, 1:]) / 2, (radius[:-1] + radius[1:]) / 2)
-    azimuth, ratio = middles[0][:-1], middles[1][:, :-1]
-    return azimuth % 360, ratio, np.asarray(mesh.get_array()).reshape(azimuth.shape)
-
-
-def test_part_of_a_circle_is_drawn_only_where_it_was_simulated() -> None:
-    """For azimuths 0° to 80° (and 180° to 260°), maps must not extend to 130°, and curves must not cross the gap."""
-    azimuth = np.arange(0.0, 90.0, 10.0)
-    flags = np.ones((1, azimuth.size, 1, 3, 1)) * [[1.0], [0.0], [0.0]]
-    part = xr.Dataset(
-        {"overturned": (("record", "azimuth", "height", "b_over_h", "friction"), flags)},
-        {"azimuth": azimuth, "height": [0.6], "b_over_h": [0.2, 0.4, 0.6], "friction": [1.0]},
-    ).isel(record=0)
-    peaks = xr.Dataset({name: ("azimuth", 3.0 + np.cos(np.radians(azimuth))) for name in ("pga", "pgv")}, part.coords)
-    with style():
-        at, ratio, kind = drawn_cells(figure := plane_map_figure(part, "A"))
-        away = np.abs((at[..., None] - azimuth + 90.0) % 180.0 - 90.0).min(axis=-1)
-        expected = np.where(away > 5.0, 3, np.where(ratio > 0.3, 0, np.where((at > 90) & (at < 270), 1, 2)))
-        np.testing.assert_array_equal(kind, expected)
-        assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5), "nothing falls from 0.4 on"
-        assert "no outcome" in [text.get_text() for text in figure.legends[0].get_texts()]
-        for curves in (intensity_figure(peaks, np.nan, "A"), boundary_figure(boundary(part), 0.4, np.nan, "A")):
-            theta, radius = curves.axes[0].lines[0].get_data()
-            seen = np.isfinite(radius[:-1] + radius[1:])
-            between = np.degrees(theta[:-1] + theta[1:])[seen] / 2
-            assert np.abs((between[:, None] - azimuth + 90.0) % 180.0 - 90.0).min(axis=1).max() <= 5.0 + 1e-9
-            assert seen.sum() == 16, "eight steps on either side"
-        band = [path.vertices[:, 1].min() for path in curves.axes[0].collections[0].get_paths()]
-        assert min(band) > 0.2, "nor does it run to the middle where nothing is known"
-        alone = boundary_figure(boundary(part.isel(azimuth=[2])), 0.4, np.nan, "A").axes[0].lines[-1]
-        assert (alone.get_marker(), np.degrees(alone.get_xdata()).tolist()) == (".", [20.0])
-        plt.close("all")
-
-
-def test_innermost_ring_is_drawn_for_a_wide_spacing(cube: xr.Dataset) -> None:
-    """Regression: for B/H 0.1 and 0.4 the inner edge of the first ring was negative, and the ring was not drawn."""
-    one = cube.assign_coords(b_over_h=[0.1, 0.4]).isel(record=0)
-    with style():
-        figure = plane_map_figure(one.assign(overturned=abs(one["overturned"] * 0) + 1.0), "A")
-        figure.canvas.draw()
-        x, y = figure.axes[0].transData.transform((np.radians(70.0), 0.1))
-        pixel = np.asarray(figure.canvas.buffer_rgba())[int(figure.bbox.height - y), int(x), :3]
-        plt.close("all")
-    np.testing.assert_allclose(pixel / 255, to_rgb(FALLS), atol=0.01)
-
-
-def test_map_includes_a_fall_whose_ensemble_stands(cube: xr.Dataset) -> None:
-    """Regression: the map ended before a case that falls at the largest B/H while all of its ensemble stands."""
-    wide = xr.concat([cube * 0, 0 * cube.assign_coords(b_over_h=[0.6, 0.8])], "b_over_h", data_vars="all")
-    chances = {f"probability_{side}": 0 * wide["overturned"] for side in ("towards", "away")}
-    wide["overturned"][:, 3, 0, 3, 0] = 1.0
-    chances["probability_away"][:, 3, 0, 0, 0] = 0.5
-    with style():
-        assert plane_map_figure(wide.assign(chances).isel(record=0), "A").axes[0].get_ylim()[1] == pytest.approx(0.9)
-        plt.close("all")
-    named = {name: ("record", ["a", "b"]) for name in ("record_id", "station")}
-    missing = dict.fromkeys(("peak_rotation", "overturning_time"), wide["overturned"] * np.nan)
-    data = explorer_data(wide.assign(chances | missing).assign_coords(named))
-    assert [record["rings"] for record in data["records"]] == [4, 4]
 
 
 def test_rose_next_to_3d_maps_is_labelled_with_their_falls() -> None:
@@ -333,7 +165,9 @@ def test_figures_omit_a_friction_that_the_scene_overrides(tmp_path: Path) -> Non
     block = {"height": 0.6, "b_over_h": 0.2, "friction": 0.2}
     for variant, said in (("nominal", ["µ of the scene"] * 2), ("other", ["µ = 0.2", "µ = 1"])):
         with open_cube(cube_of(settings, [record], tmp_path, variant)) as cube:
-            assert [panel.get_title().partition(",")[0] for panel in plot.blocks(cube).axes] == said
+            drawn = plot.blocks(cube)
+            heading = drawn.get_suptitle().splitlines()[-1].partition(",")[0]
+            assert [panel.get_title() or heading for panel in drawn.axes] == said
             if variant == "nominal":  # on ice the stone slides and stands
                 with refused(ArgumentError, "boundary: nothing to draw: none of the 16 cases"):
                     plot.boundary(cube)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from overturning.figures.cells import close_circle
 from overturning.figures.explore import explorer_data
-from overturning.figures.maps import close_circle
 from overturning.figures.rose import rose_figure
 from overturning.model.falls import model_of
 from overturning.report.sections.exactness import ensemble

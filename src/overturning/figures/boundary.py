@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from overturning.figures.maps import PANEL, close_circle, rows_and_columns
+from overturning.figures.cells import close_circle, rows_and_columns
 from overturning.figures.style import DASHES, SERIES, caption, compass, grid, mark_fault_normal, slenderness_ticks
 from overturning.labels import friction_label
 
@@ -56,7 +56,7 @@ def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, tit
     loaded = close_circle(bounds.compute())
     heights = loaded["height"].to_numpy()
     rows, columns = rows_and_columns(heights.size, 1)
-    side = min(PANEL[columns], 3.6)
+    side = {1: 3.6, 2: 2.9, 3: 1.95}[columns]
     figure, panels = grid(rows, columns, max(side * columns, 4.0), (side + 0.3) * rows + 1.0, heights.size, polar=True)
     for axes, height in zip(panels.flat, heights, strict=False):
         _draw_boundary(axes, loaded.sel(height=height), top)

@@ -10,7 +10,8 @@ from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.figures.maps import COLOURS, azimuth_edges, cell_edges, close_circle, trim_empty_rings
+from overturning.figures.cells import azimuth_edges, cell_edges, close_circle, trim_empty_rings
+from overturning.figures.maps import COLOURS
 from overturning.figures.page import embedded_json, page, template
 from overturning.figures.style import DARKEST, FALLS, FAULT, MISSING, OTHER_SIDE, STANDS
 from overturning.files import write_text

@@ -9,6 +9,7 @@ from matplotlib.ticker import MaxNLocator
 
 from overturning.arrays import FloatArray
 from overturning.figures import style
+from overturning.figures.cells import close_curve
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
@@ -112,19 +113,13 @@ def intensity_figure(intensity: xr.Dataset, fault_normal_deg: float, title: str)
     The azimuth of the fault normal, degrees, can be NaN.
     """
     azimuth = intensity["azimuth"].to_numpy().astype(np.float64)
-    # A peak is an absolute value, the same for opposite azimuths: the curve closes, except across unknown azimuths.
-    both = np.concatenate([azimuth, azimuth + 180.0]) % 360.0
-    around = np.concatenate([both, style.gap_edges(both)])
-    unknown = np.full(around.size - both.size, np.nan)
-    order = np.argsort(around, kind="stable")
-    theta = np.radians(around[order])
     figure, panels = style.grid(1, 2, 6.4, 3.7, polar=True)
     measures = (("pga", GAL, "PGA, Gal", style.SERIES[1]), ("pgv", CM, "PGV, cm/s", style.SERIES[2]))
     for axes, (name, factor, label, colour) in zip(panels.flat, measures, strict=True):
         peaks = intensity[name].to_numpy() / factor
-        values, largest = np.concatenate([peaks, peaks, unknown])[order], float(peaks.max())
+        largest = float(peaks.max())
         style.compass(axes)
-        axes.plot(np.append(theta, theta[0] + 2 * np.pi), np.append(values, values[0]), color=colour, linewidth=1.4)
+        axes.plot(*close_curve(azimuth, peaks), color=colour, linewidth=1.4)  # a peak is an absolute value
         style.radius_ticks(axes, largest * 1.08 or 1.0)
         axes.yaxis.set_major_locator(MaxNLocator(4))
         style.mark_fault_normal(axes, fault_normal_deg)

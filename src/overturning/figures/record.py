@@ -53,9 +53,9 @@ def draw_record_figures(
             motion = motions / f"{name}.nc"
             used = read_motion(motion)
             with style():
-                write(map_figure(one.sel(shown_block(one)), f"{title}{stone}"), folder / "polar" / name)
+                write(map_figure(one.sel(shown_block(one)), f"{title}{stone}", around["pgv"]), folder / "polar" / name)
                 if study.several_blocks:
-                    write(map_figure(one, f"{title}{stone}"), folder / "blocks" / name)
+                    write(map_figure(one, f"{title}{stone}", around["pgv"]), folder / "blocks" / name)
                 write(intensity_figure(around, float(one["fault_normal"]), title), folder / "intensity" / name)
                 spectra = around["psa_rotd"].sel(period=RESPONSE_PERIODS, method="nearest").to_numpy()
                 save(

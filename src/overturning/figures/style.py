@@ -20,7 +20,11 @@ INK: Final = "#222222"
 FALLS: Final = "#c44a00"
 DARKEST: Final = "#6e2300"
 OTHER_SIDE: Final = "#b9d3ea"
-STANDS: Final = "#f4f4f2"
+STANDS: Final = "#e6e6e4"
+HATCH_COLOUR: Final = "#a3a3a3"
+PROBABILITY: Final = ((0.0, "#ffffff"), (0.1, "#fadfc8"), (0.4, "#e8955a"), (0.7, "#c44a00"), (1.0, "#6e2300"))
+"""Share of a ramp of probabilities, and its colour there; only 0 is white, grey is no probability."""
+
 MISSING: Final = "#8a8a8a"
 FAULT: Final = "#0072b2"
 SERIES: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
@@ -151,11 +155,12 @@ def caption(
         figure.suptitle("\n".join(lines), fontsize=10, parse_math=False)
 
 
-def patch(colour: str, label: str) -> Any:
-    """Return a coloured patch for a legend."""
+def patch(look: Any, label: str) -> Any:
+    """Return a patch for a legend, of a colour or of a look (keywords of a `Patch`, such as a hatch)."""
     from matplotlib.patches import Patch
 
-    return Patch(facecolor=colour, edgecolor="#777777", linewidth=0.4, label=label)
+    own = look if isinstance(look, dict) else {"facecolor": look, "edgecolor": "#777777"}
+    return Patch(linewidth=0.4, label=label, **own)
 
 
 def labels(axes: Any, across: str, up: str, which: str = "major") -> None:
@@ -213,6 +218,19 @@ def slenderness_ticks(axes: Any, top: float, otherwise: float) -> None:
     steps = (0.1, 0.2, 0.3) if top <= 0.4 else (0.2, 0.4, 0.6, 0.8, 1.0)
     ticks = [tick for tick in steps if tick < top] or [round(otherwise, 2)]
     radius_ticks(axes, top, {tick: f"{tick:g}" for tick in ticks})
+
+
+def radius_arrow(axes: Any, name: str, size: float = 7.5) -> None:
+    """Write what a larger radius means outside the rim of a compass, along its radius labels, with an arrow outward."""
+    azimuth = axes.get_rlabel_position() % 360.0
+    turn, right = 90.0 - azimuth, azimuth < 180.0
+    text, align, pad = (f"{name} →", "left", 3.0) if right else (f"← {name}", "right", 3.0)
+    outward = np.radians(turn)
+    axes.annotate(
+        text, (np.radians(azimuth), axes.get_ylim()[1]), (pad * np.cos(outward), pad * np.sin(outward)),
+        textcoords="offset points", rotation=turn if right else turn + 180.0, rotation_mode="anchor",
+        ha=align, va="center", fontsize=size, annotation_clip=False,
+    )  # fmt: skip
 
 
 def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "fault normal") -> None:

@@ -80,7 +80,7 @@ WORDS: Final[dict[type[Model], Words]] = {
         weighed="the probability of its fall over its neighbourhood; the rose counts the falls of the cases themselves",
         rose=f"Azimuths towards which the blocks fall that only just fall, each plane once. {_ROSE}",
         map="Angle: the azimuth towards which the block falls, north up, clockwise. Radius: slenderness B/H. {chance}"
-        "The two halves of a map mirror each other: a block that falls to one side falls away from the other.",
+        "Read one half: the other repeats it reversed, dark where this one is white.",
         means=f"Over the blocks that only just fall under a record, each plane once. {_MEANS}. Easiest axis: along it "
         "the lowest block at the highest friction overturns up to the largest B/H, of several such planes their mean "
         "axis; easier by: that B/H over the one of the hardest azimuth.",

@@ -1,10 +1,12 @@
 """The records: maps of a few, cases to watch, their peaks, where blocks fall under each, their figures."""
 
 import math
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
 
+from overturning.figures.polar_map import plane_map_figure
 from overturning.figures.site_map import distance_sentences, sites_by_earthquake
 from overturning.model.status import Status
 from overturning.records.record import summary
@@ -16,7 +18,7 @@ from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
 from overturning.statistics.falls import shares_by_record
 from overturning.statistics.illustrative import WHICH_SIDE
-from overturning.study.cube import processing_of
+from overturning.study.cube import processing_of, shown_block
 from overturning.units import CM, GAL
 
 MAP_WIDTH: Final = 0.7
@@ -40,15 +42,30 @@ def maps(results: Results) -> Said:
             "the order of the study; those in whose map nothing falls are passed over where there are others. The maps "
             "of the others stand with the records, below on the page."
         )
-    shown = [_map(results, name) for name in chosen]
-    for pair in (tuple(shown[i : i + 2]) for i in range(0, len(shown), 2)):
-        yield Row(pair) if len(pair) == 2 else pair[0]
+    yield from _compared_maps(results, chosen)
     chance = (
-        "Colour: the probability of that fall over the neighbourhood of each case; blue where the fall to the other "
-        "side has more than half. "
+        "White to dark: the probability of falling towards the azimuth, over the neighbourhood of each case; hatched "
+        "grey: no run falls, to either side. "
     )
     yield Note(results.words.map.format(chance=chance if "members" in results.cube else ""))
     yield Link("Look around in all cases: point at a cell, see what is known of it", EXPLORER)
+
+
+def _compared_maps(results: Results, chosen: list[RecordName]) -> Said:
+    """Maps of several records: in planes on one radial scale, in one figure."""
+    if not results.model.one_component:
+        shown = [_map(results, name) for name in chosen]
+        for pair in (tuple(shown[i : i + 2]) for i in range(0, len(shown), 2)):
+            yield Row(pair) if len(pair) == 2 else pair[0]
+        return
+    places = [results.names.index(name) for name in chosen]
+    block = results.cube.sel(shown_block(results.cube, results.study))
+    cubes = [block.isel(record=place).load() for place in places]
+    peaks = [results.intensity["pgv"].isel(record=place) for place in places]
+    title = chosen[0].heading if len(chosen) == 1 else "Where blocks fall"
+    drawing = results.drawn("maps", partial(plane_map_figure, cubes, title, peaks))
+    alt = "where blocks fall, by azimuth and B/H, under " + "; ".join(name.heading for name in chosen)
+    yield Figure(drawing, alt, width=MAP_WIDTH if len(chosen) == 1 else 1.0)
 
 
 def _map(results: Results, name: RecordName) -> Figure:

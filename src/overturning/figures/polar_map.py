@@ -1,0 +1,288 @@
+"""Polar maps of the falls of a block in planes: by azimuth of the motion and B/H."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import Normal, withStroke
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.figures import style
+from overturning.figures.cells import (
+    azimuth_edges,
+    close_circle,
+    close_curve,
+    rings_with_falls,
+    rows_and_columns,
+    simulated_azimuths,
+    slenderness_edges,
+)
+from overturning.labels import friction_label
+from overturning.model.planes import fall_probability
+from overturning.statistics.earthquakes import radial_azimuth
+from overturning.units import CM
+
+PANEL: Final = {1: 4.1, 2: 3.2, 3: 2.15}
+"""Width of a panel, inches, by the number of panels in a row, so that a full row fills the page."""
+
+STEP_DEG: Final = 2.0
+"""Largest width of a drawn cell, degrees: wider cells are split, so that their edges look like arcs, not chords."""
+
+PROBABILITY: Final = LinearSegmentedColormap.from_list("probability", style.PROBABILITY)
+"""Colours of the probability of falling towards an azimuth, 0 to 1, with monotonically decreasing lightness."""
+
+HALF: Final = 0.5
+"""Share of runs that fall, to either side, along the black line."""
+
+_HALF_LINE: Final[dict[str, Any]] = {"color": "black", "linewidth": 1.2, "solid_capstyle": "projecting"}
+_PEAK_LINE: Final[dict[str, Any]] = {"color": style.SERIES[2], "linewidth": 0.9}
+_EDGE: Final = "#777777"
+_THIN: Final[dict[str, Any]] = {"linewidth": 0.5, "zorder": 2.4}
+_STANDS: Final = {"facecolor": style.STANDS, "edgecolor": style.HATCH_COLOUR, "hatch": "/////"}
+_NO_OUTCOME: Final = {"facecolor": style.MISSING, "edgecolor": "white", "hatch": "xxxx"}
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Polar map of one block under one record.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Record, friction and height.
+    cells : Dataset
+        Over the full circle, (b_over_h, azimuth): ``towards`` and ``away``, the probabilities of falling towards the
+        azimuth and the opposite one, and ``stands``, True if neither the case nor any of its runs falls.
+    simulated : ndarray of bool
+        Azimuths of the cells that were simulated; others fill gaps.
+    marks_deg : tuple of float
+        Azimuths of the fault normal, and away from the epicentre; NaN if unknown.
+    peak_velocity : DataArray or None
+        Peak velocity by azimuth, m/s.
+    """
+
+    names: tuple[str, str, str]
+    cells: xr.Dataset
+    simulated: NDArray[np.bool_]
+    marks_deg: tuple[float, float]
+    peak_velocity: xr.DataArray | None
+
+    @property
+    def radius(self) -> FloatArray:
+        """Edges of the B/H cells."""
+        return slenderness_edges(self.cells["b_over_h"].to_numpy().astype(np.float64))
+
+
+def plane_map_figure(
+    cubes: xr.Dataset | Sequence[xr.Dataset], title: str, peak_velocity: Sequence[xr.DataArray | None] = ()
+) -> Figure:
+    """Draw polar maps by azimuth and B/H, one per record, height and friction, on one radial scale.
+
+    A cell is grey and hatched if none of its runs falls; otherwise it is white to dark by the probability of falling
+    towards its azimuth. A black line encloses the cells of which half of the runs fall, to whichever side. Nothing is
+    drawn where nothing was simulated. What all panels share, of height and friction, stands once above them.
+
+    Parameters
+    ----------
+    cubes : Dataset or sequence of Dataset
+        Cubes of one record each: any datasets with ``overturned`` over azimuth, height, b_over_h and friction. The
+        probabilities of an ensemble are shown if a cube has them; otherwise a probability is 0 or 1.
+    title : str
+        Title above all panels.
+    peak_velocity : sequence of DataArray or None
+        Peak velocity by azimuth, m/s, of each record; drawn as a line around the middle of its maps.
+    """
+    records = [cubes] if isinstance(cubes, xr.Dataset) else list(cubes)
+    panels = _panels(records, peak_velocity)
+    outer = len(records) if len(records) > 1 else records[0].sizes["height"]
+    rows, columns = rows_and_columns(outer, len(panels) // outer)
+    size = max(PANEL[columns] * columns + 0.2, 4.3), (PANEL[columns] + 0.1) * rows + (1.85 if columns == 1 else 1.5)
+    # Keep the tick labels of a panel clear of the title of the panel below.
+    apart = ConstrainedLayoutEngine(h_pad=0.08 if rows > 1 else 0.04)
+    figure, grid = style.grid(rows, columns, *size, used=len(panels), polar=True, layout=apart)
+    top = max(float(panel.radius[-1]) for panel in panels)
+    rim = round_up(max((float(one.peak_velocity.max()) for one in panels if one.peak_velocity is not None), default=0))
+    shared = [len({panel.names[place] for panel in panels}) == 1 for place in range(3)]
+    used = grid.ravel()[: len(panels)].tolist()
+    for axes, panel in zip(used, panels, strict=True):
+        own = [name for name, same in zip(panel.names, shared, strict=True) if name and not same]
+        axes.set_title(", ".join(own), fontsize=9, pad=3, parse_math=False)
+        mesh = _draw_panel(axes, panel, top, rim)
+    style.radius_arrow(used[0], "stouter")
+    spread = any("probability_towards" in one and bool(one["probability_towards"].notnull().any()) for one in records)
+    if spread:
+        bar = figure.colorbar(mesh, ax=used, location="bottom", shrink=0.6, aspect=36, pad=0.02)
+        bar.set_label("probability of falling towards this azimuth", fontsize=8)
+        bar.ax.tick_params(labelsize=8)
+    common = ", ".join(name for name, same in zip(panels[0].names, shared, strict=True) if name and same)
+    heading = "; ".join(filter(None, [common, "radius: slenderness B/H"]))
+    style.caption(figure, f"{title}\n{heading}", used[0], min(columns, 2), first=_marks(panels, spread, rim))
+    return figure
+
+
+def _panels(records: Sequence[xr.Dataset], peak_velocity: Sequence[xr.DataArray | None]) -> list[Panel]:
+    """Return the panels of all records, trimmed to the same number of rings."""
+    whole = [close_circle(one) for one in records]
+    chance = [fall_probability(one)[["towards", "away"]].compute() for one in whole]
+    falls = [abs(one["overturned"]).compute() for one in whole]
+    either = [one["towards"] + one["away"] for one in chance]
+    rings = max(rings_with_falls(*both) for both in zip(either, falls, strict=True))
+    panels = []
+    for cube, one, any_run, fell, velocity in zip(
+        records, chance, either, falls, [*peak_velocity, *len(records) * [None]], strict=False
+    ):
+        shown = one.assign(stands=(any_run == 0) & ~(fell > 0)).isel(b_over_h=slice(None, rings))
+        simulated = np.isin(shown["azimuth"].to_numpy(), simulated_azimuths(cube))
+        marks = float(cube["fault_normal"]) if "fault_normal" in cube.variables else np.nan, float(radial_azimuth(cube))
+        record = ", ".join(str(cube[name].item()) for name in ("station", "event") if name in cube.coords)
+        for height, friction in product(range(one.sizes["height"]), range(one.sizes["friction"])):
+            cells = shown.isel(height=height, friction=friction).transpose("b_over_h", "azimuth")
+            block = friction_label(cube, float(cells["friction"])), f"H = {float(cells['height']):g} m"
+            panels.append(Panel((record if len(records) > 1 else "", *block), cells, simulated, marks, velocity))
+    return panels
+
+
+def _draw_panel(axes: Any, panel: Panel, top: float, rim: float) -> Any:
+    """Draw a map on a compass that ends at B/H ``top``, where the peak velocity is ``rim``, m/s; return its mesh."""
+    cells, radius = panel.cells, panel.radius
+    axes.xaxis.grid(False)
+    style.compass(axes)
+    edges = azimuth_edges(cells["azimuth"].to_numpy().astype(np.float64))
+    parts = int(np.ceil(np.degrees(np.diff(edges).max()) / STEP_DEG))
+    theta = np.append((edges[:-1, None] + np.diff(edges)[:, None] * np.arange(parts) / parts).ravel(), edges[-1])
+    _draw_standing(axes, edges, radius, panel.simulated)
+    towards, stands = (cells[name].to_numpy() for name in ("towards", "stands"))
+    hidden = np.repeat(stands | np.isnan(towards), parts, axis=1)
+    values = np.ma.masked_where(hidden, np.repeat(towards, parts, axis=1))
+    look: dict[str, Any] = {"rasterized": True, "shading": "flat", "zorder": 1.2}
+    mesh = axes.pcolormesh(theta, radius, values, cmap=PROBABILITY, vmin=0.0, vmax=1.0, **look)
+    for ring, missing in enumerate(np.isnan(towards) & panel.simulated):
+        for start, width in runs(missing, edges):
+            look = {"bottom": radius[ring], "align": "edge", "linewidth": 0.0, "zorder": 1.4, **_NO_OUTCOME}
+            axes.bar(start, radius[ring + 1] - radius[ring], width, **look)
+    axes.plot(*half_line(towards + cells["away"].to_numpy(), edges, radius, parts), **_HALF_LINE, zorder=2.5)
+    style.slenderness_ticks(axes, top, float(radius.mean()))
+    axes.set_rlabel_position(radius_label_azimuth(cells, *panel.marks_deg))
+    axes.yaxis.grid(True, linewidth=0.4)
+    if panel.peak_velocity is not None and rim:
+        angles = panel.peak_velocity["azimuth"].to_numpy().astype(np.float64)
+        theta, peaks = close_curve(angles, panel.peak_velocity.to_numpy() * top / rim)
+        casing = [withStroke(linewidth=2.4, foreground="white"), Normal()]
+        axes.plot(theta, peaks, **_PEAK_LINE, zorder=2.6, path_effects=casing)
+    normal, radial = panel.marks_deg
+    style.mark_fault_normal(axes, normal)
+    style.mark_radial(axes, radial)
+    return mesh
+
+
+def _draw_standing(axes: Any, edges: FloatArray, radius: FloatArray, simulated: NDArray[np.bool_]) -> None:
+    """Hatch and outline all that was simulated; what falls or has no outcome is painted over."""
+    size: dict[str, Any] = {"bottom": radius[0], "align": "edge"}
+    for start, width in runs(simulated, edges):
+        axes.bar(start, radius[-1] - radius[0], width, linewidth=0.0, zorder=1, **size, **_STANDS)
+        if width < 2.0 * np.pi:
+            axes.bar(start, radius[-1] - radius[0], width, facecolor="none", edgecolor=_EDGE, **_THIN, **size)
+            continue
+        around = np.linspace(0.0, 2.0 * np.pi, 181)
+        for edge in radius[[0, -1]]:
+            axes.plot(around, np.full(around.size, edge), color=_EDGE, **_THIN)
+
+
+def runs(chosen: NDArray[np.bool_], edges: FloatArray) -> list[tuple[float, float]]:
+    """Return start and width, radians, of each run of neighbouring cells that are chosen, on a circle of cells."""
+    if chosen.all():
+        return [(float(edges[0]), float(edges[-1] - edges[0]))]
+    found = []
+    for start in np.flatnonzero(chosen & ~np.roll(chosen, 1)):
+        count = int(np.argmin(np.roll(chosen, -start)))
+        widths = np.roll(np.diff(edges), -start)[:count]
+        found.append((float(edges[start]), float(widths.sum())))
+    return found
+
+
+def half_line(
+    falls: FloatArray, theta: FloatArray, radius: FloatArray, parts: int = 1
+) -> tuple[FloatArray, FloatArray]:
+    """Return the line between cells of which at least half, and less than half, of the runs fall.
+
+    It runs along the edges of cells, and not next to a cell without an outcome.
+
+    Parameters
+    ----------
+    falls : array, shape (r, a)
+        Probability of a fall to either side, NaN if unknown.
+    theta : array, shape (a + 1,)
+        Edges of the azimuth cells, radians; a line closes around a full circle.
+    radius : array, shape (r + 1,)
+        Edges of the B/H cells.
+    parts : int
+        Number of chords of an arc.
+
+    Returns
+    -------
+    tuple of ndarray
+        Angles and radii of its points, with NaN between pieces.
+    """
+    inside, known = falls >= HALF, ~np.isnan(falls)
+    angles, radii = list[FloatArray](), list[FloatArray]()
+    pause = np.array([np.nan])
+    for ring, cell in np.argwhere((inside[1:] != inside[:-1]) & known[1:] & known[:-1]):
+        angles += [np.linspace(theta[cell], theta[cell + 1], parts + 1), pause]
+        radii += [np.full(parts + 1, radius[ring + 1]), pause]
+    beside, beside_known = np.roll(inside, -1, axis=1), np.roll(known, -1, axis=1)
+    meets = (inside != beside) & known & beside_known
+    meets[:, -1] &= np.isclose(theta[-1] - theta[0], 2.0 * np.pi)
+    for ring, cell in np.argwhere(meets):
+        angles += [theta[[cell + 1, cell + 1]], pause]
+        radii += [radius[[ring, ring + 1]], pause]
+    return (np.concatenate(angles), np.concatenate(radii)) if angles else (pause, pause)
+
+
+def round_up(peak: float) -> float:
+    """Return a round number of cm/s, in m/s, of which a peak, m/s, is at most 95 %; 0 for 0."""
+    if not peak > 0:
+        return 0.0
+    needed = peak / CM / 0.95
+    power = 10.0 ** np.floor(np.log10(needed))
+    return float(CM * power * next(one for one in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if one * power >= needed))
+
+
+def radius_label_azimuth(cells: xr.Dataset, *marked_deg: float) -> float:
+    """Return the azimuth, degrees, for the labels of the radius: half-way between two named directions.
+
+    It is the one with the fewest falls around it that is not within 20° of a marked axis (`marked_deg`).
+    """
+    towards, away = (cells[name].transpose("b_over_h", "azimuth").to_numpy() for name in ("towards", "away"))
+    falls = np.nan_to_num(towards + away, nan=1.0).sum(axis=0)
+    azimuth = cells["azimuth"].to_numpy().astype(np.float64)
+    count = {}
+    for middle in np.arange(22.5, 360.0, 45.0):
+        away = np.abs((azimuth - middle + 180.0) % 360.0 - 180.0)
+        marked = any(abs((middle - axis + 90.0) % 180.0 - 90.0) < 20.0 for axis in marked_deg)
+        count[float(middle)] = float(falls[away <= 12.0].sum()) + 1e6 * marked
+    return min(count, key=lambda middle: (count[middle], abs(middle - 112.5)))
+
+
+def _marks(panels: Sequence[Panel], spread: bool, rim: float) -> list[Any]:
+    """Return the marks of the legend: all that is drawn in any of the panels."""
+    if spread:
+        marks = [style.patch(_STANDS, "no run falls, to either side")]
+        marks.append(Line2D([], [], **_HALF_LINE, label="half of the runs fall, to either side"))
+    else:
+        marks = [style.patch(PROBABILITY(1.0), "falls towards this azimuth")]
+        marks += [style.patch(PROBABILITY(0.0), "falls to the other side"), style.patch(_STANDS, "stands")]
+    if any(bool((panel.cells["towards"].isnull() & panel.simulated).any()) for panel in panels):
+        marks.append(style.patch(_NO_OUTCOME, "no outcome"))
+    if (inner := min(float(panel.radius[0]) for panel in panels)) > 0:
+        marks.append(style.patch("none", f"not computed (B/H below {inner:.3g})"))
+    if rim:
+        marks.append(Line2D([], [], **_PEAK_LINE, label=f"peak velocity by azimuth (rim: {rim / CM:g} cm/s)"))
+    return marks

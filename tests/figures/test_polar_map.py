@@ -1,0 +1,358 @@
+"""Polar maps: the appearance of a cell follows from its outcomes, at its azimuth, also for parts of a circle."""
+
+from collections.abc import Callable
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from overturning.figures.boundary import boundary_figure
+from overturning.figures.explore import explorer_data
+from overturning.figures.ground import intensity_figure
+from overturning.figures.polar_map import PROBABILITY, half_line, plane_map_figure, radius_label_azimuth, round_up
+from overturning.figures.style import MISSING, PAGE_WIDTH, style
+from overturning.statistics.boundary import boundary
+from tests.figures.test_further_figures import cube as falls_towards_40
+
+STEP = 30
+AZIMUTH = np.arange(0, 360, STEP)
+DIMS = ("azimuth", "height", "b_over_h", "friction")
+
+
+def block_cube(
+    towards: np.ndarray, away: np.ndarray, flags: np.ndarray | None = None, ratios: tuple[float, ...] = (0.2, 0.4, 0.6)
+) -> xr.Dataset:
+    """Cube of one block under one record, from shares of runs by azimuth and B/H, and flags."""
+    shape = (AZIMUTH.size, 1, len(ratios), 1)
+    flags = np.sign(np.where(np.maximum(towards, away) >= 0.5, towards - away, 0.0)) if flags is None else flags
+    values = {"overturned": flags, "probability_towards": towards, "probability_away": away}
+    return xr.Dataset(
+        {name: (DIMS, np.asarray(of, np.float32).reshape(shape)) for name, of in values.items()},
+        {"azimuth": AZIMUTH, "height": [0.6], "b_over_h": list(ratios), "friction": [0.5]},
+    )
+
+
+def mirrored(*cells: tuple[int, int, float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Shares towards and away, (azimuth, ring), from cells (azimuth, ring, towards, away) and their mirror images."""
+    towards, away = np.zeros((2, AZIMUTH.size, 3))
+    for azimuth, ring, one, other in cells:
+        towards[azimuth // STEP, ring], away[azimuth // STEP, ring] = one, other
+        opposite = (azimuth + 180) % 360 // STEP
+        towards[opposite, ring], away[opposite, ring] = other, one
+    return towards, away
+
+
+def cell_pixels(figure: Figure, azimuth: float, ratio: float) -> np.ndarray:
+    """Pixels, (n, 3) from 0 to 1, in the outer half of a cell: its middle may be on a grid line."""
+    axes = figure.axes[0]
+    picture = np.asarray(figure.canvas.buffer_rgba())[..., :3] / 255.0
+    theta, radius = np.meshgrid(np.radians(azimuth + np.linspace(-6, 6, 25)), ratio + np.linspace(0.02, 0.07, 25))
+    x, y = axes.transData.transform(np.column_stack([theta.ravel(), radius.ravel()])).T
+    return picture[(picture.shape[0] - y).astype(int), x.astype(int)]
+
+
+def drawn(made: Callable[[], Figure]) -> Figure:
+    with style():
+        figure = made()
+        figure.set_dpi(200)
+        figure.canvas.draw()
+    return figure
+
+
+def luminance(pixels: np.ndarray) -> np.ndarray:
+    """Grey level of pixels as printed without colour (ITU-R BT.601)."""
+    return pixels @ np.array([0.299, 0.587, 0.114])
+
+
+def test_a_cell_that_falls_to_the_other_side_does_not_look_like_one_that_stands() -> None:
+    """20 to 50 % of the runs at 60° fall towards 240°, none towards 60°: white, where a standing cell is hatched."""
+    for share in (0.2, 0.35, 0.4, 0.5):
+        figure = drawn(lambda share=share: plane_map_figure(block_cube(*mirrored((60, 1, 0.0, share))), "A"))
+        white, stands = cell_pixels(figure, 60, 0.4), cell_pixels(figure, 120, 0.4)
+        opposite = cell_pixels(figure, 240, 0.4)
+        plt.close(figure)
+        assert luminance(white).min() > 0.99, "probability 0 is white"
+        assert luminance(stands).max() < 0.95, "no part of a standing cell is white"
+        assert np.ptp(luminance(stands)) > 0.15, "but it is hatched"
+        np.testing.assert_allclose(opposite.mean(axis=0), PROBABILITY(share)[:3], atol=0.01)
+
+
+def test_white_grey_and_pale_differ_in_greyscale_print() -> None:
+    cells = mirrored((60, 1, 0.0, 1.0), (120, 1, 1 / 8, 0.0), (0, 1, 1.0, 0.0))
+    figure = drawn(lambda: plane_map_figure(block_cube(*cells), "A"))
+    grey = {at: luminance(cell_pixels(figure, at, 0.4)) for at in (60, 120, 0, 90)}
+    plt.close(figure)
+    white, pale, dark, stands = (grey[at].mean() for at in (60, 120, 0, 90))
+    assert white - pale > 0.05
+    assert white - stands > 0.1
+    assert dark < 0.3
+    assert np.ptp(grey[120]) < 0.02, "a pale cell is even"
+    assert np.ptp(grey[90]) > 0.15, "a cell that stands is hatched"
+    ramp = luminance(PROBABILITY(np.linspace(0, 1, 101))[:, :3])
+    assert (np.diff(ramp) < 0).all(), "darker with each per cent"
+    assert ramp[0] == pytest.approx(1.0)
+
+
+def test_a_case_that_falls_while_its_runs_stand_does_not_look_like_one_that_stands() -> None:
+    flags = np.zeros((AZIMUTH.size, 3))
+    flags[2, 1], flags[8, 1] = 1, -1
+    figure = drawn(lambda: plane_map_figure(block_cube(*mirrored(), flags), "A"))
+    fell, stands = cell_pixels(figure, 60, 0.4), cell_pixels(figure, 90, 0.4)
+    plt.close(figure)
+    assert luminance(fell).min() > 0.99
+    assert luminance(stands).max() < 0.95
+
+
+def test_a_cell_without_an_outcome_differs_from_every_probability_in_greyscale() -> None:
+    towards, away = mirrored()
+    towards[[2, 8], 1] = away[[2, 8], 1] = np.nan
+    flags = np.where(np.isnan(towards), np.nan, 0.0)
+    figure = drawn(lambda: plane_map_figure(block_cube(towards, away, flags), "A"))
+    unknown = cell_pixels(figure, 60, 0.4)
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    plt.close(figure)
+    assert np.ptp(luminance(unknown)) > 0.3, "crossed"
+    assert luminance(unknown).min() == pytest.approx(luminance(np.array(to_rgb(MISSING))), abs=0.03)
+    assert "no outcome" in legend
+
+
+def test_nothing_is_drawn_where_nothing_was_computed() -> None:
+    """The hole is inside B/H 0.1; of azimuths 0° to 90° (and 180° to 270°) the others are blank."""
+    part = block_cube(*mirrored()).isel(azimuth=slice(0, 4))
+    figure = drawn(lambda: plane_map_figure(part, "A"))
+    assert luminance(cell_pixels(figure, 140, 0.4)).min() > 0.99
+    assert luminance(cell_pixels(figure, 30, 0.4)).max() < 0.95
+    assert luminance(cell_pixels(figure, 210, 0.4)).max() < 0.95, "the mirror image"
+    assert luminance(cell_pixels(figure, 60, 0.015)).min() > 0.99
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    plt.close(figure)
+    assert "not computed (B/H below 0.1)" in legend
+    assert "no outcome" not in legend
+
+
+def pieces(line: tuple[np.ndarray, np.ndarray]) -> set[tuple[float, ...]]:
+    """Straight pieces or arcs of a line, each as its two ends (degrees, radius), in order."""
+    angle, radius = line
+    breaks = np.flatnonzero(np.isnan(angle))
+    parts = np.split(np.arange(angle.size), breaks)
+    ends = [part[~np.isnan(angle[part])][[0, -1]] for part in parts if (~np.isnan(angle[part])).any()]
+    return {tuple(np.round([np.degrees(angle[a]), radius[a], np.degrees(angle[b]), radius[b]], 6)) for a, b in ends}
+
+
+def test_line_of_half_encloses_the_cells_of_which_half_of_the_runs_fall() -> None:
+    """Of four azimuths and two rings one inner cell reaches half of the runs; next to an unknown cell is no line."""
+    theta, radius = np.radians(np.arange(-45.0, 360.0, 90.0)), np.array([0.1, 0.3, 0.5])
+    falls = np.array([[0.2, 0.5, 0.49, 0.0], [0.0, 0.0, 0.0, 0.0]])
+    around = {(45.0, 0.1, 45.0, 0.3), (135.0, 0.1, 135.0, 0.3), (45.0, 0.3, 135.0, 0.3)}
+    assert pieces(half_line(falls, theta, radius, parts=5)) == around
+    falls[1, 1] = np.nan
+    assert pieces(half_line(falls, theta, radius)) == around - {(45.0, 0.3, 135.0, 0.3)}
+    falls[:] = [[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0]]
+    both = {(at, low, at, high) for at in (225.0, 315.0) for low, high in ((0.1, 0.3), (0.3, 0.5))}
+    assert pieces(half_line(falls, theta, radius)) == both, "it closes across the start, and not at the outer ring"
+    half = half_line(falls[:, 2:], theta[2:], radius)
+    assert pieces(half) == {(225.0, 0.1, 225.0, 0.3), (225.0, 0.3, 225.0, 0.5)}, "a part of a circle has two ends"
+
+
+def test_line_of_half_counts_falls_to_both_sides() -> None:
+    """30 % one way and 30 % the other way are more than half; 30 and 10 % are not."""
+    for away, inside in ((0.3, True), (0.1, False)):
+        figure = drawn(lambda away=away: plane_map_figure(block_cube(*mirrored((60, 1, 0.3, away))), "A"))
+        black = [line for line in figure.axes[0].lines if line.get_color() == "black"]
+        plt.close(figure)
+        assert bool(pieces(black[0].get_data())) == inside
+
+
+def test_map_shows_the_fall_at_its_azimuth() -> None:
+    """A block that falls towards N30°E is dark there and white on the other side; without runs, as with them."""
+    flags = np.sign(np.round(np.cos(np.radians(AZIMUTH - 30.0)), 3))[:, None] * np.ones(3)
+    cube = block_cube(np.maximum(flags, 0), np.maximum(-flags, 0), flags)
+    for one in (cube, cube[["overturned"]]):
+        figure = drawn(lambda one=one: plane_map_figure(one, "A"))
+        axes = figure.axes[0]
+        np.testing.assert_allclose(cell_pixels(figure, 30, 0.4).mean(axis=0), PROBABILITY(1.0)[:3], atol=0.01)
+        assert luminance(cell_pixels(figure, 210, 0.4)).min() > 0.99
+        assert luminance(cell_pixels(figure, 120, 0.4)).max() < 0.95
+        assert (axes.get_theta_direction(), np.degrees(axes.get_theta_offset())) == (-1, 90)
+        legend = [text.get_text() for text in figure.legends[0].get_texts()]
+        assert ("falls towards this azimuth" in legend) == ("probability_towards" not in one)
+        plt.close(figure)
+
+
+def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
+    """0.8 m/s along 60° and 0.4 m/s across it: the rim is 1 m/s, so the line reaches 0.8 and 0.4 of the radius."""
+    azimuth = np.arange(0.0, 180.0, 30.0)
+    peaks = xr.DataArray(0.6 + 0.2 * np.cos(np.radians(2 * (azimuth - 60))), {"azimuth": azimuth}, ["azimuth"])
+    cube = block_cube(*mirrored())
+    figure = drawn(lambda: plane_map_figure([cube, cube], "A", [peaks, 0.5 * peaks]))
+    for axes, factor in zip(figure.axes[:2], (1.0, 0.5), strict=True):
+        (line,) = [one for one in axes.lines if one.get_path_effects()]
+        angle, radius = line.get_data()
+        top = axes.get_ylim()[1]
+        for at, share in ((60, 0.8), (240, 0.8), (150, 0.4)):
+            assert radius[np.isclose(np.degrees(angle) % 360, at)] == pytest.approx(factor * share * top)
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    plt.close(figure)
+    assert "peak velocity by azimuth (rim: 100 cm/s)" in legend
+    assert [round_up(peak) for peak in (0.0, 0.019, 0.5, 0.96, 1.7)] == pytest.approx([0, 0.02, 0.6, 1.5, 2.0])
+
+
+def test_compared_records_share_radius_colour_bar_and_heading() -> None:
+    """One record falls up to B/H 0.2 and the other up to 0.6; both maps end at the same B/H."""
+    small, large = (block_cube(*mirrored((0, ring, 0.9, 0.0))) for ring in (0, 2))
+    named = [one.assign_coords(station=name, event="E") for one, name in ((small, "near"), (large, "far"))]
+    figure = drawn(lambda: plane_map_figure(named, "Two records"))
+    maps = [axes for axes in figure.axes if axes.name == "polar"]
+    assert [axes.get_title() for axes in maps] == ["near, E", "far, E"]
+    assert len({axes.get_ylim() for axes in maps}) == 1
+    assert maps[0].get_ylim()[1] == pytest.approx(0.7)
+    assert len(figure.axes) == 3, "two maps and one colour bar"
+    heading = figure.get_suptitle()
+    plt.close(figure)
+    assert heading.count("H = 0.6 m") == heading.count("µ = 0.5") == 1
+
+
+def test_what_differs_between_blocks_stands_above_their_maps() -> None:
+    one = falls_towards_40().isel(record=0)
+    figure = drawn(lambda: plane_map_figure(one, "A"))
+    titles, heading = [axes.get_title() for axes in figure.axes[:4]], figure.get_suptitle()
+    plt.close(figure)
+    assert titles == ["µ = 0.5, H = 0.6 m", "µ = 1, H = 0.6 m", "µ = 0.5, H = 1.2 m", "µ = 1, H = 1.2 m"]
+    assert "µ" not in heading
+    figure = drawn(lambda: plane_map_figure(one.isel(friction=[1]), "A"))
+    titles, heading = [axes.get_title() for axes in figure.axes[:2]], figure.get_suptitle()
+    plt.close(figure)
+    assert titles == ["H = 0.6 m", "H = 1.2 m"]
+    assert "µ = 1" in heading
+
+
+@pytest.mark.parametrize("blocks", [(1, 1), (1, 2), (2, 2)])
+def test_letters_of_a_map_are_7_points_at_the_printed_width(blocks: tuple[int, int]) -> None:
+    """A figure wider than the page is printed smaller."""
+    one = falls_towards_40().isel(record=0, height=slice(blocks[0]), friction=slice(blocks[1]))
+    figure = drawn(lambda: plane_map_figure(one, "Station, earthquake"))
+    sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
+    shrunk = min(1.0, PAGE_WIDTH / figure.get_figwidth())
+    plt.close(figure)
+    assert min(sizes) * shrunk >= 7.0
+
+
+@pytest.mark.parametrize("free", [22.5, 112.5, 247.5])
+def test_arrow_of_the_radius_points_outward(free: float) -> None:
+    """The arrow stands outside the rim at the labels of the radius; text on the left ends at the rim."""
+    towards = (np.abs((AZIMUTH - free + 180) % 360 - 180) > 20).astype(float)[:, None] * np.ones(3)
+    figure = drawn(lambda: plane_map_figure(block_cube(towards, 0 * towards), "A"))
+    axes = figure.axes[0]
+    (arrow,) = [text for text in axes.texts if "stouter" in text.get_text()]
+    assert axes.get_rlabel_position() == pytest.approx(free)
+    box, rim = arrow.get_window_extent(), axes.transData.transform((np.radians(free), axes.get_ylim()[1]))
+    centre = axes.transData.transform((0.0, 0.0))
+    plt.close(figure)
+    outward = (np.mean(box.get_points(), axis=0) - rim) @ (rim - centre)
+    assert outward > 0
+    assert arrow.get_text().endswith("→") == (free < 180)
+
+
+def test_map_marks_the_radial_direction_if_known() -> None:
+    one = block_cube(*mirrored((0, 1, 0.9, 0.0))).assign_coords(fault_normal=30.0)
+    placed = {"epicentre_latitude": 35.0, "epicentre_longitude": 135.0, "station_latitude": 34.0}
+    for known in (False, True):
+        cube = one.assign_coords(placed | {"station_longitude": 135.0} if known else {})
+        figure = drawn(lambda cube=cube: plane_map_figure(cube, "A"))
+        legend = [text.get_text() for text in figure.legends[0].get_texts()]
+        marks = [line for line in figure.axes[0].lines if line.get_label() == "away from the epicentre"]
+        assert ("away from the epicentre" in legend, len(marks)) == (known, int(known))
+        assert "fault normal" in legend
+        plt.close(figure)
+    (angle,), (radius,) = marks[0].get_data()
+    assert np.degrees(angle) == pytest.approx(180.0)
+    assert radius == pytest.approx(figure.axes[0].get_ylim()[1])
+
+
+@pytest.mark.parametrize("step", [1, 3])
+def test_cells_are_arcs_and_fill_the_page(step: int) -> None:
+    one = block_cube(*mirrored((0, 1, 0.9, 0.0))).isel(azimuth=slice(None, None, step))
+    figure = drawn(lambda: plane_map_figure(one, "A"))
+    axes = figure.axes[0]
+    corners = axes.collections[0].get_coordinates()[0, :, 0]
+    panel, width = axes.get_window_extent(), figure.get_figwidth()
+    bar = figure.axes[1].get_window_extent()
+    plt.close(figure)
+    assert np.degrees(np.diff(corners)).max() <= 2.0 + 1e-9
+    assert 80.0 <= 25.4 * panel.width / figure.dpi <= 120.0, "mm across on paper"
+    assert bar.width <= panel.width + 1
+    assert width <= PAGE_WIDTH
+
+
+def test_map_ends_at_the_first_empty_ring_and_labels_avoid_falls() -> None:
+    with style():
+        figure = plane_map_figure(block_cube(*mirrored((0, 0, 0.9, 0.0))), "A")
+        assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5)
+        plt.close(figure)
+    azimuth = np.arange(0.0, 360.0, 5.0)
+    for free in (22.5, 202.5, 337.5):
+        falls = (np.abs((azimuth - free + 180) % 360 - 180) > 20).astype(float)[None]
+        cells = xr.Dataset(
+            {"towards": (("b_over_h", "azimuth"), falls), "away": (("b_over_h", "azimuth"), 0 * falls)},
+            {"azimuth": azimuth},
+        )
+        assert radius_label_azimuth(cells, np.nan) == free
+        assert radius_label_azimuth(cells, free + 5) != free
+
+
+def test_part_of_a_circle_is_drawn_only_where_it_was_simulated() -> None:
+    """For azimuths 0° to 80° (and 180° to 260°), maps must not extend to 130°, and curves must not cross the gap."""
+    azimuth = np.arange(0.0, 90.0, 10.0)
+    flags = np.ones((azimuth.size, 1, 3, 1)) * [[1.0], [0.0], [0.0]]
+    part = xr.Dataset(
+        {"overturned": (DIMS, flags)},
+        {"azimuth": azimuth, "height": [0.6], "b_over_h": [0.2, 0.4, 0.6], "friction": [1.0]},
+    )
+    peaks = xr.Dataset({name: ("azimuth", 3.0 + np.cos(np.radians(azimuth))) for name in ("pga", "pgv")}, part.coords)
+    figure = drawn(lambda: plane_map_figure(part, "A"))
+    seen = {at: luminance(cell_pixels(figure, at, 0.2)).mean() for at in (8, 72, 98, 135, 172, 195, 225)}
+    assert figure.axes[0].get_ylim()[1] == pytest.approx(0.5), "nothing falls from 0.4 on"
+    plt.close(figure)
+    assert {at for at, grey in seen.items() if grey < 0.3} == {8, 72}
+    assert luminance(cell_pixels(figure, 40, 0.4)).max() < 0.95
+    with style():
+        for curves in (intensity_figure(peaks, np.nan, "A"), boundary_figure(boundary(part), 0.4, np.nan, "A")):
+            theta, radius = curves.axes[0].lines[0].get_data()
+            shown = np.isfinite(radius[:-1] + radius[1:])
+            between = np.degrees(theta[:-1] + theta[1:])[shown] / 2
+            assert np.abs((between[:, None] - azimuth + 90.0) % 180.0 - 90.0).min(axis=1).max() <= 5.0 + 1e-9
+            assert shown.sum() == 16, "eight steps on either side"
+        band = [path.vertices[:, 1].min() for path in curves.axes[0].collections[0].get_paths()]
+        assert min(band) > 0.2, "nor does it run to the middle where nothing is known"
+        alone = boundary_figure(boundary(part.isel(azimuth=[2])), 0.4, np.nan, "A").axes[0].lines[-1]
+        assert (alone.get_marker(), np.degrees(alone.get_xdata()).tolist()) == (".", [20.0])
+        plt.close("all")
+
+
+def test_innermost_ring_is_drawn_for_a_wide_spacing() -> None:
+    """Regression: for B/H 0.1 and 0.4 the inner edge of the first ring was negative, and the ring was not drawn."""
+    ones = np.ones((AZIMUTH.size, 2))
+    figure = drawn(lambda: plane_map_figure(block_cube(ones, 0 * ones, ones, (0.1, 0.4)), "A"))
+    pixels = cell_pixels(figure, 60, 0.03)
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    plt.close(figure)
+    np.testing.assert_allclose(pixels.mean(axis=0), PROBABILITY(1.0)[:3], atol=0.01)
+    assert not any(text.startswith("not computed") for text in legend), "there is no hole"
+
+
+def test_map_includes_a_fall_whose_ensemble_stands() -> None:
+    """Regression: the map ended before a case that falls at the largest B/H while all of its ensemble stands."""
+    flags = np.zeros((AZIMUTH.size, 3))
+    flags[3, 2], flags[9, 2] = 1, -1
+    wide = block_cube(*mirrored((90, 0, 0.0, 0.5)), flags)
+    with style():
+        assert plane_map_figure(wide, "A").axes[0].get_ylim()[1] == pytest.approx(0.7)
+        plt.close("all")
+    missing = dict.fromkeys(("peak_rotation", "overturning_time"), wide["overturned"] * np.nan)
+    named = {name: ("record", ["a"]) for name in ("record_id", "station", "event")}
+    cube = wide.assign(missing).expand_dims("record").assign_coords(named | {"fault_normal": ("record", [np.nan])})
+    assert [record["rings"] for record in explorer_data(cube)["records"]] == [3]

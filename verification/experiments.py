@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.block.rigid import rocking
-from overturning.dem.block.state import MOST_FRICTION
+from overturning.dem.block.state import MAX_FRICTION
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
 from overturning.model.body import Body
@@ -142,10 +142,10 @@ RULES: Final = {
     "unchanged": "",
     "finest step half as long": CLOCK.format("finest=0.04"),
     "finest step twice as long": CLOCK.format("finest=0.16"),
-    "every change in a finest step": "from overturning.dem.block import state; state.GENTLE *= 0",
+    "every change in a finest step": "from overturning.dem.block import state; state.MAX_GENTLE_TRAVEL *= 0",
     "four steps of each length": CLOCK.format("dwell=4.0"),
     "sixteen steps of each length": CLOCK.format("dwell=16.0"),
-    "whole steps while standing": "from overturning.dem.block import state; state.RIGID *= 1e9",
+    "whole steps while standing": "from overturning.dem.block import state; state.RIGID_TIME_RATIO *= 1e9",
     "no step repeated at the same length, only halved": CLOCK.format("tries=0.0"),
 }
 """One rule of the clock changed at a time, before the kernel is imported."""
@@ -278,15 +278,15 @@ def damping_ratio(thin: Thinned) -> Bodies:
     return {"damping-ratio": markdown(("ξ", *kernels), lines) + f"\n\n{about}"}
 
 
-ROUGH: Final = (MOST_FRICTION, 300.0, 1e3, 1e4, 1e6)
+ROUGH: Final = (MAX_FRICTION, 300.0, 1e3, 1e4, 1e6)
 """Frictions from the largest that blocks are computed with."""
 
 
 def most_friction(thin: Thinned) -> Bodies:
-    """What more friction than `MOST_FRICTION` as given changes, and what it asks of the steps."""
+    """What more friction than `MAX_FRICTION` as given changes, and what it asks of the steps."""
     shapes = half_turn(thin.azimuths), [0.6, 2.0], np.arange(0.1, 0.61, 0.1)
     motions, lines, first = list(near_fault().values())[:: thin.every_record], [], None
-    with patch("overturning.dem.block.plan.MOST_FRICTION", np.inf):
+    with patch("overturning.dem.block.plan.MAX_FRICTION", np.inf):
         for friction in ROUGH:
             groups = [Group(motion, grid(*shapes, friction)) for motion in motions]
             found = answers(groups, threads=2).results

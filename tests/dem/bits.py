@@ -1,8 +1,8 @@
-"""Prints hashes of every outcome of a small real grid; run in a process of its own for each target processor.
+"""Print hashes of the outcomes of a small grid under a real motion; run in a separate process per target processor.
 
-One is over what it returns in space, one over the file that the workflow's sweep and gather make of a stored motion.
-Where ``OVERTURNING_EVERY_TARGET`` is set there are two more, over what the simulation returns in planes with all that
-can be left out of the kernel, and over scenes: to compile these takes three times as long.
+One hash covers 3-D outcomes, one the cube file that the workflow's sweep and gather write. If
+``OVERTURNING_EVERY_TARGET`` is set, two more cover 2-D blocks with every variant of their kernel, and scenes: compiling
+these takes three times as long.
 """
 
 import hashlib
@@ -38,7 +38,7 @@ STUDY = {
 
 
 def outcome_hash(stored: Path, threads: int) -> str:
-    """Hash over all cells, both schemes and the exact rigid block, with and without vertical motion."""
+    """Return the hash of all 2-D cells: both schemes and the exact rigid block, with and without vertical motion."""
     digest = hashlib.sha256()
     motion = np.load(stored)
     for up in (None, 0.5 * motion["east"]):
@@ -57,7 +57,7 @@ def outcome_hash(stored: Path, threads: int) -> str:
 
 
 def scene_hash(threads: int) -> str:
-    """Hash over all cases of two scenes."""
+    """Return the hash of all cases of two scenes."""
     digest = hashlib.sha256()
     for name in ("three-tier", "boulder"):
         made = shipped(name)
@@ -68,7 +68,7 @@ def scene_hash(threads: int) -> str:
 
 
 def space_hash(stored: Path, threads: int) -> str:
-    """Hash over all cells in space, default scheme, with vertical motion."""
+    """Return the hash of all 3-D cells, with the default scheme and vertical motion."""
     motion = np.load(stored)
     found = simulate_arrays(
         Motion(motion["north"], motion["east"], 0.5 * motion["east"], sampling_interval=float(motion["interval"])),
@@ -84,7 +84,7 @@ def space_hash(stored: Path, threads: int) -> str:
 
 
 def cube_hash(stored: Path, folder: Path, threads: int) -> str:
-    """Hash over the cube that a small study of one stored motion gives, byte for byte."""
+    """Return the hash of the cube file of a small study of one stored motion."""
     record = read_motion(stored)
     study = study_from(json.dumps(STUDY | {"records": {"use": [record.record_id]}}))
     folder.mkdir(parents=True)

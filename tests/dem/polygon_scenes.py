@@ -1,4 +1,4 @@
-"""Scenes that the tests build in place, and runs of them from any initial state."""
+"""Builders of test scenes, and runs of scenes from any initial state."""
 
 from pathlib import Path
 from typing import Any
@@ -8,7 +8,7 @@ import numpy as np
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import rows as k
 from overturning.dem.polygon.plan import PolygonPlan, plan_polygons
-from overturning.dem.polygon.state import Element
+from overturning.dem.polygon.state import ElementState
 from overturning.model.cases import Cases
 from overturning.model.geometry import native_size
 from overturning.model.planes import Planes
@@ -26,7 +26,7 @@ def shipped(name: str) -> Scene:
 
 
 def scene(*elements: dict[str, Any], **keys: Any) -> Scene:
-    """A scene of the given elements; those before the first driven one stand on the ground that is added."""
+    """Return a scene of the given elements; a driven ground is added if there is none."""
     given = list(elements)
     if not any(element.get("kind") == "driven" for element in given):
         given.insert(0, GROUND)
@@ -43,7 +43,7 @@ def still(duration: float, interval: float = 0.01) -> Motion:
 
 
 def shaken(acceleration: Any, interval: float = 0.01) -> Motion:
-    """Motion towards north."""
+    """Return a motion towards north with the given acceleration, m/s²."""
     values = np.asarray(acceleration, dtype=np.float64)
     return Motion(values, 0 * values, sampling_interval=interval)
 
@@ -56,17 +56,17 @@ def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any)
 
 
 def run(how: PolygonPlan, motion: Motion, more: int = 0) -> tuple[Results, np.ndarray, np.ndarray]:
-    """Answers, times and poses with velocities, shape (samples, elements, 6)."""
+    """Run a case; return results, times (s), and poses with velocities, shape (samples, elements, 6)."""
     path = np.zeros((motion.samples + more, 2 + 6 * how.arrays.sizes.size))
     answers, path = how.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
     return Results(**answers), path[:, 0], path[:, 2:].reshape(len(path), -1, 6)
 
 
-def put(how: PolygonPlan, element: int, **values: float) -> None:
-    """Set x, z, angle, vx, vz or vw of an element at the start; it touches nothing there."""
+def set_state(how: PolygonPlan, element: int, **values: float) -> None:
+    """Set x, z, angle, vx, vz or vw of an element at the start; it must not touch another element there."""
 
     def put_number(path: str, number: float) -> None:
-        row = k.CASE.count + element * k.ELEMENT.count + k.ELEMENT.row(Element, path) // k.COLUMNS
+        row = k.CASE.count + element * k.ELEMENT.count + k.ELEMENT.row(ElementState, path) // k.COLUMNS
         how.arrays.initial[0, row] = number
 
     paths = {"x": "pose.x", "z": "pose.z", "vx": "velocity.x", "vz": "velocity.z", "vw": "velocity.w"}

@@ -1,7 +1,7 @@
-"""The second opinion on bodies in space: a box by the equations of docs/method.md, in short steps of one length.
+"""Independent reference for 3-D bodies: a box by the equations of docs/method.md, in short steps of fixed length.
 
-It shares nothing with the package's kernels: rotations are matrices turned by Rodrigues' formula, contacts go through
-ifs, every force is explicit, and a step is a share of the fastest time of the contacts.
+It shares no code with the package's kernels: rotation matrices are updated by Rodrigues' formula, contacts are if
+statements, every force is explicit, and the step is a fraction of the shortest contact time scale.
 """
 
 import math
@@ -16,8 +16,8 @@ G = 9.80665
 
 
 @njit
-def turned_on(matrix, vector):
-    """The rotation that follows upon `matrix` by a rotation vector in space: Rodrigues' formula."""
+def rotated(matrix, vector):
+    """Return the rotation `matrix` followed by a rotation vector in fixed axes, by Rodrigues' formula."""
     angle = math.sqrt(np.sum(vector * vector))
     if angle == 0.0:
         return matrix.copy()
@@ -33,14 +33,15 @@ def spin(matrix, inertia, momentum):
 
 @njit
 def run(times, ground, interval, size, frame, spring, dash, mu, fraction):
-    """Place of the centre and rotation from rest at some times, ascending, s: shapes (times, 3) and (times, 3, 3).
+    """Return the position of the centre (m) and the rotation from rest, shapes (times, 3) and (times, 3, 3).
 
-    Acceleration of the base towards east, north and up, shape (samples, 3), m/s²; edges of the box, m, along the
-    columns of `frame`, its axes at rest; springs and dashpots of a corner over the mass.
+    `times`: ascending, s. `ground`: acceleration of the base to east, north and up, shape (samples, 3), m/s². `size`:
+    edges of the box, m, along the columns of `frame`, its axes at rest. `spring`, `dash`: spring (1/s²) and dashpot
+    (1/s) of a corner per mass.
     """
     inertia = np.array([size[1] ** 2 + size[2] ** 2, size[0] ** 2 + size[2] ** 2, size[0] ** 2 + size[1] ** 2]) / 12.0
     corners = np.array([[i * size[0], j * size[1], -size[2]] for i in (-1.0, 1.0) for j in (-1.0, 1.0)]) * 0.5
-    # A corner feels at least a tenth of the mass in any direction: of a long box, its rotations count too.
+    # The effective mass at a corner is at least a tenth of the mass in any direction, also for a long box.
     steps = math.ceil(interval * max(math.sqrt(10.0 * spring), 10.0 * dash) / fraction)
     dt = interval / steps
     place, velocity, momentum = np.array([0.0, 0.0, 0.5 * size[2] - 0.25 * G / spring]), np.zeros(3), np.zeros(3)
@@ -52,9 +53,9 @@ def run(times, ground, interval, size, frame, spring, dash, mu, fraction):
         for step in range(steps):
             velocity = velocity + 0.5 * dt * force
             momentum = momentum + 0.5 * dt * moment
-            middle = turned_on(rotation, 0.5 * dt * spin(rotation, inertia, momentum))
+            middle = rotated(rotation, 0.5 * dt * spin(rotation, inertia, momentum))
             before, place = (place, rotation), place + dt * velocity
-            rotation = turned_on(rotation, dt * spin(middle, inertia, momentum))
+            rotation = rotated(rotation, dt * spin(middle, inertia, momentum))
             while noted < len(times) and times[noted] <= sample * interval + (step + 1.0) * dt:
                 share = (times[noted] - sample * interval) / dt - step
                 places[noted] = before[0] + share * (place - before[0])
@@ -91,7 +92,7 @@ def run(times, ground, interval, size, frame, spring, dash, mu, fraction):
 def path_of(
     times: FloatArray, motion: Motion, orientation_deg: float, size: FloatArray, mu: float, penetration: float
 ) -> tuple[FloatArray, FloatArray]:
-    """As of `run`, with contacts of ξ = 1; the box's first edge points to an azimuth, its springs give way by δ/B."""
+    """Return the path of a box (see `run`) with ξ = 1 and static penetration δ/B; its first edge faces an azimuth."""
     angle = np.radians(orientation_deg)
     frame = np.array([[np.sin(angle), -np.cos(angle), 0.0], [np.cos(angle), np.sin(angle), 0.0], [0.0, 0.0, 1.0]])
     ground = np.column_stack([motion.east, motion.north, 0 * motion.north if motion.up is None else motion.up])

@@ -1,8 +1,8 @@
-"""The second opinion: one block by the equations of docs/method.md, in small steps of fixed length.
+"""Independent reference for one block: the equations of docs/method.md, in short steps of fixed length.
 
-It shares nothing with the package's kernels: no code, no constants, no rules about steps. Angles go through sin and
-cos, contacts through ifs, every force is explicit and every step is so short that nothing has to be solved: 1/25 of the
-fastest time of the contact. `inertial` shakes the base instead of the frame.
+It shares no code, constants or step control with the package's kernels. Angles use sin and cos, contacts are if
+statements, every force is explicit, and the step is 1/25 of the shortest contact time scale, so that no equations are
+solved. With `inertial` the base moves in an inertial frame; otherwise the frame moves with the base.
 """
 
 import math
@@ -14,18 +14,19 @@ from overturning.motion.motion import Motion
 
 G = 9.80665
 FRACTION = 0.04
-"""Length of a step over the fastest time of the contact: of a spring or a dashpot on the mass that a corner feels."""
+"""Step over the shortest contact time scale: that of a spring or a dashpot on the effective mass at a corner."""
 
 
 @njit
 def run(along, up, interval, b, h, k, ks, dash, mu, tilt, fraction, inertial):
-    """Side to which the block falls, largest |θ|/α, largest slip of the base's midpoint (m), and steps taken.
+    """Return the side to which the block falls, largest |θ|/α, largest slip of the base's midpoint (m), and steps.
 
-    Acceleration of the base along the azimuth and upwards, m/s², every `interval`; half width and height, m; springs
-    and dashpot of a corner over the mass.
+    `along`, `up`: acceleration of the base along the azimuth and upwards, m/s², every `interval` s. `b`, `h`: half
+    width and half height, m. `k`, `ks`: normal and tangential spring of a corner per mass, 1/s². `dash`: dashpot of a
+    corner per mass, 1/s.
     """
     inertia, alpha, radius = 3.0 / (b * b + h * h), math.atan(b / h), math.sqrt(b * b + h * h)
-    # A corner feels at least a quarter of the mass.
+    # The effective mass at a corner is at least a quarter of the mass.
     fastest = max(math.sqrt(4.0 * max(k, ks)), 4.0 * dash)
     steps = math.ceil(interval * fastest / fraction)
     dt = interval / steps
@@ -35,12 +36,12 @@ def run(along, up, interval, b, h, k, ks, dash, mu, tilt, fraction, inertial):
     vx, vz, vw, ax, az, aw = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     base_x, base_v, old_ground = 0.0, 0.0, along[0]
     place, stretch, touched = np.zeros(2), np.zeros(2), np.zeros(2, np.bool_)
-    peak, slip, taken = abs(tilt), 0.0, 0
+    peak, slip, count = abs(tilt), 0.0, 0
     after = math.ceil(20.0 * math.sqrt(4.0 * radius / (3.0 * G)) / interval)
     for sample in range(along.size + after):
         for step in range(steps):
-            taken += 1
-            # Half the step's change of velocity, the whole way, and the velocity foreseen for its end.
+            count += 1
+            # Half of the velocity change, the whole displacement, and the velocity predicted for the end of the step.
             vx, vz, vw = vx + 0.5 * dt * ax, vz + 0.5 * dt * az, vw + 0.5 * dt * aw
             x, z, angle = x + dt * vx, z + dt * vz, angle + dt * vw
             ex, ez, ew = vx + 0.5 * dt * ax, vz + 0.5 * dt * az, vw + 0.5 * dt * aw
@@ -76,12 +77,12 @@ def run(along, up, interval, b, h, k, ks, dash, mu, tilt, fraction, inertial):
             peak = max(peak, abs(angle))
             slip = max(slip, abs(x - base_x - h * math.sin(angle)))
         if math.cos(angle) <= 0.0:
-            return (1 if angle > 0 else -1), peak / alpha, slip, taken
+            return (1 if angle > 0 else -1), peak / alpha, slip, count
         rate = vx - base_v
         energy = 0.5 * (rate * rate + vz * vz + vw * vw / inertia) + G * (z - h)
         if sample >= along.size and energy < 1e-3 * G * (radius - h) and abs(rate) < 1e-4:
             break
-    return 0, peak / alpha, slip, taken
+    return 0, peak / alpha, slip, count
 
 
 def outcomes(
@@ -96,10 +97,10 @@ def outcomes(
     fraction: float = FRACTION,
     inertial: bool = False,
 ) -> np.ndarray:
-    """Side, peak rotation over α, peak slip and steps of each case: azimuth (degrees), height (m), B/H, friction.
+    """Return side, peak rotation over α, peak slip (m) and steps of each case, shape (n, 4).
 
-    The contact by δ/B (or K_n, N/m, of a block of 2650 kg/m³), ξ and K_s/K_n, from which K_n/m = g/2δ and h/m =
-    2 ξ √(K_n/2m).
+    A case is azimuth (degrees), height (m), B/H and friction. The contact is given by δ/B (or K_n, N/m, for a block of
+    2650 kg/m³), ξ and K_s/K_n, with K_n/m = g/2δ and h/m = 2 ξ √(K_n/2m).
     """
     out = np.zeros((len(cases), 4))
     up = np.zeros(0) if motion.up is None else motion.up

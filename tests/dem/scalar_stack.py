@@ -1,8 +1,8 @@
-"""The second opinion on stacks: one block on another by the equations of docs/method.md, in short steps of one length.
+"""Independent reference for stacks: one block on another by the equations of docs/method.md, in short fixed steps.
 
-It shares nothing with the package's kernels, nor with the second opinion on one block: both blocks may turn, so what
-touches is told in the frame of what carries it. Every force is explicit, and a step is a share of the fastest time of
-the contacts.
+It shares no code with the package's kernels or with the reference for one block. Both blocks may rotate, so contacts
+are computed in the frame of the supporting block. Every force is explicit, and the step is a fraction of the shortest
+contact time scale.
 """
 
 import math
@@ -17,10 +17,10 @@ G = 9.80665
 
 @njit
 def run(along, interval, sizes, springs, dashes, mu, fraction, after):
-    """Poses and velocities (x, z, θ, vx, vz, vw) of both at each sample, shape (samples, 2, 6).
+    """Return poses and velocities (x, z, θ, vx, vz, vw) of both blocks at each sample, shape (samples, 2, 6).
 
-    Acceleration of the ground, m/s², every `interval`; widths and heights, m; of the contact under each block the
-    spring, tangentially the same, and the dashpot of a corner over its cross-section, 1/s² and 1/s times m².
+    `along`: acceleration of the ground, m/s², every `interval` s. `sizes`: widths and heights, m. `springs`, `dashes`:
+    normal and tangential spring (m²/s²) and dashpot (m²/s) of a corner under each block, with the area as its mass.
     """
     mass = np.array([sizes[0, 0] * sizes[0, 1], sizes[1, 0] * sizes[1, 1]])
     inertia = np.array([mass[i] * (sizes[i, 0] ** 2 + sizes[i, 1] ** 2) / 12.0 for i in range(2)])
@@ -54,7 +54,7 @@ def run(along, interval, sizes, springs, dashes, mu, fraction, after):
                     rx, rz = across * c - 0.5 * sizes[i, 1] * s, -across * s - 0.5 * sizes[i, 1] * c
                     x, z = ends[i, 0] + rx, ends[i, 1] + rz
                     vx, vz = ends[i, 3] + rz * ends[i, 5], ends[i, 4] - rx * ends[i, 5]
-                    p, q, fx, fz = 1.0, 0.0, 0.0, 0.0  # cosine and sine of what carries it
+                    p, q, fx, fz = 1.0, 0.0, 0.0, 0.0  # cosine and sine of the supporting block
                     if i == 1:
                         p, q = math.cos(ends[0, 2]), math.sin(ends[0, 2])
                         fx, fz = x - ends[0, 0], z - ends[0, 1]
@@ -86,7 +86,7 @@ def run(along, interval, sizes, springs, dashes, mu, fraction, after):
 def paths(
     along: FloatArray, interval: float, sizes: FloatArray, penetration: float, mu: float, after: int
 ) -> FloatArray:
-    """As of `run`, with contacts of ξ = 1 whose springs give way by a share of the width at rest."""
+    """Return the path of a stack (see `run`) with ξ = 1; `penetration` is static penetration over width."""
     mass = sizes.prod(axis=1)
     carried = np.array([mass.sum(), mass[1]])
     springs = G * carried / (2.0 * penetration * sizes[:, 0])

@@ -1,4 +1,4 @@
-"""Each bad argument is refused by name, value and bound; bad cases are marked and have no flag."""
+"""Bad arguments are refused with name, value and bound; cases without a valid outcome are marked and have no flag."""
 
 from typing import Any
 
@@ -70,7 +70,7 @@ def test_bad_contacts_are_refused(arguments: dict[str, Any], word: str) -> None:
         Contact(**arguments)
 
 
-def test_the_refused_step_names_one_that_works() -> None:
+def test_unstable_step_message_names_a_stable_step() -> None:
     with pytest.raises(ValueError, match="at most") as refusal:
         simulate_arrays(MOTION, **GRID, time_step=0.01)
     largest = float(str(refusal.value).split("at most ")[1].split(" s")[0])
@@ -78,7 +78,7 @@ def test_the_refused_step_names_one_that_works() -> None:
     assert (found["block_steps"] > 0).all()
 
 
-def test_more_cases_than_memory_are_refused_with_the_memory_they_would_take() -> None:
+def test_too_many_cases_are_refused_with_the_memory_they_need() -> None:
     with pytest.raises(ValueError, match="GiB"):
         simulate_arrays(
             MOTION,
@@ -89,14 +89,14 @@ def test_more_cases_than_memory_are_refused_with_the_memory_they_would_take() ->
         )
 
 
-def test_lengths_that_differ_and_a_tilt_beyond_balance_are_refused() -> None:
+def test_unequal_lengths_and_an_unstable_initial_tilt_are_refused() -> None:
     with pytest.raises(ValueError, match="lengths differ"):
         Cases([0.0, 1.0], [0.6, 0.6, 0.6], 0.3, 1.0)
     with pytest.raises(ValueError, match="initial_tilt"):
         Cases(0.0, 0.6, 0.3, 1.0, initial_tilt=0.4)
 
 
-def test_a_friction_beside_a_scene_with_coefficients_of_its_own_is_refused() -> None:
+def test_friction_argument_is_refused_for_a_scene_that_sets_all_coefficients() -> None:
     own = scene(block("low", 0.24, 0.6), contacts=[{"between": ["stone", "stone"], "friction": 0.5}])
     with refused(ArgumentError, "friction: [0.1, 1.0]", "scene test has coefficients of its own"):
         simulate(MOTION, own, azimuth_deg=0.0, friction=[0.1, 1.0])
@@ -106,14 +106,14 @@ def test_a_friction_beside_a_scene_with_coefficients_of_its_own_is_refused() -> 
 
 
 @pytest.mark.parametrize("model", [None, "three-tier", "circle", 6])
-def test_an_aspect_of_what_has_none_is_refused(model: Any) -> None:
+def test_aspect_is_refused_for_models_other_than_a_rectangle(model: Any) -> None:
     made = shipped(model) if model == "three-tier" else model
     with refused(ArgumentError, "aspect: [1.0, 2.0]", "only a rectangle"):
         run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0, aspect=[1.0, 2.0]), made)
 
 
-def test_a_case_that_loses_its_balance_of_energy_has_no_flag() -> None:
-    # Springs so soft that the block sinks in by a tenth of its width bounce far outside the contact law's range.
+def test_a_case_with_an_energy_error_has_a_missing_flag() -> None:
+    # A static penetration of a tenth of the width: rebounds leave the range of the contact law.
     soft = run_cases(
         Motion(WAVE, WAVE, sampling_interval=0.01),
         Cases(0.0, 0.6, [0.1, 0.2, 0.3], 1.0),
@@ -132,8 +132,8 @@ def test_a_case_over_its_budget_is_marked() -> None:
     assert found.overturned.tolist() == [-128]
 
 
-def test_the_budget_of_a_case_is_that_of_all_its_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A case that never balances would be run three times, at 1, 4 and 16 times the steps."""
+def test_the_budget_of_a_case_covers_its_reruns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A case whose energy never balances is run with 1, 4 and 16 times the steps unless its budget ends it earlier."""
     monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
     once = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0)).block_steps.item() / 21
     found = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0), budget=round(8 * once))
@@ -141,8 +141,8 @@ def test_the_budget_of_a_case_is_that_of_all_its_runs(monkeypatch: pytest.Monkey
     assert 7 * once < found.block_steps.item() < 9 * once
 
 
-def test_the_budget_ends_what_needs_too_many_steps() -> None:
-    """The one of a scene counts the steps of all elements. One sample's may be done beyond it."""
+def test_a_case_ends_when_its_budget_is_used_up() -> None:
+    """The budget of a scene counts the steps of all elements; a case may exceed its budget by the steps of a sample."""
     budget, step = 400_000, {"time_step": "0.02 stable", "leave_out": False}
     scene, cases = shipped("three-tier"), Cases(0.0, 0.636, 0.38, 1.0)
     numerics = Numerics(budget=budget, **step)
@@ -159,8 +159,8 @@ def test_the_budget_ends_what_needs_too_many_steps() -> None:
     assert budget / BODY_STEP <= solid.block_steps.item() < budget / BODY_STEP + steps
 
 
-def test_a_slab_that_rattles_under_a_stone_a_million_times_heavier_is_given_up() -> None:
-    """Its contacts change in nearly every step, which are refused down to the finest: it would take hours."""
+def test_a_slab_rattling_under_a_million_times_heavier_stone_exceeds_its_budget() -> None:
+    """The slab's contacts change in nearly every step, so steps are halved to the finest: it would take hours."""
     slab = {"name": "slab", "width": 0.5, "height": 0.1, "stands_on": "ground", "material": "light"}
     stone = {"name": "stone", "width": 0.3, "height": 0.8, "stands_on": "slab"}
     ground = {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}

@@ -1,4 +1,4 @@
-"""Bodies in space: mass properties, which vertices can touch, when they have fallen, how they rest, refusals."""
+"""3-D bodies: mass properties, contact vertices, fall tilt, pose at rest, mesh files, and refused shapes."""
 
 from pathlib import Path
 
@@ -23,7 +23,7 @@ WEDGE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.4, 0.4, 0.8], [
 
 
 def integrated(body_vertices: np.ndarray, count: int = 60) -> tuple[np.ndarray, np.ndarray]:
-    """Centre and inertia per mass of a hull, by counting cells inside."""
+    """Return the centre and the inertia per mass of a convex hull, by summing over grid cells inside."""
     from scipy.spatial import ConvexHull
 
     hull = ConvexHull(body_vertices)
@@ -36,7 +36,7 @@ def integrated(body_vertices: np.ndarray, count: int = 60) -> tuple[np.ndarray, 
     return centre, np.sum(r**2) / len(r) * np.eye(3) - r.T @ r / len(r)
 
 
-def test_a_box_of_vertices_is_the_rectangle() -> None:
+def test_a_box_given_by_vertices_equals_the_rectangle() -> None:
     box, prism = Polyhedron(BOX).body(0.6, 0, 0), Rectangle().body(0.6, 1 / 3, 2.0)
     np.testing.assert_allclose(box.inertia, prism.inertia, atol=1e-12)
     assert {tuple(p) for p in np.round(box.points, 9)} == {tuple(p) for p in np.round(prism.points, 9)}
@@ -56,7 +56,7 @@ def test_a_box_of_vertices_is_the_rectangle() -> None:
 
 
 @pytest.mark.parametrize("vertices", [WEDGE, np.random.default_rng(3).normal(size=(9, 3))])
-def test_mass_properties_equal_a_count_of_cells(vertices: np.ndarray) -> None:
+def test_mass_properties_agree_with_numerical_integration(vertices: np.ndarray) -> None:
     from overturning.model.polyhedron import _hull
 
     hull = _hull(np.concatenate([vertices[:0], vertices[np.unique(convex(vertices))]]))
@@ -72,7 +72,7 @@ def convex(vertices: np.ndarray) -> np.ndarray:
     return ConvexHull(vertices).vertices
 
 
-def test_regular_prisms_become_the_square_and_the_cylinder() -> None:
+def test_regular_prisms_agree_with_the_square_and_the_cylinder() -> None:
     square, prism = Regular(4).body(0.6, 0.4, 1.0), Rectangle().body(0.6, 0.4, 1.0)
     np.testing.assert_allclose(square.inertia, prism.inertia, atol=1e-12)
     np.testing.assert_allclose(square.points, prism.points, atol=1e-12)
@@ -82,17 +82,17 @@ def test_regular_prisms_become_the_square_and_the_cylinder() -> None:
 
 def test_a_wedge_has_fallen_where_it_can_rest_on_another_face() -> None:
     body = Polyhedron(WEDGE).own
-    # By statics: the body turned so that a face lies down, its centre above that face.
+    # From statics: the body is rotated until a face lies on the ground, with the centre above that face.
     tilts = [np.degrees(np.arccos(-normal[2])) for normal in body.faces]
     assert np.degrees(body.fall_tilt) == pytest.approx(min(tilts), abs=1e-3)
     assert 90.0 < min(tilts) < 180.0
     assert len(body.points) == 4  # the upper edge touches only when it has fallen
 
 
-def test_only_vertices_that_can_touch_are_kept() -> None:
+def test_vertices_that_cannot_touch_are_dropped() -> None:
     body = Polyhedron(BOX).own
     assert len(body.points) == 4
-    # At each tilt short of the fall, in any direction, the lowest vertex is one of those kept.
+    # At each tilt below the fall tilt, in any direction, the lowest vertex is not among the dropped ones.
     rng = np.random.default_rng(1)
     lump = rng.normal(size=(40, 3))
     lump = lump / np.linalg.norm(lump, axis=1)[:, None] * [0.3, 0.3, 0.2]
@@ -110,7 +110,7 @@ def test_only_vertices_that_can_touch_are_kept() -> None:
 
 
 def whole_of(stone: Solid, whole: np.ndarray) -> np.ndarray:
-    """The vertex, as it was given, that the body names first."""
+    """Return the original coordinates of the body's first vertex."""
     lowest = whole[whole[:, 2] < whole[:, 2].min() + 1e-9]
     differences = stone.points[: stone.base, :2] - stone.points[0, :2]
     return next(
@@ -118,7 +118,7 @@ def whole_of(stone: Solid, whole: np.ndarray) -> np.ndarray:
     )
 
 
-def test_a_body_with_its_centre_aside_rests_on_its_springs() -> None:
+def test_an_eccentric_body_rests_on_its_springs() -> None:
     body = Polyhedron(WEDGE).own
     pose = rest(body, 1e6)
     x, y = body.points[: body.base, :2].T
@@ -166,7 +166,7 @@ NOTCHED = np.array([[0, 0], [1, 0], [1, 0.3], [0.3, 0.3], [0.3, 1], [0, 1]], dty
 
 
 def slab(ring: np.ndarray, folder: Path) -> list[Path]:
-    """A slab of that outline as meshes in all formats, its back and front one face each, or fans of triangles."""
+    """Write a slab with an outline as a mesh in every format; front and back are single faces or triangle fans."""
     n = len(ring)
     points = np.array([[x, y, z] for y in (0.0, 0.3) for x, z in ring])
     around = [[k, (k + 1) % n, n + (k + 1) % n, n + k] for k in range(n)]
@@ -197,7 +197,7 @@ def slab(ring: np.ndarray, folder: Path) -> list[Path]:
 
 
 def test_a_mesh_whose_sides_run_inside_the_hull_of_its_vertices_is_refused(tmp_path: Path) -> None:
-    """A notched slab has all vertices on its hull, which is another stone: of B/H 0.36 where the slab has 0.42."""
+    """All vertices of a notched slab lie on its hull, but the hull has B/H 0.36 and the slab 0.42."""
     for path in slab(NOTCHED, tmp_path):
         with refused(ArgumentError, path.name, "not convex", "0.3, 0.0, 0.3", "inside the hull", brief=True):
             read_mesh(path)
@@ -205,8 +205,8 @@ def test_a_mesh_whose_sides_run_inside_the_hull_of_its_vertices_is_refused(tmp_p
         assert read_mesh(path).own.base == 4
 
 
-def test_a_convex_mesh_of_rounded_numbers_is_read(tmp_path: Path) -> None:
-    """Rounded to millimetres the sides of a frustum are not flat, and a diagonal of each may run inside the hull."""
+def test_a_convex_mesh_with_rounded_coordinates_is_accepted(tmp_path: Path) -> None:
+    """Rounding to millimetres makes the sides of a frustum uneven, and a diagonal of a side may lie inside the hull."""
     ring = np.array([[np.cos(turn), np.sin(turn)] for turn in np.arange(7) * 2 * np.pi / 7])
     points = np.concatenate([np.column_stack([r * ring, np.full(7, z)]) for r, z in ((0.3, 0.0), (0.2, 0.6))]).round(3)
     pairs = [(k + 1, (k + 1) % 7 + 1) for k in range(7)]
@@ -235,12 +235,12 @@ MANY = np.stack([np.cos(np.arange(150) * 0.0418879), np.sin(np.arange(150) * 0.0
         (BOX[:3], ["shape (3, 3)"]),
     ],
 )
-def test_bodies_that_cannot_be_are_refused(vertices: np.ndarray, words: list[str]) -> None:
+def test_impossible_bodies_are_refused(vertices: np.ndarray, words: list[str]) -> None:
     with refused(ArgumentError, *words, brief=True):
         Polyhedron(vertices)
 
 
-def test_bad_arguments_are_refused_and_two_components_told() -> None:
+def test_bad_arguments_are_refused_and_a_missing_vertical_component_is_noted() -> None:
     motion = Motion(np.ones(10), np.ones(10), sampling_interval=0.01)
     grid = {"orientation_deg": [0.0], "height": [0.6], "b_over_h": [0.4]}
     for change, words in (
@@ -264,8 +264,8 @@ def test_bad_arguments_are_refused_and_two_components_told() -> None:
 
 
 @pytest.mark.parametrize("sides", [3, 4, 6, 7])
-def test_faces_of_a_prism_of_vertices_are_counted_from_the_one_that_looks_along_x(sides: int) -> None:
-    """As those of the prism of its name, whatever the last digit of its vertices."""
+def test_faces_of_a_prism_given_by_vertices_are_numbered_from_the_x_axis(sides: int) -> None:
+    """The numbering equals that of the named prism, also if the vertices differ in their last digit."""
     own = Regular(sides).body(0.6, 0.3, 1.0)
     ring = own.points[:sides, :2]
     for turned in (0.0, 1e-15, -1e-15):
@@ -276,10 +276,10 @@ def test_faces_of_a_prism_of_vertices_are_counted_from_the_one_that_looks_along_
 
 
 @pytest.mark.parametrize("decimals", [4, 5, 6, 7, 16])
-def test_a_side_whose_vertices_are_rounded_counts_as_one(decimals: int) -> None:
-    """An obelisk of a mesh file has four sides to fall onto, whose azimuths follow from its outline."""
+def test_a_side_with_rounded_vertices_counts_as_one_face(decimals: int) -> None:
+    """An obelisk from a mesh file has four faces to fall onto, at the azimuths of its outline."""
     for turn in np.linspace(0.05, 1.5, 12):
-        angle = turn + 0.5 * np.pi * np.arange(4)  # of the sides, anticlockwise from x
+        angle = turn + 0.5 * np.pi * np.arange(4)  # directions of the sides, anticlockwise from x
         ring = np.column_stack([np.cos(angle + 0.25 * np.pi), np.sin(angle + 0.25 * np.pi)])
         levels = [np.column_stack([r * ring, np.full(4, z)]) for r, z in ((0.15, 0.0), (0.1, 0.8))]
         faces = Polyhedron(np.round(np.concatenate(levels), decimals)).own.faces
@@ -287,8 +287,8 @@ def test_a_side_whose_vertices_are_rounded_counts_as_one(decimals: int) -> None:
         np.testing.assert_allclose(np.arctan2(-faces[:, 1], faces[:, 0]) % (2.0 * np.pi), clockwise, atol=2e-3)
 
 
-def test_a_start_turns_with_the_body_at_orientations_at_which_it_looks_the_same() -> None:
-    """It begins leaning towards its first side, over that edge, at its tipping angle and on the way down."""
+def test_the_initial_state_rotates_with_the_body_at_equivalent_orientations() -> None:
+    """The body starts at its tipping angle over its first side, moving downwards."""
     alpha, radius = np.arctan(0.4), 0.3 / np.cos(np.arctan(0.4))
     start = leaning(alpha, np.array([0.0, 0.0, -radius]), np.array([0.0, 0.5, 0.0]))
     body, around = (
@@ -307,7 +307,7 @@ def test_a_start_turns_with_the_body_at_orientations_at_which_it_looks_the_same(
                         **around | {"orientation_deg": 0.0})  # fmt: skip
 
 
-def test_a_grid_of_orientations_closes_with_the_symmetry() -> None:
+def test_a_grid_of_orientations_covers_one_symmetry_period() -> None:
     grids = [
         orientation_grid(5.0, Rectangle()),
         orientation_grid(5.0, Rectangle(), [1.0, 2.0]),

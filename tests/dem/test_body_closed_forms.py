@@ -1,4 +1,4 @@
-"""A body in space against closed forms and independent integrations."""
+"""A 3-D body against closed forms and independent integrations."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.usefixtures("both_schemes_in_space")
 
 
 def tilt_and_azimuth(path: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Tilt, rad, and the continuous azimuth towards which the body leans, rad."""
+    """Return the tilt (rad) and the continuous azimuth of the lean (rad)."""
     azimuth = np.unwrap(np.arctan2(path.tilt_east.values, path.tilt_north.values))
     return np.arcsin(np.hypot(path.tilt_north.values, path.tilt_east.values)), azimuth
 
@@ -33,12 +33,12 @@ def test_a_rectangle_lifts_when_the_push_leaves_its_base(aspect: float) -> None:
     b, d, h = 0.5 * ratio, 0.5 * ratio * aspect, 0.5
     across = np.maximum(np.abs(np.sin(np.radians(beta))), 1e-12)
     expected = np.minimum(b / (h * np.abs(np.cos(np.radians(beta)))), d / (h * across))
-    # The base is driven to just below and just above, slowly, and stays there.
+    # The base acceleration rises slowly to just below or just above the threshold, and stays there.
     t = np.arange(600) * 0.01
     ramp = np.minimum(t / 4.0, 1.0) ** 2 * (3.0 - 2.0 * np.minimum(t / 4.0, 1.0))
     for share, falls in ((0.985, 0), (1.015, 1)):
         for one, threshold in zip(beta[:4], expected[:4], strict=True):
-            # A base that accelerates towards β, seen from a block that faces north.
+            # A base that accelerates towards β, for a block that faces north.
             east, north = (share * threshold * STANDARD_GRAVITY * ramp * f(np.radians(one)) for f in (np.sin, np.cos))
             found = simulate_arrays(
                 Motion(north, east, sampling_interval=0.01, trust_data=True),
@@ -103,10 +103,8 @@ def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, a
 @BOTH
 @pytest.mark.parametrize("slender", [2.5, 3.0, 6.0])
 @pytest.mark.parametrize("rolls", [True, False])
-def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(
-    slender: float, rolls: bool, scheme: str
-) -> None:
-    # The form is that of a pass ever nearer: a slender body turns less slowly.
+def test_angle_of_turn_of_the_contact_point_in_a_near_flat_pass(slender: float, rolls: bool, scheme: str) -> None:
+    # The closed form is the limit of ever closer passes; slender bodies need a smaller tilt.
     R, H, contact = 0.1, 0.1 * slender, VertexContact(2e-9)
     tilt, turning = (0.1, 0.005) if slender <= 3.0 else (0.2 / slender, 0.0005)
     up, down = axes(tilt)
@@ -128,7 +126,7 @@ def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(
     assert found[highest] == pytest.approx(tilt, rel=1e-2)
     A = (3 * R**2 + 4 * H**2) / 12
     expected = np.pi * np.sqrt((A + H**2 + R**2) / (A + H**2) if rolls else (A + R**2) / A)
-    # Most of it within a sample, so that it may as well be told the other way round.
+    # Most of the turn occurs within a sample, so its sense is ambiguous.
     turn = abs(azimuth[highest] - azimuth[0]) % (2 * np.pi)
     assert max(turn, 2 * np.pi - turn) == pytest.approx(expected, rel=1e-2)
 
@@ -138,10 +136,9 @@ def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(
 
 
 def in_plane(body: int | str, over: str, ratio: float, half: float = 0.5) -> tuple[np.ndarray, float, float]:
-    """Arms of a base's vertices along the line of lean (of a rim 720), moment of inertia per mass, turn of that line.
+    """Return the arms of a base's vertices along the lean (m), inertia per mass (m²), and direction of the lean (rad).
 
-    Of a prism on a regular polygon whose sides are half·ratio from the middle, 2·half high, or of a cylinder; m, m²,
-    rad.
+    The body is a regular prism with apothem half·ratio and height 2·half, or a cylinder, whose rim has 720 vertices.
     """
     apothem, rim = half * ratio, body == "circle"
     n = 720 if rim else int(body)
@@ -153,17 +150,17 @@ def in_plane(body: int | str, over: str, ratio: float, half: float = 0.5) -> tup
 
 
 def plastic_landing(x: np.ndarray, inertia: float, height: float) -> float:
-    """Share of the angular velocity that a flat landing leaves, by the complementarity of velocities and impulses.
+    """Return the share of the angular velocity that remains after a flat landing, from a complementarity problem.
 
-    The base does not slip, so a body turning with w about a horizontal axis has the centre's velocity w · height along
-    it, and (inertia + height²) w takes the moments of the vertical impulses p at the arms x: 0 ≤ p ⟂ velocity
-    upwards ≥ 0. Gauss-Seidel.
+    The base does not slip, so the centre of a body rotating with w about a horizontal axis moves with w · height, and
+    (inertia + height²) w balances the moments of the vertical impulses p at the arms x, with 0 ≤ p ⟂ upward velocity
+    ≥ 0. Solved by Gauss-Seidel iteration.
     """
     distinct = np.unique(np.round(x, 12))
     turning = inertia + height**2
     v, w, p = -distinct.max(), 1.0, np.zeros(distinct.size)
     for _ in range(2000):
-        # The fastest descending first.
+        # Process the fastest descending point first.
         for i in np.argsort(v - w * distinct):
             change = max(p[i] - (v - w * distinct[i]) / (1.0 + distinct[i] ** 2 / turning), 0.0) - p[i]
             p[i], v, w = p[i] + change, v + change, w - change * distinct[i] / turning
@@ -173,7 +170,10 @@ def plastic_landing(x: np.ndarray, inertia: float, height: float) -> float:
 
 
 def landed(body: int | str, over: str, ratio: float, contact: VertexContact, scheme: str, half: float = 0.5) -> float:
-    """The same as found: a body let go at 0.45 α, by the height to which it rises over the other end."""
+    """Return the simulated share of the angular velocity after a landing.
+
+    The body is released at 0.45 α; the share follows from the height to which it rises over the other end.
+    """
     x, _, turn = in_plane(body, over, ratio, half)
     a = x.max()
     radius, alpha = np.hypot(a, half), np.arctan2(a, half)
@@ -210,7 +210,7 @@ def test_a_flat_landing_is_plastic_on_any_number_of_vertices(over: str, ratio: f
         x, inertia, _ = in_plane(body, over, ratio)
         far = x.max() ** 2
         assert share == pytest.approx((inertia + 0.25 - far) / (inertia + 0.25 + far), abs=1e-6)
-        # What is left of it at a damping ratio of 1 is that an end bounces; first order in the finest step.
+        # The remaining error at a damping ratio of 1 is bouncing of an end; it is of first order in the finest step.
         assert landed(body, over, ratio, DAMPED, "centred") == pytest.approx(share, abs=1e-3)
         assert landed(body, over, ratio, STIFF, "centred") == pytest.approx(share, abs=3e-3)
     if over == "edge":
@@ -223,7 +223,7 @@ def test_a_flat_landing_is_plastic_on_any_number_of_vertices(over: str, ratio: f
 
 @pytest.mark.long
 @pytest.mark.parametrize("body", [8, "circle"])
-def test_a_flat_landing_is_plastic_by_both_schemes(body: int | str) -> None:
+def test_a_flat_landing_is_plastic_with_both_schemes(body: int | str) -> None:
     soft = VertexContact(2e-5, damping_ratio=2.0)
     share = plastic_landing(*in_plane(body, "edge", 0.35)[:2], 0.5)
     assert landed(body, "edge", 0.35, soft, "cundall") == pytest.approx(share, abs=1e-3)
@@ -234,7 +234,7 @@ def test_a_flat_landing_is_plastic_by_both_schemes(body: int | str) -> None:
 
 
 def particle(motion: Motion, friction: float) -> np.ndarray:
-    """Where a mass with circular friction ends, m towards north and east: explicit, in many steps a sample."""
+    """Return the final slip (m, north and east) of a mass with isotropic friction, by 500 explicit steps per sample."""
     place, velocity, steps = np.zeros(2), np.zeros(2), 500
     dt = motion.sampling_interval / steps
     for i in range(motion.samples - 1):
@@ -261,7 +261,7 @@ def test_a_squat_block_slides_as_a_particle_with_circular_friction(scheme: str) 
 
 
 def spun(path: xr.Dataset, inertia: np.ndarray) -> np.ndarray:
-    """Angular momentum in space over time, shape (time, 3), from the rotation and the angular velocity."""
+    """Return the angular momentum in space, shape (time, 3), from rotation and angular velocity."""
     w, *v = path.quaternion.values.T
     v = np.stack(v, axis=1)
 
@@ -284,7 +284,7 @@ def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
         leave_out=False,
         scheme=scheme,
     )
-    path = path.isel(time=path.time.values < 1.0)  # then it comes down
+    path = path.isel(time=path.time.values < 1.0)  # before it lands
     momentum = spun(path, inertia)
     np.testing.assert_allclose(momentum, momentum[:1].repeat(len(momentum), 0), atol=1e-10 * np.abs(momentum).max())
     energy = 0.5 * (path.velocity.values**2).sum(axis=1) + 0.5 * (path.angular_velocity.values * momentum).sum(axis=1)
@@ -293,7 +293,7 @@ def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
 
 
 @BOTH
-def test_without_friction_nothing_turns_about_the_vertical(scheme: str) -> None:
+def test_a_frictionless_body_does_not_rotate_about_the_vertical(scheme: str) -> None:
     arm = np.array([0.12, 0.12, -0.3])
     path = trajectory(
         level(1.0),
@@ -317,7 +317,7 @@ def test_without_friction_nothing_turns_about_the_vertical(scheme: str) -> None:
 def test_a_body_dropped_flat_while_it_moves_stays_flat(
     b_over_h: float, friction: float, along: float, down: float
 ) -> None:
-    """With µ < B/H a plastic landing takes µ·v of the velocity u along the ground; then it slides (u − µv)²/2µg."""
+    """With µ < B/H a plastic landing reduces the horizontal velocity u by µ·v; the body then slides (u − µv)²/2µg."""
     start = Start(place=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=(along, 0.0, -down))
     body, quiet = Body("rectangle", VertexContact(), start), np.zeros(600)
     motion = Motion(quiet, quiet, sampling_interval=0.01, trust_data=True)

@@ -1,4 +1,4 @@
-"""When a body that is not alike all round has fallen: by the direction in which it leans."""
+"""Fall tilt of bodies without rotational symmetry, as a function of the direction of the lean."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from numba import njit
 from scipy.spatial import ConvexHull
 
 from overturning.dem.body.ending import has_fallen
-from overturning.dem.body.state import Stance
+from overturning.dem.body.state import TerminationLimits
 from overturning.dem.body.vectors import Quaternion, frame_of
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
@@ -21,24 +21,24 @@ BOX = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0.
 FACETED = np.array(
     [[x, y, z] for y in (-0.3, 0.3) for x, z in ((-0.02, 0), (0.45, 0), (0.45, 0.5), (-0.34, 0.5), (-0.42, 0.24))]
 )
-"""A block whose left side begins with a facet that comes down at 31°; it tips to the left at 17.6°, to the right at
-55.3°, and over its front and back at 48.3°."""
+"""Block with a facet at the foot of its left side that touches the ground at 31°. Tipping angles: 17.6° to the left,
+55.3° to the right, 48.3° to front and back."""
 
 
 @pytest.mark.parametrize(
     ("push", "azimuth"), [(18.0, None), (20.0, 180.0), (24.0, 180.0), (25.0, 180.0), (26.0, 0.0), (30.0, 0.0)]
 )
-def test_a_block_with_a_low_facet_has_fallen_by_the_side_over_which_it_leans(
+def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
     push: float, azimuth: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """At 25 m/s² it leans by 37° to the right, comes back, and lies on its facet at the left."""
+    """At 25 m/s² the block leans 37° to the right, comes back, and ends on its facet at the left."""
     shaking = np.zeros(1500)
     shaking[50:100] = -push
     motion = Motion(shaking, 0 * shaking, sampling_interval=0.004, trust_data=True)
     same = {"orientation_deg": 0.0, "friction": 2.0}
     found = simulate_arrays(motion, Body(Polyhedron(FACETED)), **(same | {"orientation_deg": [0.0], "friction": [2.0]}))
     assert found["overturned"].item() == (azimuth is not None)
-    # The longer computation: nothing counts as a fall before 80°.
+    # The same case with a fall tilt of 80°, which is simulated for longer.
     real = polyhedron._resting_faces
     monkeypatch.setattr(polyhedron, "_resting_faces", lambda hull, size: (np.radians(80.0), real(hull, size)[1]))
     path = trajectory(motion, Body(Polyhedron(FACETED, "longer")), **same)
@@ -54,24 +54,24 @@ def test_a_block_with_a_low_facet_has_fallen_by_the_side_over_which_it_leans(
 
 @njit
 def is_fallen(w: float, x: float, y: float, least: float, sectors: np.ndarray) -> bool:
-    """The kernel's answer for a body turned about a level axis."""
-    return bool(has_fallen(frame_of(Quaternion(w, x, y, 0.0)), Stance(0.0, 1.0, least, 1.0, 0.0), sectors))
+    """True if the kernel counts a body rotated about a horizontal axis as fallen."""
+    return bool(has_fallen(frame_of(Quaternion(w, x, y, 0.0)), TerminationLimits(0.0, 1.0, least, 1.0, 0.0), sectors))
 
 
 def counts(stone: Solid, turn: float, tilt: float) -> bool:
-    """True if a body that leans in a direction has fallen by the kernel."""
+    """True if the kernel counts a body that leans by `tilt` in the direction `turn` (rad) as fallen."""
     half, least = 0.5 * tilt, np.cos(0.999 * stone.fall_tilt)
     return is_fallen(np.cos(half), -np.sin(turn) * np.sin(half), np.cos(turn) * np.sin(half), least, stone.sectors)
 
 
 def lowest(points: np.ndarray, turn: float, tilt: float) -> float:
-    """Height of the centre over the level on which a body lies, leaning in a direction."""
+    """Return the height of the centre above the ground of a body that leans by `tilt` in the direction `turn` (rad)."""
     down = np.array([np.cos(turn) * np.sin(tilt), np.sin(turn) * np.sin(tilt), -np.cos(tilt)])
     return float((points @ down).max())
 
 
 def rolls_back(points: np.ndarray, turn: float, tilt: float) -> bool:
-    """True if the body, put down there, rolls downhill back onto its base; by steps that lower the centre."""
+    """True if a body released at this lean rolls back onto its base; found by steps that lower the centre."""
     down = np.array([np.cos(turn) * np.sin(tilt), np.sin(turn) * np.sin(tilt), -np.cos(tilt)])
     rng, step = np.random.default_rng(0), 0.02
     while step > 1e-5:
@@ -86,8 +86,8 @@ def rolls_back(points: np.ndarray, turn: float, tilt: float) -> bool:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_tilt_of_a_fall_is_where_a_body_rests_in_the_direction_in_which_it_leans(seed: int) -> None:
-    """Seen from the side: where its centre is lowest again, and whence it does not roll back; not before any face."""
+def test_the_fall_tilt_is_the_next_rest_tilt_in_the_direction_of_the_lean(seed: int) -> None:
+    """In that direction the centre has a minimum there from which the body does not roll back; at least `fall_tilt`."""
     rng = np.random.default_rng(seed)
     lump = rng.normal(size=(14, 3))
     lump = lump / np.linalg.norm(lump, axis=1)[:, None] * [0.3, 0.25, 0.25]
@@ -110,11 +110,11 @@ def test_the_tilt_of_a_fall_is_where_a_body_rests_in_the_direction_in_which_it_l
             assert lowest(stone.points, turn, tilt) == pytest.approx(lowest(hull.points, turn, tilt), abs=1e-9)
         for tilt, expected in ((0.998 * limit - 2e-3, False), (limit + 2e-3, True)):
             assert counts(stone, turn, tilt) == expected, (np.degrees(turn), np.degrees(tilt))
-    for face in stone.faces:  # until it is down
+    for face in stone.faces:  # lying on a face is a fall
         assert counts(stone, np.arctan2(face[1], face[0]), np.arccos(-face[2]))
 
 
-def test_shapes_that_fall_alike_all_round_have_one_tilt() -> None:
+def test_rotationally_symmetric_shapes_have_one_fall_tilt() -> None:
     wider = np.array([[x * s, y * s, z] for s, z in ((0.2, 0.0), (0.3, 0.9)) for x in (-1, 1) for y in (-1, 1)])
     for shape in (Polyhedron(BOX), Polyhedron(wider), Rectangle(), Regular(8), Circle()):
         assert len(shape.body(0.6, 0.4, 1.0).sectors) == 0, shape.name

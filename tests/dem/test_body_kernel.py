@@ -1,4 +1,4 @@
-"""The kernel in space: equal to the plane's, mirror images, the same bits in any company, the stable step, energy."""
+"""The 3-D kernel: agreement with the 2-D kernel, symmetry, reproducible bits, stable step, and energy balance."""
 
 from dataclasses import replace
 
@@ -32,7 +32,7 @@ NAMES = [item.name for item in BODY_VARIABLES if item.name != "repeated"]
 
 
 def part(number: int) -> Motion:
-    """The strong part of a near-field record, with some vertical motion."""
+    """Return the strong part of a near-field record, with artificial vertical motion."""
     motion = strong_part(number, 8.0, 12.0)
     up = 0.4 * (motion.north - motion.east)
     return Motion(motion.north, motion.east, up, sampling_interval=motion.sampling_interval)
@@ -44,7 +44,7 @@ pytestmark = pytest.mark.usefixtures("both_schemes_in_space")
 
 @pytest.mark.long
 @pytest.mark.parametrize("number", [1, 7])
-def test_motion_along_a_face_normal_equals_the_plane(number: int) -> None:
+def test_motion_along_a_face_normal_equals_the_2d_model(number: int) -> None:
     motion, normal, _ = near_field(number)
     along = motion.along(normal)
     motion = Motion(along, 0.0 * along, sampling_interval=motion.sampling_interval)
@@ -60,7 +60,7 @@ def test_motion_along_a_face_normal_equals_the_plane(number: int) -> None:
     stood = plane["overturned"] == 0
     peak = plane["peak_rotation"] * np.degrees(np.arctan(plane_ratio(grid)))
     np.testing.assert_allclose(in_space["peak_tilt"][stood], peak[stood], rtol=1e-6)
-    # Over the same work, or the same barrier where that is more.
+    # Both errors are relative to the same work, or to the same energy barrier if that is larger.
     np.testing.assert_allclose(in_space["energy_error"], plane["energy_error"], rtol=0.02, atol=1e-8)
 
 
@@ -80,7 +80,7 @@ def test_orientations_that_symmetry_makes_equal_are_computed_once() -> None:
     np.testing.assert_allclose(found["fall_azimuth"], every["fall_azimuth"], atol=0.1)
 
 
-def test_company_order_and_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_results_do_not_depend_on_order_threads_or_other_cases(monkeypatch: pytest.MonkeyPatch) -> None:
     motion = part(10)
     grid = {"height": [0.5, 0.8], "b_over_h": [0.2, 0.35], "friction": [0.5]}
     turned = np.arange(0.0, 90.0, 6.0)
@@ -101,17 +101,17 @@ SHAPES = [(Rectangle(), 0.4, 1.0), (Rectangle(), 1.5, 2.0), (Regular(5), 0.3, 1.
 
 @pytest.mark.long
 @pytest.mark.parametrize(("shape", "ratio", "aspect"), SHAPES, ids=lambda value: getattr(value, "name", str(value)))
-def test_the_stable_step_is_the_limit(
+def test_steps_above_the_stable_limit_are_unstable(
     shape: object, ratio: float, aspect: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(balance, "MAX_RERUNS", 0)  # a finer step would mend it
+    monkeypatch.setattr(balance, "MAX_RERUNS", 0)  # a rerun with finer steps would be stable
     body = shape.body(0.6, ratio, aspect)
     normal, _, dashpot = SOFT.specific(body)
     mode = highest_mode(body)
     limit = float(stable_step(Scheme.CUNDALL, np.array(normal * mode), np.array(dashpot * mode)))
     sunk = STANDARD_GRAVITY / (body.base * normal)
     for share, grows in ((0.95, False), (1.05, True)):
-        # A sample a step, since a plan would refuse a longer one; pressed in so deep that nothing leaves the base.
+        # One step per sample, since a plan would refuse a longer step; all contacts stay closed.
         motion = level(400 * share * limit, share * limit)
         slow = 1e-4 * sunk * np.sqrt(normal)
         turning = tuple(slow / body.foot * np.array([1.0, 0.7, 0.3]))
@@ -127,20 +127,20 @@ def test_the_stable_step_is_the_limit(
         assert (not late < 10.0 * early) == grows, (share, early, late)
 
 
-def test_a_body_on_an_edge_or_a_vertex_is_slower() -> None:
+def test_the_highest_mode_is_not_exceeded_on_an_edge_or_a_vertex() -> None:
     body = Rectangle().body(0.6, 0.4, 1.3)
     whole = highest_mode(body)
     for kept in ([0, 1], [1, 2], [2]):
         part_of = replace(body, points=body.points[[0, 1, 2, 3]], facets=(np.array(kept),))
         assert highest_mode(part_of) == whole
-    # One vertex: mass and inertia as seen from it.
+    # On a single vertex: mass and inertia reduced to it.
     r = body.points[0]
     cross = np.array([[0, r[2], -r[1]], [-r[2], 0, r[0]], [r[1], -r[0], 0]])
     alone = np.linalg.eigvalsh(np.eye(3) + cross @ np.linalg.inv(body.inertia) @ cross.T).max()
     assert 1.0 < alone < whole
 
 
-def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_case_whose_energy_does_not_balance_is_rerun_with_shorter_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     grid = {"orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.35], "friction": [0.4]}
     first, finer = (
         simulate_arrays(part(10), "rectangle", refinement=times, **grid) for times in (1, balance.RERUN_REFINEMENT)
@@ -158,7 +158,7 @@ def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(monkeyp
     path = trajectory(part(10), "rectangle", **cell)
     assert path.attrs["block_steps"] == found["block_steps"][1, 0, 0, 0, 0]
     assert (np.diff(path.time) > 0).all()
-    # Where nothing helps the case is marked.
+    # A case that never balances is marked.
     monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
     marked = simulate_arrays(part(10), "rectangle", **{name: [value] for name, value in cell.items()})
     assert (marked["status"].item(), marked["overturned"].item()) == (Status.UNSTABLE, INT8_MISSING)

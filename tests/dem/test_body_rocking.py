@@ -1,4 +1,4 @@
-"""A box that rocks in space, over corners and edges and through impacts, against a plain loop of the same equations."""
+"""A 3-D box rocking over corners and edges and through impacts, against an independent loop of the same equations."""
 
 import numpy as np
 import pytest
@@ -23,10 +23,10 @@ pytestmark = pytest.mark.long
         (0.25, 1.0, 3.0, 6.0, 0.5, 0.3),
     ],
 )
-def test_a_shaken_box_moves_as_the_equations_say(
+def test_a_shaken_box_agrees_with_an_independent_integration(
     b_over_h: float, aspect: float, amplitude: float, rate: float, friction: float, vertical: float
 ) -> None:
-    """Two cycles northwards and another frequency eastwards, until it leans by 0.6."""
+    """Two cycles to the north and another frequency to the east; compared until the box leans by 0.6."""
     time, height, orientation = np.arange(250) * 0.01, 0.8, 20.0
     north, east = (
         np.where(time < 4 * np.pi / rate, peak * np.sin(factor * rate * time), 0.0)

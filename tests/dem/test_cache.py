@@ -1,4 +1,4 @@
-"""Compiled kernels are kept for the next process, and a torn file of theirs is a miss."""
+"""Cache of compiled kernels: reuse by the next process, damaged files, edited sources, and isolation from Numba."""
 
 import os
 import runpy
@@ -23,20 +23,20 @@ def test_a_damaged_cache_file_is_a_miss(tmp_path: Path, monkeypatch: pytest.Monk
     (tmp_path / "tiny.py").write_text("def twice(x):\n    return 2 * x\n", encoding="utf-8")
 
     def compiled() -> tuple[int, int]:
-        """Compile anew what a fresh process would, and tell how often the cache had it and how often not."""
-        kept = keep_compiled(numba.njit(runpy.run_path(str(tmp_path / "tiny.py"))["twice"]))
-        assert kept(21.0) == 42.0
-        return sum(kept.stats.cache_hits.values()), sum(kept.stats.cache_misses.values())
+        """Compile like a fresh process; return the numbers of cache hits and misses."""
+        cached = keep_compiled(numba.njit(runpy.run_path(str(tmp_path / "tiny.py"))["twice"]))
+        assert cached(21.0) == 42.0
+        return sum(cached.stats.cache_hits.values()), sum(cached.stats.cache_misses.values())
 
     assert compiled() == (0, 1)
     assert compiled() == (1, 0)
     for ending in ("nbc", "nbi"):
-        (torn,) = (tmp_path / "cache").rglob(f"*.{ending}")
-        kept = torn.read_bytes()
-        changed = bytearray(kept)
-        changed[len(kept) // 2] ^= 1
-        for damaged in (kept[:100], kept[:-1], b"", bytes(changed)):
-            torn.write_bytes(damaged)
+        (file,) = (tmp_path / "cache").rglob(f"*.{ending}")
+        content = file.read_bytes()
+        changed = bytearray(content)
+        changed[len(content) // 2] ^= 1
+        for damaged in (content[:100], content[:-1], b"", bytes(changed)):
+            file.write_bytes(damaged)
             assert compiled() == (0, 1)
             assert compiled() == (1, 0)
 
@@ -49,7 +49,7 @@ def test_an_inner_function_works_for_compiled_callers_and_refuses_python() -> No
 
 
 def test_the_package_changes_nothing_in_numba_or_llvm_for_others() -> None:
-    """What other code of the process compiles with: classes, options and settings are the same with the package."""
+    """Numba's classes, options and settings, which other code compiles with, are the same before and after import."""
     program = """if True:
         import gc, sys
         import numba, numba.core.codegen, numba.core.compiler, numba.core.cpu, numba.core.dispatcher, numba.core.options
@@ -78,17 +78,17 @@ def test_the_package_changes_nothing_in_numba_or_llvm_for_others() -> None:
     assert [path for path in package.rglob("*.py") if "set_option(" in path.read_text(encoding="utf-8")] == []
 
 
-def test_what_was_edited_after_it_was_imported_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_kernel_edited_after_import_is_not_cached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     module = tmp_path / "tiny.py"
     module.write_text("def twice(x):\n    return 2 * x\n", encoding="utf-8")
-    kept = keep_compiled(numba.njit(runpy.run_path(str(module))["twice"]))
+    twice = keep_compiled(numba.njit(runpy.run_path(str(module))["twice"]))
     module.write_text("def twice(x):\n    return x + x + 1\n", encoding="utf-8")
-    assert kept(21.0) == 42.0
+    assert twice(21.0) == 42.0
     assert list((tmp_path / "cache").rglob("*.nbi")) == []
 
 
-def test_the_kernel_is_kept_for_the_next_process() -> None:
+def test_a_compiled_kernel_is_cached_for_the_next_process() -> None:
     wave = 4.0 * np.sin(0.1 * np.arange(200))
     case = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3], "friction": [1.0]}
     simulate_arrays(Motion(wave, 0 * wave, sampling_interval=0.01), **case)
@@ -97,8 +97,8 @@ def test_the_kernel_is_kept_for_the_next_process() -> None:
 
 
 @pytest.mark.long
-def test_variants_that_different_processes_have_compiled_do_not_answer_for_each_other(tmp_path: Path) -> None:
-    """Blocks on a level base and on one that also moves up, each compiled by its own process; a third loads both."""
+def test_kernel_variants_compiled_by_different_processes_are_not_confused(tmp_path: Path) -> None:
+    """Kernels with and without vertical motion are compiled by two processes; a third process loads both."""
     program = """if True:
         import sys
         import numpy as np
@@ -122,10 +122,10 @@ def test_variants_that_different_processes_have_compiled_do_not_answer_for_each_
     assert run("level") + run("up") == run("level", "up")
 
 
-def test_all_that_kernels_import_names_the_folder_of_the_cache() -> None:
-    """A constant of a module that is compiled in, but not hashed, would be answered by a stale kernel."""
+def test_the_cache_folder_depends_on_all_modules_that_kernels_import() -> None:
+    """A compiled-in constant of a module that is not hashed would leave a stale kernel in use."""
     for name, path in modules().items():
         if name.startswith("overturning.dem.") and "numba" in path.read_text(encoding="utf-8"):
-            types = {"overturning.arrays", "overturning.motion.motion"}  # nothing of them is compiled
+            types = {"overturning.arrays", "overturning.motion.motion"}  # nothing in them is compiled
             assert {modules()[other] for other in imports(name) - types} <= {*cache._COMPILED}, name
     assert queue.run_queue._cache._cache_path == str(cache_directory())

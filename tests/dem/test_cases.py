@@ -1,4 +1,4 @@
-"""What `run_cases` promises: amplitudes, tilts, progress, threads, free flight, the cache."""
+"""`run_cases`: amplitudes, initial tilts, progress, free flight, the kernel cache, and imports."""
 
 import subprocess
 import sys
@@ -31,7 +31,7 @@ def test_damping_factor_changes_the_contact() -> None:
     assert found.peak_rotation[0] != found.peak_rotation[1]
 
 
-def test_initial_tilt_has_a_side() -> None:
+def test_the_sign_of_the_initial_tilt_is_its_side() -> None:
     still = Motion(0 * T, 0 * T, sampling_interval=0.01)
     found = run_cases(still, Cases(0.0, 0.6, 0.3, 1.0, initial_tilt=[0.1, -0.1]))
     np.testing.assert_allclose(found.peak_rotation, 0.1 / np.arctan(0.3), rtol=1e-6)
@@ -52,7 +52,7 @@ def test_progress_counts_block_steps_up_to_the_whole() -> None:
         Motion(4.0 * WAVE, 0 * T, sampling_interval=0.01), Cases(0.0, 0.6, np.linspace(0.1, 0.5, 50), 0.5),
         progress=lambda done, total: calls.append((done, total)),
     )  # fmt: skip
-    assert calls[-1][0] == calls[-1][1] >= found.block_steps.sum(), "what is over early is done, too"
+    assert calls[-1][0] == calls[-1][1] >= found.block_steps.sum(), "steps of cases that end early count as done"
     assert [done for done, _ in calls] == sorted(done for done, _ in calls)
     assert found.block_steps.sum() > 0
 
@@ -65,8 +65,8 @@ def test_the_cache_folder_is_named_after_the_kernels_sources(tmp_path: Path) -> 
     assert cache_directory().name.startswith("overturning-")
 
 
-def test_a_first_answer_imports_nothing_expensive() -> None:
-    """Where the kernel was compiled before: what compiling needs, figures and dask stay where they are."""
+def test_a_first_simulation_imports_nothing_expensive() -> None:
+    """With a cached kernel, modules for compilation, figures and dask are not imported."""
     program = """if True:
         import sys
         import numpy as np

@@ -1,4 +1,4 @@
-"""The kernel against closed forms: signs, thresholds, free rocking, sliding, bouncing."""
+"""The kernels against closed forms: signs, thresholds, free rocking, sliding, bouncing, flat landings."""
 
 import numpy as np
 import pytest
@@ -29,20 +29,20 @@ QUIET = np.zeros(400)
 
 
 def ramp(height: float, seconds: float, upward: float = 0.0) -> Motion:
-    """North acceleration that rises steadily to a height, m/s², after a second in which the upward one sets in."""
+    """Return a north acceleration that rises linearly to `height` (m/s²), after 1 s in which `upward` is reached."""
     t = np.arange(int((seconds + 1.0) / 0.005) + 1) * 0.005
     up = upward * np.minimum(t, 1.0)
     north = height * np.clip((t - 1.0) / seconds, 0.0, 1.0)
     return Motion(north, 0 * north, up, sampling_interval=0.005, trust_data=True)
 
 
-def test_a_base_that_accelerates_steadily_towards_s_throws_the_block_towards_minus_s() -> None:
+def test_a_steady_base_acceleration_throws_the_block_the_opposite_way() -> None:
     steady = Motion(np.full(400, 4.0), QUIET, sampling_interval=0.005)
     found = run_cases(steady, Cases([0.0, 180.0, 90.0], 0.6, 0.2, 1.0))
     assert found.overturned.tolist() == [-1, 1, 0]
 
 
-def test_at_rest_nothing_moves_for_a_minute() -> None:
+def test_a_block_at_rest_does_not_creep_within_a_minute() -> None:
     minute = np.zeros(6001)
     path = trajectory(
         Motion(minute, minute, sampling_interval=0.01),
@@ -57,7 +57,7 @@ def test_at_rest_nothing_moves_for_a_minute() -> None:
 @pytest.mark.parametrize("b_over_h", [0.1, 0.25, 0.5])
 @pytest.mark.parametrize(("seconds", "penetration"), [(20.0, 2e-5), (4.0, 2e-6), (1.0, 2e-7)])
 def test_uplift_begins_at_the_threshold(b_over_h: float, upward: float, seconds: float, penetration: float) -> None:
-    # The softer the contact, the later the corner follows: 2 ξ/ω behind the load.
+    # The corner lags 2 ξ/ω behind the load: longer for a softer contact.
     threshold = uplift_acceleration(b_over_h, upward)
     path = trajectory(
         ramp(1.2 * threshold, seconds, upward),
@@ -68,7 +68,7 @@ def test_uplift_begins_at_the_threshold(b_over_h: float, upward: float, seconds:
         friction=10.0,
         leave_out=False,
     )
-    # The corner towards +s is the one that comes off, when its penetration is gone.
+    # The corner towards +s lifts off, when its penetration reaches 0.
     left = int(np.argmax(depths(path)[1] <= 0.0))
     assert left > 0
     assert float(path.ground_acceleration[left]) == pytest.approx(threshold, rel=1e-3)
@@ -87,7 +87,7 @@ def test_both_corners_slip_at_the_threshold(friction: float, upward: float) -> N
         friction=friction,
         leave_out=False,
     )
-    # Sliding is seen from its speed: beyond the threshold it is the integral of the excess of a ramp.
+    # The onset follows from the speed, which is the integral of the ramp's excess over the threshold.
     time, speed = path.time.values, -stone(path).velocity_x.values
     late = speed > 0.02
     start = time[late] - np.sqrt(2.0 * speed[late] / (1.1 * threshold / 8.0))
@@ -104,7 +104,7 @@ def test_upward_acceleration_shifts_thresholds() -> None:
 
 
 @pytest.mark.parametrize(("b_over_h", "amplitude"), [(0.1, 5e-3), (0.2, 5e-3), (0.3, 5e-3), (0.4, 1e-2), (0.5, 2e-2)])
-def test_free_rocking(b_over_h: float, amplitude: float) -> None:
+def test_free_rocking_agrees_with_housner(b_over_h: float, amplitude: float) -> None:
     height, tilt = 1.0, 0.5 * float(np.arctan(b_over_h))
     fine = Motion(np.zeros(1500), np.zeros(1500), sampling_interval=0.001)
     path = trajectory(
@@ -154,7 +154,7 @@ def test_sliding_under_a_pulse(friction: float, period: float) -> None:
 
 
 def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
-    # Half a second of a_up = −1.2 g lifts the block at 0.2 g off its base; then it falls freely.
+    # a_up = −1.2 g for 0.2 s lifts the block off its base with 0.2 g; then it falls freely.
     interval, lifted = 0.001, 0.2 * STANDARD_GRAVITY
     t = np.arange(2500) * interval
     up = np.where(t < 0.2, -STANDARD_GRAVITY - lifted, 0.0)
@@ -165,14 +165,14 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
         time_step="0.02 stable",
     )  # fmt: skip
     height, time = stone(path).z.values, path.time.values
-    # Free flight: the last sample before touch gives the speed at touch by energy.
+    # Free flight: the speed at touch follows from the energy at the last sample before.
     touch = int(np.argmax((time > 0.3) & (depths(path)[0] > 0))) - 1
     gap, fall = -depths(path)[0][touch], -stone(path).velocity_z.values[touch]
     speed = float(np.sqrt(fall**2 + 2 * STANDARD_GRAVITY * gap))
     normal, _, dashpot = contact.specific(0.6, 0.6, 2650.0)
     duration, rebound = bounce(speed, 2.0 * float(normal), 2.0 * float(dashpot))
     start = time[touch] + (speed - fall) / STANDARD_GRAVITY
-    # After the rebound it flies again: its highest point is that of the rebound speed.
+    # Its highest point after the rebound follows from the rebound speed.
     away = (time > start + duration + 0.005) & (time < start + duration + 1.5 * rebound / STANDARD_GRAVITY)
     top = height[away].max()
     depth_at_release = float(dashpot) * rebound / float(normal)
@@ -182,13 +182,13 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
 
 
 def pushed(interval: float, friction: float) -> np.ndarray:
-    """Acceleration of the base along s: 2.2 μg for 0.2 s, each end of it a sample long."""
+    """Return the acceleration of the base along s: 2.2 μg for 0.2 s, with ramps of one sample."""
     time = np.arange(0.0, 3.0, interval) - 0.5
     return np.where((time > -1e-9) & (time < 0.2 + 1e-9), 2.2 * friction * STANDARD_GRAVITY, 0.0)
 
 
 def slips(acceleration: np.ndarray, interval: float, heights: list[float], friction: float) -> dict[str, np.ndarray]:
-    """Largest slip of slabs of B/H 3 under a level motion, m, in the three kernels."""
+    """Return the largest slip (m) of slabs of B/H 3 under a horizontal motion in the three kernels, by kernel."""
     motion = Motion(acceleration, 0.0 * acceleration, sampling_interval=interval)
     cases = Cases(0.0, np.array(heights), 3.0, friction)
     found = {
@@ -196,7 +196,7 @@ def slips(acceleration: np.ndarray, interval: float, heights: list[float], frict
         for general in (False, True)
     }
     space = Cases(0.0, np.array(heights), 3.0, friction)
-    return found | {"space": run(shape_of("rectangle"), motion, space).peak_slip}
+    return found | {"body": run(shape_of("rectangle"), motion, space).peak_slip}
 
 
 @pytest.mark.parametrize("interval", [0.02, 0.01, 0.005])
@@ -213,7 +213,7 @@ def test_a_slab_under_coarse_samples_slides_as_far_as_the_sliding_block(interval
      (10, 147, 0.5), (10, 107, 0.35), (7, 27, 0.35), (7, 107, 0.5)],
 )  # fmt: skip
 def test_a_slab_slides_as_far_under_a_record_and_its_interpolation(number: int, azimuth: int, friction: float) -> None:
-    """Records at 0.02 s, slabs 0.6 to 10 m high: the sliding block's answer, and the same from points between."""
+    """Slabs 0.6 to 10 m high under records at 0.02 s, and interpolated to 0.01 s, slip like the rigid sliding block."""
     record = near_field(number, pulse=number < 15)[0]
     north, east = direction_cosines(azimuth)
     along = record.north * north + record.east * east
@@ -225,7 +225,7 @@ def test_a_slab_slides_as_far_under_a_record_and_its_interpolation(number: int, 
 
 
 def test_a_squat_block_lands_and_stays() -> None:
-    """Of B/H 0.428 under Sepulveda it rocks as far as Housner's block: what lands must not hop."""
+    """At B/H 0.428 under Sepulveda the peak rotation equals that of Housner's block; landings must not bounce."""
     record, height, b_over_h = near_field(23, pulse=False)[0], 1.597, 0.428
     north, east = direction_cosines(41.24)
     along = 1.4508 * (record.north * north + record.east * east)
@@ -242,10 +242,10 @@ def test_a_squat_block_lands_and_stays() -> None:
 
 
 def stays_flat(along: np.ndarray, up: np.ndarray, interval: float, friction: float) -> float:
-    """Compute the slip of a block that slides, flies and lands without rotation, m, with 200 steps a sample.
+    """Compute the slip (m) of a block that slides, flies and lands without rotation, with 200 steps per sample.
 
-    A plastic landing at the velocity v takes µ·v of the velocity along the ground, at most all of it. The computation
-    goes on for 3 s after the record.
+    A plastic landing at velocity v reduces the horizontal velocity by µ·v, at most to zero. The computation continues
+    for 3 s after the record.
     """
     share, x, z, vx, vz = 200, 0.0, 0.0, 0.0, 0.0
     dt = interval / share
@@ -266,7 +266,7 @@ def stays_flat(along: np.ndarray, up: np.ndarray, interval: float, friction: flo
 @pytest.mark.parametrize("general", [False, True])
 @pytest.mark.parametrize("seed", [0, 4, 6])
 def test_a_block_stays_flat_in_noise_that_throws_it_up(seed: int, general: bool, scheme: str) -> None:
-    """With vertical noise up to 2 g the block flies and lands tens of times; with µ < B/H it only slides."""
+    """With vertical noise up to 2 g the block flies and lands many times; with µ < B/H it only slides."""
     generator = np.random.default_rng(seed)
     along, up = (np.append(generator.uniform(-peak, peak, 120), 0.0) for peak in (8.0, 20.0))
     motion = Motion(along, 0 * along, up, sampling_interval=0.026, trust_data=True)
@@ -292,7 +292,7 @@ def test_a_block_stays_flat_in_noise_that_throws_it_up(seed: int, general: bool,
 def test_a_block_that_lands_flat_while_it_slides_stays_flat(
     b_over_h: float, friction: float, lift: float, push: float, general: bool, scheme: str
 ) -> None:
-    """It is thrown up and lands with µ < B/H: the impulse lies within its base, so that no end lifts."""
+    """The block is thrown up and lands with µ < B/H: the impulse acts within its base, so that no end lifts."""
     along, up = np.zeros(400), np.zeros(400)
     along[95:130], up[100:130] = push * STANDARD_GRAVITY, -lift * STANDARD_GRAVITY
     motion = Motion(along, 0 * along, up, sampling_interval=0.01, trust_data=True)

@@ -1,4 +1,4 @@
-"""Cases on a dask cluster of two processes: the bits of one process, also where a worker is killed on the way."""
+"""Cases on a dask cluster of two processes: bit-equal to one process, also if a worker is killed."""
 
 import os
 import signal
@@ -41,12 +41,12 @@ def test_a_sweep_on_a_cluster_has_the_bits_of_one_process(client: Client) -> Non
         np.testing.assert_array_equal(two[name], values)
 
 
-def test_a_worker_killed_on_the_way_costs_time_and_no_result(client: Client) -> None:
+def test_a_killed_worker_loses_no_result(client: Client) -> None:
     killed = []
 
     def kill_one(done: int, total: int) -> None:
         if not killed:
-            assert done < total, "nothing was left to do"
+            assert done < total, "the worker was killed too late: no tasks were left"
             killed.append(next(iter(client.run(os.getpid).values())))
             os.kill(killed[0], signal.SIGKILL)
 
@@ -57,7 +57,7 @@ def test_a_worker_killed_on_the_way_costs_time_and_no_result(client: Client) -> 
         np.testing.assert_array_equal(getattr(spread, name), values)
 
 
-def test_what_is_wrong_on_a_worker_is_said_here(client: Client) -> None:
+def test_an_error_on_a_worker_is_raised_locally(client: Client) -> None:
     with pytest.raises(ArgumentError, match="time_step"):
         overturning.run_cases(MOTION, cases(), client=client, time_step=-1.0)
     with pytest.raises(ArgumentError, match=r"client: str; give a dask.distributed.Client\(\)"):

@@ -10,5 +10,5 @@ KNOWN = json.loads(FILE.read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("name", OUTCOMES)
-def test_outcomes_have_the_bits_of_the_last_version(name: str) -> None:
+def test_outcomes_are_bit_equal_to_the_last_version(name: str) -> None:
     assert digest(name) == KNOWN[name], "changed on purpose? Name it in CHANGELOG.md; python -m tests.dem.digests"

@@ -1,8 +1,7 @@
-"""What changes nothing in mechanics changes no answer: similarity, rotation, mirror, quiet samples, interpolation.
+"""Invariances of mechanics: similarity, rotation, mirror image, quiet samples and interpolation change no outcome.
 
-On real records, and in each kernel. A rocking body amplifies what it is given, so the cells that are compared are the
-robust ones: their fall, its direction and the peak stay what they are when the whole motion is made 1 % stronger or
-weaker.
+Tested on real records with each kernel. A rocking body amplifies small differences, so only robust cells are compared:
+those whose fall, fall direction and peak do not change when the whole motion is 1 % stronger or weaker.
 """
 
 from collections.abc import Callable
@@ -24,41 +23,39 @@ from tests.dem.polygon_scenes import shipped
 RECORDS = (7, pytest.param(10, marks=pytest.mark.long))
 TURN = 33.0
 SIMILAR = 1.7
-"""Factor on lengths; its root is not a number of few digits, so nothing is scaled exactly."""
+"""Factor on lengths; its root is irrational, so that scaled numbers are rounded."""
 
 
 BEARING = 8.0
-"""By how many degrees a fall's direction may differ in a robust cell."""
+"""Largest difference of the fall direction in a robust cell, degrees."""
 
 
 @dataclass(frozen=True)
-class Found:
-    """Cells of any kernel, one row each, of a scene one row for each element."""
+class CellOutcomes:
+    """Outcomes of cells of any kernel, one row per cell; for a scene one row per cell and element."""
 
-    fallen: np.ndarray  # −1, 0, 1; in space 0 or 1; missing where undecided
-    azimuth: np.ndarray  # of the fall, degrees, missing where there is none
-    peak: (
-        np.ndarray
-    )  # largest rotation over α; in space tilt in degrees; missing where it is that of a part of the record
-    slip: np.ndarray  # largest, m
+    fallen: np.ndarray  # −1, 0, 1 in 2-D; 0 or 1 in 3-D; missing if undecided
+    azimuth: np.ndarray  # fall direction, degrees; NaN without a fall
+    peak: np.ndarray  # largest rotation over α (2-D) or tilt in degrees (3-D); NaN if the case ended before its record
+    slip: np.ndarray  # largest slip, m
 
     @property
     def stands(self) -> np.ndarray:
         return self.fallen == 0
 
 
-Model = Callable[..., Found]
+Model = Callable[..., CellOutcomes]
 
 
-def in_planes(height: float, **options: Any) -> Model:
-    """A block or scene in planes; its height is that of the reference element.
+def model_2d(height: float, **options: Any) -> Model:
+    """Return a function that simulates cells of a block or scene whose reference element has a height (m).
 
-    With `leave_out` a scene in which something has fallen ends before its record, and so do the peaks of what stands.
+    With `leave_out` a scene case may end before its record after a fall; the peaks of standing elements are then NaN.
     """
     grid = {"b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8], **options}
     to_the_end = "model" not in grid or not grid.get("leave_out", True)
 
-    def found(motion: Motion, turn: float = 0.0, scale: float = 1.0, **more: Any) -> Found:
+    def simulated(motion: Motion, turn: float = 0.0, scale: float = 1.0, **more: Any) -> CellOutcomes:
         azimuth = turn + np.arange(10.0, 370.0, 40.0)
         cells = simulate_arrays(motion, azimuth_deg=azimuth, height=[scale * height], **grid | more)
         fallen = cells["overturned"]
@@ -68,40 +65,40 @@ def in_planes(height: float, **options: Any) -> Model:
         ahead = azimuth.reshape(-1, *[1] * (fallen.ndim - 1))
         towards = np.where(fallen > 0, ahead, ahead + 180.0) % 360.0
         towards = np.where(fallen != 0, towards, np.nan)
-        return Found(*(a.ravel() for a in (fallen, towards, peak, cells["peak_slip"])))
+        return CellOutcomes(*(a.ravel() for a in (fallen, towards, peak, cells["peak_slip"])))
 
-    return found
+    return simulated
 
 
-def in_space(strength: float, body: str | int, **options: Any) -> Model:
-    """A body in space under a motion times its strength."""
+def model_3d(strength: float, body: str | int, **options: Any) -> Model:
+    """Return a function that simulates cells of a 3-D body under a motion multiplied by `strength`."""
     grid = {"b_over_h": [0.15, 0.25, 0.35], "friction": [0.4, 0.8], **options}
 
-    def found(motion: Motion, turn: float = 0.0, scale: float = 1.0) -> Found:
+    def simulated(motion: Motion, turn: float = 0.0, scale: float = 1.0) -> CellOutcomes:
         orientation = [turn] if body == "circle" else turn + np.arange(10.0, 90.0, 15.0)
         motion = motion.times(strength)
         cells = simulate_arrays(motion, body, orientation_deg=orientation, height=[scale * 0.6], **grid)
         assert not np.isnan(cells["peak_tilt"][cells["overturned"] != INT8_MISSING]).any()
-        return Found(*(cells[name].ravel() for name in ("overturned", "fall_azimuth", "peak_tilt", "peak_slip")))
+        return CellOutcomes(*(cells[name].ravel() for name in ("overturned", "fall_azimuth", "peak_tilt", "peak_slip")))
 
-    return found
+    return simulated
 
 
 TIERS = {"model": shipped("three-tier"), "b_over_h": [0.2, 0.3, 0.38], "friction": [0.7]}
 MODELS: dict[str, Model] = {
-    "block": in_planes(0.6),
-    "block, general kernel": in_planes(0.6, general=True, b_over_h=[0.2, 0.35, 0.5], friction=[0.6]),
-    "three-tier": in_planes(0.636, **TIERS),
-    "three-tier, to its end": in_planes(0.636, leave_out=False, **TIERS),
-    "rectangle in space": in_space(0.7, body="rectangle", aspect=[1.0, 1.5]),
-    "octagon in space": in_space(0.5, body=8, b_over_h=[0.2, 0.3, 0.4, 0.5]),
-    "cylinder in space": in_space(0.5, body="circle", b_over_h=np.arange(0.1, 0.6, 0.02)),
+    "block": model_2d(0.6),
+    "block, scene kernel": model_2d(0.6, general=True, b_over_h=[0.2, 0.35, 0.5], friction=[0.6]),
+    "three-tier": model_2d(0.636, **TIERS),
+    "three-tier, to its end": model_2d(0.636, leave_out=False, **TIERS),
+    "3-D rectangle": model_3d(0.7, body="rectangle", aspect=[1.0, 1.5]),
+    "3-D octagon": model_3d(0.5, body=8, b_over_h=[0.2, 0.3, 0.4, 0.5]),
+    "3-D cylinder": model_3d(0.5, body="circle", b_over_h=np.arange(0.1, 0.6, 0.02)),
 }
 
 
 @cache
 def strong_part(number: int) -> Motion:
-    """Eight seconds around a record's peak, with some vertical motion, from rest to rest."""
+    """Return eight seconds around a record's peak, with artificial vertical motion, zero at both ends."""
     motion, _, _ = near_field(number)
     peak, around = int(np.argmax(np.hypot(motion.north, motion.east))), round(4.0 / motion.sampling_interval)
     north, east = (part[max(peak - around, 0) : peak + around].copy() for part in (motion.north, motion.east))
@@ -111,33 +108,33 @@ def strong_part(number: int) -> Motion:
 
 
 @cache
-def reference(model: str, number: int) -> tuple[Found, np.ndarray]:
-    """The cells, and which of them are robust."""
+def reference(model: str, number: int) -> tuple[CellOutcomes, np.ndarray]:
+    """Return the outcomes under a record, and a mask of the robust cells."""
     motion = strong_part(number)
     found, *others = (MODELS[model](motion.times(factor)) for factor in (1.0, 0.99, 1.01))
-    # A cylinder may roll on its rim for longer than it is followed.
+    # A cylinder may roll on its rim beyond the end of the simulation.
     robust = found.fallen != INT8_MISSING
     for other in others:
         robust &= (found.fallen == other.fallen) & (apart(found, other) < BEARING)
         robust &= ~found.stands | ~(np.abs(found.peak - other.peak) >= allowed(found))
-    # Neither few nor of one kind.
+    # Require enough cells, both standing and fallen.
     assert robust.sum() >= 12
     assert 0.0 < found.stands[robust].mean() < 1.0
     return found, robust
 
 
-def allowed(found: Found) -> np.ndarray:
-    """By how much a robust cell's peak may differ: α in planes, degrees in space."""
+def allowed(found: CellOutcomes) -> np.ndarray:
+    """Return the largest difference of a robust cell's peak, over α (2-D) or in degrees (3-D)."""
     return 0.1 * found.peak + 2e-3
 
 
-def apart(one: Found, other: Found, turn: float = 0.0) -> np.ndarray:
-    """Degrees between directions of fall, the other's turned; 0 where one of them has none."""
+def apart(one: CellOutcomes, other: CellOutcomes, turn: float = 0.0) -> np.ndarray:
+    """Return the angle between fall directions, degrees, with `other` rotated back by `turn`; 0 without a fall."""
     return np.nan_to_num(np.abs((other.azimuth - turn - one.azimuth + 180.0) % 360.0 - 180.0))
 
 
 def turned(motion: Motion, turn: float) -> Motion:
-    """The motion turned clockwise from above, degrees."""
+    """Return the motion rotated by `turn` degrees, clockwise from above."""
     c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
     north, east = c * motion.north - s * motion.east, s * motion.north + c * motion.east
     return Motion(north, east, motion.up, sampling_interval=motion.sampling_interval)
@@ -149,14 +146,14 @@ def quiet_before_and_after(motion: Motion) -> Motion:
 
 
 def halved(motion: Motion) -> Motion:
-    """The same piecewise linear motion in samples half as long."""
+    """Return the same piecewise linear motion with half the sampling interval."""
     twice = np.arange(2 * motion.samples - 1) / 2.0
     parts = (np.interp(twice, np.arange(motion.samples), part) for part in (motion.north, motion.east, motion.up))
     return Motion(*parts, sampling_interval=motion.sampling_interval / 2.0)
 
 
 def similar(motion: Motion) -> Motion:
-    """The same accelerations, as long as bodies of other lengths need for the same."""
+    """Return the same accelerations with time scaled by the root of the length scale."""
     interval = motion.sampling_interval * np.sqrt(SIMILAR)
     return Motion(motion.north, motion.east, motion.up, sampling_interval=interval)
 
@@ -172,22 +169,21 @@ CHANGES = {
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize("number", RECORDS)
-def test_unchanged(number: int, change: str, model: str) -> None:
+def test_outcomes_are_invariant(number: int, change: str, model: str) -> None:
     found, robust = reference(model, number)
     by, options = CHANGES[change]
     other = MODELS[model](by(strong_part(number)), **options)
     scale, turn = options.get("scale", 1.0), options.get("turn", 0.0)
     np.testing.assert_array_equal(other.fallen[robust], found.fallen[robust])
     bearings = apart(found, other, turn)[robust]
-    # What rolls on before it falls may yet go another way.
+    # A body that rolls before it falls may fall in another direction.
     assert np.quantile(bearings, 0.9) < 2.0
     assert bearings.max() < 2 * BEARING
     stands = robust & found.stands & ~np.isnan(found.peak)
     differs = np.abs(other.peak - found.peak)
     assert (differs <= allowed(found))[stands].all()
-    # What is not the same to the last digit is so by rounding, which rocking amplifies, by other whole steps where
-    # samples are shorter, and by the creep on springs of 2 s that do not scale: all far less than what 1 % of amplitude
-    # does in most cells.
+    # Remaining differences: rounding, which rocking amplifies; other step lengths if samples are shorter; and creep on
+    # the springs during the 2 s of lead time, which do not scale. All are far below the effect of 1 % of amplitude.
     assert np.median(differs[stands] / (found.peak[stands] + 1e-2)) < 2e-3
     assert np.median(np.abs(other.slip / scale - found.slip)[stands]) < 1e-4
 
@@ -196,8 +192,8 @@ def mirrored(motion: Motion, north: float, east: float) -> Motion:
     return Motion(north * motion.north, east * motion.east, motion.up, sampling_interval=motion.sampling_interval)
 
 
-@pytest.mark.parametrize("model", ["block", "block, general kernel", "three-tier"])
-def test_the_mirror_image_in_planes_is_exact(model: str) -> None:
+@pytest.mark.parametrize("model", ["block", "block, scene kernel", "three-tier"])
+def test_the_mirror_image_of_a_2d_case_is_exact(model: str) -> None:
     motion = strong_part(10)
     found, other = (MODELS[model](one, leave_out=False) for one in (motion, mirrored(motion, -1, -1)))
     assert not found.stands.all()
@@ -209,8 +205,8 @@ def test_the_mirror_image_in_planes_is_exact(model: str) -> None:
 @pytest.mark.usefixtures("both_schemes_in_space")
 @pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
 @pytest.mark.parametrize("body", ["rectangle", "circle"])
-def test_mirror_images_in_space_are_exact(body: int | str, scheme: str) -> None:
-    # Of more vertices the pairs of opposite ones are summed in an order that a mirror turns round.
+def test_the_mirror_images_of_a_3d_case_are_exact(body: int | str, scheme: str) -> None:
+    # With more vertices, a mirror image reverses the order in which pairs of opposite vertices are summed.
     motion = strong_part(10).times(0.6)
     grid = {
         "height": [0.6], "b_over_h": [0.2, 0.4], "aspect": [1.0, 1.5] if body == "rectangle" else [1.0],
@@ -225,7 +221,7 @@ def test_mirror_images_in_space_are_exact(body: int | str, scheme: str) -> None:
         signs = {"residual_slip_north": north, "residual_slip_east": east, "residual_twist": north * east}
         for name, sign in (signs | dict.fromkeys(same, 1)).items():
             np.testing.assert_array_equal(other[name], sign * found[name], err_msg=name)
-    # North and east change places: a square cannot tell, nor can any body that looks the same after 90°.
+    # Exchanging north and east is a symmetry of a square, as of any body with a period of 90°.
     swapped = Motion(motion.east, motion.north, motion.up, sampling_interval=motion.sampling_interval)
     other = simulate_arrays(swapped, orientation_deg=[0.0], **grid)
     square = np.s_[:, :, :, 0]

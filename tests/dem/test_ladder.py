@@ -1,10 +1,18 @@
-"""The whole step follows the motion, the steps below it the contact; what does not balance is computed again."""
+"""Step control: whole steps resolve the motion, shorter ones the contact; cases with an energy error are rerun."""
 
 import numpy as np
 import pytest
 
-from overturning.dem.block.commit import Corners, Corrected, correct, found_of
-from overturning.dem.block.state import GENTLE_STEPS, Block, Change, Corner, Given, Predicted, PredictedCorner
+from overturning.dem.block.commit import Corners, Corrected, correct, step_findings
+from overturning.dem.block.state import (
+    GENTLE_STEPS,
+    AssumedCorner,
+    Block,
+    BlockChange,
+    Corner,
+    PredictedBlock,
+    PredictedCorner,
+)
 from overturning.dem.kernel import balance
 from overturning.dem.kernel.balance import ENERGY_BOUND, RERUN_REFINEMENT
 from overturning.dem.kernel.clock import (
@@ -14,8 +22,8 @@ from overturning.dem.kernel.clock import (
     SCENE,
     Attempt,
     Clock,
-    Found,
     Pace,
+    StepFindings,
     next_attempt,
 )
 from overturning.dem.numerics import Numerics
@@ -76,11 +84,11 @@ def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_r
     assert (finest > 0.49 * BLOCK.finest * contact_time(square, rate)).all()
 
 
-NOTHING = Found(False, False, False, False, False, False, False, False)
+NOTHING = StepFindings(False, False, False, False, False, False, False, False)
 
 
 def clock_of(pace: Pace, standing: float | None = None) -> Clock:
-    """A clock whose finest step is 64 ticks."""
+    """Return the clock of a case whose finest step is 64 ticks."""
     return Clock(64.0, standing or pace.whole, 8.0, pace.settled)
 
 
@@ -113,21 +121,21 @@ def test_every_step_lies_within_a_sample(pace: Pace, steps: int) -> None:
 
 
 def corrected(before: float, after: float) -> Corrected:
-    """A corner of a block that sticks, and opens or closes or does not."""
+    """Return a sticking corner whose depth changes from `before` to `after` (m) in a step."""
     there = PredictedCorner(arm=1.0, drop=1.0, depth=after, stretch=0.0, ux=0.0, uz=0.0)
     block = Block(**dict.fromkeys(Block._fields, 1.0))
-    nothing = Change(0.0, 0.0, 0.0, 0.0, 0.0)
-    step = Predicted(**dict.fromkeys(Predicted._fields[:-3], 0.0), half=0.5, left=there, right=there)
+    nothing = BlockChange(0.0, 0.0, 0.0, 0.0, 0.0)
+    step = PredictedBlock(**dict.fromkeys(PredictedBlock._fields[:-3], 0.0), half=0.5, left=there, right=there)
     return correct.py_func(
-        block, step, there, Corner(0.0, 0.0, before, 1.0), Given(0.0, True, False, False, 0.0), nothing, True
+        block, step, there, Corner(0.0, 0.0, before, 1.0), AssumedCorner(0.0, True, False, False, 0.0), nothing, True
     )
 
 
 def rejected(steps: float, left: Corrected, right: Corrected, gentle: float = 1e-6) -> bool:
-    """Whether a step of so many finest ones is rejected, where corners may go so far in a gentle touch."""
+    """True if a step of `steps` finest steps is rejected; `gentle` is the largest travel of a gentle step, m."""
     clock, block = clock_of(BLOCK), Block(**dict.fromkeys(Block._fields, 1.0) | {"gentle": gentle})
     length = steps * clock.finest
-    found = found_of.py_func(block, clock, length, False, Corners(left, right), False)
+    found = step_findings.py_func(block, clock, length, False, Corners(left, right), False)
     return bool(next_attempt.py_func(BLOCK, clock, Attempt(length, 8.0, 0.0), found, WHOLE, WHOLE)[0])
 
 
@@ -140,7 +148,7 @@ def test_a_gentle_touch_needs_no_finest_step() -> None:
 
 
 def test_only_a_corner_that_touches_or_leaves_makes_a_touch_less_gentle() -> None:
-    """One corner goes down by 4e-7 m and touches; the other stays pressed, or in the air."""
+    """One corner moves down by 4e-7 m and touches; the other stays closed, or in the air."""
     touches = corrected(-1e-7, 3e-7)
     assert touches.far == pytest.approx(4e-7)
     for other in (corrected(5e-7, 6e-7), corrected(-6e-7, -5e-7)):
@@ -150,7 +158,7 @@ def test_only_a_corner_that_touches_or_leaves_makes_a_touch_less_gentle() -> Non
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
 def test_every_long_step_has_as_many_tries_before_it_is_halved(pace: Pace) -> None:
-    """With other points taken to slide, whatever became of the steps before it."""
+    """Each repetition assumes other sliding points; earlier steps do not matter."""
     clock, length = clock_of(pace), 0.5 * pace.whole
     attempt, tries, lengths = Attempt(length, 8.0, 0.0), [], []
     most = int(pace.tries)
@@ -165,7 +173,7 @@ def test_every_long_step_has_as_many_tries_before_it_is_halved(pace: Pace) -> No
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
 def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(pace: Pace) -> None:
-    """Until it is short: what stuck is taken to stick in each half, and only then done again as found."""
+    """The step is halved with the same assumptions until it is short enough, and only then repeated with sliding."""
     clock, begins = clock_of(pace), NOTHING._replace(wrong=True, slides=True)
     attempt, lengths = Attempt(pace.whole, 8.0, 0.0), []
     while attempt.tries == 0.0:
@@ -174,7 +182,7 @@ def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(p
         assert as_before == (attempt.tries == 0.0)
         lengths.append(attempt.length)
     assert lengths[-1] == lengths[-2] == MAX_SLIP_ONSET_STEP * pace.whole
-    # What slides, and was taken to, does so in steps of any length.
+    # Sliding that was assumed is accepted in steps of any length.
     slides = NOTHING._replace(slides=True)
     assert not next_attempt.py_func(pace, clock, Attempt(pace.whole, 8.0, 0.0), slides, pace.whole, pace.whole)[0]
 

@@ -1,4 +1,4 @@
-"""Rows of an array as named tuples, and the small functions of the mechanics that both kernels share."""
+"""Layout of named tuples in rows of an array, and small mechanics functions shared by the kernels."""
 
 from typing import NamedTuple
 
@@ -26,7 +26,7 @@ class Other(NamedTuple):
 
 
 def compiled(access: Access) -> Access:
-    """The functions as Python can call them."""
+    """Return the access functions compiled so that Python can call them."""
     load, store, store_unless = access
     return Access(
         njit(lambda array, j: load(array, j)),
@@ -36,9 +36,9 @@ def compiled(access: Access) -> Access:
 
 
 larger = njit(lambda peak, value: mechanics.larger(peak, value))
-renormalised = njit(lambda c, s: mechanics.renormalised(c, s))
-turned = njit(lambda c, s, turn: mechanics.turned(c, s, turn))
-within = njit(lambda force, limit: mechanics.within(force, limit))
+unit_pair = njit(lambda c, s: mechanics.unit_pair(c, s))
+rotate_pair = njit(lambda c, s, turn: mechanics.rotate_pair(c, s, turn))
+clamp = njit(lambda force, limit: mechanics.clamp(force, limit))
 
 ROWS = Rows(4, Other, Pair)
 PAIR, TWO = compiled(ROWS.access(Pair)), compiled(ROWS.access(Pair, "two"))
@@ -58,18 +58,18 @@ def test_rows_follow_the_fields() -> None:
     assert TWO.load(lanes(), 3) == Memory(19.0, 23.0)
 
 
-def test_a_tuple_is_stored_where_it_is_loaded_from() -> None:
+def test_store_and_load_use_the_same_rows() -> None:
     array, value = lanes(), Pair(-1.0, Memory(-2.0, -3.0), Memory(-4.0, -5.0))
     PAIR.store(array, 2, value)
     assert PAIR.load(array, 2) == value
     assert np.count_nonzero(array < 0) == 5
-    # In a slice of a larger array, as the rows of one pair of many.
+    # In a slice of a larger array, like the rows of one of many pairs.
     many = np.concatenate([lanes(), lanes()])
     TWO.store(many[ROWS.size :], 0, value.two)
     assert np.flatnonzero(many < 0).tolist() == [24 + 16, 24 + 20]
 
 
-def test_a_lane_that_keeps_its_numbers_and_fields_left_out() -> None:
+def test_store_unless_keeps_a_lane_and_omitted_fields_are_not_stored() -> None:
     array, value = lanes(), Pair(-1.0, Memory(-2.0, -3.0), Memory(-4.0, -5.0))
     PAIR.store_unless(array, 0, True, value)
     np.testing.assert_array_equal(array, lanes())
@@ -78,7 +78,7 @@ def test_a_lane_that_keeps_its_numbers_and_fields_left_out() -> None:
     assert NO_SPRINGS.load(array, 0) == Pair(-1.0, Memory(0.0, -3.0), Memory(0.0, -5.0))
 
 
-def test_compiled_code_gets_aligned_zeros() -> None:
+def test_compiled_code_allocates_aligned_zeros() -> None:
     @njit(**OPTIONS)
     def address(size: int) -> tuple[int, int, float]:
         numbers = aligned(size)
@@ -89,18 +89,18 @@ def test_compiled_code_gets_aligned_zeros() -> None:
         assert (place % 64, length, total) == (0, size, 0.0)
 
 
-def test_a_turned_pair_stays_on_the_circle() -> None:
+def test_a_rotated_sine_and_cosine_stay_on_the_unit_circle() -> None:
     c, s = np.cos(0.4), np.sin(0.4)
     for turn in (1e-2, -1e-3, 0.0):
         np.testing.assert_allclose(
-            turned(c, s, turn), (np.cos(0.4 + turn), np.sin(0.4 + turn)), atol=2 * turn**6 + 1e-16
+            rotate_pair(c, s, turn), (np.cos(0.4 + turn), np.sin(0.4 + turn)), atol=2 * turn**6 + 1e-16
         )
     long = (1.0 + 1e-6) * c, (1.0 + 1e-6) * s
-    np.testing.assert_allclose(np.hypot(*renormalised(*long)), 1.0, atol=2e-12)
+    np.testing.assert_allclose(np.hypot(*unit_pair(*long)), 1.0, atol=2e-12)
 
 
-def test_limits_keep_the_sign_and_pass_on_what_is_no_number() -> None:
-    assert [within(force, 2.0) for force in (3.0, -3.0, 1.0, 2.0)] == [2.0, -2.0, 1.0, 2.0]
-    assert np.signbit(within(-1.0, 0.0))
-    assert np.isnan(within(np.nan, 1.0))
+def test_limits_keep_the_sign_and_propagate_nan() -> None:
+    assert [clamp(force, 2.0) for force in (3.0, -3.0, 1.0, 2.0)] == [2.0, -2.0, 1.0, 2.0]
+    assert np.signbit(clamp(-1.0, 0.0))
+    assert np.isnan(clamp(np.nan, 1.0))
     assert [larger(1.0, 2.0), larger(1.0, 0.0), larger(1.0, np.nan)] == [2.0, 1.0, 1.0]

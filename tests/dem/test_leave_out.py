@@ -1,4 +1,4 @@
-"""What is left out changes no more than a change in the ninth digit of the shaking does, over a large real grid."""
+"""Skipping times at rest changes no more outcomes than a relative change of the motion by 1e-9, over a large grid."""
 
 from typing import Any
 
@@ -24,7 +24,7 @@ from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import GROUND, block, scene, shipped
 
 RECORDS = ((6, True), (8, True), (9, True), (18, False), (21, False))
-"""Of near faults; to the third a vertical motion is given, whose thresholds change from sample to sample."""
+"""Near-fault records (number, with pulse); the third gets vertical motion, so that thresholds vary with time."""
 BLOCKS: dict[str, Any] = {
     "azimuth_deg": np.arange(0.0, 360.0, 15.0), "height": [0.6, 1.2], "b_over_h": np.arange(0.1, 0.61, 0.1),
     "friction": [0.08, 0.33, 0.58, 1.0], "threads": 2,
@@ -39,10 +39,10 @@ def record_of(number: int, pulse: bool) -> Motion:
 
 @pytest.mark.long
 @pytest.mark.parametrize(("number", "pulse"), RECORDS)
-def test_flags_and_sides_are_equal_where_what_begins_is_followed(
+def test_skipping_rest_changes_no_flag_if_started_motion_is_simulated(
     number: int, pulse: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What is left out of whole cases, and of their begin and end, changes nothing."""
+    """Skipping whole cases, and their quiet beginning and end, changes nothing; skipping within a case is off here."""
     monkeypatch.setattr(block_plan, "rest_threshold", lambda lifts, *_: 0.0 * lifts)
     motion = record_of(number, pulse)
     short = simulate_arrays(motion, **BLOCKS)
@@ -50,14 +50,14 @@ def test_flags_and_sides_are_equal_where_what_begins_is_followed(
     assert (full["status"] == 0).all()
     different = short["overturned"] != full["overturned"]
     assert different.sum() == 0, f"{different.sum()} of {different.size}"
-    # A case that was left out never came near to falling.
+    # The full simulation of a skipped case stays far from overturning.
     resting = short["status"] == 1
     assert full["peak_rotation"][resting].max(initial=0.0) < 0.05
     assert short["block_steps"].sum() < 0.6 * full["block_steps"].sum()
 
 
 @pytest.mark.long
-def test_no_more_flags_change_than_where_the_shaking_changes_in_its_ninth_digit() -> None:
+def test_skipping_rest_changes_no_more_flags_than_a_1e_9_change_of_the_motion() -> None:
     changed = np.zeros(3, int)
     for motion in (record_of(*one) for one in RECORDS):
         short = simulate_arrays(motion, **BLOCKS)
@@ -71,7 +71,7 @@ def test_no_more_flags_change_than_where_the_shaking_changes_in_its_ninth_digit(
 
 
 SOFT = Contact(static_penetration=2e-5)
-"""Cundall's steps shrink with the stiffness."""
+"""A soft contact: Cundall's step shrinks with the stiffness."""
 GRID = {
     "azimuth_deg": np.arange(0.0, 180.0, 15.0), "height": [0.6, 1.2], "b_over_h": np.arange(0.1, 0.61, 0.1),
 }  # fmt: skip
@@ -91,9 +91,9 @@ def test_a_kernel_without_the_vertical_component_gives_the_same_bits(scheme: str
 
 
 @pytest.mark.long
-def test_a_kernel_without_tangential_springs_gives_the_answers_of_next_to_no_friction() -> None:
+def test_the_kernel_without_tangential_springs_agrees_with_tiny_friction() -> None:
     t = np.arange(400) * 0.01
-    # A jump down and up: without friction only the vertical motion, and a start on one corner, can rock a block.
+    # Without friction only strong vertical motion, or an initial tilt, can make a block rock.
     motion = Motion(2.0 * np.sin(5.0 * t), 0 * t, 12.0 * np.sin(9.0 * t) * (t < 2.0), sampling_interval=0.01)
     axes = np.meshgrid([0.6, 1.2], np.arange(0.1, 0.61, 0.05), [0.3, 0.6, 0.9], indexing="ij")
     height, ratio, share = (values.ravel() for values in axes)
@@ -116,14 +116,14 @@ KERNELS: dict[str, tuple[Any, Any]] = {
 
 
 def quiet_then_pulse(wave: str, vertical: bool, level: float) -> Motion:
-    """Six seconds that a body of B/H 0.3 bears, sudden or in resonance, right before a pulse and again after it."""
+    """Return 6 s of motion below the rest threshold of B/H 0.3 (steps, zigzag or slow), with a pulse in between."""
     t, quiet = np.arange(1200) * 0.005, level * STANDARD_GRAVITY
     along = {
         "steps": quiet * np.sign(np.sin(9.0 * t)),
         "zigzag": quiet * (-1.0) ** np.arange(t.size),
         "slow": quiet * np.sin(5.0 * t),
     }[wave]
-    along[:40] = 2.0 * quiet  # what is followed before
+    along[:40] = 2.0 * quiet  # strong enough to be simulated at the start
     along[500:560] = 6.0 * np.sin(np.pi * np.arange(60) / 30)
     up = 0.1 * STANDARD_GRAVITY * np.cos(7.0 * t) if vertical else None
     return Motion(along, 0.3 * along, up, sampling_interval=0.005)
@@ -132,10 +132,10 @@ def quiet_then_pulse(wave: str, vertical: bool, level: float) -> Motion:
 @pytest.mark.parametrize("vertical", [False, True])
 @pytest.mark.parametrize("wave", ["steps", "zigzag", "slow"])
 @pytest.mark.parametrize("name", KERNELS)
-def test_a_body_at_rest_that_is_not_followed_falls_as_one_that_is(
+def test_skipping_rest_of_a_body_does_not_change_its_fall(
     name: str, wave: str, vertical: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The hardest shaking below the bound, at the contact's own pace and up to the sample before a pulse."""
+    """Worst case: motion just below the threshold, near the contact's resonance, until the sample before a pulse."""
     model, plan = KERNELS[name]
     cases = Cases(np.repeat(np.arange(0.0, 180.0, 20.0), 4), 0.6, np.tile([0.3, 0.34, 0.4, 0.5], 9), 0.9)
     motion = quiet_then_pulse(wave, vertical, 0.07 if name == "scene" else 0.13)
@@ -144,7 +144,7 @@ def test_a_body_at_rest_that_is_not_followed_falls_as_one_that_is(
     full = run(model, motion, cases)
     assert (full.samples_left_out == 0).all()
     assert short.samples_left_out.mean() > 100
-    # Of a stack that is left alone the rest may take another way, some steps longer.
+    # After a skip, a stack may take some more steps than in the full simulation.
     assert (short.block_steps <= (1.001 if name == "scene" else 1.0) * full.block_steps).all()
     np.testing.assert_array_equal(short.overturned, full.overturned)
     peak = "peak_tilt" if name == "space" else "peak_rotation"
@@ -154,8 +154,8 @@ def test_a_body_at_rest_that_is_not_followed_falls_as_one_that_is(
 
 @pytest.mark.parametrize("vertical", [False, True])
 @pytest.mark.parametrize("gravity", [1.62, 24.8])
-def test_a_scene_under_another_gravity_is_followed_where_it_moves_there(gravity: float, vertical: bool) -> None:
-    """What is left out is measured in the weight of the stone where it stands: on the moon it rocks from less."""
+def test_rest_thresholds_of_a_scene_use_its_own_gravity(gravity: float, vertical: bool) -> None:
+    """The rest threshold is proportional to the weight: on the Moon a stone rocks under weaker motion."""
     made = scene(GROUND, block("stone", 0.12, 0.6), gravity=gravity)
     time = np.arange(0.0, 12.0, 0.01)
     wave = gravity * np.where((time > 5) & (time < 6.5), np.sin(2 * np.pi * (time - 5) / 0.75), 0.0)
@@ -171,12 +171,12 @@ def test_a_scene_under_another_gravity_is_followed_where_it_moves_there(gravity:
         assert short.block_steps.sum() < full.block_steps.sum()
 
 
-def test_what_rings_is_not_left_alone() -> None:
-    """Soft contacts with next to no damping answer a shaking in resonance with many times its load."""
+def test_a_vibrating_body_is_not_skipped() -> None:
+    """Soft, lightly damped contacts amplify resonant motion many times, so their rest threshold is lower."""
     stiff, bare = 2e4**2, 0.02
     assert overshoot(np.array([stiff]), 6.0 / 2e4, 0.005) < 1.3
     assert overshoot(np.array([45.0**2]), 2.0 * bare / 45.0, 0.005) > 30.0
-    # Against the oscillator itself, driven at each instant against what its force would be later.
+    # Compared with the integral of the oscillator's impulse response.
     frequency, damping, t = 30.0, 0.2, np.arange(400_000) * 1e-5
     fast = np.sqrt(1.0 - damping**2) * frequency
     force = np.exp(-damping * frequency * t) * np.sin(fast * t + 2.0 * np.arcsin(damping)) * frequency**2 / fast
@@ -189,8 +189,8 @@ def test_what_rings_is_not_left_alone() -> None:
     interval=st.sampled_from([0.001, 0.0025, 0.004, 0.005, 0.01, 0.02, 0.05, 0.1, 0.5, 1.0]),
     seed=st.integers(0, 1000),
 )
-def test_the_largest_ahead_is_that_of_all_samples_of_the_window(samples: int, interval: float, seed: int) -> None:
-    """Beside the plain maximum; where a leap would end after the record it is infinite."""
+def test_the_largest_acceleration_ahead_is_the_maximum_of_its_window(samples: int, interval: float, seed: int) -> None:
+    """Compared with the plain maximum; infinite if the block ends after the record."""
     size = np.zeros((2, samples + 3))
     size[:, :samples] = np.random.default_rng(seed).random((2, samples))
     found = loudest_ahead(size, interval)

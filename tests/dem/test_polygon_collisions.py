@@ -1,16 +1,16 @@
-"""Blocks that meet in the air: momentum, angular momentum and energy."""
+"""Collisions of two polygons in free flight: momentum, angular momentum and energy."""
 
 import numpy as np
 import pytest
 
 from overturning.dem.polygon.plan import PolygonPlan
-from tests.dem.polygon_scenes import GROUND, block, one_case, put, run, scene, shaken, still
+from tests.dem.polygon_scenes import GROUND, block, one_case, run, scene, set_state, shaken, still
 
 FLOAT = np.ndarray
 
 
 def _flight(friction: float, damping: float, seed: int, time_step: str = "auto") -> tuple[PolygonPlan, FLOAT, FLOAT]:
-    """Two polygons thrown at each other high above the ground, nearly without gravity."""
+    """Simulate two polygons that collide in flight, nearly without gravity; return plan, momenta and kinetic energy."""
     law = {"between": ["stone", "stone"], "friction": friction, "stiffness": 2e7, "damping": damping}
     free = {"fallen_rotation_deg": 180}
     pebble = {
@@ -22,8 +22,10 @@ def _flight(friction: float, damping: float, seed: int, time_step: str = "auto")
     rng = np.random.default_rng(seed)
     motion = still(1.2, 0.005)
     how = one_case(made, motion, time_step=time_step)
-    put(how, 1, x=-0.8, z=10.0, angle=rng.uniform(-1.5, 1.5), vx=1.0, vz=0.1 * rng.normal(), vw=rng.normal())
-    put(how, 2, x=0.8, z=10.0 + 0.2 * rng.normal(), angle=rng.uniform(-1.5, 1.5), vx=-1.5, vz=0.0, vw=rng.normal())
+    set_state(how, 1, x=-0.8, z=10.0, angle=rng.uniform(-1.5, 1.5), vx=1.0, vz=0.1 * rng.normal(), vw=rng.normal())
+    set_state(
+        how, 2, x=0.8, z=10.0 + 0.2 * rng.normal(), angle=rng.uniform(-1.5, 1.5), vx=-1.5, vz=0.0, vw=rng.normal()
+    )
     _, _, poses = run(how, motion)
     bodies = how.variants[0].placed[1:]
     mass, inertia = np.array([b.mass for b in bodies]), np.array([b.inertia for b in bodies])
@@ -40,19 +42,19 @@ def _flight(friction: float, damping: float, seed: int, time_step: str = "auto")
 def test_momenta_are_conserved(friction: float, damping: float, seed: int) -> None:
     _, momenta, energy = _flight(friction, damping, seed)
     scale = np.abs(momenta[0]).max()
-    assert abs(energy[-1] / energy[0] - 1) > 1e-3 or damping == 0  # they did meet
-    # Forces act at one point of both; the scheme's velocities lag half a step in the angular sum.
+    assert abs(energy[-1] / energy[0] - 1) > 1e-3 or damping == 0  # they collided
+    # Equal and opposite forces at one point; in the angular sum the velocities lag by half a step.
     assert np.abs(momenta[:, :2] - momenta[0, :2]).max() < 1e-11 * scale
     assert np.abs(momenta[-1, 2] - momenta[0, 2]) < 2e-4 * scale
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(("time_step", "bound"), [("auto", 2e-2), ("0.05 stable", 1e-3), ("0.01 stable", 5e-5)])
-def test_a_collision_without_friction_and_damping_keeps_the_energy(time_step: str, bound: float) -> None:
-    """The moment at which a contact begins is known to one step, so the error falls with the step."""
+def test_a_collision_without_friction_and_damping_conserves_energy(time_step: str, bound: float) -> None:
+    """The time of first contact is resolved to one step, so the energy error decreases with the step."""
     for seed in range(6):
         _, _, energy = _flight(0.0, 0.0, seed, time_step)
-        assert energy.min() < 0.97 * energy[0]  # some of it was in the springs: they did meet
+        assert energy.min() < 0.97 * energy[0]  # part of it was in the springs: they collided
         assert energy[-1] == pytest.approx(energy[0], rel=bound)
 
 
@@ -64,8 +66,8 @@ def test_energy_never_rises(friction: float, damping: float, seed: int) -> None:
     assert energy[-1] < energy[0]
 
 
-def test_a_stack_shaken_to_pieces_keeps_its_books() -> None:
-    """Work of the shaking = energy + losses, to 1e-2 as for one block, through falls and slides of all elements."""
+def test_energy_balances_for_a_stack_shaken_to_pieces() -> None:
+    """Work of the motion equals energy plus losses to 1e-2, through falls and slides of all elements."""
     made = scene(*(block(f"b{n}", 0.3, 0.4, "ground" if n == 0 else f"b{n - 1}") for n in range(4)))
     time = np.arange(0, 6, 0.005)
     motion = shaken(7.0 * np.sin(2 * np.pi * time / 0.8), 0.005)

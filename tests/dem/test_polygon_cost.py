@@ -1,4 +1,4 @@
-"""The work of a step grows with the number of elements of a stack: counted, since times depend on the machine."""
+"""Cost of a step: proportional to the number of elements of a stack. Operations are counted, not timed."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ from overturning.dem.polygon import equations, rows
 from overturning.dem.polygon.distant import wake
 from overturning.dem.polygon.plan import plan_polygons
 from overturning.dem.polygon.rules import borrow_scene, end_sample
-from overturning.dem.polygon.state import Element
+from overturning.dem.polygon.state import ElementState
 from overturning.dem.polygon.step import step
 from overturning.model.cases import Cases
 from overturning.model.geometry import native_size
@@ -21,12 +21,12 @@ from overturning.model.planes import Planes
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import block, scene, shaken
 
-CHANGE = rows.ELEMENT.row(Element, "trial.change.x")
+CHANGE = rows.ELEMENT.row(ElementState, "trial.change.x")
 
 
 @njit
 def eliminated(state, blocks, links, size):  # type: ignore[no-untyped-def]
-    """Enter blocks of linked elements and solve, in every lane the same; the number of submatrices that it took."""
+    """Solve the equations of linked elements, equal in every lane; return the number of submatrices used."""
     pattern, matrix = equations.empty_pattern(size), np.zeros(size * size * equations.SIZE)
     for k in range(size):
         pattern.used[k, k] = True
@@ -44,12 +44,12 @@ def eliminated(state, blocks, links, size):  # type: ignore[no-untyped-def]
     equations.solve(borrowed(state), borrowed(matrix), pattern, size)
     used = pattern.used.sum()
     equations.clear_pattern(pattern)
-    # What is borrowed is freed after its owner's last use.
+    # Use the owners once more, so that borrowed arrays are not freed earlier.
     return used, pattern.used.any() or pattern.count.any(), matrix[0], state[0]
 
 
 def solved(size: int, links: list[tuple[int, int]], seed: int) -> tuple[int, np.ndarray, np.ndarray]:
-    """Number of submatrices that are not 0 at the end, the kernel's solution and the one of a dense matrix."""
+    """Return the number of nonzero submatrices after elimination, the kernel's solution, and the dense solution."""
     rng = np.random.default_rng(seed)
     blocks = np.zeros((size, size, 3, 3))
     for i, k in [*links, *((k, i) for i, k in links)]:
@@ -62,13 +62,13 @@ def solved(size: int, links: list[tuple[int, int]], seed: int) -> tuple[int, np.
     for j in range(rows.COLUMNS):
         state[places + j] = right
     used, left_over, _, _ = eliminated(state, blocks, np.array(links, np.int64), size)
-    assert not left_over, "the next step begins with none"
+    assert not left_over, "the pattern is empty for the next step"
     dense = blocks.transpose(0, 2, 1, 3).reshape(3 * size, 3 * size)
     return used, state[places + 5], np.linalg.solve(dense, right.ravel()).reshape(size, 3)
 
 
 @pytest.mark.parametrize("size", [2, 8, 33, 64])
-def test_a_stack_is_solved_with_submatrices_by_the_number_of_its_elements(size: int) -> None:
+def test_a_stack_uses_submatrices_in_proportion_to_its_elements(size: int) -> None:
     chain = [(k, k + 1) for k in range(size - 1)]
     for links in (chain, [(k, i) for i, k in chain]):
         used, found, expected = solved(size, links, size)
@@ -77,7 +77,7 @@ def test_a_stack_is_solved_with_submatrices_by_the_number_of_its_elements(size: 
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_elements_that_touch_in_any_order_are_solved_as_a_dense_matrix_is(seed: int) -> None:
+def test_the_solution_for_any_contact_pattern_equals_a_dense_solution(seed: int) -> None:
     rng, size = np.random.default_rng(seed), 9
     every = [(int(i), int(k)) for i, k in rng.integers(0, size, (14, 2)) if i != k]
     links = list({tuple(sorted(pair)): pair for pair in every}.values())
@@ -87,14 +87,14 @@ def test_elements_that_touch_in_any_order_are_solved_as_a_dense_matrix_is(seed: 
 
 @njit
 def steps_of(rules, samples, sleep):  # type: ignore[no-untyped-def]
-    """Steps of a case in all lanes: the most pairs that one looked at after the first, and the elements' state."""
+    """Compute a case in all lanes; return the most pairs tested in a step after the first, and the elements' state."""
     work, cases = workspace(rules), np.zeros(rows.COLUMNS, np.int64)
     scene, most, state = borrow_scene(rules.scene), 0, work.state
     for lane in range(rows.COLUMNS):
         start(rules, work, lane, 0)
     for sample in range(samples):
         load(rules, work, cases, rows.COLUMNS)
-        for n in range(rules.job.at_once):
+        for n in range(rules.job.steps_per_check):
             if not sleep:
                 wake(state, scene, work.pairs, np.inf)
             step(
@@ -105,7 +105,7 @@ def steps_of(rules, samples, sleep):  # type: ignore[no-untyped-def]
                 most = max(most, work.pairs.count[0])
         end_sample(state, scene, rules.job.ticks, rules.job.interval)
     found = state[: rows.CASE_SIZE + scene.elements.shape[1] * rows.ELEMENT_SIZE].copy()
-    # What is borrowed is freed after its owner's last use.
+    # Use the owners once more, so that borrowed arrays are not freed earlier.
     held = work.owner[0] + work.matrix[0] + work.pattern.count[0] + work.pairs.count[0] + work.moves[0]
     return most, found, held + rules.scene.initial[0, 0]
 
@@ -123,21 +123,21 @@ def stack(count: int) -> Scene:
     return scene(*(block(f"b{k}", 0.5, 0.2, f"b{k - 1}" if k else "ground") for k in range(count)))
 
 
-def test_pairs_that_a_step_looks_at_are_those_of_neighbours() -> None:
-    """Two of n elements can meet in n (n + 1)/2 ways, with the ground."""
+def test_a_step_tests_only_pairs_of_neighbours() -> None:
+    """With the ground, n elements make n (n + 1)/2 pairs."""
     most = [pairs_looked_at(stack(count), 1.0, 20, True)[0] for count in (8, 16, 32)]
     assert most[0] < 36
-    # Of each element the next, and at most the one after that.
+    # Each element is tested against the next one, and at most the one after that.
     assert (np.array(most) <= 2 * np.array([8, 16, 32])).all()
 
 
-def test_a_tower_that_comes_down_moves_as_if_no_pair_had_slept() -> None:
+def test_sleeping_pairs_do_not_change_the_collapse_of_a_tower() -> None:
     made = scene(*(block(f"b{k}", 0.2, 0.4, f"b{k - 1}" if k else "ground") for k in range(5)))
     most, state = pairs_looked_at(made, 12.0, 200, True)
     every, expected = pairs_looked_at(made, 12.0, 200, False)
     assert (most, every) != (15, 15)
-    poses = [rows.ELEMENT.row(Element, f"pose.{name}") for name in ("x", "z", "angle")]
-    speeds = [rows.ELEMENT.row(Element, f"velocity.{name}") for name in ("x", "z", "w")]
+    poses = [rows.ELEMENT.row(ElementState, f"pose.{name}") for name in ("x", "z", "angle")]
+    speeds = [rows.ELEMENT.row(ElementState, f"velocity.{name}") for name in ("x", "z", "w")]
     found, full = (
         values[rows.CASE_SIZE :].reshape(-1, rows.ELEMENT_SIZE)[:, [*poses, *speeds]] for values in (state, expected)
     )

@@ -1,4 +1,4 @@
-"""What rests in another pose than it began has fallen: against the height of the centre over all rotations."""
+"""An element at rest in another pose than its initial one has fallen; fall angles from the height of the centre."""
 
 from typing import Any
 
@@ -24,7 +24,7 @@ ALL_SHIPPED = sorted(path.stem for path in (ROOT / "config" / "scenes").glob("*.
 
 
 def valleys(vertices: np.ndarray) -> np.ndarray:
-    """Rotations, rad, at which the centre of a body that rolls over a level is lowest."""
+    """Return the rotations, rad, at which the height of the centre of a body on level ground has a minimum."""
     angles = np.arange(-np.pi, np.pi, STEP)
     height = (np.outer(np.sin(angles), vertices[:, 0]) - np.outer(np.cos(angles), vertices[:, 1])).max(axis=1)
     lowest = (height < np.roll(height, 1)) & (height < np.roll(height, -1))
@@ -32,14 +32,14 @@ def valleys(vertices: np.ndarray) -> np.ndarray:
 
 
 def least_other_rests(vertices: np.ndarray) -> list[float]:
-    """Least rotation to −x and to +x at which it can rest elsewhere than on the side that is down, rad; else π."""
+    """Return the smallest rotations to −x and to +x, rad, at which the body can rest on another side; π if none."""
     rests = valleys(vertices)
     rests = rests[np.abs(rests) > 2 * STEP]
     return [float(turned[turned > 0].min(initial=np.pi)) for turned in (-rests, rests)]
 
 
 @pytest.mark.parametrize("name", ALL_SHIPPED)
-def test_elements_of_shipped_scenes_have_fallen_where_they_can_rest(name: str) -> None:
+def test_fall_angles_of_shipped_scenes_are_rest_angles(name: str) -> None:
     for item in place_elements(shipped(name)):
         if not item.fixed:
             assert item.fallen_rotations == pytest.approx(least_other_rests(item.shape.vertices), abs=STEP), (
@@ -50,7 +50,7 @@ def test_elements_of_shipped_scenes_have_fallen_where_they_can_rest(name: str) -
 
 
 def standing_polygon(generator: np.random.Generator) -> list[list[float]]:
-    """A convex polygon that stands on the side between its first two vertices."""
+    """Return a random convex polygon that stands on the side between its first two vertices."""
     while True:
         angles = np.sort(generator.uniform(0, 2 * np.pi, generator.integers(3, 9)))
         points = np.stack([np.cos(angles), generator.uniform(0.5, 1.5) * np.sin(angles)], axis=1)
@@ -71,7 +71,7 @@ def convex(points: np.ndarray) -> bool:
     return bool((edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0] > 0.02).all())
 
 
-def test_random_polygons_have_fallen_where_they_can_rest() -> None:
+def test_fall_angles_of_random_polygons_are_rest_angles() -> None:
     generator = np.random.default_rng(5)
     for _ in range(60):
         vertices = standing_polygon(generator)
@@ -85,22 +85,22 @@ def flags_and_angles(made: Scene, motion: Motion, **keys: Any) -> tuple[np.ndarr
 
 
 def leaning(**keys: Any) -> Scene:
-    """A slab 2.2 m wide and 1 m high whose sides lean by 30° to −x; it tips there at 58.4°, to +x at 70.2°."""
+    """Return a slab 2.2 m wide and 1 m high with sides leaning 30° to −x; it tips at 58.4° to −x, 70.2° to +x."""
     outline = [[-1.1, 0.0], [1.1, 0.0], [0.523, 1.0], [-1.677, 1.0]]
     return scene(GROUND | {"width": 200}, {"name": "slab", "vertices": outline, "stands_on": "ground"} | keys)
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("peak", [52.5, 52.8, 53.0, 53.2, 53.4])
-def test_a_fall_is_judged_by_the_side_over_which_the_slab_tips(peak: float, mirrored: bool) -> None:
-    """It lies at 60° to −x, which it passes to +x and comes back: as where no side lies before 100°."""
+def test_the_fall_angle_depends_on_the_side(peak: float, mirrored: bool) -> None:
+    """The fall angle of 60° applies to −x only: rotated beyond it to +x the slab comes back, as with 100° given."""
     push = np.zeros(1500)
     push[50:125] = peak if mirrored else -peak
     motion = Motion(push, 0 * push, sampling_interval=0.004, trust_data=True)
     shapes = [leaning(**keys) for keys in ({}, {"fallen_rotation_deg": 100.0})]
     if mirrored:
         shapes = [mirror_image(made) for made in shapes]
-    found = [ended(made, motion, 10.0) for made in shapes]
+    found = [run_case(made, motion, 10.0) for made in shapes]
     assert [one.status[0] for one in found] == [Status.SIMULATED] * 2
     assert found[0].overturned[0] == found[1].overturned[0] == (peak > 53.1) * (-1 if mirrored else 1)
     if peak == 53.0:
@@ -121,27 +121,27 @@ def test_a_boulder_that_comes_to_rest_on_another_side_has_fallen(peak: float) ->
     time = np.arange(0, 1.005, 0.01)
     for sign in (1.0, -1.0):
         flags, _ = flags_and_angles(shipped("boulder"), shaken(sign * peak * np.sin(2 * np.pi * time)))
-        assert flags[0] != 0, "it lies at 51° or 46°"
+        assert flags[0] != 0, "it rests at 51° or 46°"
 
 
-def test_a_stone_that_begins_leaning_lies_after_less_than_a_right_angle() -> None:
-    """0.1 wide and 0.6 high, tilted by 10°, beyond its 9.5°: its side comes down after another 80°."""
+def test_a_leaning_stone_falls_after_less_than_a_right_angle() -> None:
+    """0.1 m wide, 0.6 m high, tilted by 10°, beyond its critical angle of 9.5°; it lies after another 80°."""
     made = scene(GROUND, block("stone", 0.1, 0.6, rotation_deg=10.0))
     assert np.degrees(place_elements(made)[1].fallen_rotations) == pytest.approx([100.0, 80.0])
     flags, _ = flags_and_angles(made, still(1.0))
     assert flags.tolist() == [1]
 
 
-def test_an_angle_that_a_scene_gives_counts() -> None:
-    for asked in (30.0, 90.0, 120.0):
-        made = scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=asked))
-        assert np.degrees(place_elements(made)[1].fallen_rotations) == pytest.approx([asked, asked])
+def test_a_fall_angle_given_by_the_scene_is_used() -> None:
+    for angle in (30.0, 90.0, 120.0):
+        made = scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=angle))
+        assert np.degrees(place_elements(made)[1].fallen_rotations) == pytest.approx([angle, angle])
     assert shipped("gravestone").single_block
     assert scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=90)).single_block
     assert not scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=30)).single_block
 
 
-def ended(made: Scene, motion: Motion, friction: float = 0.7, azimuth: float = 0.0, **options: Any) -> Results:
+def run_case(made: Scene, motion: Motion, friction: float = 0.7, azimuth: float = 0.0, **options: Any) -> Results:
     return run(made, motion, Cases([azimuth], *native_size(made), friction), Numerics(**options))
 
 
@@ -151,7 +151,7 @@ def sine(peak: float, frequency: float, cycles: float = 4.0) -> Motion:
 
 
 def gate() -> Scene:
-    """Two pillars 2 m apart and a lintel on both."""
+    """Return a gate: two pillars 2 m apart and a lintel on both."""
     pillars = (block(name, 0.3, 2.2, x=x) for name, x in (("left", -1.0), ("right", 1.0)))
     return scene(GROUND, *pillars, block("lintel", 2.9, 0.3, "left", x=1.0))
 
@@ -161,15 +161,15 @@ def gate() -> Scene:
     [(None, 30.0, 0.7), (sine(3.0, 1.0), 0.0, 1.0), (sine(3.0, 1.5), 0.0, 1.0), (sine(-3.0, 1.0), 0.0, 1.0)],
 )
 def test_a_gate_that_lies_on_its_own_rubble_has_fallen(motion: Motion | None, azimuth: float, friction: float) -> None:
-    """Its stones end turned by 81°, 90° and 10°, the lintel 0.85 m or more below its place."""
+    """The stones end rotated by 81°, 90° and 10°, the lintel at least 0.85 m below its initial place."""
     motion = near_field(9)[0] if motion is None else motion
     path = trajectory(motion, gate(), azimuth_deg=azimuth, friction=friction)
     turned, sunk = np.degrees(path["rotation"][-1]), path["z"][0] - path["z"][-1]
-    assert (np.abs(turned[1:3]) > 45.0).all(), "it comes down"
+    assert (np.abs(turned[1:3]) > 45.0).all(), "the gate collapses"
     assert sunk[3] > 0.8
     assert (path["overturned"][1:] == np.sign(path["x"][-1] - path["x"][0])[1:]).all()
-    # A pillar could come back until it last passed its 7.8°; the lintel until it was last as high as a tenth of its
-    # height below.
+    # Overturning times: the last time at which a pillar was below its critical angle (7.8°), and at which the lintel
+    # was less than a tenth of its height below its initial place.
     angle, level, time = np.abs(path["rotation"]), path["z"].sel(element="lintel"), path["time"].to_numpy()
     for name in ("left", "right"):
         last = time[angle.sel(element=name) < np.arctan(0.3 / 2.2)].max()
@@ -180,14 +180,14 @@ def test_a_gate_that_lies_on_its_own_rubble_has_fallen(motion: Motion | None, az
 
 @pytest.mark.parametrize(("peak", "frequency", "rocks"), [(3.75, 2.0, 0.5), (2.0, 2.0, 0.1)])
 def test_a_gate_that_only_rocks_stands(peak: float, frequency: float, rocks: float) -> None:
-    found = ended(gate(), sine(peak, frequency), 1.0)
+    found = run_case(gate(), sine(peak, frequency), 1.0)
     assert (found.status[0], found.overturned[0].tolist()) == (Status.SIMULATED, [0, 0, 0])
     assert rocks < found.peak_rotation[0, 0] < 1.0
     assert np.isnan(found.overturning_time).all()
 
 
 def moved_by(distance: float, duration: float) -> Motion:
-    """A ground that goes a way towards the azimuth and stops, by one cycle of a sine of acceleration."""
+    """Return one sine cycle of acceleration that moves the ground by `distance` (m) in `duration` (s)."""
     time = np.arange(0.0, duration + 0.005, 0.01)
     return shaken(2 * np.pi * distance / duration**2 * np.sin(2 * np.pi * time / duration))
 
@@ -196,21 +196,21 @@ def held(name: str, width: float, height: float, x: float, z: float) -> dict[str
     return {"name": name, "kind": "held", "width": width, "height": height, "at": [x, z]}
 
 
-def test_a_lintel_whose_pillars_part_has_fallen() -> None:
-    """One pillar goes with the ground, the other stays on a shelf in space; the lintel bears 0.2 m on either."""
+def test_a_lintel_falls_when_its_pillars_move_apart() -> None:
+    """One pillar moves with the ground, the other stands on a fixed shelf; the lintel rests on 0.2 m of each."""
     ground = {"name": "ground", "kind": "driven", "width": 3.0, "height": 1.0, "at": [-1.2, -1.0]}
     pillars = (block("left", 0.6, 0.6, x=0.8), block("right", 0.6, 0.6, "shelf", x=-0.8))
     made = scene(ground, held("shelf", 3.0, 1.0, 2.4, -1.0), *pillars, block("lintel", 1.8, 0.2, "left", x=1.0))
-    found = {way: ended(made, moved_by(way, 2.0)) for way in (-0.8, -0.1)}
+    found = {way: run_case(made, moved_by(way, 2.0)) for way in (-0.8, -0.1)}
     assert found[-0.8].overturned[0].tolist()[2] != 0
     assert 0.5 < found[-0.8].overturning_time[0, 2] < 2.5
-    # Both pillars stand where they stood, and after a tenth of a metre so does the lintel.
+    # Both pillars stand; after a displacement of 0.1 m so does the lintel.
     assert found[-0.8].overturned[0].tolist()[:2] == found[-0.1].overturned[0].tolist()[:2] == [0, 0]
     assert found[-0.1].overturned[0, 2] == 0
 
 
 def slipping(height: float) -> Scene:
-    """A block on a slippery plate on a shelf, and a hammer that goes with the ground and can knock out the plate."""
+    """Return a block on a slippery plate on a fixed shelf, and a hammer on the ground that can knock out the plate."""
     hammer = {"name": "hammer", "kind": "driven", "width": 0.2, "height": 0.8 * height, "at": [-0.35, 0.1 * height]}
     return scene(
         held("shelf", 40.0, 1.0, 0.0, -1.0) | {"material": "floor"},
@@ -224,7 +224,7 @@ def slipping(height: float) -> Scene:
 
 @pytest.mark.parametrize("height", [0.05, 0.03])
 def test_the_top_of_a_stack_whose_middle_slips_out_has_fallen(height: float) -> None:
-    """It comes down by less than a tenth of its height: upright from the lower plate, leaning from the other."""
+    """The top drops by less than a tenth of its height: it stays upright over the thin plate, leans over the other."""
     path = trajectory(moved_by(0.65, 0.3), slipping(height), azimuth_deg=0.0)
     top = path.sel(element="top")
     assert 0.5 * height < top["z"][0] - top["z"][-1] < 0.04
@@ -235,8 +235,8 @@ def test_the_top_of_a_stack_whose_middle_slips_out_has_fallen(height: float) -> 
     assert path["overturned"].sel(element="plate") == 0
 
 
-def test_a_shaft_that_leans_on_a_wall_for_ever_has_fallen() -> None:
-    """0.2 wide and 1 high, its α 11.3°; the wall is 0.5 m away."""
+def test_a_shaft_that_ends_leaning_on_a_wall_has_fallen() -> None:
+    """Shaft 0.2 m wide and 1 m high, α = 11.3°; the wall is 0.5 m away."""
     wall = {"name": "wall", "kind": "driven", "width": 0.3, "height": 2.0, "at": [0.75, 0.0]}
     made = scene(GROUND, wall, block("shaft", 0.2, 1.0))
     path = trajectory(sine(3.0, 1.0, 1.0), made, azimuth_deg=0.0, friction=1.0).sel(element="shaft")
@@ -245,16 +245,16 @@ def test_a_shaft_that_leans_on_a_wall_for_ever_has_fallen() -> None:
 
 
 def tilted(peak: float) -> tuple[Scene, Motion]:
-    """A wall of 0.3 m x 2.2 m, foot on the ground, leaning at 80° on the corner of a neighbour 0.2 m high."""
+    """Return a wall (0.3 m × 2.2 m) leaning at 80° on a neighbour 0.2 m high, and a sine motion of `peak` m/s²."""
     c, s = np.cos(np.radians(80.0)), np.sin(np.radians(80.0))
     corner = 0.15 * c + 0.2 * s / c
     made = scene(GROUND, block("neighbour", 0.4, 0.2, x=corner + 0.2), block("wall", 0.3, 2.2, rotation_deg=80.0))
     return made, sine(peak, 2.0)
 
 
-def test_a_wall_tilted_against_its_neighbour_stands_where_it_stood() -> None:
+def test_a_wall_tilted_against_its_neighbour_stands_if_it_does_not_move() -> None:
     made, quiet = tilted(0.01)
-    found = ended(made, quiet, 1.0)
+    found = run_case(made, quiet, 1.0)
     assert (found.status[0], found.overturned[0].tolist()) == (Status.SIMULATED, [0, 0])
     assert found.peak_rotation[0, 1] < 0.1, "in degrees: it has no α"
     assert np.isnan(prepare(made).alpha[2])
@@ -269,7 +269,7 @@ def test_a_wall_that_comes_to_rest_on_its_neighbour_has_fallen() -> None:
 
 
 def arch() -> Scene:
-    """Three voussoirs, 0.3 m thick, of a half circle of 0.8 m inner radius."""
+    """Return a semicircular arch of three voussoirs, 0.3 m thick, with an inner radius of 0.8 m."""
     rays = np.radians([180.0, 120.0, 60.0, 0.0])
     inner, outer = (np.column_stack([r * np.cos(rays), r * np.sin(rays)]) for r in (0.8, 1.1))
     stones = [
@@ -279,7 +279,7 @@ def arch() -> Scene:
     return scene(GROUND, *stones)
 
 
-def test_the_stones_of_an_arch_have_no_tipping_angle_and_stand_in_a_breath_of_motion() -> None:
+def test_the_stones_of_an_arch_have_no_tipping_angle_and_stand_in_weak_motion() -> None:
     made = arch()
     assert np.isnan(prepare(made).alpha[1:]).all()
     path = trajectory(sine(0.01, 2.0), made, azimuth_deg=0.0, friction=1.0)
@@ -291,7 +291,7 @@ def test_the_stones_of_an_arch_have_no_tipping_angle_and_stand_in_a_breath_of_mo
     assert "°" in outcome(path)
 
 
-def test_an_arch_that_comes_down_falls_once_it_moves() -> None:
+def test_an_arch_falls_only_after_it_starts_to_move() -> None:
     motion = near_field(9)[0]
     path = trajectory(motion, arch(), azimuth_deg=32.0, friction=0.7)
     assert path["status"] == Status.SIMULATED
@@ -308,7 +308,7 @@ def trapezoid(time: np.ndarray, level: float, start: float, end: float, ramp: fl
 
 
 def test_a_case_goes_on_while_two_stones_may_tip_as_one() -> None:
-    """Without the finial 0.56 g lifts neither 0.40 x 0.40 nor 0.36 x 0.40 alone; both as one tip from 0.5 g on."""
+    """At 0.56 g neither block (0.40 × 0.40, 0.36 × 0.40 m) tips alone, but both together tip from 0.5 g."""
     made = scene(
         GROUND, block("lower", 0.40, 0.40), block("upper", 0.36, 0.40, "lower"), block("finial", 0.06, 0.40, "upper")
     )
@@ -316,7 +316,7 @@ def test_a_case_goes_on_while_two_stones_may_tip_as_one() -> None:
     g = 9.80665
     push = trapezoid(time, 0.3 * g, 2.5, 3.7) + trapezoid(time, 0.56 * g, 8.0, 9.7)
     motion = Motion(push, 0 * push, sampling_interval=0.01, trust_data=True)
-    short, full = (ended(made, motion, 1.0, leave_out=leave_out) for leave_out in (True, False))
+    short, full = (run_case(made, motion, 1.0, leave_out=leave_out) for leave_out in (True, False))
     assert full.overturned[0].tolist() == [-1, -1, -1]
     np.testing.assert_array_equal(short.overturned, full.overturned)
 
@@ -324,27 +324,27 @@ def test_a_case_goes_on_while_two_stones_may_tip_as_one() -> None:
 PEDESTAL = {"name": "pedestal", "kind": "driven", "width": 0.4}
 
 
-def test_a_stone_that_slides_off_its_pedestal_after_another_has_fallen_has_fallen() -> None:
-    """3 m/s² for 1.2 s draw the pedestal by 0.75 m from below a stone that friction of 0.2 g carries along."""
+def test_a_stone_sliding_off_its_pedestal_after_another_fall_has_fallen() -> None:
+    """3 m/s² for 1.2 s pull the pedestal 0.75 m from under a stone with friction 0.2."""
     made = scene(
         GROUND, PEDESTAL | {"height": 0.5}, block("low", 0.4, 0.3, "pedestal"), block("slim", 0.06, 0.6, x=5.0)
     )
     time = np.arange(0.0, 11.4, 0.01)
     pulse = np.where((time >= 1.0) & (time < 2.0), 3.0 * np.sin(2 * np.pi * time), 0.0)
     motion = shaken(pulse + 3.0 * ((time >= 7.0) & (time < 8.2)) - 3.0 * ((time >= 8.2) & (time < 9.4)))
-    short, full = (ended(made, motion, 0.2, leave_out=leave_out) for leave_out in (True, False))
+    short, full = (run_case(made, motion, 0.2, leave_out=leave_out) for leave_out in (True, False))
     assert full.overturned[0].tolist() == [-1, -1]
     np.testing.assert_array_equal(short.overturned, full.overturned)
     np.testing.assert_array_equal(short.overturning_time, full.overturning_time)
 
 
 def test_a_stone_that_another_falls_on_has_fallen() -> None:
-    """It has turned by 90° high above its neighbour, while the shaking is over."""
+    """The falling stone has rotated by 90° high above its neighbour when the motion is already over."""
     made = scene(
         GROUND, PEDESTAL | {"height": 2.0}, block("top", 0.12, 1.0, "pedestal"), block("near", 0.2, 0.6, x=1.5)
     )
     time = np.arange(0.0, 8.6, 0.01)
     motion = shaken(np.where((time >= 1.0) & (time < 2.6), -1.9 * np.sin(2 * np.pi * (time - 1.0) / 1.6), 0.0))
-    short, full = (ended(made, motion, 1.0, leave_out=leave_out) for leave_out in (True, False))
+    short, full = (run_case(made, motion, 1.0, leave_out=leave_out) for leave_out in (True, False))
     assert full.overturned[0].tolist() == [1, 1]
     np.testing.assert_array_equal(short.overturned, full.overturned)

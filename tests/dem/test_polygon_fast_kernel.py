@@ -1,4 +1,4 @@
-"""The general kernel against the fast one: two rectangles, one driven, cases of real records."""
+"""Scene kernel against block kernel: a block on the ground under real records."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ SOFT = Contact(static_penetration=2e-5)
 
 
 def _motion(number: int) -> Motion:
-    """Ten seconds around the record's peak, one and a half times as strong."""
+    """Return ten seconds around the record's peak, multiplied by 1.5."""
     return strong_part(number, 4.0, 6.0).times(1.5)
 
 
@@ -45,12 +45,12 @@ def test_same_flags_and_peaks_as_the_fast_kernel(number: int) -> None:
     assert (general.status == Status.SIMULATED).all()
     assert (fast.overturned != 0).sum() > 20
     np.testing.assert_array_equal(general.overturned, fast.overturned)
-    # What a change of the shaking in its twelfth digit moves further than the tolerance is chaotic.
+    # Leave out chaotic cases: those that a relative change of the motion by 1e-12 moves by more than the tolerance.
     nudged = Motion((1 + 1e-12) * motion.north, (1 + 1e-12) * motion.east, sampling_interval=motion.sampling_interval)
     other = run_cases(nudged, cases, gravestone(SOFT), scheme="cundall", leave_out=False)
     firm = np.isclose(other.peak_rotation, fast.peak_rotation, rtol=1e-5, atol=1e-7)
     assert firm.mean() > 0.99
-    # In the general kernel an upper corner lands just before 90°, and a heavy dashpot holds it there.
+    # In the scene kernel an upper corner lands just before 90°, and strong damping keeps the block there.
     lying = 0.995 * 0.5 * np.pi / np.arctan(cases.b_over_h)
     found, expected = (np.minimum(peak, lying)[firm] for peak in (general.peak_rotation, fast.peak_rotation))
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-7)
@@ -59,9 +59,9 @@ def test_same_flags_and_peaks_as_the_fast_kernel(number: int) -> None:
 
 
 def test_same_motion_until_the_second_impact() -> None:
-    """250 cases, to 1e-9 m and rad; an impact is a change of sign, a fall counts to the critical angle."""
+    """250 cases to 1e-9 m and rad, compared until the second change of sign, or the critical angle of a fall."""
     whole, cases = _motion(7), _cases(17)
-    upto = round(6.5 / whole.sampling_interval)  # the last second impact of all is at 4.8 s
+    upto = round(6.5 / whole.sampling_interval)  # all second impacts occur before 4.8 s
     motion = Motion(whole.north[:upto], whole.east[:upto], sampling_interval=whole.sampling_interval)
     model, numerics, seen = Planes(gravestone(SOFT)), Numerics(scheme="cundall", leave_out=False), 0
     first, counter = np.zeros(1, np.int64), np.zeros(1, np.int64)
@@ -70,23 +70,23 @@ def test_same_motion_until_the_second_impact() -> None:
         _, fast = plan_of(model, motion, one, numerics).compute(first, counter, np.zeros(motion.samples, ROW))
         tilted = np.where(np.abs(fast["angle"]) < 1e-3, 0.0, np.sign(fast["angle"]))
         sides = np.flatnonzero((tilted[1:] != 0) & (np.abs(np.diff(tilted)) > 0))
-        # A fall has no second impact; past the critical angle any rounding grows with the fall itself.
+        # A fall has no second impact; beyond the critical angle rounding errors grow with the fall.
         past = np.flatnonzero(np.abs(fast["angle"]) > np.arctan(one.b_over_h))
         end = min([*sides[2:3], *past[:1], len(fast), motion.samples])
         seen += sides.size > 2
         plan = plan_polygons(model, motion, one, numerics)
-        budget = ELEMENT_STEP * end * int(plan.steps[0])  # there is no need to go on
+        budget = ELEMENT_STEP * end * int(plan.steps[0])  # stop at the end of the comparison
         plan = replace(plan, numerics=replace(numerics, budget=budget))
         _, general = plan.compute(first, counter, np.zeros((motion.samples, 14)))
-        # The fast kernel's origin is the base's middle, the scene's too.
+        # Both kernels have their origin at the middle of the base.
         for column, name in ((8, "x"), (9, "z"), (10, "angle")):
             np.testing.assert_allclose(general[: end - 1, column], fast[name][: end - 1], rtol=0, atol=1e-9)
     assert seen > 25
 
 
 @pytest.mark.parametrize("friction", [0.15, 0.25, 0.35])
-def test_a_block_that_slides_and_rocks_does_so_by_the_default_scheme_of_both(friction: float) -> None:
-    """A sliding contact's force is inclined in the equations of the step, too: else its energy does not balance."""
+def test_a_sliding_and_rocking_block_agrees_between_both_kernels(friction: float) -> None:
+    """Needs sliding friction proportional to the normal force within the step; otherwise energy does not balance."""
     time = np.arange(400) * 0.005
     wave = 4.5 * np.sin(2 * np.pi * time / 0.7) * (time < 0.7)
     motion = Motion(wave, 0 * wave, sampling_interval=0.005)
@@ -97,12 +97,12 @@ def test_a_block_that_slides_and_rocks_does_so_by_the_default_scheme_of_both(fri
     assert general.energy_error.max() < 1e-3
     assert (general.status == Status.SIMULATED).all()
     np.testing.assert_array_equal(general.overturned, fast.overturned)
-    stands = fast.overturned == 0  # slip goes on while one that has fallen comes to lie
+    stands = fast.overturned == 0  # a fallen block slips further until it lies
     assert fast.peak_slip[stands].min() > 5e-3
     np.testing.assert_allclose(general.peak_slip[stands], fast.peak_slip[stands], rtol=2e-4)
 
 
-def test_the_gravestone_scene_is_the_fast_kernel() -> None:
+def test_the_gravestone_scene_is_computed_by_the_block_kernel() -> None:
     motion = _motion(6)
     grid = {"azimuth_deg": [0.0, 60.0, 180.0], "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.5, 1.0]}
     scene = simulate_arrays(motion, shipped("gravestone"), **grid)

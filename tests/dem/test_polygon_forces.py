@@ -1,4 +1,4 @@
-"""The contact forces of a scene's trajectory: what they must add up to, worked out from the poses alone."""
+"""Contact forces in a scene's trajectory, checked against the momentum changes computed from the poses."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ FRICTION = 0.5
 
 
 def pulse(peak: float) -> Motion:
-    """A sine cycle of 1 s after one quiet second."""
+    """Return a sine cycle of 1 s after one quiet second."""
     time = np.arange(400) * 0.01
     north = np.where((time > 1) & (time <= 2), peak * np.sin(2 * np.pi * time), 0.0)
     return Motion(north, 0 * north, sampling_interval=0.01)
@@ -27,11 +27,11 @@ def path(request: pytest.FixtureRequest) -> xr.Dataset:
 
 
 def on_element(path: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Sum of the forces on an element and of their moments about its centre, by time."""
+    """Return the sums of the forces on an element and of their moments about its centre, by time."""
     force = np.zeros((path.sizes["time"], 2))
     moment = np.zeros(path.sizes["time"])
     centre = np.stack([path["x"].sel(element=name), path["z"].sel(element=name)], axis=1)
-    centre[:-1] = 0.5 * (centre[1:] + centre[:-1])  # as the places, a mean from a sample to the next
+    centre[:-1] = 0.5 * (centre[1:] + centre[:-1])  # mean over each sample, like the contact places
     for index in range(path.sizes["contact"]):
         sign = float(path["contact_on"][index] == name) - float(path["contact_by"][index] == name)
         each = sign * path["contact_force"].to_numpy()[:, index]
@@ -43,8 +43,8 @@ def on_element(path: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
 def test_forces_change_the_momentum_of_each_element(path: xr.Dataset) -> None:
     """M Δv = ∫ (Σ f − m (g + a)) dt and I Δω = ∫ Σ r × f dt from the start to any sample.
 
-    But for the few in whose middle an impact lasts: a velocity at a sample is known to half a step. The places are
-    means that know nothing of the forces' change within a sample, so the moment is less exact.
+    Exceptions: the few samples during an impact, as velocities are known to half a step only. Contact places are means
+    over a sample, so the moment is less exact.
     """
     time, ground = path["time"].to_numpy(), path["ground_acceleration"].to_numpy()
     known = np.flatnonzero(np.isfinite(path["contact_force"].to_numpy()).all(axis=(1, 2)))
@@ -69,13 +69,13 @@ def test_forces_change_the_momentum_of_each_element(path: xr.Dataset) -> None:
             assert wrong[-1] < allowed * scale, name
 
 
-def test_forces_press_at_vertices_and_keep_to_the_slider(path: xr.Dataset) -> None:
+def test_forces_press_at_vertices_and_respect_coulomb_friction(path: xr.Dataset) -> None:
     upright = path["contact_by"].isin(["ground", "pedestal"]).to_numpy()
     force = path["contact_force"].to_numpy()[:, upright]
     force = force[np.isfinite(force).all(axis=(1, 2))]
     assert (force[:, :, 1] >= 0).all()
     weight = path.attrs["weight"]
-    if path.attrs["scene"] == "against-a-wall":  # whose ground is level
+    if path.attrs["scene"] == "against-a-wall":  # its ground is level
         assert (np.abs(force[:, :, 0]) <= FRICTION * force[:, :, 1] + 1e-9 * weight).all()
         heights = path["contact_place"].to_numpy()[:, upright, 1]
         assert np.nanmax(np.abs(heights)) < 1e-3
@@ -83,7 +83,7 @@ def test_forces_press_at_vertices_and_keep_to_the_slider(path: xr.Dataset) -> No
 
 
 def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(path: xr.Dataset) -> None:
-    """Where the outline's two lowest vertices are, which need not lie below the centre; the ground does not turn."""
+    """The middle of the two lowest vertices is not necessarily below the centre; the ground does not rotate."""
     item = next(one for one in place_elements(shipped(path.attrs["scene"])) if not one.fixed)
     way, low = path.sel(element=item.element.name), item.shape.vertices
     low = low[low[:, 1] < low[:, 1].min() + 1e-9].mean(axis=0)
@@ -92,7 +92,7 @@ def test_the_slip_of_a_base_is_that_of_the_middle_of_its_lower_side(path: xr.Dat
     np.testing.assert_allclose(way["base_slip"], x - (item.x + low[0]), atol=1e-12)
 
 
-def test_the_film_has_them_in_weights_where_they_act(path: xr.Dataset) -> None:
+def test_the_film_shows_forces_in_weights_at_their_points_of_action(path: xr.Dataset) -> None:
     film = film_of([path], pulse(6.0), "film")
     panel = film.panels[0]
     assert panel.force is not None
@@ -103,10 +103,10 @@ def test_the_film_has_them_in_weights_where_they_act(path: xr.Dataset) -> None:
     assert np.isfinite(panel.force_point).all()
     standing = panel.force[0][panel.force_point[0, :, 1] < panel.force_point[0, :, 1].min() + 1e-3]
     assert standing[:, 1].sum() == pytest.approx(1.0, abs=1e-3)
-    assert not panel.force[-1].any(), "nothing is known after the last sample"
+    assert not panel.force[-1].any(), "forces are unknown after the last sample"
 
 
-def test_a_scene_that_is_not_computed_has_no_forces() -> None:
+def test_a_scene_that_stays_at_rest_has_no_forces() -> None:
     path = trajectory(pulse(0.1), shipped("three-tier"), azimuth_deg=0.0)
     assert path["status"] == 1
     assert np.isnan(path["contact_force"]).all()

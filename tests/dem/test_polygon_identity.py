@@ -1,4 +1,4 @@
-"""The same bits of a scene whatever runs beside a case and on however many threads."""
+"""Scene outcomes are bit-equal for any threads, order and other cases; mirrored and shortened cases agree."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def motion_of_noise() -> Motion:
     time = np.arange(0, 4, 0.01)
     rng = np.random.default_rng(7)
     noise = np.convolve(rng.normal(size=(time.size)), np.ones(12) / 12, "same")
-    # Rounded as in motion.nc: the sine's last digit is the processor's.
+    # Rounded as in motion.nc: the last digit of the sine depends on the processor.
     north, east = 9 * np.sin(5 * time) + 8 * noise, 6 * np.cos(4 * time) - 7 * noise[::-1]
     return Motion(np.round(north, 9), np.round(east, 9), sampling_interval=0.01)
 
@@ -38,7 +38,7 @@ def cases_of(made: Scene, count: int = 90) -> Cases:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["three-tier", "against-a-wall", "boulder"])
-def test_threads_order_and_company_change_no_bit(name: str) -> None:
+def test_results_do_not_depend_on_threads_order_or_other_cases(name: str) -> None:
     made, motion = shipped(name), motion_of_noise()
     cases = cases_of(made)
     nominal = run(made, motion, cases)
@@ -74,22 +74,22 @@ def test_lopsided_scenes_are_not_mirrored() -> None:
     assert arrays["overturning_time"][0] != arrays["overturning_time"][1]
 
 
-def test_leaving_out_changes_no_flag_and_no_side() -> None:
-    """Half of the cases below the thresholds, quiet before and after: what is left out is what cannot move."""
+def test_skipping_rest_changes_no_flag_and_no_side() -> None:
+    """Motions with quiet start and end, below and above the thresholds; only times without movement are skipped."""
     made = shipped("three-tier")
     time = np.arange(0, 12, 0.01)
     strong = np.where((time > 4) & (time < 7), 1.0, 0.02) * np.sin(6 * time)
     for level in (2.0, 4.5, 9.0):
         motion = shaken(level * strong)
-        kept = simulate_arrays(motion, made, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0], leave_out=False)
-        left = simulate_arrays(motion, made, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0])
-        np.testing.assert_array_equal(left["overturned"], kept["overturned"])
-        assert left["block_steps"].sum() < 0.9 * kept["block_steps"].sum()
+        full = simulate_arrays(motion, made, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0], leave_out=False)
+        short = simulate_arrays(motion, made, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0])
+        np.testing.assert_array_equal(short["overturned"], full["overturned"])
+        assert short["block_steps"].sum() < 0.9 * full["block_steps"].sum()
 
 
 @pytest.mark.parametrize(("number", "factor"), [(6, 1.0), (7, 1.5), (9, 1.0)])
 def test_ending_a_case_when_nothing_more_can_fall_changes_no_flag(number: int, factor: float) -> None:
-    """Real records: once the shaft lies, the bases are computed on only as long as the record could lift them."""
+    """Real records: after the fall of the shaft, the bases are simulated only while the record could lift them."""
     strong = strong_part(number, 4.0, 12.0).times(factor)
     height, _ = native_size(shipped("three-tier"))
     grid = np.meshgrid(np.arange(0, 180, 15.0), [height], [0.2, 0.3], [0.6, 1.0], indexing="ij")
@@ -117,7 +117,7 @@ def test_a_trajectory_is_the_cell_of_the_sweep() -> None:
     )
 
 
-def test_what_a_scene_does_not_have_is_refused() -> None:
+def test_unknown_arguments_of_a_scene_are_refused() -> None:
     made, motion = scene(block("stone", 0.3, 0.6), block("cap", 0.2, 0.1, "stone")), motion_of_noise()
     from overturning.errors import ArgumentError
 

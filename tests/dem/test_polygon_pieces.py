@@ -1,4 +1,4 @@
-"""Stones that are not convex: their convex pieces, their statics, and that pieces move as the whole does."""
+"""Non-convex elements: their convex pieces, their statics, and agreement of divided and undivided elements."""
 
 from itertools import permutations
 from typing import Any
@@ -42,12 +42,12 @@ def answers(made: Scene, motion: Motion, azimuths: Any = (0.0,), friction: float
 
 
 def star(generator: np.random.Generator, count: int) -> np.ndarray:
-    """An outline that turns in and out at random, about the origin."""
+    """Return a star-shaped outline around the origin with random radii."""
     angles = 2 * np.pi / count * (np.arange(count) + generator.uniform(0, 0.9, count))
     return np.stack([np.cos(angles), np.sin(angles)], axis=1) * generator.uniform(0.2, 1.0, count)[:, None]
 
 
-def test_pieces_are_convex_fill_the_outline_and_keep_its_sides() -> None:
+def test_pieces_are_convex_and_fill_the_outline_with_its_sides_unchanged() -> None:
     generator = np.random.default_rng(2)
     for number in range(60):
         points = star(generator, 4 + number % 12)
@@ -65,7 +65,7 @@ def test_pieces_are_convex_fill_the_outline_and_keep_its_sides() -> None:
         )
 
 
-def test_an_outline_that_crosses_itself_is_seen() -> None:
+def test_an_outline_that_crosses_itself_is_detected() -> None:
     assert crosses_itself(np.array([[0, 0], [1, 1], [1, 0], [0, 1.0]]))
     assert not crosses_itself(np.array(L_SHAPE, dtype=float))
 
@@ -83,7 +83,7 @@ def test_joined_pieces_have_the_outline_of_the_whole_in_any_order() -> None:
 
 
 def test_mass_centre_and_inertia_are_those_of_the_pieces_together() -> None:
-    """Of two rectangles: masses, weighted centres, parallel axes."""
+    """Expected values from two rectangles: masses, weighted centres, and the parallel axis theorem."""
     item = place_elements(scene(stone(vertices=L_SHAPE, depth=0.4)))[1]
     parts = [(0.8, 0.3, 0.4, 0.15), (0.3, 0.8, 0.15, 0.7)]
     mass = [2650 * 0.4 * b * h for b, h, _, _ in parts]
@@ -96,24 +96,24 @@ def test_mass_centre_and_inertia_are_those_of_the_pieces_together() -> None:
 
 
 def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
-    """Centre at (0.275, 0.425) over a base from 0 to 0.8: tips at 0.275/0.425 g, the other way at 0.525/0.425 g."""
+    """Centre (0.275, 0.425), base from 0 to 0.8: it tips at 0.275/0.425 g, in the other direction at 0.525/0.425 g."""
     made = scene(stone(vertices=L_SHAPE))
     prepared = prepare(made)
     assert prepared.threshold == pytest.approx(0.275 / 0.425, rel=1e-12)
     assert prepared.critical[1] == pytest.approx(np.arctan(0.275 / 0.425), rel=1e-9)
-    # To +x it lies on its tips at (0.8, 0.3) and (0.3, 1.1).
+    # Fallen to +x it rests on the vertices (0.8, 0.3) and (0.3, 1.1).
     assert np.degrees(prepared.placed[1].fallen_rotations) == pytest.approx([90, 90 + np.degrees(np.arctan2(0.5, 0.8))])
     time = np.arange(0, 4, 0.01)
     for share, sign, stands in ((0.275, 1, True), (0.275, 1, False), (0.525, -1, True), (0.525, -1, False)):
         level = (0.97 if stands else 1.03) * sign * share / 0.425 * 9.80665
-        # A base that accelerates towards +x throws it towards −x, over its stem's side.
+        # A base that accelerates towards +x tips it towards −x, the side of the stem.
         push = level * np.clip(time, 0, 1)
-        motion = Motion(push, 0 * push, sampling_interval=0.01, trust_data=True)  # no ground goes on like that
+        motion = Motion(push, 0 * push, sampling_interval=0.01, trust_data=True)  # not a plausible ground motion
         found = answers(made, motion, friction=5.0)
         assert found.overturned[0] == (0 if stands else -sign), (share, stands)
 
 
-def test_an_arch_stands_on_four_corners_and_each_carries_its_part() -> None:
+def test_an_arch_rests_on_four_corners_with_the_static_loads() -> None:
     arch = [[-0.5, 0], [-0.3, 0], [-0.3, 0.5], [0.3, 0.5], [0.3, 0], [0.5, 0], [0.5, 0.8], [-0.5, 0.8]]
     prepared = prepare(scene(stone(vertices=arch)))
     assert len(prepared.loaded) == 4
@@ -121,9 +121,9 @@ def test_an_arch_stands_on_four_corners_and_each_carries_its_part() -> None:
     assert prepared.threshold == pytest.approx(0.5 / prepared.placed[1].z, rel=1e-9)
 
 
-def test_a_rectangle_of_two_halves_answers_as_the_undivided_one() -> None:
+def test_a_rectangle_of_two_halves_behaves_like_the_undivided_one() -> None:
     motion, azimuths = near_field(7)[0], np.arange(0, 360, 60.0)
-    beside = block("beside", 0.1, 0.5, x=0.6)  # so that both are scenes for the general kernel
+    beside = block("beside", 0.1, 0.5, x=0.6)  # so that both use the scene kernel
     whole = answers(scene(block("stone", 0.2, 0.6), beside), motion, azimuths)
     halves = [[[-0.1, 0], [0.0, 0], [0.05, 0.6], [-0.1, 0.6]], [[0.0, 0], [0.1, 0], [0.1, 0.6], [0.05, 0.6]]]
     divided = answers(scene(stone(pieces=halves), beside), motion, azimuths)
@@ -133,7 +133,7 @@ def test_a_rectangle_of_two_halves_answers_as_the_undivided_one() -> None:
 
 
 def test_pieces_that_meet_at_the_corners_touch_there_once() -> None:
-    """A notch of a ten-thousandth of a millimetre in its top divides a stone into pieces that share a lower corner."""
+    """A notch of 1e-7 m in the top divides a stone into two pieces that share a lower corner."""
     motion, azimuths = near_field(7)[0], np.arange(0, 360, 45.0)
     corners = [[-0.12, 0], [0.12, 0], [0.13, 0.6], [-0.12, 0.6]]
     notched = [*corners[:3], [0.02, 0.6 - 1e-7], corners[3]]
@@ -149,7 +149,7 @@ def test_pieces_that_meet_at_the_corners_touch_there_once() -> None:
 
 
 def test_a_stone_lies_in_the_corner_of_an_l() -> None:
-    """It rests on the foot against the stem, pushed there by the shaking, and neither sinks in nor leaves."""
+    """A small stone rests on the foot next to the stem, is pushed against it, and neither penetrates nor leaves."""
     small = {"name": "small", "width": 0.3, "height": 0.2, "at": [0.45 + 1e-6, 0.3], "material": "ice"}
     made = scene(
         stone(vertices=L_SHAPE), small, materials={"stone": {}, "ice": {}},
@@ -166,7 +166,7 @@ def test_a_stone_lies_in_the_corner_of_an_l() -> None:
 
 
 @pytest.mark.parametrize("vertices", [L_SHAPE, CROSS])
-def test_energy_is_kept_and_mirror_images_fall_the_other_way(vertices: list[list[float]]) -> None:
+def test_energy_is_conserved_and_mirror_images_fall_the_other_way(vertices: list[list[float]]) -> None:
     motion, azimuths = near_field(7)[0], np.array([0.0, 90.0, 180.0, 270.0])
     mirrored = [[-x, z] for x, z in vertices[::-1]]
     one, other = (answers(scene(stone(vertices=points)), motion, azimuths) for points in (vertices, mirrored))
@@ -178,7 +178,7 @@ def test_energy_is_kept_and_mirror_images_fall_the_other_way(vertices: list[list
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"pieces": [FOOT, [[0.2, 0.2], [0.3, 0.2], [0.3, 1.1], [0.2, 1.1]]]},
         "element stone: the pieces .* overlap by 0.1"),
@@ -192,6 +192,6 @@ def test_energy_is_kept_and_mirror_images_fall_the_other_way(vertices: list[list
         ({"vertices": [[0, 0], [1, 0], [1, 1], [0.5, 1], [0, 1]]}, r"element stone: vertex 3 \(0.5, 1\) lies in line"),
     ],
 )  # fmt: skip
-def test_refused(change: dict[str, Any], said: str) -> None:
-    with pytest.raises(ConfigError, match=said):
+def test_bad_outlines_and_pieces_are_refused(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
         scene(GROUND, stone(**change))

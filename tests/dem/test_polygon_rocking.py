@@ -1,4 +1,4 @@
-"""Two blocks that rock one on the other: against two rigid bodies, and a plain loop."""
+"""Rocking stack of two blocks, against the equations of two rigid bodies and an independent contact simulation."""
 
 from collections.abc import Callable
 
@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from overturning.arrays import FloatArray
 from overturning.model.scene import Scene
 from overturning.units import STANDARD_GRAVITY
-from tests.dem.polygon_scenes import block, one_case, put, run, scene, shaken
+from tests.dem.polygon_scenes import block, one_case, run, scene, set_state, shaken
 from tests.dem.scalar_stack import paths
 
 LOWER, UPPER = np.array([0.6, 1.0]), np.array([0.3, 0.8])
@@ -17,13 +17,13 @@ LOWER, UPPER = np.array([0.6, 1.0]), np.array([0.3, 0.8])
 
 
 def turned(angle: float, arm: FloatArray) -> FloatArray:
-    """An arm (x, z) turned clockwise."""
+    """Return an arm (x, z) rotated clockwise by an angle, rad."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([c * arm[0] + s * arm[1], c * arm[1] - s * arm[0]])
 
 
 def stack(side: int) -> tuple[FloatArray, ...]:
-    """Arms: of the lower centre and of the upper corner from the lower right corner, of the upper centre from its."""
+    """Return three arms: lower right corner to lower centre and to upper pivot; upper pivot to upper centre."""
     corner = 0.5 * side * UPPER[0]
     foot = -0.5 * LOWER[0]
     return np.array([foot, 0.5 * LOWER[1]]), np.array([foot + corner, LOWER[1]]), np.array([-corner, 0.5 * UPPER[1]])
@@ -37,7 +37,7 @@ def centres(side: int, angles: FloatArray) -> FloatArray:
 
 
 def rigid(side: int, angles: tuple[float, float], base: Callable[[float], float], duration: float) -> FloatArray:
-    """Angles until a corner meets what it rocks on: d'Alembert's principle for both rotations, shape (samples, 2)."""
+    """Return both angles until the first impact, from d'Alembert's principle, shape (samples, 2)."""
     to_lower, to_corner, to_upper = stack(side)
     (m, n), (i, j) = ((LOWER.prod(), UPPER.prod()), (size.prod() * size @ size / 12 for size in (LOWER, UPPER)))
 
@@ -51,29 +51,29 @@ def rigid(side: int, angles: tuple[float, float], base: Callable[[float], float]
         of_upper = weight + v * v * turned(lower, to_corner) + w * w * turned(upper, to_upper)
         return np.array([v, w, *np.linalg.solve(mass, [m * of_lower @ a + n * of_upper @ b, n * of_upper @ c])])
 
-    def meets(_: float, state: FloatArray) -> float:
+    def impact(_: float, state: FloatArray) -> float:
         return float(min(state[0], side * (state[1] - state[0])))
 
-    meets.terminal = True  # type: ignore[attr-defined]
+    impact.terminal = True  # type: ignore[attr-defined]
     samples = np.arange(0.0, duration, 0.005)
     return (
-        solve_ivp(rates, (0, duration), [*angles, 0, 0], t_eval=samples, events=meets, rtol=1e-11, atol=1e-13).y[:2].T
+        solve_ivp(rates, (0, duration), [*angles, 0, 0], t_eval=samples, events=impact, rtol=1e-11, atol=1e-13).y[:2].T
     )
 
 
 @pytest.mark.parametrize("amplitude", [0.0, 2.0])
 @pytest.mark.parametrize(("side", "angles"), [(1, (0.1, 0.16)), (-1, (0.15, -0.1))], ids=["same way", "opposite ways"])
-def test_a_stack_let_go_on_its_corners_rocks_as_two_rigid_bodies(
+def test_a_stack_released_on_its_corners_rocks_like_two_rigid_bodies(
     side: int, angles: tuple[float, float], amplitude: float
 ) -> None:
-    """Until the first impact, over most of both angles; the contact's springs give way by a ten-millionth of B."""
+    """Compared until the first impact; the static penetration is 1e-7 B."""
     time = np.arange(100) * 0.005
     motion = shaken(amplitude * np.sin(6 * time), 0.005)
     wanted = rigid(side, angles, lambda t: float(np.interp(t, time, motion.north)), time[-1])
     assert np.ptp(wanted, axis=0).min() > 0.05
     how = one_case(scene(block("lower", *LOWER), block("upper", *UPPER, "lower")), motion, 3.0)
     for element, (angle, (x, z)) in enumerate(zip(angles, centres(side, np.array(angles)), strict=True), 1):
-        put(how, element, x=x, z=z, angle=angle)
+        set_state(how, element, x=x, z=z, angle=angle)
     _, times, poses = run(how, motion)
     end = len(wanted)
     np.testing.assert_allclose(times[1:end], time[1:end])
@@ -83,7 +83,7 @@ def test_a_stack_let_go_on_its_corners_rocks_as_two_rigid_bodies(
 
 
 def impacts(angle: FloatArray) -> int:
-    """How often what rocks has passed from one corner to the other."""
+    """Return how many times a rocking body changed from one corner to the other."""
     sides = np.sign(angle[np.abs(angle) > 1e-3])
     return int((np.diff(sides) != 0).sum())
 
@@ -99,10 +99,10 @@ def impacts(angle: FloatArray) -> int:
         ((0.4, 1.0), (0.3, 0.6), 3.4, 15.0, 0.5),
     ],
 )
-def test_a_shaken_stack_rocks_through_its_impacts_as_the_equations_say(
+def test_a_shaken_stack_agrees_with_an_independent_integration(
     lower: tuple[float, float], upper: tuple[float, float], amplitude: float, rate: float, friction: float
 ) -> None:
-    """Two cycles of a sine: the same contact law in explicit steps, which share nothing with the kernel."""
+    """Two sine cycles, compared with the same contact law in the explicit steps of `scalar_stack`."""
     time = np.arange(200) * 0.01
     motion = shaken(np.where(time < 4 * np.pi / rate, amplitude * np.sin(rate * time), 0.0))
     made = scene(block("lower", *lower), block("upper", *upper, "lower"))

@@ -1,4 +1,4 @@
-"""Scene files: the shipped ones, held elements, and what is refused with element and remedy."""
+"""Scene files: shipped scenes, fixed elements, and refusals that name the element and the remedy."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ LOW = {"name": "low", "width": 1.0, "height": 0.5, "stands_on": "ground"}
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_shipped_scenes_rest_and_are_left_out_below_their_threshold(name: str) -> None:
+def test_shipped_scenes_rest_and_are_skipped_below_their_threshold(name: str) -> None:
     prepared = prepare(shipped(name))
     assert prepared.at_rest
     assert prepared.threshold > 0.25
@@ -35,11 +35,11 @@ def test_only_symmetric_scenes_are_mirrored() -> None:
     assert [plane_period(shipped(name)) for name in SHIPPED] == [180, 180, 360, 360]
 
 
-def test_only_the_gravestone_takes_the_fast_kernel() -> None:
+def test_only_the_gravestone_uses_the_block_kernel() -> None:
     assert [shipped(name).single_block for name in SHIPPED] == [True, False, False, False]
 
 
-def test_automatic_contact_of_a_block_is_that_of_the_fast_kernel() -> None:
+def test_the_automatic_contact_of_a_block_equals_that_of_the_block_kernel() -> None:
     made = shipped("gravestone")
     prepared = prepare(made, height=1.2, b_over_h=0.3)
     stone = prepared.placed[1]
@@ -50,7 +50,7 @@ def test_automatic_contact_of_a_block_is_that_of_the_fast_kernel() -> None:
     assert prepared.laws.dashpot[0] / stone.mass == pytest.approx(float(dashpot), rel=1e-12)
 
 
-def test_each_contact_of_a_stack_carries_what_stands_on_it() -> None:
+def test_each_contact_of_a_stack_carries_the_weight_above_it() -> None:
     prepared = prepare(shipped("three-tier"))
     weight = [item.mass * 9.80665 for item in prepared.placed[1:]]
     carried = dict(zip((pair[:2] for pair in prepared.pairs), prepared.laws.carried, strict=True))
@@ -59,7 +59,7 @@ def test_each_contact_of_a_stack_carries_what_stands_on_it() -> None:
     assert carried[(3, 2)] == pytest.approx(weight[2], rel=1e-9)
 
 
-def test_slenderness_and_height_change_what_they_should() -> None:
+def test_height_scales_all_lengths_and_slenderness_only_the_reference_element() -> None:
     made = shipped("three-tier")
     base, thin = place_elements(made), place_elements(made, height=2 * 0.636, b_over_h=0.2)
     assert thin[3].shape.width == pytest.approx(0.2 * 2 * 0.636)
@@ -68,7 +68,7 @@ def test_slenderness_and_height_change_what_they_should() -> None:
 
 
 def test_nearest_faces_of_a_turned_block_are_the_most_opposed_ones() -> None:
-    """Below 45° the lower side lies nearest to the ground, above it the next side; ties go to the lower index."""
+    """Below 45° of rotation the lower side faces the ground most directly, above 45° the next side."""
     for angle, face in ((0.0, 0), (30.0, 0), (44.9, 0), (45.1, 1), (80.0, 1)):
         made = scene(GROUND, {**LOW, "rotation_deg": angle, "at": [0, 1e-9]}, block("on", 0.1, 0.1, x=5))
         placed = place_elements(made)
@@ -77,22 +77,22 @@ def test_nearest_faces_of_a_turned_block_are_the_most_opposed_ones() -> None:
         assert found[2] == pytest.approx(1e-9, abs=1e-12)
 
 
-def test_what_only_a_side_of_one_of_two_elements_parts_does_not_overlap() -> None:
-    """A ridge 1 cm beside the side of a block: beyond either side of the ridge lies a corner of the block."""
+def test_elements_separated_by_a_single_side_do_not_overlap() -> None:
+    """A ridge 1 cm next to a block: only the side of the block separates them, no side of the ridge does."""
     ridge = {"name": "ridge", "vertices": [[0, 0], [0.4, 0], [0.6, 0.3], [0.4, 0.6], [0, 0.6]], "stands_on": "ground"}
     tip = place_elements(scene(GROUND, ridge | {"at": [0, 0]}))[1].points[:, 0].max()
 
-    def beside(gap: float) -> Scene:
+    def next_to(gap: float) -> Scene:
         return scene(GROUND, ridge | {"at": [0, 0]}, block("block", 0.4, 0.6, x=float(tip + gap + 0.2)))
 
-    assert {(1, 0), (2, 0), (2, 1)} <= {pair[:2] for pair in prepare(beside(0.01)).pairs}
+    assert {(1, 0), (2, 0), (2, 1)} <= {pair[:2] for pair in prepare(next_to(0.01)).pairs}
     with pytest.raises(ConfigError, match=r"overlaps ridge by 0\.01 m"):
-        beside(-0.01)
+        next_to(-0.01)
 
 
 @pytest.mark.parametrize("height", [0.6, 2.0])
-def test_a_case_has_twenty_over_p_after_the_record_to_come_to_an_answer(height: float) -> None:
-    """Of the block p = √(3g/4R), R half its diagonal (Housner 1963)."""
+def test_a_case_is_undecided_20_over_p_after_the_record(height: float) -> None:
+    """With p = √(3g/4R) of the block, R half its diagonal (Housner 1963)."""
     motion = still(1.0)
     how = one_case(scene(block("block", 0.4 * height, height)), motion)
     p = np.sqrt(0.75 * 9.80665 / (0.5 * np.hypot(0.4 * height, height)))
@@ -100,7 +100,7 @@ def test_a_case_has_twenty_over_p_after_the_record_to_come_to_an_answer(height: 
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"elements": [GROUND, {**LOW, "at": [0, -0.1]}]}, "element low: overlaps ground by 0.1 m"),
         ({"elements": [GROUND, {**LOW, "at": [0, 0.2]}]}, "element low: hangs in the air.*stands_on"),
@@ -128,8 +128,8 @@ def test_a_case_has_twenty_over_p_after_the_record_to_come_to_an_answer(height: 
         "element wall: fallen_drop 0.2 m; what is held cannot fall: leave it out"),
     ],
 )  # fmt: skip
-def test_refused(change: dict[str, object], said: str) -> None:
-    with pytest.raises(ConfigError, match=said):
+def test_bad_scenes_are_refused(change: dict[str, object], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
         check_scene({"name": "test", "elements": [GROUND, LOW], **change}, "scene.yaml")
 
 
@@ -144,7 +144,7 @@ def test_unreadable_files_are_named(tmp_path: Path) -> None:
         load_scene("list.yaml", tmp_path)
 
 
-def test_mirror_images_of_the_elements_have_mirrored_springs() -> None:
+def test_the_boulder_has_its_closed_form_critical_angle() -> None:
     prepared = prepare(shipped("boulder"))
     assert np.isfinite(prepared.laws.normal).all()
     assert prepared.critical[1] == pytest.approx(
@@ -170,7 +170,7 @@ def test_a_block_on_wide_ground_is_never_searched(elements: list[dict[str, objec
 
 @pytest.mark.parametrize("height", [0.02, 0.6, 3.0])
 def test_the_ground_is_long_enough_for_any_stone_to_slide_on(height: float) -> None:
-    """Without friction a stone stays where it is in space, however small, while the ground goes by A T²/2π."""
+    """A frictionless stone of any size stays in place while the ground moves by A T²/2π below it."""
     time = np.arange(0.0, 3.0, 0.01)
     motion = shaken(np.where(time <= 2.0, 5.0 * np.sin(np.pi * time), 0.0))
     found = run(shipped("shaft-alone"), motion, Cases(0.0, height, 0.5, 0.0), Numerics(general=True))
@@ -178,37 +178,37 @@ def test_the_ground_is_long_enough_for_any_stone_to_slide_on(height: float) -> N
     np.testing.assert_allclose(found.peak_slip, 5.0 * 2.0**2 / (2.0 * np.pi), rtol=1e-3)
 
 
-def test_what_has_slid_past_the_end_of_the_ground_has_no_answer() -> None:
-    """Without friction the ground goes away by 8 m in 2 s, and then at 8 m/s: past the end of 40 m of it."""
+def test_an_element_past_the_end_of_the_ground_has_a_missing_outcome() -> None:
+    """Below a frictionless stone, ground 40 m wide moves by 8 m in 2 s and then at 8 m/s, past its end."""
     motion = shaken(np.where(np.arange(450) < 200, 4.0, 0.0))
     found = run(shipped("shaft-alone"), motion, Cases(0.0, 0.6, 0.5, 0.0), Numerics(general=True))
     assert found.status.tolist() == [Status.UNSTABLE]
     assert found.overturned.tolist() == [INT8_MISSING]
 
 
-def test_a_stone_on_a_held_shelf_does_not_feel_the_shaking() -> None:
-    """Held elements stay where they are in space while the ground moves below them."""
+def test_a_stone_on_a_fixed_shelf_is_not_shaken() -> None:
+    """Elements of kind `held` are fixed in space while the ground moves."""
     shelf = {"name": "shelf", "kind": "held", "width": 2.0, "height": 0.5, "at": [5, 0.1]}
     made = scene(GROUND, shelf, block("stone", 0.2, 0.8, "shelf"), block("other", 0.2, 0.8))
     time = np.arange(0, 2, 0.01)
     motion = shaken(np.where(time < 1, 6.0 * np.sin(2 * np.pi * time), 0.0))
     answers, at, poses = run_from_start(one_case(made, motion), motion)
-    # ü = A sin ωt for one period leaves the ground with u = A t/ω − A sin(ωt)/ω²; in its frame the shelf goes
-    # the other way.
+    # ü = A sin ωt for one period gives the ground u = A t/ω − A sin(ωt)/ω²; in its frame the shelf moves the
+    # other way.
     omega = 2 * np.pi
     exact = np.where(at < 1, 6.0 * (at / omega - np.sin(omega * at) / omega**2), 6.0 / omega)
     shelf_way, stone_way = (poses[:, k, 0] - poses[0, k, 0] for k in (1, 2))
     assert shelf_way == pytest.approx(-exact, abs=2e-3 * exact.max())
     assert np.abs(stone_way - shelf_way).max() < 1e-8
     assert np.abs(poses[:, 2, 2]).max() < 1e-8
-    # The stone on the ground does.
+    # The stone on the ground is shaken.
     assert np.abs(poses[:, 3, 2]).max() > 0.05
     assert answers.overturned[0, 0] == 0
 
 
 @pytest.mark.parametrize("rise", [1.0, -1.0])
-def test_stones_on_a_held_shelf_have_not_fallen_where_the_ground_rises(rise: float) -> None:
-    """A ground that rises by A T²/2π = 1.3 m has come nearer to a stone and the one on it, which do not move."""
+def test_stones_on_a_fixed_shelf_stand_when_the_ground_rises(rise: float) -> None:
+    """The ground rises by A T²/2π = 1.3 m towards two stones on a fixed shelf, which do not move."""
     shelf = {"name": "shelf", "kind": "held", "width": 2.0, "height": 0.5, "at": [0, 3.0]}
     stones = block("stone", 0.3, 0.6, "shelf"), block("upper", 0.2, 0.4, "stone"), block("below", 0.3, 0.6)
     made = scene(GROUND, shelf, *stones)

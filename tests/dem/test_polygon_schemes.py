@@ -1,4 +1,4 @@
-"""Both integration schemes of the general kernel: they converge to one motion, and stones come to rest in either."""
+"""Both integration schemes of the scene kernel: convergence to the same motion, and fallen stones coming to rest."""
 
 import numpy as np
 import pytest
@@ -32,8 +32,10 @@ def _cases(made: Scene) -> Cases:
 
 @pytest.mark.long
 def test_both_schemes_converge_to_one_motion() -> None:
-    """A stack that rocks without falling: the centred scheme's error falls with its step, the rest is Cundall's."""
-    made = _with_law(shipped("three-tier"), static_penetration=2e-5)  # Cundall's steps shrink with the stiffness
+    """For a rocking stack, the centred scheme's error decreases with its step, and Cundall's result agrees to 1e-3."""
+    made = _with_law(
+        shipped("three-tier"), static_penetration=2e-5
+    )  # soft, since Cundall's step shrinks with the stiffness
     height, _ = native_size(made)
     time = np.arange(0, 2, 0.01)
     motion = shaken(np.round(4.0 * np.sin(9 * time) * (time < 0.7), 9))
@@ -54,7 +56,7 @@ def test_both_schemes_converge_to_one_motion() -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("ratio", [0.05, 1.0, 3.0, 8.0])
 def test_fallen_and_standing_stones_come_to_rest_at_the_default_step(ratio: float) -> None:
-    """Whatever the damping: none trembles on until it is undecided, and work and energy balance."""
+    """For any damping, vibrations end before a case becomes undecided, and work and energy balance."""
     made = _with_law(shipped("three-tier"), damping_ratio=ratio)
     found = run(made, _strong(), _cases(made), Numerics(leave_out=False))
     assert (found.overturned[:, 2] != 0).any()
@@ -69,7 +71,7 @@ def test_a_tower_falls_and_comes_to_rest() -> None:
     assert (found.status == Status.SIMULATED).all()
 
 
-def test_submatrices_are_entered_inverted_and_multiplied_as_matrices_are() -> None:
+def test_submatrix_operations_equal_matrix_operations() -> None:
     @njit
     def products_and_quotient(fresh, added, one, other):  # type: ignore[no-untyped-def]
         equations.eliminate(fresh, one, other, True)

@@ -1,4 +1,4 @@
-"""Scenes at rest, stacks at the limit of their overhang, blocks on slopes, and uplift from statics."""
+"""Statics of scenes: rest, limit of overhang, blocks on slopes, uplift, and critical angles."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ GRAVITY = 9.80665
 
 
 @pytest.mark.parametrize("name", SHIPPED)
-def test_rests_for_a_minute_without_creep(name: str) -> None:
+def test_a_scene_rests_for_a_minute_without_creep(name: str) -> None:
     motion = still(60)
     _, _, poses = run(one_case(shipped(name), motion, friction=0.5), motion)
     assert len(poses) == motion.samples
@@ -31,8 +31,8 @@ def test_a_tower_of_ten_blocks_stands() -> None:
 
 @pytest.mark.parametrize("blocks", [2, 4, 6])
 @pytest.mark.parametrize("share", [0.98, 1.02])
-def test_harmonic_overhang(blocks: int, share: float) -> None:
-    """The k-th block from the top may overhang the one below by B/2k: a little less stands, a little more falls."""
+def test_a_stack_stands_up_to_the_harmonic_overhang(blocks: int, share: float) -> None:
+    """The k-th block from the top can overhang the one below by B/2k: 2 % less stands, 2 % more falls."""
     table = {"name": "table", "kind": "driven", "width": 2, "height": 1, "at": [-1, -1]}
     made = scene(table, *_harmonic(blocks, share))
     motion = still(6)
@@ -41,14 +41,14 @@ def test_harmonic_overhang(blocks: int, share: float) -> None:
     assert fell == (share > 1)
     assert prepare(made).at_rest == (share < 1)
     if share < 1:
-        # It settles by less than its contacts' own sag, since statics are solved for small rotations, and stays.
+        # It settles by less than the static penetration, as statics assume small rotations, and then stays.
         assert np.abs(poses - poses[0]).max() < 2e-5
         assert np.abs(poses[-1] - poses[300]).max() <= 1e-8
 
 
 def _harmonic(blocks: int, share: float) -> list[dict[str, object]]:
     made = []
-    for n in range(blocks):  # from the bottom; the table's edge is at x = 0, its centre at −1
+    for n in range(blocks):  # from the bottom; the edge of the table is at x = 0, its centre at −1
         overhang = share * 1.0 / (2 * (blocks - n))
         x = 1.0 - 0.5 + overhang if n == 0 else overhang
         made.append(block(f"b{n}", 1.0, 0.2, "table" if n == 0 else f"b{n - 1}", x=x))
@@ -70,7 +70,7 @@ def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None
     _, time, poses = run(one_case(_on_slope(0.3, 0.5, 0.5), motion, friction), motion)
     way = np.hypot(poses[:, 1, 0] - poses[0, 1, 0], poses[:, 1, 1] - poses[0, 1, 1])
     if friction > 0.3:
-        # The corner with less weight slips by a part of the static sag (1e-5 m) and hands its load to the other.
+        # The lighter corner slips by a part of the static penetration (1e-5 m), and its load goes to the other.
         assert way.max() < 4e-6
         assert np.ptp(way[100:]) <= 1e-9
         finer = one_case(_on_slope(0.3, 0.5, 0.5), motion, friction, time_step="0.125 stable")
@@ -87,7 +87,7 @@ def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None
 @pytest.mark.parametrize("b_over_h", [0.35, 0.5, 0.8])
 @pytest.mark.parametrize("height", [0.6, 1.2])
 def test_a_block_on_a_slope_stays_a_rectangle_whatever_its_b_over_h(height: float, b_over_h: float) -> None:
-    """It tips down a slope of angle β from tan(α − β) g on, α its own, and lies there with its whole base."""
+    """A block of critical angle α on a slope β tips downhill from tan(α − β) g, and rests on its whole base."""
     prepared = prepare(_on_slope(0.2, 0.3, 0.6), height, b_over_h)
     assert prepared.threshold == pytest.approx(np.tan(np.arctan(b_over_h) - np.arctan(0.2)), rel=1e-9)
     sides = np.diff(prepared.placed[1].points[:3], axis=0)
@@ -96,7 +96,7 @@ def test_a_block_on_a_slope_stays_a_rectangle_whatever_its_b_over_h(height: floa
 
 
 def _slides_to(acceleration: np.ndarray, interval: float, friction: float, tangent: float) -> float:
-    """How far a particle slides along a slope that rises towards +x, m, by explicit steps; µ holds it or drags."""
+    """Return the slip (m) of a particle with Coulomb friction on a slope rising towards +x, by explicit steps."""
     cosine, sine = np.array([1.0, tangent]) / np.hypot(1.0, tangent)
     times, step = np.arange(acceleration.size) * interval, interval / 400
     place = velocity = 0.0
@@ -109,8 +109,8 @@ def _slides_to(acceleration: np.ndarray, interval: float, friction: float, tange
 
 
 @pytest.mark.parametrize(("friction", "share"), [(0.4, 0.8), (0.4, 1.2), (0.4, 1.6), (0.22, 1.5)])
-def test_a_block_on_a_slope_is_followed_where_it_slides(friction: float, share: float) -> None:
-    """From (µ − t)/(1 + µ t) g on, less than µ g: a slope of 0.2, blocks from just below to well above it."""
+def test_a_block_on_a_slope_is_simulated_above_its_sliding_threshold(friction: float, share: float) -> None:
+    """On a slope t = 0.2 sliding starts at (µ − t)/(1 + µ t) g, less than µ g; tested from below to above it."""
     threshold = (friction - 0.2) / (1.0 + 0.2 * friction)
     time = np.arange(0.0, 6.0, 0.01)
     wave = np.where((time > 2.5) & (time < 5.5), np.sin(2 * np.pi * (time - 2.5)), 0.0)
@@ -123,8 +123,8 @@ def test_a_block_on_a_slope_is_followed_where_it_slides(friction: float, share: 
     assert found["residual_slip"].item() == pytest.approx(expected, rel=5e-3, abs=1e-4)
 
 
-def test_a_block_that_a_slope_does_not_hold_is_followed_under_no_motion() -> None:
-    """It drops by a tenth of its height, by less friction than the slope's tangent, given by the scene or swept."""
+def test_a_block_that_slides_down_a_slope_is_simulated_without_motion() -> None:
+    """With µ below the slope it drops by a tenth of its height; µ is given by the scene or by the grid."""
     for keys in ({}, {"contacts": [{"between": ["stone", "stone"], "friction": 0.15}]}):
         made = _on_slope(0.2, 0.4, 0.3, **keys)
         found = simulate_arrays(still(4), made, azimuth_deg=[0], **({} if keys else {"friction": [0.15]}))
@@ -132,10 +132,10 @@ def test_a_block_that_a_slope_does_not_hold_is_followed_under_no_motion() -> Non
 
 
 @pytest.mark.parametrize(("width", "height", "peak", "duration"), [(2.0, 2.0, 18.0, 0.09), (0.8, 0.5, 20.0, 0.03)])
-def test_what_slides_when_its_record_ends_slides_on_to_rest(
+def test_sliding_at_the_end_of_the_record_continues_to_rest(
     width: float, height: float, peak: float, duration: float
 ) -> None:
-    """A pulse without rest after it: a block had its slip of up to a tenth of a second later, a fifth of all."""
+    """The record ends with the pulse; a fifth of the slip occurs up to 0.1 s later."""
     time = np.arange(0.0, duration + 1e-9, 0.005)
     pulse = -peak * np.sin(np.pi * time / duration)
     expected = _slides_to(np.append(pulse, np.zeros(300)), 0.005, 0.2, 0.0)
@@ -164,8 +164,8 @@ SLIM = (block("lower", 0.3, 0.9), block("upper", 0.28, 0.3, "lower"))
 
 
 @pytest.mark.parametrize(("elements", "moves"), [(TALL_TOP, "upper"), (SLIM, "both")])
-def test_stacks_of_two_lift_off_where_statics_say(elements: tuple[dict[str, object], ...], moves: str) -> None:
-    """The upper block alone at g b₂/h₂, or both as one where their common centre's resultant leaves the base."""
+def test_stacks_of_two_lift_off_at_the_static_threshold(elements: tuple[dict[str, object], ...], moves: str) -> None:
+    """Either the upper block lifts off at g b₂/h₂, or both together when their resultant leaves the base."""
     made = scene(*elements)
     prepared = prepare(made)
     lower, upper = prepared.placed[1:]
@@ -190,7 +190,7 @@ def test_stacks_of_two_lift_off_where_statics_say(elements: tuple[dict[str, obje
 
 
 def _lowest_gap(prepared: Prepared, pose: np.ndarray, index: int) -> float:
-    """Gap of the higher one of a block's lower corners from the upper face of the block below."""
+    """Return the gap (m) between the higher of a block's lower corners and the upper face of the block below."""
     item, below = prepared.placed[index], prepared.placed[index - 1]
     gaps = []
     for side in (-0.5, 0.5):
@@ -204,7 +204,7 @@ def _lowest_gap(prepared: Prepared, pose: np.ndarray, index: int) -> float:
 
 
 def test_stacks_of_two_rock_in_the_four_patterns_of_the_literature() -> None:
-    """Both the same way, both opposite ways, both as one body, the upper alone (Psycharis 1990; Spanos et al. 2001)."""
+    """Same sense, opposite senses, both as one body, or upper alone (Psycharis 1990; Spanos et al. 2001)."""
     seen = set()
     for elements in (TALL_TOP, SLIM):
         made = scene(*elements)
@@ -222,7 +222,7 @@ def test_stacks_of_two_rock_in_the_four_patterns_of_the_literature() -> None:
     assert seen == {"one body", "upper alone", "same way", "opposite ways"}
 
 
-def test_a_wall_stops_the_fall_and_the_block_leans_as_geometry_says() -> None:
+def test_a_block_stopped_by_a_wall_leans_at_the_geometric_angle() -> None:
     wall = {"name": "wall", "kind": "driven", "width": 0.3, "height": 2, "at": [0.42 + 0.15, 0]}
     ground = {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}
     made = scene(ground, wall, block("stone", 0.24, 0.6))
@@ -232,9 +232,9 @@ def test_a_wall_stops_the_fall_and_the_block_leans_as_geometry_says() -> None:
     x, _, angle = poses[-1, 2, :3]
     pivot = x + np.cos(angle) * 0.12 - np.sin(angle) * 0.3
     assert answers.status[0] == 0
-    assert answers.overturned[0] == 1, "it will not come back"
+    assert answers.overturned[0] == 1, "it stays leaning on the wall"
     assert np.abs(poses[-1, 2, 3:]).max() < 1e-3
-    # Its upper corner touches the wall: H sin θ spans the way from the pivot.
+    # Its upper corner touches the wall: H sin θ is the distance of the wall from the pivot.
     assert angle == pytest.approx(np.arcsin((0.42 - pivot) / 0.6), abs=1e-4)
     assert angle > np.arctan(0.4)
     # Without the wall the same pulse overturns it.
@@ -243,16 +243,16 @@ def test_a_wall_stops_the_fall_and_the_block_leans_as_geometry_says() -> None:
     assert alone["overturned"].item() == 1
 
 
-def test_a_blow_between_two_free_blocks_is_what_shakes_fastest() -> None:
-    """Both give way: K (1/m + r²/I) of each, which is 4 K/m for a rectangle; at rest each has at most 6 K/m."""
+def test_the_contact_between_two_free_blocks_has_the_highest_mode() -> None:
+    """Each block adds K (1/m + r²/I) = 4 K/m for a rectangle; at rest each has at most 6 K/m."""
     made = prepare(scene(block("one", 0.3, 0.3, x=-0.2), block("other", 0.3, 0.3, x=0.25)))
     masses = [item.mass for item in made.placed if not item.fixed]
     stiffness = made.laws.normal[made.pairs.index((2, 1, 0, 0))]
     assert made.square == pytest.approx(4.0 * stiffness * sum(1.0 / mass for mass in masses), rel=1e-9)
 
 
-def test_a_block_that_rocks_too_little_to_fall_is_not_followed_to_its_rest() -> None:
-    """E/E_max = 1 − (1 − θ/α)² (Housner 1963): below it after record and largest rotation no fall is left."""
+def test_a_case_ends_when_the_energy_is_too_low_to_overturn() -> None:
+    """E/E_max = 1 − (1 − θ/α)² (Housner 1963): a case ends after its record when E is clearly below E_max."""
     time, alpha = np.arange(0, 0.605, 0.01), np.arctan(0.2)
     made = scene(block("block", 0.12, 0.6))
     for peak, share, ended in ((2.6, 0.37, True), (3.0, 0.67, False)):
@@ -263,21 +263,21 @@ def test_a_block_that_rocks_too_little_to_fall_is_not_followed_to_its_rest() -> 
         assert 1 - (1 - angle.max()) ** 2 == pytest.approx(share, abs=0.01)
         assert (times[-1] < motion.duration + 0.2) == ended
         assert (angle[-1] > 0.1) == ended, "it still rocks"
-        # Its weight presses the one corner that it rocks on twice as deep as both of them, which is 1e-7 B.
+        # On one corner the static penetration is twice that on both corners (1e-7 B).
         turned = np.abs(path[:, 1, 2])
         height = path[:, 1, 1] - (0.3 * np.cos(turned) + 0.06 * np.sin(turned))
         assert np.median(height[angle > 0.05]) == pytest.approx(-2e-7 * 0.12, rel=0.05)
 
 
 def leaning_shaft(lean: float, *more: dict[str, object]) -> Scene:
-    """A shaft of 0.2 m x 0.6 m that leans to the azimuth by an angle, rad, on a wider base."""
+    """Return a shaft (0.2 m × 0.6 m) that leans towards the azimuth by `lean` (rad) on a wider base."""
     shaft = block("shaft", 0.2, 0.6, "base", rotation_deg=float(np.degrees(lean)))
     return scene(GROUND, block("base", 0.6, 0.5), shaft, *more)
 
 
 @pytest.mark.parametrize("lean_deg", [0.0, np.degrees(1e-9), np.degrees(1e-6), 0.001, 0.09, -0.09])
-def test_a_shaft_that_leans_by_less_than_a_tenth_of_a_degree_has_its_angle(lean_deg: float) -> None:
-    """Arm over height of its centre, less the lean; its peak rotation is a share of that, as of an upright one."""
+def test_a_shaft_leaning_less_than_a_tenth_of_a_degree_has_a_critical_angle(lean_deg: float) -> None:
+    """α = arm over height of the centre, minus the lean; the peak rotation is a share of it, as for an upright one."""
     made = leaning_shaft(np.radians(lean_deg))
     prepared = prepare(made)
     expected = np.arctan(1.0 / 3.0) - abs(np.radians(lean_deg))
@@ -294,13 +294,13 @@ def test_a_shaft_that_leans_by_less_than_a_tenth_of_a_degree_has_its_angle(lean_
         assert float(found["peak_rotation"]) == pytest.approx(float(upright["peak_rotation"]), abs=1e-3)
 
 
-def test_a_shaft_that_leans_by_more_has_none_and_leaves_the_base_its_own() -> None:
+def test_a_shaft_leaning_more_has_no_critical_angle_but_its_base_has() -> None:
     alpha = prepare(leaning_shaft(np.radians(0.2))).alpha
     assert np.isnan(alpha[2])
     assert alpha[1] == pytest.approx(np.arctan(0.6 / 0.5))
 
 
-def test_a_shaft_at_a_wall_by_less_than_a_tenth_of_a_degree_has_its_angle() -> None:
+def test_a_shaft_a_tenth_of_a_degree_from_a_wall_has_a_critical_angle() -> None:
     lean = np.radians(0.05)
     edge = prepare(leaning_shaft(lean)).placed[2].points[:, 0].max()
     wall = {"name": "wall", "kind": "driven", "width": 0.2, "height": 1.0, "at": [edge + 0.1, 0.6]}

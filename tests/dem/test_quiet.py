@@ -1,4 +1,4 @@
-"""The time before and after a block can move, from the thresholds of a rigid one."""
+"""Times before and after which a block cannot move, from the thresholds of a rigid block."""
 
 import numpy as np
 import pytest
@@ -13,15 +13,13 @@ LOUD = slice(400, 700)
 
 @pytest.mark.parametrize("vertical", [False, True])
 @pytest.mark.parametrize("share", [0.99, 1.01])
-def test_a_block_at_rest_is_computed_from_well_before_it_can_move_until_after_the_last_time(
-    vertical: bool, share: float
-) -> None:
-    """Rocking starts at |a| = (g + a_up) B/H: just below the safe share of it never counts, just above does."""
+def test_a_case_is_computed_from_before_the_first_to_after_the_last_strong_sample(vertical: bool, share: float) -> None:
+    """Samples above `SAFE_SHARE` of the rocking threshold |a| = (g + a_up) B/H count, samples just below do not."""
     slenderness, amplitude = 0.3, 2.0
     level = np.zeros(1000)
     level[LOUD] = share * SAFE_SHARE * slenderness * STANDARD_GRAVITY / amplitude
-    level[650] = 1.01 / SAFE_SHARE * level[650] / share  # once above the threshold itself
-    # Upward motion makes the block heavier: the same ratio needs more.
+    level[650] = 1.01 / SAFE_SHARE * level[650] / share  # one sample above the threshold itself
+    # Upward acceleration makes the block heavier: the same ratio needs a stronger motion.
     up = np.full(1000, 0.5 * STANDARD_GRAVITY / amplitude) if vertical else None
     north = level * (1.5 if vertical else 1.0)
     motion = Motion(north, 0 * north, up, sampling_interval=INTERVAL, trust_data=True)
@@ -31,7 +29,7 @@ def test_a_block_at_rest_is_computed_from_well_before_it_can_move_until_after_th
     assert not stays_at_rest[0]
     begin, end = (LOUD.start, LOUD.stop - 1) if share > 1 else (650, 650)
     assert first[0] in (max(begin - 1 - round(LEAD / INTERVAL), 0), begin - round(LEAD / INTERVAL))
-    # From the last loud sample the motion goes on linearly to the next.
+    # The motion is linear from the last strong sample to the next.
     assert end + 1 <= calm[0] <= end + 2
 
 

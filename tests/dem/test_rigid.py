@@ -1,4 +1,4 @@
-"""The exact rigid block against closed forms, against SciPy's integrator on real records, and bit for bit mirrored."""
+"""The rigid block against closed forms and SciPy's integrator on real records; bit-equal mirror images."""
 
 import math
 from typing import Any
@@ -18,10 +18,10 @@ G = STANDARD_GRAVITY
 
 
 def slender_under_half_sine(strength: float, ratio: float) -> float:
-    """Largest θ/α of a slender block under a half sine of a multiple of its threshold, ω = ratio p; inf: it falls.
+    """Return the largest θ/α of a slender block under a half sine with ω = ratio · p; inf if it overturns.
 
-    θ̈ = p² (θ − α + a/g) in closed form from the lift-off on, free after the pulse (Housner 1963, section 4);
-    not a number where it comes back before the pulse is over.
+    The amplitude is `strength` times the rocking threshold. Closed form of θ̈ = p² (θ − α + a/g) from lift-off, free
+    motion after the pulse (Housner 1963, section 4); NaN if the block turns back during the pulse.
     """
     lift_off = math.asin(1.0 / strength)
     share, end = 1.0 / (1.0 + ratio**2), (math.pi - lift_off) / ratio  # time in 1/p
@@ -50,7 +50,7 @@ def test_a_slender_block_under_a_half_sine_follows_the_closed_form(ratio: float)
 
 
 def by_scipy(motion: Motion, height: float, b_over_h: float) -> tuple[int, float]:
-    """Side and largest |θ|/α along north, by a Runge–Kutta pair of eighth order between events."""
+    """Return the side and the largest |θ|/α along north, by SciPy's DOP853 between events."""
     alpha, square = math.atan(b_over_h), frequency_parameter(height, b_over_h) ** 2
     time = np.arange(motion.samples + 3) * motion.sampling_interval
     waves = [np.append(wave, np.zeros(3)) / G for wave in (motion.north, motion.up)]
@@ -94,8 +94,8 @@ def by_scipy(motion: Motion, height: float, b_over_h: float) -> tuple[int, float
     [(9, 0.6, 0.25, 1.0), (9, 1.2, 0.45, 1.0), (7, 0.6, 0.3, 1.5), (10, 2.0, 0.15, 1.0), (6, 0.02, 0.5, 2.0),
      (6, 0.6, 1.0, 3.0)],
 )  # fmt: skip
-def test_under_a_real_record_it_is_scipys_solution(number: int, height: float, b_over_h: float, factor: float) -> None:
-    """The fourth is as low as two centimetres, so that a sample is divided."""
+def test_real_records_agree_with_scipys_integrator(number: int, height: float, b_over_h: float, factor: float) -> None:
+    """Includes a block 2 cm high, for which a sample is divided into several steps."""
     part = strong_part(number, 2.0, 3.0)
     north, up = factor * part.north, 0.5 * factor * part.east
     motion = Motion(north, 0 * north, up, sampling_interval=part.sampling_interval, trust_data=True)
@@ -106,7 +106,7 @@ def test_under_a_real_record_it_is_scipys_solution(number: int, height: float, b
     assert peak > 0.05
 
 
-def test_a_mirrored_case_and_a_case_among_others_have_the_same_bits() -> None:
+def test_results_are_bit_equal_for_mirrored_cases_and_any_other_cases() -> None:
     part = strong_part(9, 2.0, 6.0)
     motion = Motion(part.north, part.east, 0.4 * part.north, sampling_interval=part.sampling_interval)
     azimuth, ratio = (one.ravel() for one in np.meshgrid(np.arange(0.0, 360.0, 10.0), [0.1, 0.25, 0.4, 1.5]))
@@ -119,7 +119,7 @@ def test_a_mirrored_case_and_a_case_among_others_have_the_same_bits() -> None:
     assert alone.peak_rotation.tobytes() == found.peak_rotation[5:6].tobytes()
 
 
-def test_a_tilted_block_at_rest_comes_back_and_swings_less() -> None:
+def test_a_block_released_from_a_tilt_never_exceeds_it() -> None:
     quiet = Motion(np.zeros(4000), np.zeros(4000), sampling_interval=0.005)
     found = rocking(quiet, Cases(0.0, 1.0, 0.3, 1.0, initial_tilt=[0.1, -0.1]))
     assert found.overturned.tolist() == [0, 0]
@@ -127,9 +127,9 @@ def test_a_tilted_block_at_rest_comes_back_and_swings_less() -> None:
 
 
 def by_small_steps(along: np.ndarray, interval: float, height: float, b_over_h: float) -> tuple[int, float]:
-    """Side and largest |θ|/α under a record on level ground: Runge–Kutta in short steps, halved up to each event."""
+    """Return the side and the largest |θ|/α by Runge–Kutta in short steps, with bisection at each impact."""
     alpha, square = math.atan(b_over_h), frequency_parameter(height, b_over_h) ** 2
-    wave, kept = np.append(along, 0.0) / G, restitution(b_over_h)
+    wave, retained = np.append(along, 0.0) / G, restitution(b_over_h)
     time, end = np.arange(wave.size) * interval, wave.size * interval + 2.0
     now, lean, rate, side, peak = 0.0, 0.0, 0.0, 0, 0.0
 
@@ -162,7 +162,7 @@ def by_small_steps(along: np.ndarray, interval: float, height: float, b_over_h: 
             for _ in range(40):
                 middle = 0.5 * (low + high)
                 low, high = (low, middle) if after(now, state, middle)[0] < 0.0 else (middle, high)
-            now, lean, rate = now + high, 0.0, -kept * after(now, state, high)[1]
+            now, lean, rate = now + high, 0.0, -retained * after(now, state, high)[1]
             side = -side if rate > 1e-6 * math.sqrt(square) else 0
             continue
         now, (lean, rate) = now + h, then
@@ -180,7 +180,7 @@ def by_small_steps(along: np.ndarray, interval: float, height: float, b_over_h: 
 def test_a_block_lifts_off_lands_and_turns_more_than_once_within_a_sample(
     start: list[float], interval: float, height: float, b_over_h: float
 ) -> None:
-    """Samples are given over g B/H. The first three lift off and land within one sample, the others turn back twice."""
+    """Samples over g B/H. The first three blocks lift off and land within a sample, the others turn back twice."""
     along = np.append(start, np.zeros(round(0.4 / interval))) * b_over_h * G
     motion = Motion(along, 0 * along, sampling_interval=interval, trust_data=True)
     found = rocking(motion, Cases([0.0, 180.0], height, b_over_h, 1.0))
@@ -191,7 +191,7 @@ def test_a_block_lifts_off_lands_and_turns_more_than_once_within_a_sample(
 
 @pytest.mark.parametrize("parts", [2, 3, 5, 10])
 def test_a_record_interpolated_linearly_changes_no_flag_and_no_peak(parts: int) -> None:
-    """White noise, from its first sample on. Chaotic cells aside, whose answer an amplitude of 0.1 % more changes."""
+    """White noise from the first sample. Chaotic cells, whose peak changes with 0.1 % of amplitude, are left out."""
     generator, cells, worst = np.random.default_rng(5), 0, 0.0
     for interval in (0.005, 0.01, 0.02):
         for strength in (3.0, 6.0, 12.0):

@@ -1,4 +1,4 @@
-"""Blocks against Housner's rocking block, solved exactly, and against the known answer of real records."""
+"""Blocks against the exact solution of Housner's rocking block, and against known outcomes for real records."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ FALLING = {7: "Petrolia", 9: "Rinaldi", 10: "Sylmar Olive View"}
 
 
 def pulse(period: float) -> np.ndarray:
-    """One cycle of a sine."""
+    """Return one cycle of a sine with amplitude 1."""
     t = np.arange(round(period / INTERVAL) + 1) * INTERVAL
     return np.sin(2 * np.pi * t / period)
 
@@ -28,7 +28,10 @@ def pulse(period: float) -> np.ndarray:
 def under_pulse(
     shape: np.ndarray, axes: tuple[object, ...], friction: float, spread: float
 ) -> tuple[Results, np.ndarray, np.ndarray]:
-    """Results over heights, B/H and amplitudes over g·B/H, Housner's sides, and which a spread of these leaves."""
+    """Return results for heights, B/H and amplitudes over g·B/H, Housner's sides, and a mask of robust cases.
+
+    A case is robust if Housner's side does not change when the amplitude changes by ± `spread`.
+    """
     height, ratio, share = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
     motion, amplitude = Motion(shape, 0 * shape, sampling_interval=INTERVAL), share * ratio * STANDARD_GRAVITY
     spreads = ((1 - spread) * amplitude, amplitude, (1 + spread) * amplitude)
@@ -50,7 +53,7 @@ def test_flags_and_sides_of_pulses_agree_with_the_rocking_solution() -> None:
 
 
 @pytest.mark.parametrize("friction", [300.0, 1e3, 1e6])
-def test_any_large_friction_is_that_of_a_block_that_cannot_slide(friction: float) -> None:
+def test_any_large_friction_gives_a_block_that_cannot_slide(friction: float) -> None:
     axes = [0.3, 1.0], [0.2, 0.3, 0.4, 0.45], np.linspace(1.1, 6.0, 12)
     found, expected, firm = under_pulse(pulse(0.5), axes, friction, 0.03)
     assert (found.status == Status.SIMULATED).all()
@@ -59,8 +62,8 @@ def test_any_large_friction_is_that_of_a_block_that_cannot_slide(friction: float
 
 
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])
-def test_peak_rotation_after_a_short_pulse_is_that_of_the_rocking_block(scheme: str) -> None:
-    """The largest rotation may come after a record that ends while the block rocks."""
+def test_peak_rotation_after_a_short_pulse_agrees_with_the_rocking_block(scheme: str) -> None:
+    """The largest rotation may occur after the end of the record, while the block still rocks."""
     shape = np.append(pulse(0.3), 0.0)
     height, ratio = np.array([2.28, 1.67, 1.91, 0.91]), np.array([0.134, 0.195, 0.273, 0.256])
     amplitude = np.array([3.2, 3.9, 4.2, 2.5]) * ratio * STANDARD_GRAVITY
@@ -74,7 +77,7 @@ def test_peak_rotation_after_a_short_pulse_is_that_of_the_rocking_block(scheme: 
 
 @pytest.mark.parametrize("damping_ratio", [0.5, 1.0])
 @pytest.mark.parametrize("number", range(1, 15))
-def test_known_answer(number: int, damping_ratio: float) -> None:
+def test_pulse_records_overturn_in_the_fault_normal_component_only(number: int, damping_ratio: float) -> None:
     """Three of fourteen pulse records overturn B/H = 0.4, in the fault-normal component only."""
     motion, normal, parallel = near_field(number)
     grid = {"azimuth_deg": [normal, parallel], "height": [0.6], "b_over_h": [0.39, 0.4, 0.42], "friction": [1.0]}

@@ -1,4 +1,4 @@
-"""One way to compute any scene: which kernel it takes, and what its variables are like from behind."""
+"""Running any model: choice of kernel, equal outcomes of grid, cases and paths, and limits of a path."""
 
 from typing import Any
 
@@ -42,7 +42,7 @@ CASES = Cases(0.0, 0.6, [0.2, 0.3], 0.7)
         ("against-a-wall", False, PolygonPlan),
     ],
 )
-def test_a_block_on_the_ground_takes_the_blocks_kernel(name: str, general: bool, kind: type) -> None:
+def test_a_block_on_the_ground_uses_the_block_kernel(name: str, general: bool, kind: type) -> None:
     assert type(plan_of(Planes(shipped(name)), MOTION, CASES, Numerics(general=general))) is kind
 
 
@@ -66,7 +66,7 @@ def test_the_gravestone_is_the_default_of_every_function() -> None:
 @pytest.mark.parametrize(
     "model", [None, shipped("three-tier"), "rectangle", 6], ids=["block", "scene", "rectangle", "hexagon"]
 )
-def test_a_grid_its_cases_and_their_paths_have_the_same_answers(model: Any) -> None:
+def test_grid_cases_and_paths_have_the_same_outcomes(model: Any) -> None:
     known = as_model(model)
     axes = {f"{known.direction}_deg": [10.0, 50.0], "height": [0.6], "b_over_h": [0.25, 0.75], "friction": [0.7]}
     arrays = simulate_arrays(MOTION, model, **axes)
@@ -85,7 +85,7 @@ def test_a_grid_its_cases_and_their_paths_have_the_same_answers(model: Any) -> N
 
 
 @pytest.mark.parametrize(("model", "orientation"), [("circle", 30.0), (5, 100.0), ("rectangle", 130.0)])
-def test_a_path_is_bit_equal_to_its_cell_where_the_body_looks_the_same(model: Any, orientation: float) -> None:
+def test_a_path_is_bit_equal_to_its_cell_at_equivalent_orientations(model: Any, orientation: float) -> None:
     size = {"height": 0.6, "b_over_h": 0.25, "friction": 0.7}
     cell = simulate_arrays(MOTION, model, orientation_deg=orientation, **size)
     path = trajectory(MOTION, model, orientation_deg=orientation, **size)
@@ -96,12 +96,12 @@ def test_a_path_is_bit_equal_to_its_cell_where_the_body_looks_the_same(model: An
             np.testing.assert_array_equal(path[variable.name], shown, err_msg=variable.name)
 
 
-def test_a_scene_with_its_own_friction_is_computed_once_for_all_of_the_grid() -> None:
+def test_a_scene_with_its_own_friction_is_computed_once_per_grid() -> None:
     law = {"between": ("stone", "stone"), "friction": 0.3}
     scene = check_scene(shipped("gravestone").model_dump() | {"contacts": [law]})
     model = Planes(scene)
     grid = grid_over(model, azimuth_deg=[0.0, 180.0])
-    # As of a study of which another variant sweeps it; who simulates the scene alone is told that it has its own.
+    # A study may sweep friction for another variant; a direct simulation refuses the argument.
     arrays = simulate_grid(model, MOTION, grid.replace_rows(friction=np.array([0.1, 0.9])), Numerics())
     with refused(ArgumentError, "friction: [0.1, 0.9]; scene gravestone has coefficients of its own", brief=True):
         simulate_arrays(MOTION, scene, azimuth_deg=[0.0, 180.0], friction=[0.1, 0.9])
@@ -110,8 +110,8 @@ def test_a_scene_with_its_own_friction_is_computed_once_for_all_of_the_grid() ->
         np.testing.assert_array_equal(values, np.repeat(swept[name], 2, axis=3), err_msg=name)
 
 
-def test_seen_from_behind() -> None:
-    """Sides and slips change sign, but neither a missing flag nor a zero; towards and away change places."""
+def test_outcomes_of_the_opposite_azimuth_change_sign() -> None:
+    """Sides and slips change sign, except missing flags and zeros; probabilities towards and away are exchanged."""
     arrays = {
         "overturned": np.array([1, -1, 0, INT8_MISSING], np.int8), "residual_slip": np.array([0.5, -0.5, 0.0, np.nan]),
         "peak_slip": np.array([0.5, 0.5, 0.0, 0.1]), "probability_towards": np.zeros(4), "probability_away": np.ones(4),
@@ -126,7 +126,7 @@ def test_seen_from_behind() -> None:
 
 
 @pytest.mark.parametrize("kind", ["block", "space"])
-def test_a_path_is_computed_once_however_many_rows_it_gets(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_path_is_computed_once_for_any_number_of_rows(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = list[int]()
     monkeypatch.setattr(Plan, "queue", staticmethod(lambda *arguments: calls.append(1) or run_queue(*arguments)))
     time = np.arange(60) * 0.01
@@ -143,7 +143,7 @@ def test_a_path_is_computed_once_however_many_rows_it_gets(kind: str, monkeypatc
     assert path["time"][-1] > time[-1]
 
 
-def test_a_path_too_long_to_be_kept_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_path_above_the_memory_limit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: Any) -> Any:
         return np.broadcast_to(np.zeros((), ROW), 10_000_000), -1
 
@@ -156,7 +156,7 @@ def test_a_path_too_long_to_be_kept_is_refused(monkeypatch: pytest.MonkeyPatch) 
 
 
 @pytest.mark.parametrize("model", ["block", "rectangle"])
-def test_a_path_takes_no_more_memory_than_is_allowed(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
+def test_a_path_stays_within_the_memory_limit(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
     time = np.arange(60) * 0.01
     wave = Motion(5.0 * np.sin(11.0 * time), 0 * time, sampling_interval=0.01)
 
@@ -166,7 +166,7 @@ def test_a_path_takes_no_more_memory_than_is_allowed(monkeypatch: pytest.MonkeyP
 
     path = computed()
     numbers = sum(values.size for values in path.variables.values() if "time" in values.dims)
-    # The kernel asks for the rows of a whole sample.
+    # The kernel requests rows for a whole sample.
     monkeypatch.setattr(plan, "MAX_PATH_NUMBERS", numbers + 20 * numbers // path.sizes["time"])
     assert computed().sizes == path.sizes
     monkeypatch.setattr(plan, "MAX_PATH_NUMBERS", numbers - 1)
@@ -174,7 +174,7 @@ def test_a_path_takes_no_more_memory_than_is_allowed(monkeypatch: pytest.MonkeyP
         computed()
 
 
-def test_a_path_grows_by_rows_that_keep_what_was_noted() -> None:
+def test_an_extended_path_keeps_its_rows() -> None:
     path = np.arange(4.0).astype([("time", "f8")])
     assert with_room.py_func(path, 4, 100) is path
     longer = with_room(path, 5, 100)

@@ -1,4 +1,4 @@
-"""The same bits for any number of threads, grouping, order and instruction set."""
+"""Bit-equal outcomes for any number of threads, grouping, order, mirror image and instruction set."""
 
 import os
 import platform
@@ -74,7 +74,7 @@ def test_a_trajectory_is_bit_equal_to_its_cell() -> None:
 
 
 @pytest.mark.parametrize("vertical", [False, True])
-def test_mirrored_half_is_exact(vertical: bool) -> None:
+def test_the_mirrored_half_of_the_azimuths_is_exact(vertical: bool) -> None:
     motion, _, _ = near_field(7)
     if vertical:
         motion = type(motion)(motion.north, motion.east, 0.4 * motion.north, sampling_interval=motion.sampling_interval)
@@ -92,7 +92,7 @@ def test_mirrored_half_is_exact(vertical: bool) -> None:
 
 
 SSE2 = {"NUMBA_CPU_NAME": "x86-64", "NUMBA_CPU_FEATURES": "+sse2"}
-# Environment and threads by target; the host's own code is of its widest set, AVX-512 where it has that.
+# Environment variables and number of threads by target; "host" uses the widest instruction set of the machine.
 TARGETS = {
     "host": ({}, 2),
     "sse2, without fma": ({"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-AVX2", **SSE2}, 1),
@@ -102,7 +102,7 @@ TARGETS = {
 
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder with the motion that each target computes."""
+    """Return a folder with the motion that each target simulates."""
     folder = tmp_path_factory.mktemp("bits")
     motion, _, _ = near_field(10)
     part = slice(100, 500)

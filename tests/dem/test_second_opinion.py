@@ -1,8 +1,8 @@
-"""The block's kernel against a plain loop written from the equations, which shares nothing with it.
+"""The block kernel against an independent plain loop (`scalar_kernel`), the reference.
 
-Both are taken in steps so short that what they still differ by is their own error. How large that is was read from the
-second opinion alone: in steps twice as long its peak rotations over α change by 6e-6 or less in the median of a record
-and by up to 2e-3 where a block nearly falls, its slips by 3e-8 m in the median; the bounds below are of that size.
+Steps are so short that the remaining differences are discretisation errors of the reference. With steps twice as long,
+its peak rotations over α change by at most 6e-6 (median of a record) and up to 2e-3 for nearly falling blocks, its
+slips by 3e-8 m (median). The bounds below have that size.
 """
 
 from dataclasses import replace
@@ -23,7 +23,7 @@ from tests.dem.scalar_kernel import outcomes
 
 FINE = "0.03 stable"
 SOFT = Contact(static_penetration=2e-5, damping_ratio=1.0)
-"""The contact of both unless a test has another: the second opinion's steps shrink with stiffness and damping."""
+"""Default contact of the tests: soft, since the steps of the reference shrink with stiffness and damping."""
 CELLS = list(product([0.0, 45.0, 90.0, 135.0], [0.6, 1.2], [0.15, 0.25, 0.35, 0.45], [0.33, 1.0]))
 
 
@@ -32,7 +32,7 @@ def cases(cells: list[Any]) -> Cases:
 
 
 def differences(found: Results, plain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Which sides agree, and by how much peak rotation and slip differ where both blocks stand."""
+    """Return a mask of equal sides, and the differences of peak rotation and slip of cases that stand in both."""
     same = found.overturned == plain[:, 0]
     stands = same & (found.overturned == 0)
     rotation, slip = np.abs(found.peak_rotation - plain[:, 1]), np.abs(found.peak_slip - plain[:, 2])
@@ -41,21 +41,21 @@ def differences(found: Results, plain: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 @pytest.mark.long
 @pytest.mark.parametrize(("number", "pulse"), [(7, True), (10, True), (15, False)])
-def test_sides_rotations_and_slips_are_those_of_the_equations(number: int, pulse: bool) -> None:
-    motion = strong_part(number, 3.0, 3.0, pulse)  # the second opinion takes a hundred thousand steps for a second
+def test_sides_rotations_and_slips_agree_with_an_independent_integration(number: int, pulse: bool) -> None:
+    motion = strong_part(number, 3.0, 3.0, pulse)  # short: the reference takes 100,000 steps per second of motion
     plain = outcomes(motion, CELLS)
     assert 0.2 < (plain[:, 0] != 0).mean() < 0.9
     for scheme in ("centred", "cundall"):
         found = run_cases(motion, cases(CELLS), gravestone(SOFT), scheme=scheme, leave_out=False, time_step=FINE)
         assert (found.status == 0).all()
         same, rotation, slip = differences(found, plain)
-        # A rocking block amplifies what it is given: a cell near a boundary may part.
+        # A rocking block amplifies small differences: a cell near the stability boundary may differ.
         assert same.mean() >= 0.98, scheme
         assert np.median(rotation) < 5e-6, scheme
         assert (rotation < 5e-3).mean() >= 0.95, scheme
         assert np.median(slip) < 5e-7, scheme
         assert (slip < 1e-4).mean() >= 0.95, scheme
-    # As users take it, in steps hundreds of times as long.
+    # With default steps, which are hundreds of times longer.
     same, rotation, slip = differences(run_cases(motion, cases(CELLS), gravestone(SOFT), leave_out=False), plain)
     assert same.mean() >= 0.95
     assert np.median(rotation) < 1e-3
@@ -67,12 +67,14 @@ CONTACTS = [{"damping_ratio": 0.1}, {"stiffness_ratio": 0.3}, {"stiffness": 1e7}
 
 @pytest.mark.parametrize("contact", CONTACTS, ids=lambda contact: next(iter(contact)))
 @pytest.mark.parametrize("scheme", ["centred", pytest.param("cundall", marks=pytest.mark.long)])
-def test_other_contacts_with_vertical_motion_are_those_of_the_equations(contact: dict[str, float], scheme: str) -> None:
+def test_other_contacts_with_vertical_motion_agree_with_an_independent_integration(
+    contact: dict[str, float], scheme: str
+) -> None:
     t = np.arange(300) * 0.01
     pulse = np.sin(2 * np.pi * t / 0.8) * (t < 1.6)
     motion = Motion(3.0 * pulse, 1.0 * pulse, 2.0 * np.sin(7.0 * t) * (t < 2), sampling_interval=0.01)
     cells = list(product([0.0, 90.0], [0.6, 1.2], [0.1, 0.2, 0.3, 0.4, 0.5], [0.33, 1.0]))
-    # A stiffness that is given has no static penetration beside it.
+    # A stiffness cannot be combined with a static penetration.
     soft = replace(SOFT, static_penetration=STATIC_PENETRATION) if "stiffness" in contact else SOFT
     found = run_cases(
         motion, cases(cells), gravestone(replace(soft, **contact)), scheme=scheme, leave_out=False, time_step=FINE
@@ -97,7 +99,7 @@ def test_shaking_the_base_and_shaking_the_frame_give_the_same_motion() -> None:
     np.testing.assert_allclose(base[stands, 1], frame.peak_rotation[stands], rtol=1e-5, atol=1e-8)
 
 
-def test_a_block_let_go_on_one_corner_rocks_as_the_equations_say() -> None:
+def test_a_block_released_on_one_corner_agrees_with_an_independent_integration() -> None:
     still = Motion(np.zeros(50), np.zeros(50), sampling_interval=0.01)
     cell = (0.0, 0.6, 0.3, 0.5)
     for scheme in ("centred", "cundall"):

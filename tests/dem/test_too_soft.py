@@ -1,4 +1,4 @@
-"""A contact so soft that the weight alone presses it in too far has no answer, shaken or not."""
+"""Cases with excessive static penetration have no valid outcome, with or without motion."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ ALL = pytest.mark.parametrize("leave_out", [True, False])
 
 @SHAKEN
 @ALL
-def test_a_block_pressed_in_too_far_is_marked(peak: float, leave_out: bool) -> None:
+def test_a_block_with_excessive_static_penetration_is_marked(peak: float, leave_out: bool) -> None:
     north = peak * np.sin(np.arange(200) * 0.1)
     motion = Motion(north, np.zeros(200), sampling_interval=0.01)
     cases = Cases(0.0, 1.0, [0.3, 0.3], 0.6)
@@ -34,13 +34,13 @@ def test_a_block_pressed_in_too_far_is_marked(peak: float, leave_out: bool) -> N
 @SHAKEN
 @ALL
 @pytest.mark.parametrize(("plan", "times"), [("rectangle", 1), ("circle", 2), (6, 3)])
-def test_a_body_in_space_pressed_in_too_far_is_marked(
+def test_a_3d_body_with_excessive_static_penetration_is_marked(
     peak: float, leave_out: bool, plan: str | int, times: int
 ) -> None:
-    """Too far is a tenth of the smaller side: 0.1 B, or 0.1 H of a squat one.
+    """The limit is a tenth of the smaller side: 0.1 B, or 0.1 H for a squat body.
 
-    Its static penetration is that of a rectangle's vertices, or of two of the four points of a rim or the six vertices,
-    all of which carry it at rest.
+    The contact law's static penetration is that of a rectangle on its four vertices, of a cylinder on two points of its
+    rim, or of a hexagon on two vertices. At rest a rim has four points and a hexagon six vertices: `times` as many.
     """
     north = peak * np.sin(np.arange(200) * 0.1)
     motion = Motion(north, np.zeros(200), sampling_interval=0.01)
@@ -65,8 +65,8 @@ def test_a_body_in_space_pressed_in_too_far_is_marked(
 
 
 @SHAKEN
-def test_a_stone_as_wide_as_to_overlap_its_wall_has_no_answer(peak: float) -> None:
-    """The face of the wall is at 0.22 m: of a stone of 0.6 m a B/H of 0.7333; wider, the wall would throw it."""
+def test_a_stone_that_overlaps_its_wall_has_a_missing_outcome(peak: float) -> None:
+    """The wall is 0.22 m from the centre: a stone 0.6 m high overlaps it from B/H 0.7333 and would be thrown off."""
     motion = Motion(peak * np.sin(np.arange(200) * 0.1), np.zeros(200), sampling_interval=0.01)
     ratios = [0.4, 0.73, 0.44 / 0.6, 0.7334, 0.75, 0.9]
     found = simulate_arrays(motion, load_scene("against-a-wall"), azimuth_deg=[0, 180], b_over_h=ratios)

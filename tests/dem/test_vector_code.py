@@ -1,4 +1,4 @@
-"""The innermost loops are vector code of full width, and nothing is contracted to a fused multiply–add."""
+"""Innermost loops are vectorised at full width, without fused multiply–add instructions."""
 
 import platform
 import re
@@ -26,7 +26,7 @@ from tests.expect import lacking
 pytestmark = pytest.mark.long
 
 Compile = Callable[[], Iterator[str]]
-"""Compiles a kernel's loops and gives the assembly of each."""
+"""Function that compiles a loop and yields the assembly of each of its variants."""
 
 
 def compiled(loop: Any, *arguments: Any) -> Compile:
@@ -60,58 +60,58 @@ LOOPS: dict[str, Compile] = {
     "motion, level": compiled(cundall.advance, None, ELEMENT, OWN, 9.80665),
     "slip": compiled(record_sample, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
 }
-"""Loops of polygons, as many lanes as the widest vector has numbers."""
+"""Loops of the scene kernel; they have as many lanes as the widest vector has numbers."""
 
 
 def operations() -> tuple[str, str]:
-    """Patterns of packed double arithmetic at full width, and of scalar double arithmetic."""
+    """Return regular expressions for packed double arithmetic at full width, and for scalar double arithmetic."""
     kind = platform.machine().lower()
     if kind in ("x86_64", "amd64"):
         has = llvm.get_host_cpu_features()
         register = "zmm" if has.get("avx512f") else "ymm" if has.get("avx2") else "xmm"
         return rf"\bv?(?:add|sub|mul|div)pd\b[^\n]*%{register}", r"\bv?(?:add|sub|mul|div)sd\b"
     if kind not in ("aarch64", "arm64"):
-        lacking(f"{kind}: say what vector code looks like there")
+        lacking(f"{kind}: no patterns of vector code for this processor")
     return r"\bf(?:add|sub|mul|div)(?:\.2d)?\s+v[^\n]*", r"\bf(?:add|sub|mul|div)\s+d\d"
 
 
 MASKED = re.compile(r"\bvmaskmovpd\s+%[xy]mm\d+, %[xy]mm\d+, \S*\(|\bvmov[au]pd\s+%[xyz]mm\d+, \S*\([^\n]*\{%k")
-"""A store under a condition; ten cycles each on some processors."""
+"""Conditional (masked) stores, which take ten cycles each on some processors."""
 
 FUSED = re.compile(r"\bv?f[n]?m(?:add|sub|addsub|subadd)\w*|\bfml[as]\b|\bfn?madd\b")
 
 
 @pytest.mark.parametrize("name", LOOPS)
-def test_each_small_loop_is_vector_code_of_full_width_without_fused_multiply_add(name: str) -> None:
+def test_small_loops_are_fully_vectorised_without_fused_multiply_add(name: str) -> None:
     packed, scalar = operations()
     for assembly in LOOPS[name]():
         assert not FUSED.search(assembly)
         wide, single = len(re.findall(packed, assembly)), len(re.findall(scalar, assembly))
         assert not MASKED.search(assembly)
-        # What is left over of the columns is done in scalar code: each operation stands there once in either form.
+        # Left-over columns are processed in scalar code, so each operation occurs once in both forms.
         assert wide >= 15 or name == "keep", name
-        assert wide >= 0.9 * single, f"{wide} packed operations beside {single} scalar ones"
+        assert wide >= 0.9 * single, f"{wide} packed operations and {single} scalar ones"
 
 
 WAVE = 4.0 * np.sin(0.1 * np.arange(50))
 KERNELS: dict[str, tuple[Callable[..., Any], int]] = {
     "block, centred": (lambda motion, mu: run_cases(motion, Cases(0.0, 0.6, 0.3, mu)), 3),
     "block, cundall": (lambda motion, mu: run_cases(motion, Cases(0.0, 0.6, 0.3, mu), scheme="cundall"), 1),
-    "space": (lambda motion, _: run(Rectangle(), motion, Cases(0.0, 0.6, 0.3, 1.0)), 6),
+    "body": (lambda motion, _: run(Rectangle(), motion, Cases(0.0, 0.6, 0.3, 1.0)), 6),
 }
-"""What has a kernel compiled, or loaded, and how many large loops over the lanes it has."""
+"""Function that makes a kernel compile or load, and its number of large loops over the lanes."""
 
 
 @pytest.mark.parametrize(
     ("name", "vertical", "friction"),
     [(name, up, mu) for name in KERNELS for up in (False, True) for mu in (0.7, 0.0)[: 1 + ("block" in name)]],
 )
-def test_the_large_loops_of_a_kernel_are_vector_code(
+def test_the_large_loops_of_a_kernel_are_vectorised(
     name: str, vertical: bool, friction: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In the code that the tests run: each large loop jumps to its own begin, and is no scalar one.
+    """In the code that the tests run, each large loop (a block that jumps to its own start) is vectorised.
 
-    Of one over a number of lanes that is not known there may be a scalar copy for those that fill no vector.
+    A loop over a variable number of lanes may have a scalar copy for the lanes that do not fill a vector.
     """
     (compute, large), called = KERNELS[name], []
 
@@ -123,7 +123,7 @@ def test_the_large_loops_of_a_kernel_are_vector_code(
     compute(Motion(WAVE, WAVE, WAVE if vertical else None, sampling_interval=0.01), friction)
     library = run_queue.overloads[called[0]].library
     packed, scalar = operations()
-    # What was loaded is there as machine code and, for other code to link to, as what that was made of.
+    # A loaded library holds machine code and, for linking, the LLVM module from which the assembly is made.
     assembly = library._codegen._tm.emit_assembly(library._get_module_for_linking())
     assert not FUSED.search(assembly)
     found = []
@@ -135,7 +135,7 @@ def test_the_large_loops_of_a_kernel_are_vector_code(
     assert max(masked for wide, _, masked in found if wide >= 50) <= 1
 
 
-def test_a_fused_multiply_add_would_be_seen() -> None:
+def test_the_check_detects_a_fused_multiply_add() -> None:
     for text in (
         "vfmadd213pd %zmm0",
         "vfnmadd231sd",

@@ -19,26 +19,32 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.body import plan as body_plan
-from overturning.dem.body.centred import acceleration, drift_of, rim_point
-from overturning.dem.body.lying import landing_of, lands_flat, lie_all, lies, waits
+from overturning.dem.body.centred import acceleration, flat_landing_slip, rim_point
+from overturning.dem.body.lying import (
+    both_ends_rest,
+    contact_is_deferred,
+    landing_time,
+    lands_flat,
+    update_base_contacts,
+)
 from overturning.dem.body.rules import LOOPS
 from overturning.dem.body.state import (
     COLUMNS,
     ROWS,
     TICKS,
     VERTEX,
-    Account,
-    Lying,
-    Memory,
-    Peaks,
+    BaseContactState,
+    BodyAccount,
+    BodyPeaks,
+    BodyShaking,
+    BodyState,
     Point,
-    Shaking,
-    State,
     Vertex,
+    VertexHistory,
     angular_velocity,
     lean_of,
 )
-from overturning.dem.body.state import Body as Constants
+from overturning.dem.body.state import BodyConstants as Constants
 from overturning.dem.body.statics import highest_mode
 from overturning.dem.body.vectors import (
     Matrix,
@@ -54,7 +60,7 @@ from overturning.dem.body.vectors import (
 from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.ground import within_sample
 from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, OWNER, Rows, aligned, arithmetic
-from overturning.dem.kernel.mechanics import larger, within_circle
+from overturning.dem.kernel.mechanics import clamp_friction, larger
 from overturning.dem.kernel.queue import run_queue
 from overturning.dem.numerics import Numerics
 from overturning.dem.time_step import Scheme, parse_scheme, steps_per_sample
@@ -115,7 +121,7 @@ class Moved(NamedTuple):
 
 
 @njit(**INLINE)
-def vertex_moved(s: State, f: Matrix, vertex: Vertex, old: Memory) -> Moved:
+def vertex_moved(s: BodyState, f: Matrix, vertex: Vertex, old: VertexHistory) -> Moved:
     """A vertex, which is a point of the body: it moved from where it was."""
     arm = apply(f, vertex.own)
     place = plus(s.place, arm)
@@ -123,7 +129,7 @@ def vertex_moved(s: State, f: Matrix, vertex: Vertex, old: Memory) -> Moved:
 
 
 @njit(**INLINE)
-def rim_moved(body: Constants, s: State, f: Matrix, ahead: float, aside: float, dt: float) -> Moved:
+def rim_moved(body: Constants, s: BodyState, f: Matrix, ahead: float, aside: float, dt: float) -> Moved:
     """A point of the rim, which the contact passes over: it moved as the body does there."""
     arm = rim_point(body, f, ahead, aside)
     v = plus(s.velocity, cross(s.spin, arm))
@@ -132,12 +138,12 @@ def rim_moved(body: Constants, s: State, f: Matrix, ahead: float, aside: float, 
 
 @njit(**INLINE)
 def act(
-    body: Constants, s: State, at: Moved, old: Memory, rate: float, rule: tuple[bool, bool, float]
-) -> tuple[Wrench, Memory]:
+    body: Constants, s: BodyState, at: Moved, old: VertexHistory, rate: float, rule: tuple[bool, bool, float]
+) -> tuple[Wrench, VertexHistory]:
     """Contact law at a point; `rate` is that of its dashpots per displacement of a step.
 
-    `rule` says whether the point waits, whether the body lands flat, and for how long the point lands if it touches
-    now.
+    `rule` holds whether the point carries only later, whether the body lands flat, and the landing time of the point if
+    it touches now (s).
     """
     waiting, flat, begun = rule
     depth = 0.0 if waiting & (at.depth > 0.0) else at.depth
@@ -151,9 +157,9 @@ def act(
     tx, ty = (old.sx + at.slip_x if was else 0.0), (old.sy + at.slip_y if was else 0.0)
     most = body.friction * n
     hx, hy = -(body.tangential * tx) - rate * at.slip_x, -(body.tangential * ty) - rate * at.slip_y
-    drift_x, drift_y, drifts = drift_of(body, at.arm, s.velocity, s.spin, flat)
+    drift_x, drift_y, drifts = flat_landing_slip(body, at.arm, s.velocity, s.spin, flat)
     hx, hy = (-drift_x if drifts else hx), (-drift_y if drifts else hy)
-    fx, fy, kx, ky, _ = within_circle(hx, hy, tx, ty, most, body.compliance, (flat, drifts))
+    fx, fy, kx, ky, _ = clamp_friction(hx, hy, tx, ty, most, body.compliance, (flat, drifts))
     landing = (old.landing if was else begun) - body.step * WHOLE
     landing = landing if inside else 0.0
     force = Vector(fx, fy, n)
@@ -164,7 +170,7 @@ def act(
     opened = -(depth * depth) if inside & (old.depth == 0.0) else opened
     shortened = (old.sx + kx) * (tx - kx) + (old.sy + ky) * (ty - ky)
     wrench = Wrench(force, cross(at.arm, force), damping, cross(at.arm, damping), opened, shortened)
-    return wrench, Memory(
+    return wrench, VertexHistory(
         sx=kx, sy=ky, x=s.place.x + at.arm.x, y=s.place.y + at.arm.y, depth=depth, normal=n, slid=0.0, landing=landing
     )
 
@@ -177,8 +183,14 @@ def both(so_far: Acting, a: Wrench, b: Wrench, depth_a: float, depth_b: float) -
 
 @njit(**INLINE)
 def step(
-    body: Constants, s: State, f: Matrix, acting: Acting, peaks: Peaks, account: Account, shaking: Shaking
-) -> tuple[State, Peaks, Account]:
+    body: Constants,
+    s: BodyState,
+    f: Matrix,
+    acting: Acting,
+    peaks: BodyPeaks,
+    account: BodyAccount,
+    shaking: BodyShaking,
+) -> tuple[BodyState, BodyPeaks, BodyAccount]:
     """One step of one body on which the base acts with a wrench."""
     t, dt = acting.wrench, body.step * WHOLE
     half = 0.5 * dt
@@ -197,7 +209,7 @@ def step(
     spin = account.spin + dt * (t.moment.z + (s.place.x * a.y - s.place.y * a.x))
     # What is worth keeping of the path so far.
     lean, bx, by = lean_of(f), s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
-    peaks = Peaks(
+    peaks = BodyPeaks(
         larger(peaks.lean, lean), larger(peaks.slip, bx * bx + by * by), larger(peaks.depth, acting.depth),
         s.tick if lean < body.critical else peaks.last_upright,
     )  # fmt: skip
@@ -206,7 +218,7 @@ def step(
     w = angular_velocity(body, f, momentum)
     w = angular_velocity(body, frame_of(rotated(s.turn, half, w)), momentum)
     place, turn = along(s.place, dt, v), rotated(s.turn, dt, w)
-    moved = State(
+    moved = BodyState(
         place=place,
         turn=turn,
         velocity=v,
@@ -216,22 +228,22 @@ def step(
         moment=t.moment,
         tick=s.tick + WHOLE,
     )
-    return moved, peaks, Account(work, loss, spin, 0.0, 0.0, 0.0)
+    return moved, peaks, BodyAccount(work, loss, spin, 0.0, 0.0, 0.0)
 
 
 # Side by side ---------------------------------------------------------------------------------------------------------
 
 UNUSED: Final = ("power", "loss", "torque", "slid", "bend")
-load_body, load_state, load_frame = (ROWS.access(of).load for of in (Constants, State, Matrix))
-load_lying, store_lying, _ = ROWS.access(Lying)
+load_body, load_state, load_frame = (ROWS.access(of).load for of in (Constants, BodyState, Matrix))
+load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
 ACTING: Final = Rows(COLUMNS, Acting)
 ACTING_SIZE: Final = ACTING.size
 load_acting, store_acting, _ = ACTING.access(Acting)
 no_wrench = arithmetic(Wrench).zero
-load_shaking = ROWS.access(Shaking, without=UNUSED).load
-load_peaks, load_account = ROWS.access(Peaks).load, ROWS.access(Account, without=UNUSED).load
-store_state, store_frame = (ROWS.access(of).store for of in (State, Matrix))
-store_peaks, store_account = ROWS.access(Peaks).store, ROWS.access(Account, without=UNUSED).store
+load_shaking = ROWS.access(BodyShaking, without=UNUSED).load
+load_peaks, load_account = ROWS.access(BodyPeaks).load, ROWS.access(BodyAccount, without=UNUSED).load
+store_state, store_frame = (ROWS.access(of).store for of in (BodyState, Matrix))
+store_peaks, store_account = ROWS.access(BodyPeaks).store, ROWS.access(BodyAccount, without=UNUSED).store
 load_vertex, (load_memory, store_memory, _) = VERTEX.access(Vertex).load, VERTEX.access(Point, "old", without=UNUSED)
 OF_A_VERTEX: Final = VERTEX.size
 
@@ -251,10 +263,19 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         rate, left, right = body.dashpot / (body.step * WHOLE), load_memory(one, j), load_memory(other, j)
-        p, q, lying = load_vertex(one, j), load_vertex(other, j), load_lying(state, j)
+        p, q, base_contact = load_vertex(one, j), load_vertex(other, j), load_base_contact(state, j)
         at, on = vertex_moved(s, f, p, left), vertex_moved(s, f, q, right)
         a, left = act(
-            body, s, at, left, rate, (waits(body, lying, p, at.arm.z, left), lands_flat(lying), landing_of(body, lying))
+            body,
+            s,
+            at,
+            left,
+            rate,
+            (
+                contact_is_deferred(body, base_contact, p, at.arm.z, left),
+                lands_flat(base_contact),
+                landing_time(body, base_contact),
+            ),
         )
         b, right = act(
             body,
@@ -262,7 +283,11 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
             on,
             right,
             rate,
-            (waits(body, lying, q, on.arm.z, right), lands_flat(lying), landing_of(body, lying)),
+            (
+                contact_is_deferred(body, base_contact, q, on.arm.z, right),
+                lands_flat(base_contact),
+                landing_time(body, base_contact),
+            ),
         )
         store_memory(one, j, left)
         store_memory(other, j, right)
@@ -276,8 +301,12 @@ def roll_all(state: Any, acting: Any, one: Any, other: Any, columns: int, ahead:
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         dt = body.step * WHOLE
         rate, left, right = body.dashpot / dt, load_memory(one, j), load_memory(other, j)
-        lying = load_lying(state, j)
-        between, flat, begun = (aside != 0.0) & (not lies(lying)), lands_flat(lying), landing_of(body, lying)
+        base_contact = load_base_contact(state, j)
+        between, flat, begun = (
+            (aside != 0.0) & (not both_ends_rest(base_contact)),
+            lands_flat(base_contact),
+            landing_time(body, base_contact),
+        )
         at, on = rim_moved(body, s, f, ahead, aside, dt), rim_moved(body, s, f, -ahead, -aside, dt)
         a, left = act(body, s, at, left, rate, (between & (left.depth <= 0.0), flat, begun))
         b, right = act(body, s, on, right, rate, (between & (right.depth <= 0.0), flat, begun))
@@ -309,7 +338,7 @@ def shift_all(state: Any, columns: int, by: float) -> None:
         store_state(
             state,
             j,
-            State(
+            BodyState(
                 place=s.place,
                 turn=s.turn,
                 velocity=v,
@@ -321,7 +350,7 @@ def shift_all(state: Any, columns: int, by: float) -> None:
             ),
         )
         torque = s.moment.z + (s.place.x * s.acceleration.y - s.place.y * s.acceleration.x)
-        store_account(state, j, Account(account.work, account.lost, account.spin + time * torque, 0.0, 0.0, 0.0))
+        store_account(state, j, BodyAccount(account.work, account.lost, account.spin + time * torque, 0.0, 0.0, 0.0))
 
 
 @cache
@@ -348,7 +377,7 @@ def loops(round_: bool) -> Any:
         shift_all(state, columns, -0.5)
         for _ in range(steps):
             place_all(state, acting, columns)
-            lie_all(state, vertices, half, base, columns, round_)
+            update_base_contacts(state, vertices, half, base, columns, round_)
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = (
                     vertices[pair : pair + OF_A_VERTEX],

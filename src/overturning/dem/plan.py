@@ -50,13 +50,13 @@ def group_equal_cases(*columns: NDArray[Any]) -> NDArray[np.int64]:
 class Plan(ABC):
     """Plan for n cases. Each value depends only on its own case and motion, so that subsets give the same results."""
 
-    halved: ClassVar[bool] = False
+    split_long_queues: ClassVar[bool] = False
     """True if a long queue is split in two, so that two threads share its work."""
     queue: ClassVar[Any] = staticmethod(run_queue)
     """Function that runs a queue of cases."""
-    result: ClassVar[Any]
+    result_dtype: ClassVar[Any]
     """Dtype of the kernel's result table; its columns include `status`, `energy_error` and `block_steps`."""
-    path_row: ClassVar[Any]
+    path_dtype: ClassVar[Any]
     """Dtype of a row of the path; if structured, it has a column `time`."""
     time_column: ClassVar[Any] = "time"
     """Index of the time in a row of the path."""
@@ -120,7 +120,7 @@ class Plan(ABC):
         Returns
         -------
         outcomes : dict of ndarray, shape (m, …)
-            Variables by name; see `answers`.
+            Variables by name; see `outcomes`.
         path : ndarray, shape (rows, …)
             Path of the first case; no rows if `path` was not given.
         """
@@ -137,7 +137,7 @@ class Plan(ABC):
             recorded = recorded[:count]
 
         rerun_until_balanced(run, results["status"], results["energy_error"])
-        return self.answers(chosen, tables), recorded
+        return self.outcomes(chosen, tables), recorded
 
     def trace(self) -> tuple[Results, Path]:
         """Compute the plan's only case; return its result and path."""
@@ -147,8 +147,8 @@ class Plan(ABC):
             path = path[:0]
         else:
             before = int(self.first[0])
-            answers, path = self.compute(only, np.zeros(1, np.int64), path)
-            results.store(only, answers)
+            outcomes, path = self.compute(only, np.zeros(1, np.int64), path)
+            results.store(only, outcomes)
         rest = self.rest_rows(self.motion.samples)
         return results, self.path(self.fill_skipped_samples(np.concatenate([rest[:before], path]), rest))
 
@@ -181,10 +181,10 @@ class Plan(ABC):
             samples=self.motion.samples,
             interval=self.motion.sampling_interval,
             ticks=ticks * steps,
-            at_once=steps,
-            weight=len(self.model.elements),
+            steps_per_check=steps,
+            step_weight=len(self.model.elements),
             budget=self.numerics.budget // self.step_cost,
-            most_rows=MAX_PATH_NUMBERS // self.path_numbers,
+            max_rows=MAX_PATH_NUMBERS // self.path_numbers,
             lanes=lanes,
         )
         ground, row = Ground(self.ground, self.upward, *self.loudest), self.row[chosen]
@@ -192,25 +192,25 @@ class Plan(ABC):
 
     def tables(self, count: int) -> dict[str, NDArray[np.void]]:
         """Return the tables that the kernel fills for `count` cases: ``results`` and those of the model."""
-        return {"results": np.zeros(count, self.result)}
+        return {"results": np.zeros(count, self.result_dtype)}
 
     @abstractmethod
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> Any:
         """Return the queue's rules for the cases `chosen`, with steps divided by `finer`; ``tables`` will be filled."""
 
     @abstractmethod
-    def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
+    def outcomes(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
         """Return the variables of the cases `chosen` by name, and ``block_steps``, from the filled tables."""
 
     def path_buffer(self, recorded: bool) -> NDArray[Any]:
         """Return a buffer for a path with a row per sample, or without rows if the path is not `recorded`."""
         rows = self.motion.samples if recorded else 0
         check_path(rows * self.path_numbers)
-        return np.zeros(rows, self.path_row)
+        return np.zeros(rows, self.path_dtype)
 
     def rest_rows(self, count: int) -> NDArray[Any]:
         """Return the path rows of the first `count` samples of the record, with the only case at rest."""
-        rows = np.zeros(count, self.path_row)
+        rows = np.zeros(count, self.path_dtype)
         rows["time"] = np.arange(count) * self.motion.sampling_interval
         return rows
 
@@ -233,7 +233,7 @@ def ground_motions(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], Flo
     return row, ground
 
 
-def rounded(function: np.ufunc, values: FloatArray) -> FloatArray:
+def evaluate_rounded(function: np.ufunc, values: FloatArray) -> FloatArray:
     """Return a function of an angle, rounded to 12 decimals: libm and SIMD versions differ in the last digit."""
     distinct, where = np.unique(values, return_inverse=True)
     return np.asarray(np.round(function(distinct), 12)[where])

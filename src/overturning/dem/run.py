@@ -91,7 +91,7 @@ def run(
     def compute(chosen: NDArray[np.int64]) -> None:
         results.store(chosen, plan.compute(chosen, counter)[0])
 
-    queues = split_into_queues(order, plan.group, plan.halved)
+    queues = split_into_queues(order, plan.group, plan.split_long_queues)
     run_queues(compute, queues, numerics, counter, int(length.sum()) * len(model.elements))
     return results
 
@@ -126,16 +126,16 @@ def run_cases(
     return run(model, as_motion(motion), cases, Numerics(**options))
 
 
-def split_into_queues(order: NDArray[np.int64], group: NDArray[np.int64], halved: bool) -> list[NDArray[np.int64]]:
+def split_into_queues(order: NDArray[np.int64], group: NDArray[np.int64], split_long: bool) -> list[NDArray[np.int64]]:
     """Split cases, ordered by their number in `group`, into queues of one group each.
 
-    Queues are at most `MAX_QUEUE_LENGTH` long. If `halved`, a group of 128 or more cases makes at least two queues, so
-    that two threads share it.
+    Queues are at most `MAX_QUEUE_LENGTH` long. If `split_long`, a group of 128 or more cases makes at least two queues,
+    so that two threads share it.
     """
     queues = []
     for chosen in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
         if chosen.size:
-            count = max(-(-chosen.size // MAX_QUEUE_LENGTH), min(2, chosen.size // 64) if halved else 1)
+            count = max(-(-chosen.size // MAX_QUEUE_LENGTH), min(2, chosen.size // 64) if split_long else 1)
             # Interleaved, so that long and short cases are spread evenly.
             queues += [chosen[part::count] for part in range(count)]
     return queues

@@ -1,4 +1,4 @@
-"""Cundall's scheme: central differences, spring at the whole step, dashpot at the half step before (docs/method.md)."""
+"""Cundall's scheme for a block: central differences, spring at the whole step, dashpot half a step earlier."""
 
 from typing import Final, NamedTuple
 
@@ -6,101 +6,103 @@ from numba import njit
 
 from overturning.dem.block.state import (
     TICKS,
-    Account,
     Block,
+    BlockAccount,
+    BlockPeaks,
+    BlockShaking,
+    BlockState,
     Corner,
-    Peaks,
-    Shaking,
-    State,
     arm_of,
     base_slip,
-    drift_of,
-    landing_of,
+    flat_landing_slip,
     lands_flat,
+    remaining_landing,
 )
 from overturning.dem.kernel.ground import within_sample
 from overturning.dem.kernel.lanes import INLINE, select
-from overturning.dem.kernel.mechanics import larger, turned, within
+from overturning.dem.kernel.mechanics import clamp, larger, rotate_pair
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 WHOLE: Final = TICKS
 
 
-class Force(NamedTuple):
-    """What the base does to a corner."""
+class CornerForce(NamedTuple):
+    """Contact force of the base on a corner, per mass."""
 
     n: float
-    """Normal"""
+    """Normal force, m/s²."""
     f: float
-    """and tangential force, along s;"""
+    """Tangential force along s, m/s²."""
     arm: float
-    """the corner from the centre, along s"""
+    """Position of the corner from the centre, along s, m."""
     drop: float
-    """and down;"""
+    """Depth of the corner below the centre, m."""
     corner: Corner
-    """what it remembers;"""
+    """State of the corner for the next step."""
     opened: float
-    """energy that its springs let go, normal"""
+    """Energy released by the normal spring, over half its stiffness, m²."""
     shortened: float
-    """and tangential, over half their stiffness;"""
+    """Energy released by the tangential spring, over half its stiffness, m²."""
     damping: float
-    """the part of the normal force that is not the spring's,"""
+    """Normal force without the spring, m/s²."""
     sliding: float
-    """and of the tangential one."""
+    """Tangential force without the spring, m/s²."""
 
 
 @njit(**INLINE)
-def act(side: float, block: Block, s: State, old: Corner, rate: float, flat: tuple[bool, bool, float]) -> Force:
-    """Contact law at a corner; `rate` is that of its dashpots per displacement of a step.
+def act(
+    side: float, block: Block, s: BlockState, old: Corner, rate: float, flat: tuple[bool, bool, float]
+) -> CornerForce:
+    """Apply the contact law at a corner; `rate` is the dashpot over the step, so that it multiplies displacements.
 
-    `flat` says whether the block lands flat, and of `drift_of`, whether it slides meanwhile and by which ±μ.
+    `flat` holds whether the block lands flat, and the two results of `flat_landing_slip`.
     """
     held, drifts, drift = flat
     arm, drop = arm_of(side, block, s.cos, s.sin)
     place, depth = s.x + arm, drop - s.z
     slip, sinking = place - old.place, depth - old.depth
     inside, was = depth > 0.0, old.depth > 0.0
-    # Spring and dashpot while the corner is in, never tension but in a flat landing.
+    # Spring and dashpot while the corner is in contact; no tension except in a flat landing.
     n = block.stiffness * depth + rate * sinking
     n = n if inside & (held | (n > 0.0)) else 0.0
-    # A new contact starts with an unstretched spring; one that slips has it shortened to what friction holds.
+    # A new contact starts with an unstretched spring; slip shortens the spring to the force that friction can hold.
     stretch = old.spring + slip if was else 0.0
     most = block.friction * n
     whole = -(block.tangential * stretch) - rate * slip
     slips = drifts if held else abs(whole) > most
-    f = -drift * n if drifts else (within(whole, most) if slips else whole)
-    kept = within(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
+    f = -drift * n if drifts else (clamp(whole, most) if slips else whole)
+    remaining = clamp(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
     let_go = old.depth if was & (not inside) else 0.0
-    return Force(
+    return CornerForce(
         n=n, f=f, arm=arm, drop=drop,
-        corner=Corner(kept, place, depth, 0.0), opened=let_go * let_go,
-        shortened=(old.spring + kept) * (stretch - kept),
-        damping=n - block.stiffness * (depth if inside else 0.0), sliding=f + block.tangential * kept,
+        corner=Corner(remaining, place, depth, 0.0), opened=let_go * let_go,
+        shortened=(old.spring + remaining) * (stretch - remaining),
+        damping=n - block.stiffness * (depth if inside else 0.0), sliding=f + block.tangential * remaining,
     )  # fmt: skip
 
 
 @njit(**INLINE)
-def lost_at(corner: Force, vx: float, vz: float, vw: float) -> float:
-    """Power that the dashpots and the slider of a corner take from the block."""
+def lost_at(corner: CornerForce, vx: float, vz: float, vw: float) -> float:
+    """Return the power of dashpots and friction of a corner on the block, per mass, m²/s³; negative for losses."""
     return corner.damping * (vz - corner.arm * vw) + corner.sliding * (vx - corner.drop * vw)
 
 
 @njit(**INLINE)
 def step(
-    block: Block, s: State, peaks: Peaks, account: Account, shaking: Shaking, vertical: bool
-) -> tuple[State, Peaks, Account]:
-    """One step of one block."""
+    block: Block, s: BlockState, peaks: BlockPeaks, account: BlockAccount, shaking: BlockShaking, vertical: bool
+) -> tuple[BlockState, BlockPeaks, BlockAccount]:
+    """Compute one step of one block."""
     dt = block.step * WHOLE
     push, lift = within_sample(shaking.push, s.tick), within_sample(shaking.lift, s.tick)
     rate = block.dashpot / dt
     (_, drop_left), (_, drop_right) = arm_of(-1.0, block, s.cos, s.sin), arm_of(1.0, block, s.cos, s.sin)
     held = lands_flat(s, drop_left - s.z, drop_right - s.z)
-    flat = (held, *drift_of(block, held, s.vx, s.vz))
+    flat = (held, *flat_landing_slip(block, held, s.vx, s.vz))
     left, right = act(-1.0, block, s, s.left, rate, flat), act(1.0, block, s, s.right, rate, flat)
     # Accelerations in the frame of the base; left and right corner as one pair.
     ax, az = (left.f + right.f) + push, (left.n + right.n) - (GRAVITY + lift if vertical else GRAVITY)
     aw = block.inertia * ((-left.drop * left.f - left.arm * left.n) + (-right.drop * right.f - right.arm * right.n))
-    # The energy account takes the velocities at the whole step.
+    # The energy account uses the velocities at the whole step.
     half = 0.5 * dt
     cx, cz, cw = s.vx + half * ax, s.vz + half * az, s.vw + half * aw
     power = push * cx - lift * cz if vertical else push * cx
@@ -111,15 +113,15 @@ def step(
     # Velocities half a step later, position one step later.
     vx, vz, vw = s.vx + dt * ax, s.vz + dt * az, s.vw + dt * aw
     turn, tick = dt * vw, s.tick + WHOLE
-    c, sn = turned(s.cos, s.sin, turn)
+    c, sn = rotate_pair(s.cos, s.sin, turn)
     x, z, angle = s.x + dt * vx, s.z + dt * vz, s.angle + turn
-    peaks = Peaks(
+    peaks = BlockPeaks(
         larger(peaks.angle, abs(angle)),
         larger(peaks.slip, abs(base_slip(block, x, sn))),
         larger(peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth),
         select(abs(angle) < block.alpha, tick, peaks.last_upright),
     )
-    moved = State(
+    moved = BlockState(
         x=x,
         z=z,
         angle=angle,
@@ -134,6 +136,6 @@ def step(
         left=left.corner,
         right=right.corner,
         tick=tick,
-        landing=landing_of(block, s, dt),
+        landing=remaining_landing(block, s, dt),
     )
-    return moved, peaks, Account(account.work + dt * power, lost, 0.0, 0.0)
+    return moved, peaks, BlockAccount(account.work + dt * power, lost, 0.0, 0.0)

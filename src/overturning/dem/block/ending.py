@@ -5,26 +5,35 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from overturning.dem.block.state import ROWS, TICKS, Account, Block, Peaks, Shaking, State, base_slip
+from overturning.dem.block.state import (
+    ROWS,
+    TICKS,
+    Block,
+    BlockAccount,
+    BlockPeaks,
+    BlockShaking,
+    BlockState,
+    base_slip,
+)
 from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, CaseProgress
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_block, load_state, load_peaks = (ROWS.access(of).load for of in (Block, State, Peaks))
-load_account, load_course = ROWS.access(Account).load, ROWS.access(CaseProgress).load
-load_shaking = ROWS.access(Shaking).load
+load_block, load_state, load_peaks = (ROWS.access(of).load for of in (Block, BlockState, BlockPeaks))
+load_account, load_course = ROWS.access(BlockAccount).load, ROWS.access(CaseProgress).load
+load_shaking = ROWS.access(BlockShaking).load
 
 
 @njit(**INLINE)
-def whole_step(block: Block, s: State, lag: float) -> tuple[float, float, float]:
+def whole_step(block: Block, s: BlockState, lag: float) -> tuple[float, float, float]:
     """Return the velocities at the whole step; the stored ones lag `lag` steps behind."""
     time = lag * TICKS * block.step
     return s.vx + time * s.ax, s.vz + time * s.az, s.vw + time * s.aw
 
 
 @njit(**INLINE)
-def energy(block: Block, s: State, lag: float) -> float:
+def energy(block: Block, s: BlockState, lag: float) -> float:
     """Compute the kinetic, gravitational and spring energy per mass, m²/s²."""
     vx, vz, vw = whole_step(block, s, lag)
     motion = (vx * vx + vz * vz) + vw * vw / block.inertia
@@ -44,7 +53,7 @@ def tilt_energy(block: Block, peak: float) -> float:
 
 
 @njit(**INLINE)
-def outcome_is_final(block: Block, s: State, peak: float, barrier: float, lag: float) -> bool:
+def outcome_is_final(block: Block, s: BlockState, peak: float, barrier: float, lag: float) -> bool:
     """True if a block on a base at rest stands for good, and its peak rotation and slip are final."""
     now = energy(block, s, lag)
     if not (now < barrier and abs(s.angle) < block.alpha):
@@ -101,7 +110,7 @@ def finish_block(state: Any, j: int, status: int, lag: float, out: Any) -> None:
 
 
 @njit(**INNER)
-def note(state: Any, j: int, lag: float, interval: float, ticks: float, path: Any) -> None:
+def record_state(state: Any, j: int, lag: float, interval: float, ticks: float, path: Any) -> None:
     """Write the state of case j into a row of its trajectory."""
     block, s, push = load_block(state, j), load_state(state, j), load_shaking(state, j).push
     path.time = (load_course(state, j).sample + s.tick / ticks) * interval

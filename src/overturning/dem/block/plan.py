@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from overturning.dem.block.loops import SCHEMES
 from overturning.dem.block.path import block_path
 from overturning.dem.block.rules import BlockRules
-from overturning.dem.block.state import COLUMNS, GENTLE, MOST_FRICTION, RIGID, TICKS
+from overturning.dem.block.state import COLUMNS, MAX_FRICTION, MAX_GENTLE_TRAVEL, RIGID_TIME_RATIO, TICKS
 from overturning.dem.block.tables import CASE, RESULT, ROW
 from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
 from overturning.dem.numerics import Numerics
 from overturning.dem.path import PlanePath
-from overturning.dem.plan import Plan, ground_motions, group_equal_cases, rounded
+from overturning.dem.plan import Plan, evaluate_rounded, ground_motions, group_equal_cases
 from overturning.dem.quiet import REST_THRESHOLD_FACTOR, overshoot, quiet_windows, rest_threshold
 from overturning.dem.time_step import (
     Scheme,
@@ -39,8 +39,8 @@ from overturning.units import STANDARD_GRAVITY
 class BlockPlan(Plan):
     """Plan for n cases of a single block."""
 
-    result: ClassVar[Any] = RESULT
-    path_row: ClassVar[Any] = ROW
+    result_dtype: ClassVar[Any] = RESULT
+    path_dtype: ClassVar[Any] = ROW
     path_numbers: ClassVar[int] = 24
 
     model: Planes
@@ -58,11 +58,11 @@ class BlockPlan(Plan):
         cases["settled"] *= finer
         cases["gentle"] /= finer
         # Many steps between two tests of the lanes, but none beyond the next sample: the motion is loaded up to there.
-        job = job._replace(at_once=int(job.ticks / float(cases["standing"][0])) + scheme.ahead)
+        job = job._replace(steps_per_check=int(job.ticks / float(cases["standing"][0])) + scheme.ahead)
         with_friction = 0 if cases["friction"][0] > 0 else None
         return BlockRules(job, **queued, scheme=scheme, with_friction=with_friction, deepest=MAX_PENETRATION)
 
-    def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:  # noqa: ARG002
+    def outcomes(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:  # noqa: ARG002
         """Convert the kernel's results to outcome variables."""
         return {name: tables["results"][name] for name in RESULT.names or ()}
 
@@ -114,7 +114,7 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         # Steps of one sample are enough while a block stands on a contact that is stiff compared with them. They are
         # divided if a shorter time step is set.
         usual = steps_per_sample(scheme, "auto", square, rate, interval, period)
-        standing = np.where(np.sqrt(square) * interval >= RIGID, np.gcd(usual, steps), 1)
+        standing = np.where(np.sqrt(square) * interval >= RIGID_TIME_RATIO, np.gcd(usual, steps), 1)
     # A shorter time step also shortens the finest step.
     shorter = (
         step_reduction(scheme, numerics.time_step, stable_step(scheme, square, rate, period)) / numerics.refinement
@@ -129,7 +129,7 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         np.full(cases.size, np.inf),
         np.zeros(cases.size, np.bool_),
     )
-    bears = np.zeros(cases.size)
+    rest_limit = np.zeros(cases.size)
     if numerics.leave_out:
         first, quiet, stays_at_rest = quiet_windows(
             motion, row, amplitude, ground[:, :samples], np.minimum(ratio, friction)
@@ -139,7 +139,9 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         if scheme == Scheme.CENTRED:
             slowest = lowest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
             delay = dashpot / np.maximum(normal, tangential)
-            bears = rest_threshold(ratio, friction, ratio, overshoot(slowest, delay, interval), REST_THRESHOLD_FACTOR)
+            rest_limit = rest_threshold(
+                ratio, friction, ratio, overshoot(slowest, delay, interval), REST_THRESHOLD_FACTOR
+            )
     table = np.zeros(cases.size, CASE)
     columns = {
         "width": width,
@@ -147,17 +149,17 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         "stiffness": normal,
         "tangential": tangential,
         "dashpot": dashpot,
-        "friction": np.minimum(friction, MOST_FRICTION),
-        "alpha": rounded(np.arctan, ratio),
+        "friction": np.minimum(friction, MAX_FRICTION),
+        "alpha": evaluate_rounded(np.arctan, ratio),
         "amplitude": amplitude,
         "tilt": tilt,
-        "tilt_cos": rounded(np.cos, tilt),
-        "tilt_sin": rounded(np.sin, tilt),
+        "tilt_cos": evaluate_rounded(np.cos, tilt),
+        "tilt_sin": evaluate_rounded(np.sin, tilt),
         "first": first,
         "calm": calm,
         "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * period / interval),
-        "bears": bears,
-        "gentle": GENTLE * finest * width * rounded(np.arctan, ratio) / period,
+        "rest_limit": rest_limit,
+        "gentle": MAX_GENTLE_TRAVEL * finest * width * evaluate_rounded(np.arctan, ratio) / period,
         "finest": np.ldexp(1.0, BLOCK.halvings - np.clip(halvings, 0, BLOCK.halvings)),
         "standing": TICKS * standing,
         "dwell": np.round(BLOCK.dwell_of(square, rate) / shorter),

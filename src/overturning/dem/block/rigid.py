@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.lanes import INNER, OPTIONS
-from overturning.dem.kernel.mechanics import renormalised
+from overturning.dem.kernel.mechanics import unit_pair
 from overturning.dem.kernel.tuples import dtype_of
 from overturning.dem.limits import MAX_TIME_AFTER_RECORD
-from overturning.dem.plan import ground_motions, rounded
+from overturning.dem.plan import evaluate_rounded, ground_motions
 from overturning.dem.time_step import rocking_time
 from overturning.model.cases import Cases
 from overturning.model.variables import INT8_MISSING
@@ -254,7 +254,7 @@ def _simulate(along: Any, up: Any, case: Any, series: Any) -> tuple[float, float
                 sine[0], cosine[0] = case.sine, case.cosine
                 t, side = t + hit, -side if velocity[0] >= case.rest else 0.0
                 continue
-            cosine[0], sine[0] = renormalised(_evaluate(cosine, length)[0], _evaluate(sine, length)[0])
+            cosine[0], sine[0] = unit_pair(_evaluate(cosine, length)[0], _evaluate(sine, length)[0])
             t, angle[0], velocity[0] = end, then, rate
             if then >= 0.5 * np.pi:
                 return side, 0.5 * np.pi
@@ -302,7 +302,7 @@ def rocking(motion: Motion, cases: Cases, order: int = ORDER) -> Rocking:
     row, ground = ground_motions(motion, cases)
     up = np.zeros(ground.shape[1]) if motion.up is None else np.append(motion.up, np.zeros(3))
     per_sample = motion.sampling_interval / rocking_time(ratio * height, height)
-    diagonal, alpha = np.sqrt(1.0 + ratio * ratio), rounded(np.arctan, ratio)
+    diagonal, alpha = np.sqrt(1.0 + ratio * ratio), evaluate_rounded(np.arctan, ratio)
     table = np.zeros(cases.size, CASE)
     columns = {
         "sine": ratio / diagonal,
@@ -314,8 +314,8 @@ def rocking(motion: Motion, cases: Cases, order: int = ORDER) -> Rocking:
         "after": motion.samples + np.ceil(MAX_TIME_AFTER_RECORD / per_sample),
         "amplitude": cases.amplitude,
         "tilt": tilt,
-        "tilt_sine": rounded(np.sin, alpha - np.abs(tilt)),
-        "tilt_cosine": rounded(np.cos, alpha - np.abs(tilt)),
+        "tilt_sine": evaluate_rounded(np.sin, alpha - np.abs(tilt)),
+        "tilt_cosine": evaluate_rounded(np.cos, alpha - np.abs(tilt)),
     }
     for name, values in columns.items():
         table[name] = values

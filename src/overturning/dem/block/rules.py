@@ -1,8 +1,8 @@
-"""What the queue asks of a block: its rules, how a case begins, how a sample goes, how a case ends.
+"""Functions that the queue calls for a single block: start a case, compute a sample, skip samples, end a case.
 
-What matters for speed and for equal bits: the loops over the lanes have no branches, only selections, and no libm; left
-and right corner are summed as one pair, which makes the mirrored case exact. A scheme is one file with a named tuple, a
-function in `overturning.dem.block.loops`, and one row of `SCHEMES` there.
+For speed and equal bits, loops over the lanes have no branches, only selections, and use no libm functions. Left and
+right corner are summed as one pair, so that mirrored cases are exact. To add a scheme, write a file with a named tuple
+of constants, a function in `overturning.dem.block.loops`, and an entry in `SCHEMES` there.
 """
 
 from typing import Any, Final, NamedTuple
@@ -11,70 +11,86 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from overturning.dem.block.ending import energy, finish_block, has_ended, note
+from overturning.dem.block.ending import energy, finish_block, has_ended, record_state
 from overturning.dem.block.loops import loops_of
-from overturning.dem.block.state import COLUMNS, ROWS, TICKS, Block, Corner, Peaks, Shaking, State, Taken, arm_of
+from overturning.dem.block.state import (
+    COLUMNS,
+    ROWS,
+    TICKS,
+    AssumedSlip,
+    Block,
+    BlockPeaks,
+    BlockShaking,
+    BlockState,
+    Corner,
+    arm_of,
+)
 from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ending import CaseProgress, RestState, begin_sample, cannot_end_yet, is_still
 from overturning.dem.kernel.ground import Ground, is_rest_check_sample, piece, samples_at_rest
 from overturning.dem.kernel.lanes import INLINE, INNER, aligned
-from overturning.dem.kernel.mechanics import LANDING, renormalised
+from overturning.dem.kernel.mechanics import LANDING, unit_pair
 from overturning.dem.kernel.queue import Job, implement, with_room
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
 class BlockRules(NamedTuple):
-    """Rules of cases of a single block, all with the same steps per sample, standing or not."""
+    """Input of the kernel for cases of a single block, all with the same number of steps per sample, also at rest."""
 
     job: Job
     cases: NDArray[np.void]
-    """Table of `CASE`;"""
+    """Case parameters, of type `CASE`, shape (n,)."""
     row: NDArray[np.int64]
     results: NDArray[np.void]
-    """table of `RESULT`;"""
+    """Results to fill in, of type `RESULT`, shape (n,)."""
     ground: Ground
     scheme: Any
-    """constants of the scheme, from `overturning.dem.block.loops.SCHEMES`;"""
+    """Constants of the scheme, from `overturning.dem.block.loops.SCHEMES`."""
     with_friction: Any
-    """anything where there is friction; None where no case has any: a kernel without tangential springs is compiled;"""
+    """None if all cases are frictionless: a kernel without tangential springs is compiled. Otherwise any value."""
     deepest: float
-    """penetration, as a share of the smaller half side, beyond which a case has failed."""
+    """Penetration beyond which a case has failed, as a share of the smaller half side."""
 
 
-class Work(NamedTuple):
-    """What blocks are computed in."""
+class BlockWorkspace(NamedTuple):
+    """Working memory of a queue of blocks."""
 
     state: Any
 
 
 load_block, store_block, _ = ROWS.access(Block)
-load_state, store_state, _ = ROWS.access(State)
-load_peaks, store_peaks, _ = ROWS.access(Peaks)
+load_state, store_state, _ = ROWS.access(BlockState)
+load_peaks, store_peaks, _ = ROWS.access(BlockPeaks)
 load_course, store_course, _ = ROWS.access(CaseProgress)
-store_attempt, store_taken, store_clock = (ROWS.access(of).store for of in (Attempt, Taken, Clock))
-load_taken = ROWS.access(Taken).load
-store_push, store_lift = ROWS.access(Shaking, "push").store, ROWS.access(Shaking, "lift").store
+store_attempt, store_assumed_slip, store_clock = (ROWS.access(of).store for of in (Attempt, AssumedSlip, Clock))
+load_assumed_slip = ROWS.access(AssumedSlip).load
+store_push, store_lift = ROWS.access(BlockShaking, "push").store, ROWS.access(BlockShaking, "lift").store
 NUMBERS: Final = ROWS.count
 COS, SIN, TICK, LAST_UPRIGHT = (
-    ROWS.row(State, "cos"), ROWS.row(State, "sin"), ROWS.row(State, "tick"), ROWS.row(Peaks, "last_upright")
+    ROWS.row(BlockState, "cos"), ROWS.row(BlockState, "sin"), ROWS.row(BlockState, "tick"),
+    ROWS.row(BlockPeaks, "last_upright"),
 )  # fmt: skip
-LENGTH, BEARS, FOUND = ROWS.row(Attempt, "length"), ROWS.row(RestState, "bears"), ROWS.row(RestState, "found")
+LENGTH, REST_LIMIT, AT_REST = (
+    ROWS.row(Attempt, "length"),
+    ROWS.row(RestState, "rest_limit"),
+    ROWS.row(RestState, "at_rest"),
+)
 SAMPLE, UPRIGHT_UNTIL = ROWS.row(CaseProgress, "sample"), ROWS.row(CaseProgress, "upright_until")
 
 
-def workspace(rules: Any) -> Any:  # noqa: ARG001, its type picks this function
-    """Rows of all lanes."""
-    return Work(aligned(NUMBERS * COLUMNS))
+def workspace(rules: Any) -> Any:  # noqa: ARG001, its type selects this function
+    """Allocate the rows of all lanes."""
+    return BlockWorkspace(aligned(NUMBERS * COLUMNS))
 
 
 def start(rules: Any, work: Any, lane: int, case: int) -> None:
-    """Put a case into a lane: at static equilibrium on both corners, or tilted on one."""
-    put(work.state, lane, rules.cases[case], rules.job.interval, rules.job.ticks)
+    """Load a case into a lane: at static equilibrium on both corners, or tilted on one corner."""
+    initialise_lane(work.state, lane, rules.cases[case], rules.job.interval, rules.job.ticks)
 
 
 @njit(**INNER)
-def put(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
-    """Put a case into lane j; `ticks` is their number in a sample."""
+def initialise_lane(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
+    """Load a case into lane j; `ticks` is the number of ticks per sample."""
     for row in range(NUMBERS):
         state[row * COLUMNS + j] = 0.0
     b, h, c, s = 0.5 * case.width, 0.5 * case.height, case.tilt_cos, case.tilt_sin
@@ -101,7 +117,7 @@ def put(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
     left, right = Corner(0.0, x + arm_l, drop_l - z, 0.0), Corner(0.0, x + arm_r, drop_r - z, 0.0)
     ul, ur = max(left.depth, 0.0), max(right.depth, 0.0)
     az, aw = k * (ul + ur) - GRAVITY, inertia * k * (-arm_l * ul + -arm_r * ur)
-    at_rest = State(
+    at_rest = BlockState(
         x=x,
         z=z,
         angle=case.tilt,
@@ -122,28 +138,28 @@ def put(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
     store_clock(state, j, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
     store_state(state, j, at_rest)
     store_attempt(state, j, Attempt(case.finest, case.dwell, 0.0))
-    store_taken(state, j, Taken(0.0, 0.0))
-    store_peaks(state, j, Peaks(abs(case.tilt), 0.0, 0.0, -1.0))
+    store_assumed_slip(state, j, AssumedSlip(0.0, 0.0))
+    store_peaks(state, j, BlockPeaks(abs(case.tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), energy(block, at_rest, 0.0)
-    state[BEARS + j], course = (
-        case.bears,
+    state[REST_LIMIT + j], course = (
+        case.rest_limit,
         CaseProgress(case.amplitude, case.first, case.calm, case.after, case.first * interval, first, barrier),
     )
     store_course(state, j, course)
 
 
 def load(rules: Any, work: Any, cases: Any, columns: int) -> None:
-    """Begin a sample."""
+    """Begin a sample: normalise the rotations and load the base motion."""
     next_sample(work.state, columns, rules.row, cases, rules.ground.along, rules.ground.up, rules.job)
 
 
 @njit(**INNER)
 def next_sample(state: Any, columns: int, row: Any, cases: Any, along: Any, up: Any, job: Job) -> None:
-    """Bring the turning pair back to length 1 and load the ground motion of the sample that each lane is in."""
+    """Scale cosine and sine of the rotation to length 1; load the base motion of the current sample of each lane."""
     ticks, interval, scale = job.ticks, job.interval, 1.0 / job.ticks
     for j in range(columns):
         s = load_state(state, j)
-        state[COS + j], state[SIN + j] = renormalised(s.cos, s.sin)
+        state[COS + j], state[SIN + j] = unit_pair(s.cos, s.sin)
         begun = begin_sample(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
@@ -157,32 +173,32 @@ def next_sample(state: Any, columns: int, row: Any, cases: Any, along: Any, up: 
             store_lift(state, j, piece(up, i, course.amplitude, scale))
 
 
-def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple[Any, int]:
-    """Compute the steps of a sample; the first lane is noted at its begin and wherever it ends before the others."""
-    # All at once, for `rules` kept beyond a branch would count a use of each of its arrays, for every sample.
+def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tuple[Any, int]:
+    """Compute the steps of a sample; record the first lane at its start, and when it reaches the end of its sample."""
+    # Unpack `rules` before the branch: otherwise Numba increments the reference count of every array once per sample.
     job, scheme, up, with_friction, state = rules.job, rules.scheme, rules.ground.up, rules.with_friction, work.state
-    step, ticks, at_once = loops_of(scheme, up, with_friction), job.ticks, job.at_once
-    stride = at_once if path.shape[0] == 0 else 1
+    step, ticks, steps_per_check = loops_of(scheme, up, with_friction), job.ticks, job.steps_per_check
+    stride = steps_per_check if path.shape[0] == 0 else 1
     if path.shape[0] > 0:
-        path = with_room(path, noted + at_once, job.most_rows)
-        if path.shape[0] < noted + at_once:
+        path = with_room(path, recorded + steps_per_check, job.max_rows)
+        if path.shape[0] < recorded + steps_per_check:
             return path, -1
-    for done in range(0, at_once, stride):
+    for done in range(0, steps_per_check, stride):
         if path.shape[0] > 0 and (done == 0 or state[TICK] == ticks):
-            note(state, 0, scheme.lag, job.interval, ticks, path[noted])
-            noted += 1
+            record_state(state, 0, scheme.lag, job.interval, ticks, path[recorded])
+            recorded += 1
         step((up, with_friction), state, columns, stride, ticks)
-    return path, noted
+    return path, recorded
 
 
 def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
-    """Mark lanes of which there may be something to say; the others simply go on."""
+    """Mark the lanes that may have ended, and count them."""
     return mark_due(work.state, active, due, rules.job.ticks, float(rules.job.samples), rules.deepest)
 
 
 @njit(**INNER)
 def mark_due(state: Any, active: int, due: Any, ticks: float, end: float, deepest: float) -> int:
-    """Mark and count the lanes that have fallen, are past the samples in which something can start, or have failed."""
+    """Mark and count lanes that have fallen, have failed, or are past the samples in which the motion can move them."""
     count = 0
     for j in range(active):
         block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width
@@ -196,42 +212,47 @@ def mark_due(state: Any, active: int, due: Any, ticks: float, end: float, deepes
 
 
 def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> None:
-    """Leave out samples of lanes at rest."""
+    """Skip samples of lanes at rest."""
     leave_out_samples(work.state, cases, active, rules.row, rules.ground, rules.job.ticks, left_out)
 
 
 @njit(**INNER)
 def leave_out_samples(state: Any, cases: Any, active: int, row: Any, ground: Any, ticks: float, left_out: Any) -> None:
-    """Let blocks that rest at the begin of a sample go on as they are while the shaking cannot move them."""
+    """Skip, for blocks at rest at the start of a sample, the samples in which the motion cannot move them."""
     count = 0
     for j in range(active):
-        course, s, length, bears = load_course(state, j), load_state(state, j), state[LENGTH + j], state[BEARS + j]
-        taken, block, now = load_taken(state, j), load_block(state, j), course.sample + s.tick * (1.0 / ticks)
-        still = is_still(
-            motion_of(s.vx, s.vz, s.vw, block), motion_of(s.ax, s.az, s.aw, block), length * block.step, bears
+        course, s, length, rest_limit = (
+            load_course(state, j),
+            load_state(state, j),
+            state[LENGTH + j],
+            state[REST_LIMIT + j],
         )
-        held = (s.left.normal > 0.0) & (s.right.normal > 0.0) & (taken.left == 0.0) & (taken.right == 0.0)
-        found = (length >= TICKS) & is_rest_check_sample(now) & held & still
-        state[FOUND + j] = 1.0 if found else 0.0
-        count += 1 if found else 0
+        assumed, block, now = load_assumed_slip(state, j), load_block(state, j), course.sample + s.tick * (1.0 / ticks)
+        still = is_still(
+            motion_of(s.vx, s.vz, s.vw, block), motion_of(s.ax, s.az, s.aw, block), length * block.step, rest_limit
+        )
+        held = (s.left.normal > 0.0) & (s.right.normal > 0.0) & (assumed.left == 0.0) & (assumed.right == 0.0)
+        resting = (length >= TICKS) & is_rest_check_sample(now) & held & still
+        state[AT_REST + j] = 1.0 if resting else 0.0
+        count += 1 if resting else 0
     for j in range(active if count > 0 else 0):
-        if state[FOUND + j] > 0.0:
+        if state[AT_REST + j] > 0.0:
             course = load_course(state, j)
             now = course.sample + state[TICK + j] * (1.0 / ticks)
-            samples = samples_at_rest(ground, row[cases[j]], now, course.amplitude, state[BEARS + j])
+            samples = samples_at_rest(ground, row[cases[j]], now, course.amplitude, state[REST_LIMIT + j])
             state[SAMPLE + j] += samples
             left_out[j] += samples
 
 
 @njit(**INLINE)
 def motion_of(x: float, z: float, w: float, block: Block) -> float:
-    """Largest of velocities or accelerations, of the rotation half the height up."""
+    """Return the largest component of a velocity or acceleration; rotation counts at half the height."""
     turn, most = abs(w) * block.half_height, abs(x) if abs(x) > abs(z) else abs(z)
     return most if most > turn else turn
 
 
-def ended(rules: Any, work: Any, lane: int, case: int) -> int:  # noqa: ARG001
-    """`Status` of a lane, or that it goes on."""
+def end_status(rules: Any, work: Any, lane: int, case: int) -> int:  # noqa: ARG001
+    """Return the `Status` of a lane, or `GOES_ON`."""
     return has_ended(work.state, lane, rules.scheme.lag, rules.job.ticks, float(rules.job.samples), rules.deepest)
 
 
@@ -240,4 +261,4 @@ def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
     finish_block(work.state, lane, status, rules.scheme.lag, rules.results[case])
 
 
-implement(BlockRules, workspace, start, load, advance, count_due, leave_out, ended, finish)
+implement(BlockRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)

@@ -1,8 +1,7 @@
-"""What the kernel of one block knows of it: named tuples, and the rows of the array that holds them.
+"""State of a single block: named tuples, and their layout in the rows of an array.
 
-Units are per unit of mass: a stiffness is K/m (1/s²), a dashpot h/m (1/s), a force an acceleration. Coordinates and
-signs are those of docs/method.md, "The block and its base"; `overturning.dem.kernel.lanes` says how blocks lie side by
-side.
+Quantities are per mass: stiffness K/m (1/s²), dashpot h/m (1/s), force as acceleration (m/s²). Coordinates and signs
+are those of docs/method.md, "The block and its base"; `overturning.dem.kernel.lanes` describes the memory layout.
 """
 
 import math
@@ -17,82 +16,92 @@ from overturning.dem.kernel.lanes import INLINE, Rows
 from overturning.dem.kernel.mechanics import slides_flat
 
 COLUMNS: Final = 48
-"""Blocks side by side: enough to hide the latency of one block's operations, few enough to stay in the first cache."""
+"""Number of blocks computed side by side: enough to hide the latency of operations, few enough for the L1 cache."""
 
 TICKS: Final = BLOCK.whole
 """Ticks of a whole step."""
 
-GENTLE: Final = 0.3
-"""A step of up to `GENTLE_STEPS` finest ones is short enough where the corner that opens or closes moves in it by no
-more than this share of its way in a finest step at B p α, about the speed of a corner of a block that just falls."""
+MAX_GENTLE_TRAVEL: Final = 0.3
+"""Largest travel of a corner that opens or closes in a gentle step, which is accepted without refinement.
+
+In units of the travel in a finest step at the speed B p α, about that of a corner of a marginally falling block.
+"""
 
 GENTLE_STEPS: Final = 8.0
-"""Length of the longest of these steps, in finest ones."""
+"""Longest gentle step, in finest steps."""
 
-MOST_FRICTION: Final = 100.0
-"""Friction coefficient above which a block is computed with this one: its corners do not slide. With more, what a
-corner that touches down slides by in a step may outweigh its energy, the more so the more damped the contact is."""
+MAX_FRICTION: Final = 100.0
+"""Largest friction coefficient used in the computation; with it corners already do not slide.
 
-RIGID: Final = 100.0
-"""Whole samples are the steps of a block on both corners where 1/ω is so many times shorter than they are."""
+With larger ones, the slip of a landing corner in one step can dissipate more than its energy, in particular with strong
+damping.
+"""
+
+RIGID_TIME_RATIO: Final = 100.0
+"""Smallest ratio of sampling interval to 1/ω for which a block on both corners takes sample-long steps."""
 
 
 class Block(NamedTuple):
-    """Constants of a case."""
+    """Constants of a case; half width and half height in m."""
 
     half_width: float
     half_height: float
     inertia: float
-    """m/I, 1/m²;"""
+    """m/I, 1/m²."""
     stiffness: float
-    """of a corner's normal spring,"""
+    """Normal stiffness of a corner, K/m, 1/s²."""
     tangential: float
-    """of its tangential one,"""
+    """Tangential stiffness of a corner, K_s/m, 1/s²."""
     compliance: float
-    """1 over that, 0 where there is none;"""
+    """1 over the tangential stiffness, s²; 0 without tangential spring."""
     dashpot: float
+    """Dashpot of a corner, h/m, 1/s."""
     friction: float
-    """μ;"""
+    """Coefficient of friction μ."""
     alpha: float
-    """arctan(B/H), rad;"""
+    """Critical angle α = arctan(B/H), rad."""
     step: float
-    """length of a tick, s;"""
+    """Length of a tick, s."""
     gentle: float
-    """how far a corner may move in a step that is not the finest and in which it opens or closes, m;"""
+    """Largest travel of a corner that opens or closes in a gentle step, m."""
     landing: float
-    """how long a corner lands after it has touched, s."""
+    """Duration of a flat landing after the first touch, s."""
 
 
 class Corner(NamedTuple):
-    """What a corner remembers of the end of the last step."""
+    """State of a corner at the end of the last step."""
 
     spring: float
-    """Stretch of its tangential spring, m;"""
+    """Stretch of the tangential spring, m."""
     place: float
-    """where it was along s, m;"""
+    """Position along s, m."""
     depth: float
-    """its penetration, m, negative in the air;"""
+    """Penetration, m; negative in the air."""
     normal: float
-    """and the normal force (centred scheme)."""
+    """Normal force per mass, m/s² (centred scheme)."""
 
 
-class Given(NamedTuple):
-    """What a corner is taken to do in a step of the centred scheme."""
+class AssumedCorner(NamedTuple):
+    """Assumptions about a corner in a step of the centred scheme."""
 
     slid: float
-    """±μ where it slides;"""
+    """±μ if the corner slides, else 0."""
     fine: bool
-    """whether the step is fine;"""
+    """True if the step is fine, so that predicted forces decide instead."""
     held: bool
-    """whether its dashpot holds it, as of `lands_flat`,"""
+    """True if the block lands flat, so that the dashpot may pull; see `lands_flat`."""
     drifts: bool
-    """and whether the block slides meanwhile,"""
+    """True if the block slides while it lands flat; see `flat_landing_slip`."""
     drift: float
-    """by ±μ, both as of `drift_of`."""
+    """±μ of the friction in a flat landing; see `flat_landing_slip`."""
 
 
-class State(NamedTuple):
-    """Where a block is: its centre in the frame of the base, rotation with its cosine and sine, and its corners."""
+class BlockState(NamedTuple):
+    """State of a block in the frame of the base.
+
+    Centre (`x` along s, `z` up; m), rotation θ (`angle`, rad) with cosine and sine, velocities (`vx`, `vz`, `vw`) and
+    accelerations (`ax`, `az`, `aw`) of these (m, rad, s).
+    """
 
     x: float
     z: float
@@ -108,20 +117,20 @@ class State(NamedTuple):
     left: Corner
     right: Corner
     tick: float
-    """Ticks since the sample began;"""
+    """Ticks since the start of the sample."""
     landing: float
-    """for how long the block still lands, s, 0 or less where it does not."""
+    """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
-class Taken(NamedTuple):
-    """What the corners are taken to do in the next step (centred scheme): ±μ where one slides, 0 where it sticks."""
+class AssumedSlip(NamedTuple):
+    """Slip direction assumed for each corner in the next step (centred scheme): ±μ sliding, 0 sticking."""
 
     left: float
     right: float
 
 
-class Peaks(NamedTuple):
-    """What is kept of the path: largest rotation, slip of the base's midpoint, penetration, and last tick below α."""
+class BlockPeaks(NamedTuple):
+    """Largest rotation (rad), slip of the base (m) and penetration (m) so far; last tick with |θ| < α (−1: none)."""
 
     angle: float
     slip: float
@@ -129,8 +138,8 @@ class Peaks(NamedTuple):
     last_upright: float
 
 
-class Account(NamedTuple):
-    """The energy account, per mass: work of the shaking and losses so far, and the rates of both at the last step."""
+class BlockAccount(NamedTuple):
+    """Energy account per mass: work of the base and losses so far (m²/s²), their rates at the last step (m²/s³)."""
 
     work: float
     lost: float
@@ -138,17 +147,17 @@ class Account(NamedTuple):
     loss: float
 
 
-class Shaking(NamedTuple):
-    """What the moving base does to the block in its own frame, m/s²."""
+class BlockShaking(NamedTuple):
+    """Inertial accelerations of the moving base in its own frame, m/s²."""
 
     push: Line
-    """−a along s;"""
+    """−a along s."""
     lift: Line
-    """a_up, which adds to gravity."""
+    """Upward acceleration of the base, added to gravity."""
 
 
 class Drift(NamedTuple):
-    """Position of a block and its velocities at the end of a step, were its acceleration to stay."""
+    """Position and velocities of a block at the end of a step with constant acceleration."""
 
     x: float
     z: float
@@ -160,22 +169,28 @@ class Drift(NamedTuple):
 
 
 class PredictedCorner(NamedTuple):
-    """A corner where the block would be if its acceleration stayed."""
+    """Corner of a block at the predicted end of a step."""
 
     arm: float
-    """From the centre along s,"""
+    """Position from the centre along s, m."""
     drop: float
-    """and down, m;"""
+    """Depth below the centre, m."""
     depth: float
+    """Penetration, m."""
     stretch: float
+    """Stretch of the tangential spring, m."""
     ux: float
-    """velocity along s"""
+    """Velocity along s, m/s."""
     uz: float
-    """and up, m/s."""
+    """Upward velocity, m/s."""
 
 
-class Predicted(NamedTuple):
-    """A step of the centred scheme before its equations are solved."""
+class PredictedBlock(NamedTuple):
+    """Predicted state at the end of a step of the centred scheme, before the equations are solved.
+
+    Pose (`x`, `z`, `angle`, `cos`, `sin`), velocities after half of the step (`vx`, `vz`, `vw`) and at its end (`ex`,
+    `ez`, `ew`), as in `BlockState`.
+    """
 
     x: float
     z: float
@@ -183,24 +198,23 @@ class Predicted(NamedTuple):
     cos: float
     sin: float
     vx: float
-    """Velocity after half the step,"""
     vz: float
     vw: float
     ex: float
-    """at its end,"""
     ez: float
     ew: float
     push: float
-    """shaking at its end;"""
+    """−a at the end of the step, along s, m/s²."""
     lift: float
+    """Upward acceleration of the base at the end of the step, m/s²."""
     half: float
-    """half its length, s."""
+    """Half the length of the step, s."""
     left: PredictedCorner
     right: PredictedCorner
 
 
-class Change(NamedTuple):
-    """What the solution adds to the predicted velocities, and ±μ of the corners that slide in it."""
+class BlockChange(NamedTuple):
+    """Correction of the predicted velocities by the solution (m/s, rad/s), and ±μ of sliding corners in it."""
 
     vx: float
     vz: float
@@ -210,116 +224,126 @@ class Change(NamedTuple):
 
 
 class Sliding(NamedTuple):
-    """What a corner is taken to do tangentially."""
+    """Tangential state of a corner that the equations would assume."""
 
     f: float
-    """Its force as predicted;"""
+    """Predicted tangential force per mass, m/s²."""
     slides: bool
+    """True if the corner slides."""
     slid: float
-    """±μ where it slides;"""
+    """±μ if the corner slides."""
     free: bool
-    """whether a normal force pushes it out while it slides."""
+    """True if a normal force pushes the corner out while it slides."""
 
 
 class Contribution(NamedTuple):
-    """A corner in the three equations: forces at rest at the end of the step, and what each velocity adds to them."""
+    """Contribution of a corner to the three equations, per mass.
+
+    The forces are those for zero velocity at the end of the step; `press`, `stick` and `slide` multiply velocities.
+    """
 
     n: float
+    """Normal force, m/s²."""
     f: float
+    """Tangential force, m/s²."""
     press: float
+    """Normal force per normal velocity, times half the step; dimensionless."""
     stick: float
+    """Tangential force of a sticking corner per tangential velocity, times half the step."""
     slide: float
+    """Tangential force of a sliding corner per normal velocity, times half the step."""
 
 
 class Corrected(NamedTuple):
-    """A corner at the solution."""
+    """State of a corner at the solution of the equations."""
 
     corner: Corner
-    """What it is to remember;"""
+    """State for the next step."""
     f: float
-    """its tangential force,"""
+    """Tangential force per mass, m/s²."""
     moment: float
-    """moment of both forces,"""
+    """Moment of both forces per mass, m²/s²."""
     loss: float
-    """power of its dashpots and slider,"""
+    """Power dissipated by dashpots and friction, per mass, m²/s³."""
     let_go: float
-    """energy that its springs let go, tangential"""
+    """Energy released by the tangential spring, over half its stiffness, m²."""
     cut: float
-    """and normal, over half their stiffness;"""
+    """Energy released by the normal spring, over half its stiffness, m²."""
     fresh: bool
-    """whether the contact has closed in this step,"""
+    """True if the contact has closed in this step."""
     sunk: float
-    """how deep it has sunk since, 1 where it has not;"""
+    """Change of penetration in the step if the contact has closed, else 1, m."""
     changed: float
-    """above 0 where the contact has opened or closed;"""
+    """Above 0 if the contact has opened or closed."""
     far: float
-    """and how far the corner has moved up or down in that step, m, 0 else;"""
+    """Vertical travel of the corner in the step if the contact has opened or closed, else 0, m."""
     found: float
-    """±μ where it slips,"""
+    """±μ if the corner slips, else 0."""
     wrong: bool
-    """whether it was taken to do otherwise,"""
+    """True if the corner sticks or slips contrary to the assumption."""
     reversed: bool
-    """whether it is taken to slide against its velocity: a slip reversal,"""
+    """True if the corner was assumed to slide against its velocity (slip reversal)."""
     back: bool
-    """and whether friction held it the other way before."""
+    """True if its friction had the opposite sign before."""
 
 
 class Corners(NamedTuple):
-    """Both corners at the solution."""
+    """State of both corners at the solution of the equations."""
 
     left: Corrected
     right: Corrected
 
 
-class Kept(NamedTuple):
-    """What a step that is accepted changes of a case."""
+class AcceptedStep(NamedTuple):
+    """Parts of a case that an accepted step changes."""
 
-    state: State
-    peaks: Peaks
-    account: Account
+    state: BlockState
+    peaks: BlockPeaks
+    account: BlockAccount
 
 
 ROWS: Final = Rows(
-    COLUMNS, Block, Clock, State, Attempt, Taken, Peaks, Account, Shaking, CaseProgress, Predicted, Change, RestState
-)
+    COLUMNS, Block, Clock, BlockState, Attempt, AssumedSlip, BlockPeaks, BlockAccount, BlockShaking, CaseProgress,
+    PredictedBlock, BlockChange, RestState,
+)  # fmt: skip
 
 
 @njit(**INLINE)
 def arm_of(side: float, block: Block, c: float, s: float) -> tuple[float, float]:
-    """A lower corner from the centre: along s, and down; side is −1 for the left one, +1 for the right one."""
+    """Return the position of a lower corner from the centre, along s and downwards, m; side −1 is left, +1 right."""
     b, h = side * block.half_width, block.half_height
     return b * c - h * s, h * c + b * s
 
 
 @njit(**INLINE)
-def is_in_the_air(s: State) -> bool:
-    """Whether no corner touched at the end of the last step."""
+def is_in_the_air(s: BlockState) -> bool:
+    """True if no corner touched the base at the end of the last step."""
     return (s.left.depth <= 0.0) & (s.right.depth <= 0.0)
 
 
 @njit(**INLINE)
-def landing_of(block: Block, s: State, dt: float) -> float:
-    """For how long a block still lands after a step dt: from the air it begins, and so never while it rocks."""
+def remaining_landing(block: Block, s: BlockState, dt: float) -> float:
+    """Return the remaining time of a flat landing after a step `dt`, s; a landing starts only from free flight."""
     return block.landing if is_in_the_air(s) else s.landing - dt
 
 
 @njit(**INLINE)
-def lands_flat(s: State, left: float, right: float) -> bool:
-    """Whether both corners land at once in a step, at whose end they are so deep.
+def lands_flat(s: BlockState, left: float, right: float) -> bool:
+    """True if both corners land together; `left` and `right` are their penetrations at the end of the step, m.
 
-    A plastic landing has no tension over all of it. A dashpot's part of it is h times the depth, which is positive as
-    long as the corner is in the ground: until then the dashpot may pull (docs/method.md, "A flat landing").
+    In a plastic landing the impulse must not be tensile. The impulse of a dashpot is h times the penetration, which is
+    positive as long as the corner is in the ground, so the dashpot may pull (docs/method.md, "A flat landing").
     """
     return ((s.landing > 0.0) | is_in_the_air(s)) & (left > 0.0) & (right > 0.0)
 
 
 @njit(**INLINE)
-def drift_of(block: Block, held: bool, vx: float, vz: float) -> tuple[bool, float]:
-    """Whether a block that lands flat slides, by `slides_flat` of its centre's velocities, and ±μ of it."""
+def flat_landing_slip(block: Block, held: bool, vx: float, vz: float) -> tuple[bool, float]:
+    """Return whether a block that lands flat slides, from the velocity of its centre (`slides_flat`), and ±μ."""
     return held & slides_flat(block.friction, vx, vz), math.copysign(block.friction, vx)
 
 
 @njit(**INLINE)
 def base_slip(block: Block, x: float, s: float) -> float:
-    """Displacement of the midpoint of the block's base, m, from the centre's and the sine of the rotation."""
+    """Return the displacement of the midpoint of the base, m; `x` is that of the centre, `s` the sine of θ."""
     return x - block.half_height * s

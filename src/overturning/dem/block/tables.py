@@ -1,4 +1,4 @@
-"""Columns of the kernel's tables: cases, results and trajectories."""
+"""Columns of the block kernel's tables: cases, results and trajectories."""
 
 from typing import Final, NamedTuple
 
@@ -6,7 +6,7 @@ from overturning.dem.kernel.clock import Clock
 from overturning.dem.kernel.tuples import dtype_of
 
 
-class CaseColumns(NamedTuple):
+class BlockCaseColumns(NamedTuple):
     """Columns of the table of cases, followed by those of `Clock`."""
 
     width: float
@@ -14,11 +14,11 @@ class CaseColumns(NamedTuple):
     height: float
     """Height, m."""
     stiffness: float
-    """Normal stiffness of a corner over the mass, 1/s²."""
+    """Normal stiffness of a corner per mass, 1/s²."""
     tangential: float
-    """Tangential stiffness over the mass, 1/s²."""
+    """Tangential stiffness of a corner per mass, 1/s²."""
     dashpot: float
-    """Dashpot of a corner over the mass, 1/s."""
+    """Dashpot of a corner per mass, 1/s."""
     friction: float
     """Coefficient of friction."""
     alpha: float
@@ -28,22 +28,22 @@ class CaseColumns(NamedTuple):
     tilt: float
     """Initial rotation, rad, positive towards the azimuth."""
     tilt_cos: float
-    """Its cosine."""
+    """Cosine of the initial rotation."""
     tilt_sin: float
-    """Its sine."""
+    """Sine of the initial rotation."""
     first: float
     """First sample that is computed."""
     calm: float
-    """Sample from which the block can come to rest for good."""
+    """First sample after which the motion cannot start any movement."""
     after: float
-    """Sample at which the case is undecided."""
+    """Sample at which the case ends as undecided."""
     gentle: float
-    """Largest motion of a corner, m, in a step that is not the finest and in which the corner opens or closes."""
-    bears: float
-    """Horizontal acceleration over g that leaves the block at rest."""
+    """Largest travel of a corner that opens or closes in a gentle step, m."""
+    rest_limit: float
+    """Horizontal acceleration over g up to which the block stays at rest."""
 
 
-class ResultColumns(NamedTuple):
+class BlockResultColumns(NamedTuple):
     """Columns of the table of results."""
 
     status: float
@@ -61,14 +61,14 @@ class ResultColumns(NamedTuple):
     peak_penetration: float
     """Largest penetration, m."""
     energy_error: float
-    """Error of the energy balance as a share of the input."""
+    """Error of the energy balance, as a share of the input energy."""
     block_steps: float
     """Number of steps."""
     samples_left_out: float
-    """Number of samples that were left out."""
+    """Number of samples that were skipped at rest."""
 
 
-class PathColumns(NamedTuple):
+class BlockPathColumns(NamedTuple):
     """Columns of a trajectory."""
 
     time: float
@@ -89,6 +89,6 @@ class PathColumns(NamedTuple):
     """Ground acceleration, m/s²."""
 
 
-CASE: Final = dtype_of(CaseColumns, Clock)
-RESULT: Final = dtype_of(ResultColumns)
-ROW: Final = dtype_of(PathColumns)
+CASE: Final = dtype_of(BlockCaseColumns, Clock)
+RESULT: Final = dtype_of(BlockResultColumns)
+ROW: Final = dtype_of(BlockPathColumns)

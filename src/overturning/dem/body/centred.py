@@ -1,8 +1,8 @@
-"""The centred scheme in space: the trapezoidal rule with springs and dashpots at the end of the step (docs/method.md).
+"""The centred scheme for a 3-D body: trapezoidal rule, springs and dashpots at the end of the step (docs/method.md).
 
-The step of one body has three parts, as for a block in the plane: `predict` and `solve` are here, `correct` and
-`commit` in `overturning.dem.body.commit`. The unknowns are the changes e of velocity and angular velocity at the end of
-the step. `centred_loops` goes over the bodies.
+The step of one body has three parts, as for a block: `predict` and `solve` are here, `correct` and `commit` in
+`overturning.dem.body.commit`. The unknowns are the corrections e of velocity and angular velocity at the end of the
+step. `centred_loops` has the loops over the bodies.
 """
 
 import math
@@ -11,14 +11,14 @@ from typing import Final
 from numba import njit
 
 from overturning.dem.body.state import (
-    Body,
-    Change,
+    BodyChange,
+    BodyConstants,
+    BodyShaking,
+    BodyState,
     Equations,
-    Memory,
-    Predicted,
+    PredictedBody,
     PredictedPoint,
-    Shaking,
-    State,
+    VertexHistory,
     angular_velocity,
 )
 from overturning.dem.body.vectors import (
@@ -47,12 +47,12 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 FINE: Final = BODY.fine
 
 LEAST_FREEDOM: Final = 0.25
-"""A point sticks where sliding would leave less than this share of a normal force's effect on a free particle."""
+"""Least effect of a normal force on a sliding point, as a share of its effect on a free particle; below, it sticks."""
 
 
 @njit(**INLINE)
 def acceleration(force: Vector, shaking: Vector) -> Vector:
-    """Of the centre, in the frame of the base."""
+    """Return the acceleration of the centre in the frame of the base, m/s²."""
     return Vector(force.x + shaking.x, force.y + shaking.y, force.z - (GRAVITY + shaking.z))
 
 
@@ -60,8 +60,8 @@ def acceleration(force: Vector, shaking: Vector) -> Vector:
 
 
 @njit(**INLINE)
-def predict(body: Body, s: State, length: float, shaking: Shaking, ticks: float) -> Predicted:
-    """The body at the end of a step, were its acceleration to stay; a sample has so many `ticks`."""
+def predict(body: BodyConstants, s: BodyState, length: float, shaking: BodyShaking, ticks: float) -> PredictedBody:
+    """Predict the body at the end of a step with constant acceleration; `ticks` is the length of a sample."""
     dt, tick = body.step * length, s.tick + length
     half, past = 0.5 * dt, tick - ticks
     past = past if past > 0.0 else 0.0
@@ -73,7 +73,7 @@ def predict(body: Body, s: State, length: float, shaking: Shaking, ticks: float)
     at_end = Vector(
         at_tick(shaking.push_x, tick, past), at_tick(shaking.push_y, tick, past), at_tick(shaking.lift, tick, past)
     )
-    return Predicted(
+    return PredictedBody(
         place=along(s.place, dt, v),
         turn=turn,
         velocity=v,
@@ -86,11 +86,12 @@ def predict(body: Body, s: State, length: float, shaking: Shaking, ticks: float)
 
 
 @njit(**INLINE)
-def rim_point(body: Body, f: Matrix, ahead: float, aside: float) -> Vector:
-    """A point of the rim from the centre, ahead down the line along which the body leans, and aside of it.
+def rim_point(body: BodyConstants, f: Matrix, ahead: float, aside: float) -> Vector:
+    """Return the position of a point of the rim from the centre, m.
 
-    So the deepest point of the rim is always among them, and all four carry alike where the rim lies flat. Of an
-    upright body any line will do.
+    `ahead` and `aside` (−1, 0 or 1) are its direction, along the direction of the lean and across it. The lowest point
+    of the rim is always one of the four points, and all four carry equally if the rim lies flat. For an upright body
+    the direction is arbitrary.
     """
     square = f.xz * f.xz + f.yz * f.yz
     leans = square > 1e-30
@@ -106,15 +107,15 @@ def rim_point(body: Body, f: Matrix, ahead: float, aside: float) -> Vector:
 
 @njit(**INLINE)
 def is_fine(clock: Clock, attempt: Attempt) -> bool:
-    """Whether a step is fine enough for the predicted forces to decide."""
+    """True if a step is so fine that predicted forces decide about contact and slip."""
     return attempt.length <= FINE * clock.finest
 
 
 @njit(**INLINE)
-def drift_of(body: Body, r: Vector, v: Vector, spin: Vector, flat: bool) -> tuple[float, float, bool]:
-    """Direction in which a point slides in a flat landing, and whether it does, as of `slides_flat`.
+def flat_landing_slip(body: BodyConstants, r: Vector, v: Vector, spin: Vector, flat: bool) -> tuple[float, float, bool]:
+    """Return the direction in which a point slides in a flat landing (unit vector), and whether it slides.
 
-    Of the rotation only that about the vertical counts.
+    See `overturning.dem.kernel.mechanics.slides_flat`; only the rotation about the vertical is included.
     """
     x, y = v.x - spin.z * r.y, v.y + spin.z * r.x
     square, least = x * x + y * y, body.friction * v.z
@@ -125,30 +126,30 @@ def drift_of(body: Body, r: Vector, v: Vector, spin: Vector, flat: bool) -> tupl
 
 @njit(**INLINE)
 def predict_point(
-    body: Body,
-    w: Predicted,
+    body: BodyConstants,
+    w: PredictedBody,
     f: Matrix,
     r: Vector,
-    old: Memory,
+    old: VertexHistory,
     fine: bool,
     round_: bool,
     rule: tuple[bool, bool, float],
 ) -> PredictedPoint:
-    """A point at the predicted end: what it is taken to do.
+    """Predict a contact point at the end of a step, and what the equations assume of it.
 
-    In a fine step the predicted forces decide what is in contact and slides. A longer one overshoots too far for that:
-    there it is as last found. `rule` says whether the point waits, whether the body lands flat, and for how long the
-    point lands if it touches now.
+    In a fine step the predicted forces decide about contact and slip. In a longer step they overshoot too far; the last
+    state is used. `rule` holds whether the point carries only later, whether the body lands flat, and the landing time
+    of the point if it touches now (s).
     """
-    waits, flat, begun = rule
+    deferred, flat, new_landing = rule
     u = plus(w.end, cross(w.spin, r))
-    # A rim passes over its points: they remember their velocity in place of where they were.
+    # Points of a rim move along it: their velocity is stored instead of their position.
     slip_x = w.half * (old.x + u.x) if round_ else (w.place.x + r.x) - old.x
     slip_y = w.half * (old.y + u.y) if round_ else (w.place.y + r.y) - old.y
     was = old.depth > 0.0
     tx, ty = (old.sx + slip_x if was else 0.0), (old.sy + slip_y if was else 0.0)
     depth = -(w.place.z + r.z)
-    depth = 0.0 if waits & (depth > 0.0) else depth
+    depth = 0.0 if deferred & (depth > 0.0) else depth
     n = body.stiffness * depth - body.dashpot * u.z
     in_contact = ((n > 0.0) | flat) & (depth > 0.0) if fine else old.normal != 0.0
     hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
@@ -158,11 +159,11 @@ def predict_point(
     dx, dy = hx * one, hy * one
     most = body.friction * (n if fine else old.normal)
     smooth = body.friction == 0.0
-    drift_x, drift_y, drifts = drift_of(body, r, w.end, w.spin, flat)
+    drift_x, drift_y, drifts = flat_landing_slip(body, r, w.end, w.spin, flat)
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
     slides = square > most * most if fine else old.slid > 0.0
     slides = drifts if flat else slides | smooth
-    # A normal force on a sliding point must push it out; where friction would turn the body in instead, it sticks.
+    # A normal force on a sliding point must push it out; where friction would rotate the body in instead, it sticks.
     turn = angular_velocity(body, f, Vector(
         r.y - r.z * body.friction * dy, r.z * body.friction * dx - r.x, body.friction * (r.x * dy - r.y * dx)
     ))  # fmt: skip
@@ -178,9 +179,9 @@ def predict_point(
         slides=1.0 if slides else 0.0,
         dx=dx,
         dy=dy,
-        waits=1.0 if waits else 0.0,
+        deferred=1.0 if deferred else 0.0,
         held=1.0 if flat else 0.0,
-        begun=begun,
+        new_landing=new_landing,
     )
 
 
@@ -188,24 +189,25 @@ def predict_point(
 
 
 @njit(**INLINE)
-def held(most: float, square: float, slides: bool) -> float:
-    """Which part of the force that would hold a sliding point, given by its square, friction is: from 0 to 1."""
+def friction_share(most: float, square: float, slides: bool) -> float:
+    """Return friction as a share (0 to 1) of the force that would hold a sliding point, whose square is `square`."""
     part = most / math.sqrt(square if slides else 1.0)
     part = part if part < 1.0 else 1.0
     return part if part > 0.0 else 0.0
 
 
 @njit(**INLINE)
-def contribution(body: Body, half: float, t: PredictedPoint, old: Memory, fine: bool) -> Equations:
-    """A point's part in the equations, f' = f − G (e_v + e_w × r): a sliding one carries μ times its normal force.
+def contribution(body: BodyConstants, half: float, t: PredictedPoint, old: VertexHistory, fine: bool) -> Equations:
+    """Return a point's contribution to the equations, f' = f − G (e_v + e_w × r).
 
-    Across its direction a sliding point is held as if it stuck, in the proportion of friction to what would hold it.
+    Friction of a sliding point is μ times its normal force. Across its direction the point is held as if it stuck,
+    times the ratio of friction to the force that would hold it.
     """
     on, slides, r, u = t.on > 0.0, t.slides > 0.0, t.arm, t.velocity
     press, stick = body.dashpot + half * body.stiffness, body.dashpot + half * body.tangential
     n = body.stiffness * t.depth - body.dashpot * u.z
     hx, hy = -(body.tangential * t.tx) - body.dashpot * u.x, -(body.tangential * t.ty) - body.dashpot * u.y
-    part = held(body.friction * (n if fine else old.normal), hx * hx + hy * hy, slides)
+    part = friction_share(body.friction * (n if fine else old.normal), hx * hx + hy * hy, slides)
     mx, my = body.friction * t.dx, body.friction * t.dy
     fx, fy = (mx * n if slides else hx), (my * n if slides else hy)
     across = half * (stick * part if slides else stick)
@@ -218,7 +220,7 @@ def contribution(body: Body, half: float, t: PredictedPoint, old: Memory, fine: 
     gxx, gyy, gxy = (gxx if on else 0.0), (gyy if on else 0.0), (gxy if on else 0.0)
     gxz, gyz, gzz = (gxz if on else 0.0), (gyz if on else 0.0), (gzz if on else 0.0)
     f = Vector(fx, fy, n)
-    # Rows of G(·× r), and the moments r × column of both, without what is 0 of them.
+    # Rows of G(·× r), and the moments r × column of both; zero terms are left out.
     bx, by = cross(r, Vector(gxx, gxy, gxz)), cross(r, Vector(gxy, gyy, gyz))
     bz = Vector(r.y * gzz, -(r.x * gzz), 0.0)
     cz = cross(r, Vector(gxz, gyz, gzz))
@@ -238,8 +240,8 @@ def contribution(body: Body, half: float, t: PredictedPoint, old: Memory, fine: 
 
 
 @njit(**INLINE)
-def solve(body: Body, s: State, w: Predicted, q: Equations) -> Change:
-    """Velocities at the end of the step, with springs and dashpots taken there, by blocks."""
+def solve(body: BodyConstants, s: BodyState, w: PredictedBody, q: Equations) -> BodyChange:
+    """Solve for the velocities at the end of the step by 3 × 3 blocks, with springs and dashpots evaluated there."""
     a, b, c, d = q.a, q.b, q.c, q.d
     u = scaled(w.half, minus(acceleration(q.force, w.shaking), s.acceleration))
     t = scaled(w.half, minus(q.moment, s.moment))
@@ -248,4 +250,4 @@ def solve(body: Body, s: State, w: Predicted, q: Equations) -> Change:
     a = inverse(Matrix(1.0 + a.xx, a.xy, a.xz, a.yx, 1.0 + a.yy, a.yz, a.zx, a.zy, 1.0 + a.zz))
     c = times(c, a)
     e = apply(inverse(matrix_minus(matrix_plus(i, d), times(c, b))), minus(t, apply(c, u)))
-    return Change(apply(a, minus(u, apply(b, e))), e)
+    return BodyChange(apply(a, minus(u, apply(b, e))), e)

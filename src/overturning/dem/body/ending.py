@@ -8,13 +8,13 @@ from numba import njit
 from overturning.dem.body.state import (
     ROWS,
     VERTEX,
-    Account,
-    Body,
-    Peaks,
+    BodyAccount,
+    BodyConstants,
+    BodyPeaks,
+    BodyShaking,
+    BodyState,
     Point,
-    Shaking,
-    Stance,
-    State,
+    TerminationLimits,
     lean_of,
     spin_of,
 )
@@ -26,29 +26,29 @@ from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-load_body, load_state, load_peaks = (ROWS.access(of).load for of in (Body, State, Peaks))
-load_account, load_course, load_stance = (ROWS.access(of).load for of in (Account, CaseProgress, Stance))
-load_shaking = ROWS.access(Shaking).load
+load_body, load_state, load_peaks = (ROWS.access(of).load for of in (BodyConstants, BodyState, BodyPeaks))
+load_account, load_course, load_limits = (ROWS.access(of).load for of in (BodyAccount, CaseProgress, TerminationLimits))
+load_shaking = ROWS.access(BodyShaking).load
 load_memory = VERTEX.access(Point, "old").load
 VERTEX_SIZE: Final = VERTEX.size
 LENGTH: Final = ROWS.row(Attempt, "length")
 
 
 @njit(**INLINE)
-def twice_kinetic_energy(body: Body, s: State) -> float:
+def twice_kinetic_energy(body: BodyConstants, s: BodyState) -> float:
     """Return twice the kinetic energy per mass, m²/s²."""
     return dot(s.velocity, s.velocity) + dot(s.momentum, spin_of(body, s))
 
 
 @njit(**INLINE)
-def total_of(s: State) -> float:
+def total_of(s: BodyState) -> float:
     """Return a sum that is finite if position, rotation and velocity are."""
     v, p, q = s.velocity, s.place, s.turn
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
 
 @njit(**INNER)
-def energy(body: Body, s: State, vertices: Any, count: int, j: int) -> float:
+def energy(body: BodyConstants, s: BodyState, vertices: Any, count: int, j: int) -> float:
     """Compute the kinetic, gravitational and spring energy per mass, m²/s²."""
     springs = 0.0
     for i in range(count):
@@ -59,7 +59,7 @@ def energy(body: Body, s: State, vertices: Any, count: int, j: int) -> float:
 
 
 @njit(**INLINE)
-def spin_about_origin(s: State) -> float:
+def spin_about_origin(s: BodyState) -> float:
     """Return the vertical angular momentum about the origin per mass, m²/s."""
     return float(s.momentum.z + (s.place.x * s.velocity.y - s.place.y * s.velocity.x))
 
@@ -74,20 +74,20 @@ def count_contacts(vertices: Any, count: int, j: int) -> int:
 
 
 @njit(**INLINE)
-def tilt_energy(body: Body, reach: float, lean: float) -> float:
+def tilt_energy(body: BodyConstants, reach: float, lean: float) -> float:
     """Return the energy per mass that tilts a body over the nearest edge to `lean`, at most to the critical angle."""
     square = min(lean, body.critical)
     return float(GRAVITY * (reach * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
 
 
 @njit(**INLINE)
-def is_upright(body: Body, s: State) -> bool:
+def is_upright(body: BodyConstants, s: BodyState) -> bool:
     """True if the tilt of a body is below its critical angle."""
     return bool(lean_of(frame_of(s.turn)) < body.critical)
 
 
 @njit(**INLINE)
-def is_sliding(body: Body, s: State, reach: float) -> bool:
+def is_sliding(body: BodyConstants, s: BodyState, reach: float) -> bool:
     """True if a body will still slide or spin farther than `STILL_TO_SLIDE`; False without friction."""
     w, f = spin_of(body, s), frame_of(s.turn)
     v = plus(s.velocity, cross(w, Vector(-body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz)))
@@ -106,12 +106,12 @@ def pseudo_angle(x: float, y: float) -> float:
 
 
 @njit(**INNER)
-def has_fallen(f: Matrix, stance: Stance, sectors: Any) -> bool:
+def has_fallen(f: Matrix, limits: TerminationLimits, sectors: Any) -> bool:
     """True if a body is tilted by at least its angle of fall in the direction in which it leans.
 
     For `sectors` see `overturning.model.solid.Solid`.
     """
-    if not f.zz <= stance.fallen:
+    if not f.zz <= limits.fallen:
         return False
     if sectors.shape[0] == 0 or f.zx * f.zx + f.zy * f.zy == 0.0:
         return True
@@ -126,14 +126,14 @@ def has_ended(state: Any, vertices: Any, base: int, j: int, ticks: float, end: f
     """Return the `Status` of a case at the end of a sample, or `GOES_ON`; `base` counts the vertices of the base."""
     count = vertices.size // VERTEX_SIZE
     body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
-    course, stance = load_course(state, j), load_stance(state, j)
-    if not np.isfinite(total_of(s)) or peaks.depth > stance.deepest:
+    course, limits = load_course(state, j), load_limits(state, j)
+    if not np.isfinite(total_of(s)) or peaks.depth > limits.deepest:
         return Status.UNSTABLE
-    if has_fallen(frame_of(s.turn), stance, sectors):
+    if has_fallen(frame_of(s.turn), limits, sectors):
         return Status.SIMULATED
     sample = course.sample + s.tick / ticks
     # A body that rests on its base after the last time at which it could start to move stays there.
-    still = 0.5 * twice_kinetic_energy(body, s) < REST_ENERGY * GRAVITY * stance.reach
+    still = 0.5 * twice_kinetic_energy(body, s) < REST_ENERGY * GRAVITY * limits.reach
     if sample >= course.calm and still and count_contacts(vertices, count, j) >= base:
         return Status.SIMULATED
     if sample < end:
@@ -142,8 +142,8 @@ def has_ended(state: Any, vertices: Any, base: int, j: int, ticks: float, end: f
     stands = now < course.barrier and is_upright(body, s)
     # It can no longer fall, but its peak tilt is final only when its energy cannot reach it again. On one vertex the
     # weight compresses the spring: g²/2k less energy than in the rigid body.
-    past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= tilt_energy(body, stance.reach, peaks.lean)
-    if stands and past and not is_sliding(body, s, stance.reach):
+    past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= tilt_energy(body, limits.reach, peaks.lean)
+    if stands and past and not is_sliding(body, s, limits.reach):
         return Status.SIMULATED
     if sample < course.after:
         return GOES_ON
@@ -151,13 +151,13 @@ def has_ended(state: Any, vertices: Any, base: int, j: int, ticks: float, end: f
 
 
 @njit(**INNER)
-def rests(state: Any, vertices: Any, count: int, base: int, j: int, bears: float) -> bool:
+def rests(state: Any, vertices: Any, count: int, base: int, j: int, rest_limit: float) -> bool:
     """True if a body rests upright on all vertices of its base, and none of them slides."""
     body, s, held = load_body(state, j), load_state(state, j), 0
     w, turning = s.spin, apply(full(body.inverse), s.moment)
     speed = norm(s.velocity) + body.foot * norm(w)
     step = body.step * state[LENGTH + j]
-    if not is_still(speed, norm(s.acceleration) + body.foot * norm(turning), step, bears):
+    if not is_still(speed, norm(s.acceleration) + body.foot * norm(turning), step, rest_limit):
         return False
     for i in range(count):
         one = load_memory(vertices[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], j)
@@ -176,9 +176,9 @@ def finish_body(state: Any, vertices: Any, j: int, status: int, out: Any, sector
     """Write the results of case j."""
     count = vertices.size // VERTEX_SIZE
     body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
-    account, course, stance = load_account(state, j), load_course(state, j), load_stance(state, j)
+    account, course, limits = load_account(state, j), load_course(state, j), load_limits(state, j)
     f = frame_of(s.turn)
-    fallen = status == Status.SIMULATED and has_fallen(f, stance, sectors)
+    fallen = status == Status.SIMULATED and has_fallen(f, limits, sectors)
     out.fallen = 1.0 if fallen else 0.0
     out.overturning_time = course.upright_until if fallen else np.nan
     out.lean = max(peaks.lean, lean_of(f))
@@ -187,13 +187,13 @@ def finish_body(state: Any, vertices: Any, j: int, status: int, out: Any, sector
     out.peak_penetration = peaks.depth
     balance = (energy(body, s, vertices, count, j) - course.energy) - account.work + account.lost
     out.energy_error = abs(balance) / max(account.work, course.barrier)
-    swing = np.sqrt(GRAVITY * (body.foot * body.foot + stance.reach * stance.reach) ** 1.5)
-    out.angular_momentum_error = abs(spin_about_origin(s) - stance.spin - account.spin) / swing
+    swing = np.sqrt(GRAVITY * (body.foot * body.foot + limits.reach * limits.reach) ** 1.5)
+    out.angular_momentum_error = abs(spin_about_origin(s) - limits.spin - account.spin) / swing
     out.qw, out.qx, out.qy, out.qz = s.turn
 
 
 @njit(**INNER)
-def note(state: Any, j: int, interval: float, ticks: float, path: Any) -> None:
+def record_state(state: Any, j: int, interval: float, ticks: float, path: Any) -> None:
     """Write the state of case j into a row of its trajectory."""
     body, s, shaking = load_body(state, j), load_state(state, j), load_shaking(state, j)
     path.time = (load_course(state, j).sample + s.tick / ticks) * interval

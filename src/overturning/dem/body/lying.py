@@ -1,121 +1,142 @@
-"""Which points of a base that comes down flat carry: first its ends, then the others (docs/method.md).
+"""Contact of a base that lands flat: which points carry (first its ends), and the duration of a landing.
 
-In a plastic landing of a rigid body the impulse acts at the far end alone, since all other points lift from it. Springs
-at points between would share it with the end while they still come down.
+In a plastic landing of a rigid body the impulse acts at the far end only, because all other points lift off (see
+docs/method.md). Springs at points in between would share it while they still come down.
 """
 
 from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.body.state import IN_THE_AIR, ROWS, VERTEX, Body, Lying, Memory, Point, Vertex
+from overturning.dem.body.state import (
+    IN_THE_AIR,
+    ROWS,
+    VERTEX,
+    BaseContactState,
+    BodyConstants,
+    Point,
+    Vertex,
+    VertexHistory,
+)
 from overturning.dem.body.vectors import Matrix, apply
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.solid import MAX_CARRYING_CORNERS
 
 LEVEL: Final = 1.0 - 1e-6
-"""Vertices that are as deep below the centre as this share of the foot are of the base."""
+"""Smallest depth of a base vertex below the centre, as a share of the height of the centre above the base."""
 
 RESTS: Final = 0.5
-"""A point rests where the force of its dashpot is below this share of that of its spring."""
+"""Largest force of the dashpot of a resting point, as a share of the force of its spring."""
 
 
 @njit(**INLINE)
-def is_of_base(body: Body, vertex: Vertex) -> bool:
-    """Whether a vertex is one of the base."""
+def is_of_base(body: BodyConstants, vertex: Vertex) -> bool:
+    """True if a vertex belongs to the base."""
     return vertex.own.z <= -LEVEL * body.foot
 
 
 @njit(**INLINE)
-def rests(body: Body, old: Memory) -> float:
-    """1 where a point is carried by its spring rather than by its dashpot: it neither lands nor lifts."""
+def rests(body: BodyConstants, old: VertexHistory) -> float:
+    """Return 1 if a point is carried by its spring rather than its dashpot (it neither lands nor lifts), else 0."""
     spring = body.stiffness * old.depth
     return 1.0 if (old.depth > 0.0) & (abs(old.normal - spring) < RESTS * spring) else 0.0
 
 
 @njit(**INLINE)
-def with_vertex(body: Body, lying: Lying, f: Matrix, vertex: Vertex, old: Memory) -> Lying:
-    """How the base lies, of the vertices so far and one more."""
+def include_vertex(
+    body: BodyConstants, base_contact: BaseContactState, f: Matrix, vertex: Vertex, old: VertexHistory
+) -> BaseContactState:
+    """Update the lowest and highest base vertex with one more vertex."""
     height, below, still = apply(f, vertex.own).z, is_of_base(body, vertex), rests(body, old)
-    # Of several that are equally low or high one that rests, so that mirror images are exact.
-    low = below & ((height < lying.low) | ((height == lying.low) & (still > lying.low_rests)))
-    high = below & ((height > lying.high) | ((height == lying.high) & (still > lying.high_rests)))
-    return Lying(
-        height if low else lying.low, height if high else lying.high,
-        still if low else lying.low_rests, still if high else lying.high_rests, lying.landing, lying.begun,
+    # Among equally low or high vertices choose one that rests, so that mirror images are exact.
+    low = below & ((height < base_contact.low) | ((height == base_contact.low) & (still > base_contact.low_rests)))
+    high = below & ((height > base_contact.high) | ((height == base_contact.high) & (still > base_contact.high_rests)))
+    return BaseContactState(
+        height if low else base_contact.low, height if high else base_contact.high,
+        still if low else base_contact.low_rests, still if high else base_contact.high_rests,
+        base_contact.landing, base_contact.longest_landing,
     )  # fmt: skip
 
 
 @njit(**INLINE)
-def waits(body: Body, lying: Lying, vertex: Vertex, height: float, old: Memory) -> bool:
-    """Whether a vertex of the base that comes down, at a height from the centre, does not carry yet."""
-    slack = body.ends * (lying.high - lying.low)
-    between = (height > lying.low + slack) & (height < lying.high - slack) & is_of_base(body, vertex)
-    return between & (old.depth <= 0.0) & (not lies(lying))
+def contact_is_deferred(
+    body: BodyConstants, base_contact: BaseContactState, vertex: Vertex, height: float, old: VertexHistory
+) -> bool:
+    """True if a base vertex between the ends does not carry yet, because they do not both rest.
+
+    `height` is the height of the vertex relative to the centre, m.
+    """
+    slack = body.ends * (base_contact.high - base_contact.low)
+    between = (height > base_contact.low + slack) & (height < base_contact.high - slack) & is_of_base(body, vertex)
+    return between & (old.depth <= 0.0) & (not both_ends_rest(base_contact))
 
 
 @njit(**INLINE)
-def lands_flat(lying: Lying) -> bool:
-    """Whether all points of the base land at once, so that a dashpot may pull, as of `dem.block.state.lands_flat`."""
-    return lying.landing > 0.0
+def lands_flat(base_contact: BaseContactState) -> bool:
+    """True if all points of the base land together, so that dashpots may pull; see `dem.block.state.lands_flat`."""
+    return base_contact.landing > 0.0
 
 
 @njit(**INLINE)
-def longer(begun: float, landing: float, depth: float) -> float:
-    """The longer of two landings, the second one of a point that is so deep and counts where it is in contact."""
-    return landing if (depth > 0.0) & (landing > begun) else begun
+def longer_landing(longest: float, landing: float, depth: float) -> float:
+    """Return the longer of two landing times, s; that of a point counts only if the point is in contact (depth > 0)."""
+    return landing if (depth > 0.0) & (landing > longest) else longest
 
 
 @njit(**INLINE)
-def landing_of(body: Body, lying: Lying) -> float:
-    """For how long a point lands that touches now: as those that have touched, or all of it from the air."""
-    return body.landing if lying.begun == IN_THE_AIR else lying.begun
+def landing_time(body: BodyConstants, base_contact: BaseContactState) -> float:
+    """Return the landing time of a point that touches now, s: that of points in contact, else the full landing time."""
+    return body.landing if base_contact.longest_landing == IN_THE_AIR else base_contact.longest_landing
 
 
 @njit(**INLINE)
-def lies(lying: Lying) -> bool:
-    """Whether both ends of a base rest on the ground."""
-    return (lying.low_rests > 0.0) & (lying.high_rests > 0.0)
+def both_ends_rest(base_contact: BaseContactState) -> bool:
+    """True if both ends of the base rest on the ground."""
+    return (base_contact.low_rests > 0.0) & (base_contact.high_rests > 0.0)
 
 
-load_body, load_frame = ROWS.access(Body).load, ROWS.access(Matrix).load
-load_lying, store_lying, _ = ROWS.access(Lying)
+load_body, load_frame = ROWS.access(BodyConstants).load, ROWS.access(Matrix).load
+load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
 load_vertex, load_memory = VERTEX.access(Vertex).load, VERTEX.access(Point, "old").load
 OF_A_VERTEX: Final = VERTEX.size
 LANDING_OF, DEPTH_OF = VERTEX.row(Point, "old.landing"), VERTEX.row(Point, "old.depth")
-LEAST, BEGUN = ROWS.row(Lying, "landing"), ROWS.row(Lying, "begun")
+SHORTEST, LONGEST = ROWS.row(BaseContactState, "landing"), ROWS.row(BaseContactState, "longest_landing")
 
 
 @njit(**INNER)
-def lie_all(state: Any, vertices: Any, half: int, base: int, columns: int, round_: Any) -> None:
-    """How the bases of all bodies lie; opposite vertices begin at `half`, a base has `base` of them."""
+def update_base_contacts(state: Any, vertices: Any, half: int, base: int, columns: int, round_: Any) -> None:
+    """Update the contact state of all bases; a base has `base` vertices, opposite vertices start at `half`."""
     if round_:
-        # The deepest and the highest point of the rim.
+        # The ends are the lowest and the highest point of the rim.
         for j in range(columns):
             body, ahead = load_body(state, j), load_memory(vertices[:OF_A_VERTEX], j)
             behind = load_memory(vertices[half : half + OF_A_VERTEX], j)
             landing = ahead.landing if ahead.landing < behind.landing else behind.landing
-            begun = longer(longer(IN_THE_AIR, ahead.landing, ahead.depth), behind.landing, behind.depth)
-            store_lying(state, j, Lying(0.0, 0.0, rests(body, ahead), rests(body, behind), landing, begun))
+            longest = longer_landing(
+                longer_landing(IN_THE_AIR, ahead.landing, ahead.depth), behind.landing, behind.depth
+            )
+            store_base_contact(
+                state, j, BaseContactState(0.0, 0.0, rests(body, ahead), rests(body, behind), landing, longest)
+            )
         return
     few = base <= MAX_CARRYING_CORNERS
     for j in range(columns):
-        first = Lying(0.0, 0.0, 1.0, 1.0, 1e300, IN_THE_AIR)
-        store_lying(state, j, first if few else Lying(1e300, -1e300, 0.0, 0.0, 1e300, IN_THE_AIR))
+        first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, IN_THE_AIR)
+        store_base_contact(state, j, first if few else BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, IN_THE_AIR))
     for point in range(0, 2 * half, OF_A_VERTEX):
         one = vertices[point : point + OF_A_VERTEX]
         for j in range(columns):
             of_base = is_of_base(load_body(state, j), load_vertex(one, j))
-            left, least = one[LANDING_OF + j], state[LEAST + j]
-            state[LEAST + j] = left if of_base & (left < least) else least
-            begun = state[BEGUN + j]
-            state[BEGUN + j] = longer(begun, left, one[DEPTH_OF + j]) if of_base else begun
+            left, least = one[LANDING_OF + j], state[SHORTEST + j]
+            state[SHORTEST + j] = left if of_base & (left < least) else least
+            longest = state[LONGEST + j]
+            state[LONGEST + j] = longer_landing(longest, left, one[DEPTH_OF + j]) if of_base else longest
     if few:
         return
     for point in range(0, 2 * half, OF_A_VERTEX):
         one = vertices[point : point + OF_A_VERTEX]
         for j in range(columns):
-            lying = load_lying(state, j)
-            store_lying(state, j, with_vertex(
-                load_body(state, j), lying, load_frame(state, j), load_vertex(one, j), load_memory(one, j)
+            base_contact = load_base_contact(state, j)
+            store_base_contact(state, j, include_vertex(
+                load_body(state, j), base_contact, load_frame(state, j), load_vertex(one, j), load_memory(one, j)
             ))  # fmt: skip

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.body.path import BodyPath
 from overturning.dem.body.results import outcome_variables
-from overturning.dem.body.rules import BodyRules, Rim, Vertices
-from overturning.dem.body.state import COLUMNS, RIGID, TICKS
+from overturning.dem.body.rules import BodyRules, RimBodies, VertexBodies
+from overturning.dem.body.state import COLUMNS, RIGID_TIME_RATIO, TICKS
 from overturning.dem.body.statics import highest_mode, lowest_mode, rest, unloading
 from overturning.dem.body.tables import BODY, CASE, RESULT, ROW, START
 from overturning.dem.kernel.clock import BODY as PACE
@@ -35,9 +35,9 @@ from overturning.units import STANDARD_GRAVITY
 class BodyPlan(Plan):
     """Plan for n cases of a single 3-D body."""
 
-    halved: ClassVar[bool] = True
-    result: ClassVar[Any] = RESULT
-    path_row: ClassVar[Any] = ROW
+    split_long_queues: ClassVar[bool] = True
+    result_dtype: ClassVar[Any] = RESULT
+    path_dtype: ClassVar[Any] = ROW
     ground_columns: ClassVar[Any] = ("ground_x", "ground_y", "ground_z")
     path_numbers: ClassVar[int] = 19
     step_cost: ClassVar[int] = BODY_STEP
@@ -55,8 +55,8 @@ class BodyPlan(Plan):
 
     @property
     def kind(self) -> Any:
-        """Marker whose type selects the kernel's loops: `Rim` for round bases, else `Vertices`."""
-        return Rim() if self.solids[0].radius > 0 else Vertices()
+        """Marker whose type selects the kernel's loops: `RimBodies` for round bases, else `VertexBodies`."""
+        return RimBodies() if self.solids[0].radius > 0 else VertexBodies()
 
     @property
     def upward(self) -> FloatArray:
@@ -69,7 +69,7 @@ class BodyPlan(Plan):
         queued = self.common_rules(chosen, tables, finer, TICKS, COLUMNS)
         # Test the lanes at the latest after the longest step: the next sample must be loaded by then.
         job, standing = queued["job"], float(queued["cases"]["standing"][0])
-        queued["job"] = job._replace(at_once=int(job.ticks / standing))
+        queued["job"] = job._replace(steps_per_check=int(job.ticks / standing))
         queued["cases"]["settled"] *= finer
         return BodyRules(
             **queued,
@@ -80,7 +80,7 @@ class BodyPlan(Plan):
             sectors=np.stack([body.sectors for body in self.solids]),
         )
 
-    def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
+    def outcomes(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
         """Convert the kernel's results to outcome variables."""
         faces = [self.solids[index].faces for index in self.table["body"][chosen]]
         orientation = np.asarray(self.cases.azimuth_deg)[chosen]
@@ -134,7 +134,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         np.full(cases.size, np.inf),
         np.zeros(cases.size, np.bool_),
     )
-    bears, threshold = np.zeros(cases.size), np.minimum((reach / foot)[which], friction)
+    rest_limit, threshold = np.zeros(cases.size), np.minimum((reach / foot)[which], friction)
     if numerics.leave_out and start is None:
         # Uplift over the nearest edge needs the smallest acceleration. Between samples the length of the acceleration
         # vector is convex, so that its maximum is at a sample.
@@ -146,7 +146,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         slowest, unloads = (np.array([function(body) for body in made]) for function in (lowest_mode, unloading))
         stiffer = np.maximum(laws[which, 0], laws[which, 1])
         rings = overshoot((np.minimum(laws[:, 0], laws[:, 1]) * slowest)[which], dashpot / stiffer, interval)
-        bears = rest_threshold(
+        rest_limit = rest_threshold(
             (reach / foot)[which], friction * unloads[which, 1], unloads[which, 0], rings, REST_THRESHOLD_FACTOR
         )
     table = np.zeros(cases.size, CASE)
@@ -157,7 +157,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         "dashpot": dashpot,
         "friction": friction,
         "amplitude": amplitude,
-        "bears": bears,
+        "rest_limit": rest_limit,
         "first": first,
         "calm": calm,
         "after": samples + np.ceil(MAX_TIME_AFTER_RECORD * period[which] / interval),
@@ -208,7 +208,7 @@ def _clock_settings(
     # A refined case has shorter ticks, hence more of them.
     steps = steps * numerics.refinement
     # A contact that is not overdamped would keep oscillating in steps of a sample.
-    rigid = (np.sqrt(square) * interval >= RIGID) & (rate >= np.sqrt(square))
+    rigid = (np.sqrt(square) * interval >= RIGID_TIME_RATIO) & (rate >= np.sqrt(square))
     return steps, {
         "finest": finest,
         "standing": PACE.whole * np.where(rigid, np.gcd(usual, steps), 1),

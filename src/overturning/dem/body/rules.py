@@ -1,7 +1,7 @@
-"""What the queue asks of a body in space: its rules, how a case begins, how a sample goes, how a case ends.
+"""Functions that the queue calls for 3-D bodies: start a case, compute a sample, skip samples, end a case.
 
-Vertices i and i + count/2 stand opposite each other; the rows of vertex i lie behind those of the body, `VERTEX.size`
-numbers for each.
+Vertices i and i + count/2 are opposite each other. The rows of the vertices follow those of the body, `VERTEX.size`
+numbers per vertex.
 """
 
 from typing import Any, Final, NamedTuple
@@ -12,21 +12,21 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.centred_loops import loops
-from overturning.dem.body.ending import energy, finish_body, has_ended, note, rests, spin_about_origin, total_of
+from overturning.dem.body.ending import energy, finish_body, has_ended, record_state, rests, spin_about_origin, total_of
 from overturning.dem.body.state import (
     COLUMNS,
     ROWS,
     TICKS,
     VERTEX,
-    Body,
-    Loaded,
-    Memory,
-    Peaks,
+    BodyConstants,
+    BodyPeaks,
+    BodyShaking,
+    BodyState,
+    LoadedSample,
     Point,
-    Shaking,
-    Stance,
-    State,
+    TerminationLimits,
     Vertex,
+    VertexHistory,
     lean_of,
 )
 from overturning.dem.body.vectors import (
@@ -51,93 +51,95 @@ from overturning.dem.kernel.queue import Job, by_type, implement, with_room
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
-class Vertices(NamedTuple):
-    """Marks bodies with vertices."""
+class VertexBodies(NamedTuple):
+    """Marker of bodies with vertices; its type selects their loops."""
 
     round: bool = False
 
 
-class Rim(NamedTuple):
-    """Marks bodies with a rim."""
+class RimBodies(NamedTuple):
+    """Marker of bodies with a rim; its type selects their loops."""
 
     round: bool = True
 
 
-LOOPS: Final = {Vertices: loops(False), Rim: loops(True)}
-"""The steps of a sample by the type of the mark."""
+LOOPS: Final = {VertexBodies: loops(False), RimBodies: loops(True)}
+"""Function that computes the steps of a sample, by the type of the marker."""
 
 
 class BodyRules(NamedTuple):
-    """Rules of cases of bodies in space, all with the same steps per sample and as many vertices."""
+    """Input of the kernel for cases of 3-D bodies, all with the same numbers of steps per sample and of vertices."""
 
     job: Job
     cases: NDArray[np.void]
-    """Table of `CASE`;"""
+    """Case parameters, of type `CASE`, shape (n,)."""
     row: NDArray[np.int64]
     results: NDArray[np.void]
-    """table of `RESULT`;"""
+    """Results to fill in, of type `RESULT`, shape (n,)."""
     ground: Ground
     kind: Any
-    """mark of the bodies, of a type in `LOOPS`;"""
+    """Marker of the bodies, of a type in `LOOPS`."""
     bodies: NDArray[np.void]
-    """table of bodies, of `BODY`;"""
+    """Constants of the bodies, of type `BODY`, shape (bodies,)."""
     points: FloatArray
-    """vertices of each body from its centre, m, shape (bodies, vertices, 3);"""
+    """Vertices of each body from its centre, m, shape (bodies, vertices, 3)."""
     base: int
-    """how many of them a body rests on;"""
+    """Number of vertices of the base."""
     sectors: FloatArray
-    """of each body `overturning.model.solid.Solid.sectors`, shape (bodies, sectors, 5)."""
+    """Sectors of each body, see `overturning.model.solid.Solid.sectors`, shape (bodies, sectors, 5)."""
 
 
-class Work(NamedTuple):
-    """What bodies are computed in."""
+class BodyWorkspace(NamedTuple):
+    """Working memory of a queue of bodies."""
 
     state: Any
-    """All rows, those of"""
+    """Rows of the bodies, followed by those of the vertices."""
     vertices: Any
-    """the vertices behind those of the body."""
+    """Rows of the vertices: a view of `state`."""
 
 
-load_body, store_body, _ = ROWS.access(Body)
-load_state, store_state, _ = ROWS.access(State)
-store_turn = ROWS.access(State, "turn").store
-load_peaks, store_peaks, _ = ROWS.access(Peaks)
+load_body, store_body, _ = ROWS.access(BodyConstants)
+load_state, store_state, _ = ROWS.access(BodyState)
+store_turn = ROWS.access(BodyState, "turn").store
+load_peaks, store_peaks, _ = ROWS.access(BodyPeaks)
 load_course, store_course, _ = ROWS.access(CaseProgress)
-load_stance, store_stance, _ = ROWS.access(Stance)
-store_shaking, store_attempt, store_clock = (ROWS.access(of).store for of in (Shaking, Attempt, Clock))
+load_limits, store_limits, _ = ROWS.access(TerminationLimits)
+store_shaking, store_attempt, store_clock = (ROWS.access(of).store for of in (BodyShaking, Attempt, Clock))
 store_vertex, store_memory = VERTEX.access(Vertex).store, VERTEX.access(Point, "old").store
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
-TICK, LAST_UPRIGHT = ROWS.row(State, "tick"), ROWS.row(Peaks, "last_upright")
-LENGTH, LOADED = ROWS.row(Attempt, "length"), ROWS.row(Loaded, "sample")
-BEARS, FOUND = ROWS.row(RestState, "bears"), ROWS.row(RestState, "found")
+TICK, LAST_UPRIGHT = ROWS.row(BodyState, "tick"), ROWS.row(BodyPeaks, "last_upright")
+LENGTH, LOADED = ROWS.row(Attempt, "length"), ROWS.row(LoadedSample, "sample")
+REST_LIMIT, AT_REST = ROWS.row(RestState, "rest_limit"), ROWS.row(RestState, "at_rest")
 SAMPLE, UPRIGHT_UNTIL = ROWS.row(CaseProgress, "sample"), ROWS.row(CaseProgress, "upright_until")
 
 
 loops_of = by_type(LOOPS)
-"""The loops of bodies, by the type of their mark."""
+"""Return the loops of bodies, selected by the type of their marker."""
 
 
 def workspace(rules: Any) -> Any:
-    """Rows of all lanes, and of as many vertices as the bodies have."""
+    """Allocate the rows of all lanes and of their vertices."""
     state = aligned(NUMBERS * COLUMNS + rules.points.shape[1] * OF_A_VERTEX)
-    return Work(state, state[NUMBERS * COLUMNS :])
+    return BodyWorkspace(state, state[NUMBERS * COLUMNS :])
 
 
 def start(rules: Any, work: Any, lane: int, case: int) -> None:
-    """Put a case into a lane, at the place and with the velocities of its table."""
+    """Load a case into a lane, in its initial state."""
     given = rules.cases[case]
     body, points, interval = rules.bodies[given.body], rules.points[given.body], rules.job.interval
-    put(work.state, work.vertices, lane, given, body, points, interval, rules.job.ticks)
+    initialise_lane(work.state, work.vertices, lane, given, body, points, interval, rules.job.ticks)
 
 
 @njit(**INNER)
-def put(state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, interval: float, ticks: float) -> None:
-    """Put a case into lane j; `ticks` is their number in a sample."""
+def initialise_lane(
+    state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, interval: float, ticks: float
+) -> None:
+    """Load a case into lane j; `ticks` is the number of ticks per sample."""
     for row in range(NUMBERS):
         state[row * COLUMNS + j] = 0.0
     ks, at = case.tangential, case.start
-    body = Body(
+    body = BodyConstants(
         inverse=Symmetric(of.ixx, of.iyy, of.izz, of.ixy, of.ixz, of.iyz),
         inertia=Symmetric(of.axx, of.ayy, of.azz, of.axy, of.axz, of.ayz),
         foot=of.foot,
@@ -154,20 +156,22 @@ def put(state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, inte
     )
     place, turn = Vector(at.x, at.y, at.z), Quaternion(at.qw, at.qx, at.qy, at.qz)
     v, w, f = Vector(at.vx, at.vy, at.vz), Vector(at.wx, at.wy, at.wz), frame_of(turn)
-    # What gravity and the springs do at the start.
+    # Acceleration and moment from gravity and springs at the start.
     az, mx, my = -GRAVITY, 0.0, 0.0
     for i in range(points.shape[0]):
         one, own = vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], Vector(points[i, 0], points[i, 1], points[i, 2])
         arm = apply(f, own)
         store_vertex(one, j, Vertex(own))
-        # Points of a rim remember their velocity, vertices their place.
+        # Velocity is stored for points of a rim, position for vertices.
         known = plus(v, cross(w, arm)) if body.radius > 0.0 else plus(place, arm)
         depth = -(place.z + arm.z)
         n = body.stiffness * max(depth, 0.0)
-        store_memory(one, j, Memory(sx=0.0, sy=0.0, x=known.x, y=known.y, depth=depth, normal=n, slid=0.0, landing=0.0))
+        store_memory(
+            one, j, VertexHistory(sx=0.0, sy=0.0, x=known.x, y=known.y, depth=depth, normal=n, slid=0.0, landing=0.0)
+        )
         az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
     momentum = momentum_of(body.inverse, f, w)
-    begin = State(
+    begin = BodyState(
         place=place,
         turn=turn,
         velocity=v,
@@ -181,19 +185,19 @@ def put(state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, inte
     store_clock(state, j, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
     store_state(state, j, begin)
     store_attempt(state, j, Attempt(case.finest, case.dwell, 0.0))
-    store_peaks(state, j, Peaks(lean_of(f), 0.0, 0.0, -1.0))
+    store_peaks(state, j, BodyPeaks(lean_of(f), 0.0, 0.0, -1.0))
     barrier = GRAVITY * (np.sqrt(of.reach * of.reach + of.foot * of.foot) - of.foot)
     store_course(state, j, CaseProgress(
         case.amplitude, case.first, case.calm, case.after, case.first * interval,
         energy(body, begin, vertices, points.shape[0], j), barrier,
     ))  # fmt: skip
-    state[BEARS + j] = case.bears
-    store_stance(state, j, Stance(spin_about_origin(begin), of.reach, of.fallen, of.deepest, case.steady))
+    state[REST_LIMIT + j] = case.rest_limit
+    store_limits(state, j, TerminationLimits(spin_about_origin(begin), of.reach, of.fallen, of.deepest, case.steady))
 
 
 @njit(**INNER)
 def momentum_of(a: Symmetric, f: Matrix, w: Vector) -> Vector:
-    """Angular momentum in space by the angular velocity there; the inertia is that of the inverse a, by cofactors."""
+    """Return the angular momentum in space, from the angular velocity; `a` is the inverse inertia, `f` the axes."""
     cofactors = Symmetric(
         a.yy * a.zz - a.yz**2, a.xx * a.zz - a.xz**2, a.xx * a.yy - a.xy**2,
         a.xz * a.yz - a.xy * a.zz, a.xy * a.yz - a.xz * a.yy, a.xy * a.xz - a.xx * a.yz,
@@ -203,13 +207,13 @@ def momentum_of(a: Symmetric, f: Matrix, w: Vector) -> Vector:
 
 
 def load(rules: Any, work: Any, cases: Any, columns: int) -> None:
-    """Begin a sample."""
+    """Begin a sample: normalise the rotations and load the base motion."""
     next_sample(work.state, columns, rules.row, cases, rules.ground, rules.job)
 
 
 @njit(**INNER)
 def next_sample(state: Any, columns: int, row: Any, cases: Any, ground: Any, job: Job) -> None:
-    """Bring the quaternions back to length 1 and load the ground motion of the sample that each lane is in."""
+    """Scale the quaternions to length 1, and load the base motion of the current sample of each lane."""
     along, up, ticks, interval, scale = ground.along, ground.up, job.ticks, job.interval, 1.0 / job.ticks
     for j in range(columns):
         s = load_state(state, j)
@@ -229,35 +233,35 @@ def next_sample(state: Any, columns: int, row: Any, cases: Any, ground: Any, job
         # A base that accelerates one way pushes the body the other way.
         push_x = piece(along[row[cases[j]], 0], i, -course.amplitude, scale)
         push_y = piece(along[row[cases[j]], 1], i, -course.amplitude, scale)
-        store_shaking(state, j, Shaking(push_x, push_y, piece(up, i, course.amplitude, scale)))
+        store_shaking(state, j, BodyShaking(push_x, push_y, piece(up, i, course.amplitude, scale)))
 
 
-def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple[Any, int]:
-    """Compute the steps of a sample; the first lane is noted at its begin, where time has passed since the last row."""
-    # All at once, for `rules` kept beyond a branch would count a use of each of its arrays, for every sample.
+def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tuple[Any, int]:
+    """Compute the steps of a sample; record the first lane at its start, if time has passed since the last row."""
+    # Unpack `rules` before the branch: otherwise Numba increments the reference count of every array once per sample.
     job, kind, count, base = rules.job, rules.kind, rules.points.shape[1], rules.base
     if path.shape[0] > 0:
-        path = with_room(path, noted + 1, job.most_rows)
-        if path.shape[0] == noted:
+        path = with_room(path, recorded + 1, job.max_rows)
+        if path.shape[0] == recorded:
             return path, -1
-        note(work.state, 0, job.interval, job.ticks, path[noted])
-        noted += 1 if noted == 0 or path[noted].time > path[noted - 1].time else 0
-    loops_of(kind)(kind, work.state, work.vertices, count, base, columns, job.at_once, job.ticks)
-    return path, noted
+        record_state(work.state, 0, job.interval, job.ticks, path[recorded])
+        recorded += 1 if recorded == 0 or path[recorded].time > path[recorded - 1].time else 0
+    loops_of(kind)(kind, work.state, work.vertices, count, base, columns, job.steps_per_check, job.ticks)
+    return path, recorded
 
 
 def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
-    """Mark lanes of which there may be something to say; the others simply go on."""
+    """Mark the lanes that may have ended, and count them."""
     return mark_due(work.state, active, due, rules.job.ticks, float(rules.job.samples))
 
 
 @njit(**INNER)
 def mark_due(state: Any, active: int, due: Any, ticks: float, end: float) -> int:
-    """Mark and count the lanes that have fallen, are past the samples in which something can start, or have failed."""
+    """Mark and count lanes that have fallen, have failed, or are past the samples in which the motion can move them."""
     count = 0.0
     for j in range(active):
-        s, stance = load_state(state, j), load_stance(state, j)
-        sound = (frame_of(s.turn).zz > stance.fallen) & (load_peaks(state, j).depth <= stance.deepest)
+        s, limits = load_state(state, j), load_limits(state, j)
+        sound = (frame_of(s.turn).zz > limits.fallen) & (load_peaks(state, j).depth <= limits.deepest)
         due[j] = 0.0 if cannot_end_yet(load_course(state, j), s.tick, ticks, end, total_of(s), sound) else 1.0
     for j in range(active):
         count += due[j]
@@ -266,39 +270,39 @@ def mark_due(state: Any, active: int, due: Any, ticks: float, end: float) -> int
 
 @njit(**INNER)
 def find_slow(state: Any, active: int) -> int:
-    """Mark and count lanes that may be at rest: a quick test, for all lanes at once, that none of these fails."""
+    """Mark and count lanes that may be at rest: a quick test for all lanes, passed by every lane at rest."""
     number = 0
     for j in range(active):
-        s, length, least = load_state(state, j), state[LENGTH + j], STILL * state[BEARS + j] * GRAVITY
+        s, length, least = load_state(state, j), state[LENGTH + j], STILL * state[REST_LIMIT + j] * GRAVITY
         v, a, most = s.velocity, s.acceleration, 1.001 * least
         still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most)
         slow = 2.0 * abs(v.z) < most * (load_body(state, j).step * length)
         may = (length >= TICKS) & still & slow
-        state[FOUND + j] = 1.0 if may else 0.0
+        state[AT_REST + j] = 1.0 if may else 0.0
         number += 1 if may else 0
     return number
 
 
 def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> None:
-    """Leave out samples of lanes at rest."""
+    """Skip samples of lanes at rest."""
     job, state, ground, row, base = rules.job, work.state, rules.ground, rules.row, rules.base
     count = rules.points.shape[1]
     if find_slow(state, active) == 0:
         return
     for j in range(active):
-        course, over, bears = load_course(state, j), state[TICK + j] * (1.0 / job.ticks), state[BEARS + j]
+        course, over, rest_limit = load_course(state, j), state[TICK + j] * (1.0 / job.ticks), state[REST_LIMIT + j]
         now = course.sample + over
-        # The shaking first, then the body, which takes longer to look at.
-        quiet = state[FOUND + j] > 0.0 and is_rest_check_sample(now)
-        quiet = quiet and below_rest_threshold(ground, row[cases[j]], now, course.amplitude, bears)
-        if quiet and rests(state, work.vertices, count, base, j, bears):
-            samples = samples_at_rest(ground, row[cases[j]], now, course.amplitude, bears)
+        # Test the motion first: testing the body takes longer.
+        quiet = state[AT_REST + j] > 0.0 and is_rest_check_sample(now)
+        quiet = quiet and below_rest_threshold(ground, row[cases[j]], now, course.amplitude, rest_limit)
+        if quiet and rests(state, work.vertices, count, base, j, rest_limit):
+            samples = samples_at_rest(ground, row[cases[j]], now, course.amplitude, rest_limit)
             state[SAMPLE + j] += samples
             left_out[j] += samples
 
 
-def ended(rules: Any, work: Any, lane: int, case: int) -> int:
-    """`Status` of a lane, or that it goes on."""
+def end_status(rules: Any, work: Any, lane: int, case: int) -> int:
+    """Return the `Status` of a lane, or `GOES_ON`."""
     end, sectors = float(rules.job.samples), rules.sectors[rules.cases[case].body]
     return has_ended(work.state, work.vertices, rules.base, lane, rules.job.ticks, end, sectors)
 
@@ -309,4 +313,4 @@ def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
     finish_body(work.state, work.vertices, lane, status, rules.results[case], sectors)
 
 
-implement(BodyRules, workspace, start, load, advance, count_due, leave_out, ended, finish)
+implement(BodyRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)

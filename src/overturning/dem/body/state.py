@@ -1,9 +1,9 @@
-"""What the kernel in space knows of a body: named tuples, and the rows of the arrays that hold them.
+"""State of a 3-D body: named tuples, and their layout in the rows of arrays.
 
-Units are per unit of mass, as in the plane (`overturning.dem.block.state`); an inertia is m². The frame moves with the
-base and is turned with the body's orientation: x points to its azimuth, y 90° anticlockwise of it, z up. The body's
-own axes coincide with these at rest. `overturning.dem.kernel.lanes` says how bodies lie side by side; the vertices of a
-body have an array of their own, a table `VERTEX` after another.
+Quantities are per mass, as in `overturning.dem.block.state`; an inertia is in m². The frame moves with the base and is
+rotated by the body's orientation: x points to its azimuth, y 90° anticlockwise of it, z up. The body's own axes
+coincide with these at rest; vectors "in space" are components in this frame. `overturning.dem.kernel.lanes` describes
+the memory layout. The vertices of a body have an array of their own, one block of rows `VERTEX` per vertex.
 """
 
 from typing import Final, NamedTuple
@@ -17,119 +17,125 @@ from overturning.dem.kernel.ground import Line
 from overturning.dem.kernel.lanes import INLINE, Rows
 
 COLUMNS: Final = 16
-"""Bodies side by side: their rows fit into the nearest cache of a processor, 48 KB, those of more do not."""
+"""Number of bodies computed side by side: their rows fit into an L1 cache of 48 KB, those of more bodies would not."""
 
-RIGID: Final = 10.0
-"""Whole samples are the steps of a body that stands where 1/ω is so many times shorter and nothing rings."""
+RIGID_TIME_RATIO: Final = 10.0
+"""Smallest ratio of sampling interval to 1/ω for which a standing body without vibration takes sample-long steps."""
 
 TICKS: Final = BODY.whole
 """Ticks of a whole step."""
 
 
-class Body(NamedTuple):
+class BodyConstants(NamedTuple):
     """Constants of a case."""
 
     inverse: Symmetric
-    """Inverse of the inertia in the body's own axes, m/I, 1/m²;"""
+    """Inverse inertia in the body's own axes, m/I, 1/m²."""
     inertia: Symmetric
-    """the inertia itself, m²;"""
+    """Inertia in the body's own axes, I/m, m²."""
     foot: float
-    """height of the centre above the base, m;"""
+    """Height of the centre above the base, m."""
     radius: float
-    """of a rim, m;"""
+    """Radius of a round base, m; 0 for a base with vertices."""
     stiffness: float
-    """of the normal spring of a vertex, 1/s²,"""
+    """Normal stiffness of a vertex, K/m, 1/s²."""
     tangential: float
-    """of either tangential one,"""
+    """Tangential stiffness of a vertex, K_s/m, 1/s², in any direction."""
     compliance: float
-    """1 over that, 0 where there is none;"""
+    """1 over the tangential stiffness, s²; 0 without tangential springs."""
     dashpot: float
-    """1/s;"""
+    """Dashpot of a vertex, h/m, 1/s."""
     friction: float
-    """μ;"""
+    """Coefficient of friction μ."""
     critical: float
-    """`lean` at the critical angle;"""
+    """`lean_of` at the critical angle."""
     ends: float
-    """share of the rise from the lowest to the highest vertex of the base within which vertices belong to its ends;"""
+    """Share of the rise from the lowest to the highest base vertex within which vertices belong to the ends."""
     step: float
-    """length of a tick, s;"""
+    """Length of a tick, s."""
     landing: float
-    """how long a point lands after it has touched, s."""
+    """Duration of a flat landing after the first touch, s."""
 
 
-class State(NamedTuple):
-    """Where a body is, how it moves, and what acts on it."""
+class BodyState(NamedTuple):
+    """State of a body."""
 
     place: Vector
+    """Position of the centre, m."""
     turn: Quaternion
+    """Rotation from rest."""
     velocity: Vector
+    """Velocity of the centre, m/s."""
     momentum: Vector
-    """Angular momentum in space, m²/s;"""
+    """Angular momentum in space, m²/s."""
     spin: Vector
-    """angular velocity in space, rad/s;"""
+    """Angular velocity in space, rad/s."""
     acceleration: Vector
+    """Acceleration of the centre, m/s²."""
     moment: Vector
-    """of the contact forces about the centre;"""
+    """Moment of the contact forces about the centre, m²/s²."""
     tick: float
-    """ticks since the sample began."""
+    """Ticks since the start of the sample."""
 
 
 class Vertex(NamedTuple):
-    """A vertex."""
+    """Vertex of a body."""
 
     own: Vector
-    """Where it is in the body's axes, from the centre, m."""
+    """Position from the centre in the body's own axes, m."""
 
 
-class Memory(NamedTuple):
-    """What a vertex remembers of the end of the last step."""
+class VertexHistory(NamedTuple):
+    """State of a contact point at the end of the last step."""
 
     sx: float
-    """Stretch of its tangential springs, m;"""
+    """Stretch of the tangential springs along x, m."""
     sy: float
+    """Stretch of the tangential springs along y, m."""
     x: float
-    """where it was, m; its velocity where it is a point of a rim, m/s;"""
+    """Position of a vertex along x, m; for a point of a rim, its velocity, m/s."""
     y: float
+    """Position of a vertex along y, m; for a point of a rim, its velocity, m/s."""
     depth: float
-    """its penetration, m, negative in the air;"""
+    """Penetration, m; negative in the air."""
     normal: float
-    """the normal force,"""
+    """Normal force per mass, m/s²."""
     slid: float
-    """whether it slid,"""
+    """1 if the point slid, else 0."""
     landing: float
-    """and for how long it still lands, s, 0 or less where it does not."""
+    """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
 class Point(NamedTuple):
-    """A point of contact before a step, and what it is to remember if the step is taken."""
+    """Contact point before a step, and its new state if the step is accepted."""
 
-    old: Memory
-    new: Memory
+    old: VertexHistory
+    new: VertexHistory
 
 
 IN_THE_AIR: Final = -1e300
-"""For how long a base in the air lands, s: less than any that has touched."""
+"""Value of `BaseContactState.longest_landing` for a base in the air, s: less than that of any point in contact."""
 
 
-class Lying(NamedTuple):
-    """How the base of a body lies on the ground."""
+class BaseContactState(NamedTuple):
+    """Contact of a body's base with the ground."""
 
     low: float
-    """Height of the lowest vertex of the base from the centre, m, negative,"""
+    """Height of the lowest base vertex relative to the centre, m; negative."""
     high: float
-    """and of the highest;"""
+    """Height of the highest base vertex relative to the centre, m."""
     low_rests: float
-    """1 where the lowest rests,"""
+    """1 if the lowest base vertex rests, else 0."""
     high_rests: float
-    """and the highest;"""
+    """1 if the highest base vertex rests, else 0."""
     landing: float
-    """for how long all points of the base still land, s, 0 or less where one does not,"""
-    begun: float
-    """and the longest of those in contact, `IN_THE_AIR` where none is."""
+    """Shortest remaining landing time of the base points, s; 0 or less if one of them does not land."""
+    longest_landing: float
+    """Longest remaining landing time of the base points in contact, s; `IN_THE_AIR` if there is none."""
 
 
-class Peaks(NamedTuple):
-    """What is kept of the path: largest lean and penetration, square of the largest slip, and last tick below α."""
+class BodyPeaks(NamedTuple):
+    """Largest lean, squared slip (m²) and penetration (m) so far; last tick below the critical angle (−1: none)."""
 
     lean: float
     slip: float
@@ -137,175 +143,185 @@ class Peaks(NamedTuple):
     last_upright: float
 
 
-class Account(NamedTuple):
-    """Accounts, per mass: work of the shaking, losses, and vertical angular momentum brought in about the origin."""
+class BodyAccount(NamedTuple):
+    """Accounts per mass: work of the base and losses (m²/s²), vertical angular momentum supplied (m²/s).
+
+    `power`, `loss` and `torque` are the rates of these at the last step. The angular momentum is about the origin.
+    """
 
     work: float
     lost: float
     spin: float
     power: float
-    """Their rates at the last step."""
     loss: float
     torque: float
 
 
-class Shaking(NamedTuple):
-    """What the moving base does to the body in its own frame, m/s²."""
+class BodyShaking(NamedTuple):
+    """Inertial accelerations of the moving base in the body's frame, m/s²."""
 
     push_x: Line
-    """−a;"""
+    """−a along x."""
     push_y: Line
+    """−a along y."""
     lift: Line
-    """a_up, which adds to gravity."""
+    """Upward acceleration of the base, added to gravity."""
 
 
-class Loaded(NamedTuple):
-    """Which shaking is in the lane: that of a sample counted from 1, 0 where none is."""
+class LoadedSample(NamedTuple):
+    """Sample whose base motion is loaded in a lane, counted from 1; 0 if none is."""
 
     sample: float
 
 
-class Stance(NamedTuple):
+class TerminationLimits(NamedTuple):
     """Limits that terminate a case, next to its `CaseProgress`."""
 
     spin: float
-    """Vertical angular momentum about the origin at the start;"""
+    """Vertical angular momentum about the origin at the start, per mass, m²/s."""
     reach: float
-    """least distance of an edge of the base from below the centre, m;"""
+    """Smallest horizontal distance from the centre to an edge of the base, m."""
     fallen: float
-    """cosine of the least tilt at which it has fallen;"""
+    """Cosine of the smallest tilt at which the body has fallen."""
     deepest: float
-    """penetration beyond which the case has failed, m;"""
+    """Penetration beyond which the case has failed, m."""
     steady: float
-    """horizontal acceleration below which it stands in steps of a sample, as a share of its weight."""
+    """Horizontal acceleration below which a standing body takes sample-long steps, as a share of its weight."""
 
 
 class PredictedPoint(NamedTuple):
-    """A point of contact at the predicted end of a step."""
+    """Contact point at the predicted end of a step."""
 
     arm: Vector
-    """From the centre, m;"""
+    """Position from the centre, m."""
     depth: float
+    """Penetration, m."""
     tx: float
-    """stretch of the tangential springs, m;"""
+    """Stretch of the tangential springs along x, m."""
     ty: float
+    """Stretch of the tangential springs along y, m."""
     velocity: Vector
+    """Velocity, m/s."""
     on: float
-    """1 where it is taken to be in contact,"""
+    """1 if the point is assumed to be in contact, else 0."""
     slides: float
-    """and to slide,"""
+    """1 if the point is assumed to slide, else 0."""
     dx: float
-    """friction pointing this way."""
+    """Direction of friction, x component of a unit vector."""
     dy: float
-    waits: float
-    """1 where it does not carry before the ends of the base rest,"""
+    """Direction of friction, y component."""
+    deferred: float
+    """1 if the point carries only after the ends of the base rest, else 0."""
     held: float
-    """1 where the body lands flat, so that the dashpot may pull,"""
-    begun: float
-    """and for how long the point lands if it touches now, s."""
+    """1 if the body lands flat, so that the dashpot may pull, else 0."""
+    new_landing: float
+    """Landing time of the point if it touches now, s."""
 
 
-class Rejected(NamedTuple):
-    """Whether the last step was not accepted, and whether its points are taken as before in the next one: 1 or 0."""
+class Rejection(NamedTuple):
+    """1 if the last step was rejected (`again`); 1 if the next attempt keeps its assumptions (`sooner`); else 0."""
 
     again: float
     sooner: float
 
 
-class Predicted(NamedTuple):
-    """A step of the centred scheme before its equations are solved."""
+class PredictedBody(NamedTuple):
+    """Predicted state at the end of a step of the centred scheme, before the equations are solved."""
 
     place: Vector
     turn: Quaternion
     velocity: Vector
-    """Velocity and angular momentum after half the step;"""
+    """Velocity after half of the step, m/s."""
     momentum: Vector
+    """Angular momentum after half of the step, m²/s."""
     end: Vector
-    """velocity at its end,"""
+    """Velocity at the end of the step, m/s."""
     spin: Vector
-    """angular velocity there;"""
+    """Angular velocity at the end of the step, rad/s."""
     shaking: Vector
-    """−a along x and y, and a_up, m/s²;"""
+    """−a along x and y, and the upward acceleration of the base, m/s²."""
     half: float
-    """half its length, s."""
+    """Half the length of the step, s."""
 
 
 class Equations(NamedTuple):
-    """Forces and moments at the predicted end, and what velocities there change of them, of all points of contact."""
+    """Sum over contact points: forces and moments at the predicted end, and their derivatives by velocities."""
 
     force: Vector
     moment: Vector
     a: Matrix
-    """Force by velocity,"""
+    """Force by velocity."""
     b: Matrix
-    """force by angular velocity,"""
+    """Force by angular velocity."""
     c: Matrix
-    """moment by velocity,"""
+    """Moment by velocity."""
     d: Matrix
-    """moment by angular velocity."""
+    """Moment by angular velocity."""
 
 
-class Change(NamedTuple):
-    """What the solution adds to the predicted velocity and angular velocity."""
+class BodyChange(NamedTuple):
+    """Correction of the predicted velocity (m/s) and angular velocity (rad/s) by the solution."""
 
     velocity: Vector
     spin: Vector
 
 
-class Sum(NamedTuple):
-    """What all points of contact do at the solution."""
+class ContactSum(NamedTuple):
+    """Sum over all contact points at the solution, per mass."""
 
     force: Vector
     moment: Vector
     impulse: Vector
-    """What those closed within the step act for longer, as momentum"""
+    """Additional momentum of contacts that closed early in the step, m/s."""
     twist: Vector
-    """and angular momentum;"""
+    """Additional angular momentum of contacts that closed early in the step, m²/s."""
     loss: float
-    """power of dashpots and sliders,"""
+    """Power dissipated by dashpots and friction, m²/s³."""
     let_go: float
-    """energy that springs let go."""
+    """Energy released by springs, m²/s²."""
 
 
-class Largest(NamedTuple):
-    """The largest of what is found at any point of contact, 0 or less where it is found at none."""
+class LargestFindings(NamedTuple):
+    """Largest value of each finding over all contact points; 0 or less if no point has it."""
 
     changed: float
-    """Above 0 where a contact opened or closed,"""
+    """Above 0 if a contact opened or closed."""
     wrong: float
-    """1 where a point was taken to do otherwise,"""
+    """1 if a point stuck or slid contrary to the assumption."""
     reversed: float
-    """or to slide against its velocity,"""
+    """1 if a point was assumed to slide against its velocity."""
     holds: float
-    """or holds,"""
+    """1 if a loaded point sticks."""
     back: float
-    """or slides where friction held it the other way before,"""
+    """1 if a point slides whose friction had the opposite sign before."""
     off: float
-    """or is in the air;"""
+    """1 if a point carries no load."""
     depth: float
+    """Largest penetration, m."""
 
 
 ROWS: Final = Rows(
-    COLUMNS, Body, Clock, State, Matrix, Lying, Peaks, Account, Shaking, Loaded, CaseProgress, Stance, Attempt,
-    Rejected, Predicted, Equations, Change, Sum, Largest, RestState,
+    COLUMNS, BodyConstants, Clock, BodyState, Matrix, BaseContactState, BodyPeaks, BodyAccount, BodyShaking,
+    LoadedSample, CaseProgress, TerminationLimits, Attempt, Rejection, PredictedBody, Equations, BodyChange, ContactSum,
+    LargestFindings, RestState,
 )  # fmt: skip
 VERTEX: Final = Rows(COLUMNS, Vertex, Point, PredictedPoint)
 
 
 @njit(**INLINE)
-def angular_velocity(body: Body, f: Matrix, momentum: Vector) -> Vector:
-    """Angular velocity in space by the angular momentum there, of a body with given axes."""
+def angular_velocity(body: BodyConstants, f: Matrix, momentum: Vector) -> Vector:
+    """Return the angular velocity in space, rad/s, from the angular momentum in space; `f` holds the body's axes."""
     return apply(f, apply(full(body.inverse), apply(transposed(f), momentum)))
 
 
 @njit(**INLINE)
-def spin_of(body: Body, s: State) -> Vector:
-    """Angular velocity in space by the state's angular momentum."""
+def spin_of(body: BodyConstants, s: BodyState) -> Vector:
+    """Return the angular velocity in space, rad/s, from the state's angular momentum."""
     return angular_velocity(body, frame_of(s.turn), s.momentum)
 
 
 @njit(**INLINE)
 def lean_of(f: Matrix) -> float:
-    """How far the body leans: sin² of the tilt of its axis up to 90°, 2 − sin² beyond."""
+    """Return the lean of the body: sin² of the tilt of its axis up to 90°, 2 − sin² beyond."""
     square = f.xz * f.xz + f.yz * f.yz
     return square if f.zz > 0.0 else 2.0 - square

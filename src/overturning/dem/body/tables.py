@@ -1,4 +1,4 @@
-"""Columns of the kernel's tables: cases, bodies, results and trajectories."""
+"""Columns of the body kernel's tables: cases, bodies, results and trajectories."""
 
 from typing import Final, NamedTuple
 
@@ -9,14 +9,14 @@ from overturning.dem.kernel.tuples import dtype_of
 
 
 class StartColumns(NamedTuple):
-    """Columns of an initial pose and its velocities."""
+    """Columns of the initial pose and velocities; components are along the axes of the body's frame."""
 
     x: float
-    """Place of the centre, m: east,"""
+    """Position of the centre along x, m."""
     y: float
-    """north,"""
+    """Position of the centre along y, m."""
     z: float
-    """and up."""
+    """Height of the centre, m."""
     qw: float
     """Quaternion of the rotation from the pose at rest."""
     qx: float
@@ -32,36 +32,36 @@ class StartColumns(NamedTuple):
     wz: float
 
 
-class CaseColumns(NamedTuple):
-    """Columns of the table of cases, after the row in the table of bodies, and followed by those of `Clock`."""
+class BodyCaseColumns(NamedTuple):
+    """Columns of the table of cases; they follow the index of the body and precede those of `Clock`."""
 
     stiffness: float
-    """Normal stiffness of a point over the mass, 1/s²."""
+    """Normal stiffness of a point per mass, 1/s²."""
     tangential: float
-    """Tangential stiffness over the mass, 1/s²."""
+    """Tangential stiffness of a point per mass, 1/s²."""
     dashpot: float
-    """Dashpot of a point over the mass, 1/s."""
+    """Dashpot of a point per mass, 1/s."""
     friction: float
     """Coefficient of friction."""
     amplitude: float
     """Factor on the motion."""
-    bears: float
-    """Horizontal acceleration over g that leaves the body at rest."""
+    rest_limit: float
+    """Horizontal acceleration over g up to which the body stays at rest."""
     steady: float
-    """Change of the ground acceleration below which steps longer than a sample are allowed, over g."""
+    """Horizontal acceleration, as a share of the weight, below which a standing body takes sample-long steps."""
     first: float
     """First sample that is computed."""
     calm: float
-    """Sample from which the body can come to rest for good."""
+    """First sample after which the motion cannot start any movement."""
     after: float
-    """Sample at which the case is undecided."""
+    """Sample at which the case ends as undecided."""
 
 
 class BodyColumns(NamedTuple):
     """Columns of the table of bodies."""
 
     ixx: float
-    """Tensor of inertia about the centre over the mass, m²."""
+    """Inertia tensor about the centre per mass, m²."""
     iyy: float
     izz: float
     ixy: float
@@ -77,9 +77,9 @@ class BodyColumns(NamedTuple):
     foot: float
     """Height of the centre above the base, m."""
     radius: float
-    """Radius of a round base, m, else 0."""
+    """Radius of a round base, m; 0 for a base with vertices."""
     reach: float
-    """Least horizontal distance of the centre from an edge of the base, m."""
+    """Smallest horizontal distance from the centre to an edge of the base, m."""
     critical: float
     """sin² of the tilt beyond which the body falls over its nearest edge."""
     fallen: float
@@ -87,16 +87,16 @@ class BodyColumns(NamedTuple):
     deepest: float
     """Penetration beyond which a case has failed, m."""
     ends: float
-    """Share of the rise from the lowest to the highest vertex of the base within which vertices belong to its ends."""
+    """Share of the rise from the lowest to the highest base vertex within which vertices belong to the ends."""
 
 
-class ResultColumns(NamedTuple):
+class BodyResultColumns(NamedTuple):
     """Columns of the table of results."""
 
     status: float
     """`Status` as a number."""
     fallen: float
-    """1 if the body has fallen."""
+    """1 if the body has fallen, else 0."""
     overturning_time: float
     """Time of the fall, s."""
     lean: float
@@ -104,20 +104,20 @@ class ResultColumns(NamedTuple):
     peak_slip: float
     """Largest slip of the base, m."""
     slip_x: float
-    """Slip of the base at the end, m."""
+    """Slip of the base at the end along x and y, m."""
     slip_y: float
     peak_penetration: float
     """Largest penetration, m."""
     energy_error: float
-    """Error of the energy balance as a share of the input."""
+    """Error of the energy balance, as a share of the input energy."""
     angular_momentum_error: float
-    """Error of the angular momentum about the vertical, over that of a free swing."""
+    """Error of the vertical angular momentum, as a share of that of a free swing."""
     block_steps: float
     """Number of steps."""
     samples_left_out: float
-    """Number of samples that were left out."""
+    """Number of samples that were skipped at rest."""
     qw: float
-    """Quaternion at the end."""
+    """Quaternion of the rotation at the end."""
     qx: float
     qy: float
     qz: float
@@ -132,7 +132,7 @@ class GroundColumns(NamedTuple):
 
 
 START: Final = dtype_of(StartColumns)
-CASE: Final = np.dtype([("body", "i8"), *dtype_of(CaseColumns, Clock).descr, ("start", START)])
+CASE: Final = np.dtype([("body", "i8"), *dtype_of(BodyCaseColumns, Clock).descr, ("start", START)])
 BODY: Final = dtype_of(BodyColumns)
-RESULT: Final = dtype_of(ResultColumns)
+RESULT: Final = dtype_of(BodyResultColumns)
 ROW: Final = np.dtype([("time", "f8"), *dtype_of(StartColumns, GroundColumns).descr])

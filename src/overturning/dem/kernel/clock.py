@@ -98,7 +98,7 @@ class Attempt(NamedTuple):
     """Number of repetitions of this step with other sliding points."""
 
 
-class Found(NamedTuple):
+class StepFindings(NamedTuple):
     """Result of an attempted step."""
 
     changed: bool
@@ -121,7 +121,7 @@ class Found(NamedTuple):
 
 @njit(**INLINE)
 def next_attempt(
-    pace: Pace, clock: Clock, tried: Attempt, found: Found, tick: float, ticks: float
+    pace: Pace, clock: Clock, tried: Attempt, findings: StepFindings, tick: float, ticks: float
 ) -> tuple[bool, bool, Attempt]:
     """Accept or reject an attempted step and choose the next. Returns (rejected, keep assumed contacts, next attempt).
 
@@ -130,25 +130,27 @@ def next_attempt(
     a step in which a body begins to slide is halved, the points that stuck are assumed to stick again.
     """
     length = tried.length
-    shorter = (found.changed | found.fast) & (length > clock.finest) & (not found.gentle)
-    wrong = found.wrong & (not shorter)
-    onset = found.slides & (length > MAX_SLIP_ONSET_STEP * ticks)
-    back = found.back & (length > MAX_FRICTION_REVERSAL_STEP * ticks)
-    halved = ((found.reversed | back) & (not shorter)) | (wrong & (onset | (tried.tries >= pace.tries)))
-    retry, sooner = wrong & (not halved), wrong & onset & (not found.reversed)
+    shorter = (findings.changed | findings.fast) & (length > clock.finest) & (not findings.gentle)
+    wrong = findings.wrong & (not shorter)
+    onset = findings.slides & (length > MAX_SLIP_ONSET_STEP * ticks)
+    back = findings.back & (length > MAX_FRICTION_REVERSAL_STEP * ticks)
+    halved = ((findings.reversed | back) & (not shorter)) | (wrong & (onset | (tried.tries >= pace.tries)))
+    retry, sooner = wrong & (not halved), wrong & onset & (not findings.reversed)
     shorter = shorter | halved
-    longest = clock.standing if found.stands else pace.whole
+    longest = clock.standing if findings.stands else pace.whole
     above = 2.0 * length if length < pace.whole else clock.standing
     times = tick / above
     fits = (times + INTEGER_ROUNDING) - INTEGER_ROUNDING == times
-    longer = (tried.left <= 1.0) & (length < longest) & fits & (not (found.slides & (above > MAX_SLIDING_STEP * ticks)))
+    longer = (
+        (tried.left <= 1.0) & (length < longest) & fits & (not (findings.slides & (above > MAX_SLIDING_STEP * ticks)))
+    )
     left = (
         (clock.settled if length >= pace.settled_above * clock.finest else clock.dwell) if longer else tried.left - 1.0
     )
-    left = clock.dwell if found.changed else left
+    left = clock.dwell if findings.changed else left
     left = clock.settled if shorter else left
     left = tried.left if retry else left
-    then = above if longer & (not (found.changed | retry)) else length
+    then = above if longer & (not (findings.changed | retry)) else length
     then = 0.5 * length if shorter else then
-    then = pace.whole if (length > pace.whole) & (shorter | (not found.stands)) else then
+    then = pace.whole if (length > pace.whole) & (shorter | (not findings.stands)) else then
     return shorter | retry, sooner, Attempt(then, left, tried.tries + 1.0 if retry else 0.0)

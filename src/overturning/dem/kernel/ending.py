@@ -45,41 +45,41 @@ class CaseProgress(NamedTuple):
 class RestState(NamedTuple):
     """Rest state of a case."""
 
-    bears: float
+    rest_limit: float
     """Horizontal acceleration up to which it stays at rest, as a share of its weight; 0 if it is simulated anyway."""
-    found: float
+    at_rest: float
     """1 if it was at rest at the beginning of a sample."""
 
 
 @njit(**INLINE)
 def begin_sample(
-    course: CaseProgress, tick: float, last_upright: float, ticks: float, interval: float
+    progress: CaseProgress, tick: float, last_upright: float, ticks: float, interval: float
 ) -> tuple[float, float, float]:
     """Return the sample, the tick in it and the last upright time after a sample has ended.
 
     `last_upright` is the last upright tick in the sample that ended; negative if there is none.
     """
-    then = (course.sample + last_upright * (1.0 / ticks)) * interval
+    then = (progress.sample + last_upright * (1.0 / ticks)) * interval
     over = (1.0 if tick >= ticks else 0.0) + (1.0 if tick >= 2.0 * ticks else 0.0)
-    return course.sample + over, tick - over * ticks, then if last_upright >= 0.0 else course.upright_until
+    return progress.sample + over, tick - over * ticks, then if last_upright >= 0.0 else progress.upright_until
 
 
 @njit(**INLINE)
-def cannot_end_yet(course: CaseProgress, tick: float, ticks: float, end: float, total: float, sound: bool) -> bool:
+def cannot_end_yet(progress: CaseProgress, tick: float, ticks: float, end: float, total: float, sound: bool) -> bool:
     """True if the case cannot have ended: finite, within limits, and strong shaking still to come.
 
     `total` is the sum of all values that must be finite.
     """
-    sample, until = course.sample + tick * (1.0 / ticks), course.calm if course.calm < end else end
+    sample, until = progress.sample + tick * (1.0 / ticks), progress.calm if progress.calm < end else end
     # inf − inf and NaN − NaN are NaN, which is not equal to 0.
     return (total - total == 0.0) & sound & (sample < until)
 
 
 @njit(**INLINE)
-def is_still(speed: float, change: float, step: float, bears: float) -> bool:
+def is_still(speed: float, change: float, step: float, rest_limit: float) -> bool:
     """True if a body on its contacts neither moves nor vibrates: speed (m/s), acceleration (m/s²), last step (s).
 
     Vibrations slower than the step appear in the acceleration, faster ones in the speed over half of the step.
     """
-    least = STILL * bears * GRAVITY
+    least = STILL * rest_limit * GRAVITY
     return bool((2.0 * speed < least * step) & (change < least))

@@ -116,21 +116,21 @@ def is_rest_check_sample(sample: float) -> bool:
 
 
 @njit(**INLINE)
-def below_rest_threshold(ground: Ground, row: int, sample: float, factor: float, bears: float) -> bool:
+def below_rest_threshold(ground: Ground, row: int, sample: float, factor: float, rest_limit: float) -> bool:
     """True if no acceleration up to the end of the next block, or within `LEAD` after it, can move a body at rest.
 
-    `factor` multiplies the motion. The body resists a horizontal acceleration of `bears` · g. An acceleration is linear
-    between samples, so it is largest at one of them.
+    `factor` multiplies the motion; the body resists a horizontal acceleration of `rest_limit` · g. An acceleration is
+    linear between samples, so it is largest at one of them.
     """
     block, look = min(int(sample) // REST_CHECK_BLOCK, ground.loudest_up.shape[0] - 1), int(sample) % REST_CHECK_BLOCK
     across, up = ground.loudest[row, block, look], ground.loudest_up[block, look]
-    return bool(abs(factor) * (across + UNLOADED * bears * up) < bears * GRAVITY)
+    return bool(abs(factor) * (across + UNLOADED * rest_limit * up) < rest_limit * GRAVITY)
 
 
 @njit(**INNER)
-def samples_at_rest(ground: Ground, row: int, sample: float, factor: float, bears: float) -> int:
+def samples_at_rest(ground: Ground, row: int, sample: float, factor: float, rest_limit: float) -> int:
     """Return the number of samples during which a body at rest stays at rest, in whole blocks."""
     count = 0
-    while below_rest_threshold(ground, row, sample + count, factor, bears):
+    while below_rest_threshold(ground, row, sample + count, factor, rest_limit):
         count += REST_CHECK_BLOCK
     return count

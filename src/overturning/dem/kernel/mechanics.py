@@ -11,13 +11,15 @@ from numba import njit
 from overturning.dem.kernel.lanes import INLINE, select
 
 LANDING: Final = 4.0
-"""How long a contact lands after it has closed, in h/K, the time in which a spring pushes out what it has caught: by
-then the dashpots have stopped a block of B/H 0.15 or more, heave first and rotation last."""
+"""Duration of a flat landing after a contact has closed, in h/K, the decay time of spring and dashpot.
+
+Within this time the dashpots stop a block of B/H 0.15 or more, heave first and rotation last.
+"""
 
 
 @njit(**INLINE)
-def turned(c: float, s: float, turn: float) -> tuple[float, float]:
-    """Cosine and sine of an angle turned by a small one, rad, by series to the fifth order."""
+def rotate_pair(c: float, s: float, turn: float) -> tuple[float, float]:
+    """Rotate a pair (cosine, sine) of an angle by a small angle `turn`, rad; series to the fifth order."""
     square = turn * turn
     sine = turn * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
     versine = square * (0.5 - square * (1.0 / 24.0))
@@ -25,41 +27,42 @@ def turned(c: float, s: float, turn: float) -> tuple[float, float]:
 
 
 @njit(**INLINE)
-def renormalised(c: float, s: float) -> tuple[float, float]:
-    """A pair (c, s) near length 1 brought back to it: one step of Newton's rule for the inverse root."""
+def unit_pair(c: float, s: float) -> tuple[float, float]:
+    """Scale a pair (c, s) of nearly unit length to length 1: one Newton step for the inverse square root."""
     unit = 1.5 - 0.5 * (c * c + s * s)
     return c * unit, s * unit
 
 
 @njit(**INLINE)
-def within(force: float, limit: float) -> float:
-    """A force, or a spring's stretch, brought within ±limit; it keeps its sign."""
+def clamp(force: float, limit: float) -> float:
+    """Limit a force, or the stretch of a spring, to ±limit; the sign is kept, also of zero."""
     return math.copysign(limit, force) if abs(force) > limit else force
 
 
 @njit(**INLINE)
 def slides_flat(friction: float, slip: float, opening: float) -> bool:
-    """Whether a base that lands flat slides, by its velocities along and off the ground, both without rotation.
+    """True if a base that lands flat slides, from its velocities along the ground and off it without rotation, m/s.
 
-    Dashpots stop the base before its rotation, which stops only later what it adds to the slip. Friction of a plastic
-    landing goes by what remains after it, hence without rotation: all ends slide the same way.
+    The dashpots stop the heave first, and the contribution of the rotation to the slip only later. Friction in a
+    plastic landing depends on the slip that remains afterwards, so rotation is left out: all ends slide the same way.
     """
     return abs(slip) >= friction * abs(opening)
 
 
 @njit(**INLINE)
 def larger(peak: float, value: float) -> float:
-    """The larger of a peak so far and a value; a value that is not a number leaves the peak as it is."""
+    """Return the larger of a peak and a value; NaN leaves the peak unchanged."""
     return select(value > peak, value, peak)
 
 
 @njit(**INLINE)
-def within_circle(
+def clamp_friction(
     hx: float, hy: float, tx: float, ty: float, limit: float, compliance: float, flat: tuple[bool, bool]
 ) -> tuple[float, float, float, float, bool]:
-    """A force in a plane and its spring's stretch brought within a limit along their directions; whether it slips.
+    """Limit a two-component friction force (N) and the stretch of its spring (m); return both and whether it slips.
 
-    `flat` says whether the point is held in a flat landing, and whether it slides meanwhile, as of `slides_flat`.
+    Force and stretch keep their directions. `flat` holds whether the point is in a flat landing, and whether it slides
+    meanwhile (`slides_flat`).
     """
     (held, drifts), square, stretch = flat, hx * hx + hy * hy, tx * tx + ty * ty
     slips, holds = (drifts if held else square > limit * limit), limit * compliance

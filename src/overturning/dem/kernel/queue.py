@@ -29,13 +29,13 @@ class Job(NamedTuple):
     """Time between samples, s."""
     ticks: float
     """Ticks per sample."""
-    at_once: int
+    steps_per_check: int
     """Number of attempted steps between two tests of the lanes; none ends after the next sample."""
-    weight: int
+    step_weight: int
     """Block steps charged to the budget, and to progress, for one attempted step."""
     budget: int
     """Largest number of block steps of a case."""
-    most_rows: int
+    max_rows: int
     """Largest number of rows of a path."""
     lanes: int
     """Number of cases computed side by side."""
@@ -82,7 +82,7 @@ def load(rules: Rules, work: Work, cases: Any, columns: int) -> None:
     raise NotImplementedError
 
 
-def advance(rules: Rules, work: Work, columns: int, path: Any, noted: int) -> tuple[Any, int]:
+def advance(rules: Rules, work: Work, columns: int, path: Any, recorded: int) -> tuple[Any, int]:
     """Compute the steps of a sample and record the path of the first lane; return the path and its number of rows.
 
     The returned path may be a longer copy of `path`. The number of rows is −1 if the path has reached its limit.
@@ -93,7 +93,7 @@ def advance(rules: Rules, work: Work, columns: int, path: Any, noted: int) -> tu
 def count_due(rules: Rules, work: Work, active: int, due: Any) -> int:
     """Set `due` to 1 for each lane that may have ended and to 0 for the others; return the number of ones.
 
-    A quick test for all lanes at once; `ended` decides.
+    A quick test for all lanes at once; `end_status` decides.
     """
     raise NotImplementedError
 
@@ -107,7 +107,7 @@ def leave_out(rules: Rules, work: Work, cases: Any, active: int, left_out: Any) 
     raise NotImplementedError
 
 
-def ended(rules: Rules, work: Work, lane: int, case: int) -> int:
+def end_status(rules: Rules, work: Work, lane: int, case: int) -> int:
     """Return the `Status` of a lane whose case has ended, or `GOES_ON`."""
     raise NotImplementedError
 
@@ -182,17 +182,17 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
     -------
     path : ndarray
         The path; a longer copy if it was too short.
-    noted : int
+    recorded : int
         Number of rows filled; −1 if the path has reached its limit, in which case the results are incomplete.
     """
     rules = borrowed(rules)  # the caller keeps the arrays alive
     job, work = rules.job, workspace(rules)
-    lanes, steps, results = job.lanes, job.at_once * job.weight, rules.results
+    lanes, steps, results = job.lanes, job.steps_per_check * job.step_weight, rules.results
     case, done, due = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64), aligned(lanes)
     left_out = np.zeros(lanes, np.int64)
     # Force int64; Numba would type these as literals and compile every callee twice.
     none = int(np.int64(0))
-    active, head, noted, filled = none, none, none, none
+    active, head, recorded, filled = none, none, none, none
     while True:
         while active < lanes and (head < order.size or filled < lanes):
             # Unused lanes compute the first case too, so that no lane computes with undefined numbers.
@@ -203,12 +203,12 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
             filled = max(filled, lane + 1)
             if head < order.size:
                 active, head = active + 1, head + 1
-        if active == 0 or noted < 0:
-            return path, noted
+        if active == 0 or recorded < 0:
+            return path, recorded
         leave_out(rules, work, case, active, left_out)
         columns = (active + 7) // 8 * 8
         load(rules, work, case, columns)
-        path, noted = advance(rules, work, columns, path, noted)
+        path, recorded = advance(rules, work, columns, path, recorded)
         counter[0] += active * steps
         spent = none
         for lane in range(active):
@@ -218,7 +218,7 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
         while lane < active:
             status, over = GOES_ON, done[lane] >= job.budget
             if over or due[lane] > 0.0:
-                status = ended(rules, work, lane, case[lane])
+                status = end_status(rules, work, lane, case[lane])
                 # A case that is unstable when its budget runs out is reported as over budget.
                 status = Status.OVER_BUDGET if over and status != Status.SIMULATED else status
             if status == GOES_ON:

@@ -1,4 +1,4 @@
-"""What the kernel of scenes is given and what it gives: named columns, and the arrays of a scene at all its sizes."""
+"""Input and output tables of the scene kernel, and the arrays of a scene in all its variants (sizes and damping)."""
 
 from typing import Final, NamedTuple
 
@@ -16,60 +16,60 @@ from overturning.dem.polygon.prepare import Prepared, smallest
 from overturning.model.geometry import WIDE_GROUND, PlacedElement, common_stretch, paired_pieces
 
 
-class CaseColumns(NamedTuple):
+class SceneCaseColumns(NamedTuple):
     """Columns of the table of cases, followed by those of `Clock`."""
 
     amplitude: float
     """Factor on the motion."""
-    bears: float
-    """Horizontal acceleration over g that leaves the scene at rest."""
+    rest_limit: float
+    """Horizontal acceleration over g up to which the scene stays at rest."""
     friction: float
-    """Coefficient of friction of the sweep."""
+    """Coefficient of friction of contact laws without one."""
     damping: float
     """Factor on the dashpots."""
     first: float
     """First sample that is computed."""
     calm: float
-    """Sample from which the scene can come to rest for good."""
+    """First sample after which the motion cannot start any movement."""
     after: float
-    """Sample at which the case is undecided."""
+    """Sample at which the case ends as undecided."""
 
 
 class ElementColumns(NamedTuple):
-    """Columns of the table of elements, which says when an element has fallen."""
+    """Columns of the table of elements: their termination rules."""
 
     is_free: float
-    """1 if the element moves freely."""
+    """1 if the element is free, else 0."""
     falls_back: float
     """Rotation to −x at which the element has fallen, rad."""
     falls_on: float
-    """Rotation to +x at which it has fallen, rad."""
+    """Rotation to +x at which the element has fallen, rad."""
     tips_back: float
-    """Rotation to −x from which it cannot come back, rad."""
+    """Rotation to −x from which the element cannot come back, rad."""
     tips_on: float
-    """Rotation to +x from which it cannot come back, rad."""
+    """Rotation to +x from which the element cannot come back, rad."""
     support: float
-    """Index of the element it stands on."""
+    """Index of the supporting element."""
     rides: float
-    """Index of the held element below that, −1 if there is none."""
+    """Index of the fixed element below, −1 if there is none."""
     barrier: float
-    """Energy that overturns the element, J."""
+    """Energy needed to overturn the element, J."""
 
 
 class LimitColumns(NamedTuple):
-    """Limits at which a case of a scene has failed or rests."""
+    """Columns of the limits of failure and rest of a scene."""
 
     deepest: float
     """Penetration beyond which a case has failed, m."""
     rest_energy: float
-    """Kinetic energy at rest, J."""
+    """Largest kinetic energy at rest, J."""
     least_barrier: float
-    """Least energy that overturns an element, J."""
+    """Smallest energy needed to overturn an element, J."""
     least_scale: float
-    """Least energy of which an energy error is a share, J."""
+    """Smallest energy to which an energy error refers, J."""
 
 
-class ResultColumns(NamedTuple):
+class SceneResultColumns(NamedTuple):
     """Columns of the table of results."""
 
     status: float
@@ -77,11 +77,11 @@ class ResultColumns(NamedTuple):
     peak_penetration: float
     """Largest penetration, m."""
     energy_error: float
-    """Error of the energy balance as a share of the input."""
+    """Error of the energy balance, as a share of the input energy."""
     block_steps: float
-    """Steps of the free elements together."""
+    """Number of steps, summed over the free elements."""
     samples_left_out: float
-    """Number of samples that were left out."""
+    """Number of samples that were skipped at rest."""
 
 
 class ElementResultColumns(NamedTuple):
@@ -99,45 +99,45 @@ class ElementResultColumns(NamedTuple):
     """Slip of the base at the end, m."""
 
 
-CASE: Final = dtype_of(CaseColumns, Clock)
+CASE: Final = dtype_of(SceneCaseColumns, Clock)
 ELEMENT: Final = dtype_of(ElementColumns)
 LIMITS: Final = dtype_of(LimitColumns)
-RESULT: Final = dtype_of(ResultColumns)
+RESULT: Final = dtype_of(SceneResultColumns)
 ELEMENT_RESULT: Final = dtype_of(ElementResultColumns)
 
 CALM_KINETIC: Final = 1e-9
-"""Kinetic energy at rest, as a share of m g times the half of the smallest side of the lightest element."""
+"""Largest kinetic energy at rest, as a share of m g times half the smallest side of the lightest element."""
 
 LEAST_MASS: Final = 0.1
-"""Elements of less than this share of the heaviest element's mass do not take part in flat landings."""
+"""Smallest mass of an element for which the rule of flat landings is applied, as a share of the heaviest mass."""
 
 FLAT: Final = 0.999
-"""An element that lies on another face has turned by this share of its angle at least: its contacts give way."""
+"""Share of the rotation onto another face from which an element counts as lying on it; contacts are compliant."""
 
 
 class Arrays(NamedTuple):
-    """A scene at all its sizes, its variants."""
+    """Arrays of a scene in all its variants."""
 
     initial: FloatArray
-    """Lane at rest, shape (variants, rows);"""
+    """Rows of a lane at rest, shape (variants, rows)."""
     layout: NDArray[np.int64]
-    """the two elements of each pair and their convex pieces among those of all, shape (pairs, 4);"""
+    """Indices of the two elements of each pair, and of their convex pieces among all pieces, shape (pairs, 4)."""
     parts: NDArray[np.int64]
-    """of each part that can move as one the lowest element and the one listed last, shape (parts, 2);"""
+    """Lowest and last listed element of each group that can move as one, shape (parts, 2)."""
     sizes: NDArray[np.int64]
-    """vertices of each piece, shape (pieces,);"""
+    """Number of vertices of each piece, shape (pieces,)."""
     shapes: FloatArray
-    """faces as of `Polygon.faces`, shape (variants, pieces, vertices, 12);"""
+    """Faces of each piece, see `Polygon.faces`, shape (variants, pieces, vertices, 12)."""
     elements: NDArray[np.void]
-    """when elements have fallen, of `ELEMENT`, shape (variants, elements);"""
+    """Termination rules of elements, of type `ELEMENT`, shape (variants, elements)."""
     limits: NDArray[np.void]
-    """when a case has failed or rests, of `LIMITS`, shape (variants,);"""
+    """Limits of failure and rest, of type `LIMITS`, shape (variants,)."""
     gravity: float
-    """m/s²."""
+    """Acceleration of gravity, m/s²."""
 
 
 def arrays_of(variants: list[Prepared]) -> Arrays:
-    """Arrays of the variants of a scene, whose elements meet in the same pairs."""
+    """Return the arrays of the variants of a scene; all variants have the same pairs of elements that can touch."""
     one = variants[0]
     first = np.cumsum([0, *(len(item.shape.parts) for item in one.placed)]).tolist()
     layout = [(pair.a, pair.b, first[pair.a] + pair.part_a, first[pair.b] + pair.part_b) for pair in one.pairs]
@@ -159,12 +159,12 @@ def arrays_of(variants: list[Prepared]) -> Arrays:
 
 
 def lane_at_rest(prepared: Prepared) -> FloatArray:
-    """The rows of a lane at rest, shape (rows,)."""
+    """Return the rows of a lane at rest, shape (rows,)."""
     placed, laws, still = prepared.placed, prepared.laws, k.Plane(0.0, 0.0, 0.0)
     elements = []
     for index, item in enumerate(placed):
         dx, dz, turn = prepared.displacement[index]
-        # The pair that is turned keeps length 1 to the last digit for the minute rotations of a scene at rest.
+        # For the minute rotations at rest, these series give cosine and sine with length 1 to the last digit.
         pose = k.Pose(item.x + dx, item.z + dz, turn, 1.0 - 0.5 * turn * turn, turn * (1.0 - turn * turn / 6.0))
         free = (0.0, 0.0, 0.0, 0.0) if item.fixed else (1.0 / item.mass, 1.0 / item.inertia, item.mass, 1.0)
         frame, held = float(item.element.kind != "driven"), float(item.element.kind == "held")
@@ -172,19 +172,19 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
         home = k.Home(x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop)
         inertia = k.Inertia(*free, frame, held, float(prepared.critical[index]), *prepared.comes_back[index].tolist())
         peaks = {"peak_back": max(-turn, 0.0), "peak_on": max(turn, 0.0)}
-        course = k.Course(moved=0.0, turned=0.0, work=0.0, **peaks, last_upright=-1.0, power=0.0)
-        trial, standing = k.Trial(pose, still, still, 0.0, 0.0, still), k.Standing(0.0, 0.0, 0.0, 0.0, 0.0)
+        totals = k.StepTotals(moved=0.0, turned=0.0, work=0.0, **peaks, last_upright=-1.0, power=0.0)
+        trial, record = k.Trial(pose, still, still, 0.0, 0.0, still), k.SampleRecord(0.0, 0.0, 0.0, 0.0, 0.0)
         elements.append(
-            k.Element(
+            k.ElementState(
                 pose=pose,
                 velocity=still,
                 trial=trial,
                 acceleration=still,
                 force=still,
                 inertia=inertia,
-                course=course,
+                totals=totals,
                 travel=k.Travel(0.0, 0.0),
-                standing=standing,
+                record=record,
                 home=home,
             )
         )
@@ -202,7 +202,7 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
             if end.pair == index:
                 carrier = k.MINE if _is_first(a, b, end.side) else k.THEIRS
                 ends[end.side] = k.Memory(end.slip, carrier, 0.0, 0.0, 0.0)
-        history = k.History(k.Vertices(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, taken=0.0)
+        history = k.History(k.Vertices(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0)
         stands = float(pair.b in prepared.carriers[pair.a]) - (pair.a in prepared.carriers[pair.b])
         pairs.append(
             k.Pair(
@@ -234,9 +234,9 @@ def lands_as_a_block(placed: list[PlacedElement], a: int, b: int) -> bool:
 
 
 def rests_on_one_face(placed: list[PlacedElement]) -> bool:
-    """Whether the first nearest faces stay so until the case ends: one upright rectangle on a wide driven one.
+    """True if the nearest faces never change before a fall: an upright rectangle on wide driven ground.
 
-    Its lower corners alone can touch the ground until it lies on its side, and then it has fallen.
+    Only its lower corners can touch the ground until it lies on its side, when it has fallen.
     """
     if len(placed) != 2:
         return False
@@ -253,20 +253,20 @@ def rests_on_one_face(placed: list[PlacedElement]) -> bool:
 
 
 def _is_first(a: PlacedElement, b: PlacedElement, side: int) -> bool:
-    """Whether the vertex of an end is the first element's."""
+    """True if the vertex of an end belongs to the first element."""
     point = common_stretch(a, b)[side].point
     return bool(min(np.hypot(x - point[0], z - point[1]) for x, z in a.points) < 1e-9 * a.size)
 
 
 def fallen_angles(item: PlacedElement) -> tuple[float, float]:
-    """Rotations to −x and +x that count as a fall, rad: `FLAT` of those that bring a face down, or its scene's."""
+    """Return the rotations to −x and +x that count as a fall, rad: `FLAT` times those onto a face, or the scene's."""
     brings_down = item.element.fallen_rotation_deg in (None, 90.0)
     back, on = item.fallen_rotations
     return (round(FLAT * back, 12), round(FLAT * on, 12)) if brings_down else (back, on)
 
 
 def element_rules(prepared: Prepared) -> NDArray[np.void]:
-    """When elements have fallen, of `ELEMENT`, shape (elements,)."""
+    """Return the termination rules of all elements, of type `ELEMENT`, shape (elements,)."""
     return np.array(
         [
             (not item.fixed, *fallen_angles(item), *prepared.tips[k], *prepared.stands_on(k), prepared.barrier[k])
@@ -277,10 +277,9 @@ def element_rules(prepared: Prepared) -> NDArray[np.void]:
 
 
 def limits_of(prepared: Prepared) -> NDArray[np.void]:
-    """When a case has failed or rests, of `LIMITS`, shape ().
+    """Return the limits of failure and rest, of type `LIMITS`, shape ().
 
-    An element that falls by itself needs no energy, however little is left; its errors are measured by its weight times
-    its size.
+    An element that falls without motion has no energy barrier; its energy error refers to its weight times its size.
     """
     free = [prepared.placed[n] for n in prepared.free]
     whole = np.array([item.mass * prepared.scene.gravity * item.size for item in free])

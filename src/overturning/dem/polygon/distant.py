@@ -59,8 +59,8 @@ def update_largest_motion(e: Any, largest: Any) -> None:
     """Update the largest motions of any element with those of element `e`."""
     for j in range(rows.COLUMNS):
         item = rows.load_element(e, j)
-        largest[j] = larger(largest[j], item.course.moved)
-        largest[rows.COLUMNS + j] = larger(largest[rows.COLUMNS + j], item.course.turned)
+        largest[j] = larger(largest[j], item.totals.moved)
+        largest[rows.COLUMNS + j] = larger(largest[rows.COLUMNS + j], item.totals.turned)
         largest[2 * rows.COLUMNS + j] = larger(largest[2 * rows.COLUMNS + j], item.trial.moved)
         largest[3 * rows.COLUMNS + j] = larger(largest[3 * rows.COLUMNS + j], item.trial.turned)
 
@@ -70,7 +70,7 @@ def add_travel(e: Any) -> None:
     """Add the motion of an element in the last step to the sum of its motions."""
     for j in range(rows.COLUMNS):
         item = rows.load_element(e, j)
-        rows.store_travel(e, j, Travel(item.travel.moved + item.course.moved, item.travel.turned + item.course.turned))
+        rows.store_travel(e, j, Travel(item.travel.moved + item.totals.moved, item.travel.turned + item.totals.turned))
 
 
 @njit(**APART)

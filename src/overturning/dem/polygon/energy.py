@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import carried, seen_before
-from overturning.dem.polygon.state import OPEN, THEIRS, Element, Pair
+from overturning.dem.polygon.state import OPEN, THEIRS, ElementState, Pair
 
 
 @njit(**INNER)
@@ -45,7 +45,7 @@ def springs(pair: Pair) -> float:
 
 
 @njit(**INNER)
-def kinetic(e: Element) -> float:
+def kinetic(e: ElementState) -> float:
     """Compute the kinetic energy of an element from its velocities of half a step ago, J."""
     v, own = e.velocity, e.inertia
     return float(0.5 * (own.mass * (v.x * v.x + v.z * v.z) + v.w * v.w / own.inverse_inertia))
@@ -56,7 +56,7 @@ def closing_work(state: Any, j: int, scene: Any) -> float:
     """Compute the work of the contacts in the half step between the last velocities and the last forces, J.
 
     The work of a contact force is force times displacement: half of it in the half step before the whole step at which
-    the force acts, half in the half step after it. `history_of` adds the second half only with the next step.
+    the force acts, half in the half step after it. `next_history` adds the second half only with the next step.
     """
     work = 0.0
     for p in range(scene.layout.shape[0]):

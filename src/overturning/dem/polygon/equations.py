@@ -13,7 +13,7 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, OWNER, Rows, arithmetic, unknown, windows
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.mechanics import Action, Outer
+from overturning.dem.polygon.mechanics import Outer, PairAction
 from overturning.dem.polygon.state import Inertia, Plane
 
 
@@ -154,7 +154,7 @@ def enter_pair(into: Blocks, fresh: Any, j: int, c: Outer, half: float, a: Inert
 
 
 @njit(**INLINE)
-def enter_loads(on: Plane, by: Plane, c: Action, half: float, a: Inertia, b: Inertia) -> tuple[Plane, Plane]:
+def enter_loads(on: Plane, by: Plane, c: PairAction, half: float, a: Inertia, b: Inertia) -> tuple[Plane, Plane]:
     """Return the right-hand sides of both elements of a pair, with its predicted forces added."""
     m, i, n, k = half * a.inverse_mass, half * a.inverse_inertia, half * b.inverse_mass, half * b.inverse_inertia
     return (

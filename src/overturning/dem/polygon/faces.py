@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE, INNER
-from overturning.dem.kernel.mechanics import turned
-from overturning.dem.polygon.state import THEIRS, Element, Face, Memory, Pair, Pose, Seen, Vertices
+from overturning.dem.kernel.mechanics import rotate_pair
+from overturning.dem.polygon.state import THEIRS, ElementState, Face, Memory, Pair, Pose, Seen, Vertices
 
 
 class Levers(NamedTuple):
@@ -79,7 +79,7 @@ class RelativePosition(NamedTuple):
     """Distance from the centre of b to that of a along b's tangent, m."""
 
 
-class Vertex(NamedTuple):
+class FaceVertex(NamedTuple):
     """Vertex of one face in the axes of the other face."""
 
     seen: Seen
@@ -140,25 +140,27 @@ def rotate_to_other_face(off: float, along: float, q: float, r: float) -> tuple[
 
 
 @njit(**INLINE)
-def vertex_of_a(off: float, along: float, wall: float, f: RelativePosition, before: Seen) -> Vertex:
+def vertex_of_a(off: float, along: float, wall: float, f: RelativePosition, before: Seen) -> FaceVertex:
     """Describe a vertex of a relative to the face of b, which lies `wall` (m) from the centre of b."""
     own_n, own_t = rotate_to_other_face(off, along, f.turn_q, f.turn_r)
     height, place = own_n + f.bn, own_t + f.bt
     seen = Seen(wall - height, place)
-    return Vertex(seen, before.depth, before.place - place, Levers(own_t, own_n), Levers(place, height))
+    return FaceVertex(seen, before.depth, before.place - place, Levers(own_t, own_n), Levers(place, height))
 
 
 @njit(**INLINE)
-def vertex_of_b(off: float, along: float, wall: float, f: RelativePosition, before: Seen) -> Vertex:
+def vertex_of_b(off: float, along: float, wall: float, f: RelativePosition, before: Seen) -> FaceVertex:
     """Describe a vertex of b relative to the face of a; its place increases with the slip of a."""
     own_n, own_t = rotate_to_other_face(off, along, -f.turn_q, f.turn_r)
     height, place = own_n + f.an, own_t + f.at
     seen = Seen(wall + height, place)
-    return Vertex(seen, before.depth, place - before.place, Levers(place, height), Levers(own_t, own_n))
+    return FaceVertex(seen, before.depth, place - before.place, Levers(place, height), Levers(own_t, own_n))
 
 
 @njit(**INLINE)
-def vertices(a: Face, b: Face, f: RelativePosition, before: Vertices) -> tuple[Vertex, Vertex, Vertex, Vertex]:
+def vertices(
+    a: Face, b: Face, f: RelativePosition, before: Vertices
+) -> tuple[FaceVertex, FaceVertex, FaceVertex, FaceVertex]:
     """Describe the first and second vertex of a's face, then those of b's."""
     return (
         vertex_of_a(a.off, a.low, b.off, f, before.a1),
@@ -169,7 +171,7 @@ def vertices(a: Face, b: Face, f: RelativePosition, before: Vertices) -> tuple[V
 
 
 @njit(**INLINE)
-def end_of(mine: bool, faces: bool, f: RelativePosition, a: Vertex, b: Vertex) -> End:
+def end_of(mine: bool, faces: bool, f: RelativePosition, a: FaceVertex, b: FaceVertex) -> End:
     """Return an end: with a's vertex if `mine`, else with b's."""
     depth = a.seen.depth if mine else b.seen.depth
     return End(
@@ -214,7 +216,7 @@ def stretch_of(pair: Pair, a: Pose, b: Pose, near: bool) -> Stretch:
 
 
 @njit(**INNER)
-def seen_before(pair: Pair, a: Element, b: Element, dt: float) -> Vertices:
+def seen_before(pair: Pair, a: ElementState, b: ElementState, dt: float) -> Vertices:
     """Compute depths and places of the vertices of both faces a time `dt` (s) ago."""
     f = relative_position(pair.face_a, pair.face_b, pose_before(a, dt), pose_before(b, dt))
     a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.history.before)
@@ -222,9 +224,9 @@ def seen_before(pair: Pair, a: Element, b: Element, dt: float) -> Vertices:
 
 
 @njit(**INNER)
-def pose_before(e: Element, dt: float) -> Pose:
+def pose_before(e: ElementState, dt: float) -> Pose:
     """Return the pose of an element a time `dt` (s) ago."""
-    c, s = turned(e.pose.cos, e.pose.sin, -dt * e.velocity.w)
+    c, s = rotate_pair(e.pose.cos, e.pose.sin, -dt * e.velocity.w)
     return Pose(e.pose.x - dt * e.velocity.x, e.pose.z - dt * e.velocity.z, e.pose.angle, c, s)
 
 

@@ -1,6 +1,6 @@
-"""What both schemes share: the motion of an element, the tangential spring, and what an end's force does.
+"""Mechanics shared by both schemes: motion of an element, tangential spring, friction, forces of a contact end.
 
-An end's force is ``n (n_x, n_z) + t (n_z, −n_x)`` on the pair's first element a, the opposite on its second, b.
+An end's force is ``n (n_x, n_z) + t (n_z, −n_x)`` on the pair's first element a, and the opposite on the second, b.
 """
 
 import math
@@ -9,14 +9,14 @@ from typing import NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
-from overturning.dem.kernel.mechanics import larger, slides_flat, turned, within
+from overturning.dem.kernel.mechanics import clamp, larger, rotate_pair, slides_flat
 from overturning.dem.polygon.faces import End, Stretch
 from overturning.dem.polygon.state import (
-    HANDED_ON,
     MINE,
     OPEN,
     THEIRS,
-    Element,
+    TRANSFERRED,
+    ElementState,
     History,
     Inertia,
     Law,
@@ -27,57 +27,68 @@ from overturning.dem.polygon.state import (
 )
 
 
-class Force(NamedTuple):
-    """An end's normal and tangential force, N, and the stretch that is left of its tangential spring, m."""
+class EndForce(NamedTuple):
+    """Force of a contact end."""
 
     n: float
+    """Normal force, N."""
     t: float
+    """Tangential force, N."""
     spring: float
+    """Stretch of the tangential spring after slip, m."""
 
 
-class Loaded(NamedTuple):
-    """What an end does in a step."""
+class EndResult(NamedTuple):
+    """State of a contact end at the end of a step."""
 
-    force: Force
+    force: EndForce
     depth: float
-    """At the end of the step, m;"""
+    """Penetration, m."""
     slip: float
-    """slip in the step, m;"""
+    """Slip in the step, m."""
     inside: bool
-    """whether it is in contact."""
+    """True if the end is in contact."""
 
 
-class Action(NamedTuple):
-    """What both ends do: force on a (N), the opposite on b; moments about the centres of a and, reversed, of b, N m."""
+class PairAction(NamedTuple):
+    """Sum of the forces of both ends of a pair, with their moments."""
 
     x: float
+    """Force on a, N; the opposite acts on b."""
     z: float
+    """Upward force on a, N."""
     moment_a: float
+    """Moment about the centre of a, N m."""
     moment_b: float
+    """Moment of the same force about the centre of b, N m; the opposite acts on b."""
 
 
-class Taken(NamedTuple):
-    """What an end is taken to do in the equations of a step."""
+class PredictedContact(NamedTuple):
+    """State of a contact end that the equations of a step assume."""
 
     stretch: float
-    """Stretch of its tangential spring as predicted, m,"""
+    """Predicted stretch of the tangential spring, m."""
     slid: float
-    """±μ where it slides."""
+    """±μ if the end is assumed to slide, else 0."""
 
 
 class Relative(NamedTuple):
-    """Velocity of a relative to b and both angular velocities, or a direction and its levers about both centres."""
+    """Velocity of a relative to b with both angular velocities, or a direction with lever arms about both centres."""
 
     x: float
+    """Relative velocity, m/s, or component of the direction."""
     z: float
+    """Upward component."""
     a: float
+    """Angular velocity of a, rad/s, or lever arm about its centre, m."""
     b: float
+    """Angular velocity of b, rad/s, or lever arm about its centre, m."""
 
 
 class Outer(NamedTuple):
-    """What the velocities of a pair's elements add to their forces (N s/m and so on): rows forces, columns velocities.
+    """Matrix that gives a pair's forces from its velocities (N s/m, N s, N m s); first index force, second velocity.
 
-    Signs as if b were a: the opposite force acts on b, and the opposite velocity counts.
+    Forces and moments are those on a; the opposite act on b. Velocities of b count with the opposite sign.
     """
 
     xx: float
@@ -99,57 +110,58 @@ class Outer(NamedTuple):
 
 
 @njit(**INLINE)
-def acceleration(item: Element, ground: float, up: float, gravity: float) -> Plane:
-    """Of an element in the frame of the base, under its contacts, its weight and the base's acceleration."""
+def acceleration(item: ElementState, ground: float, up: float, gravity: float) -> Plane:
+    """Return the acceleration of an element in the frame of the base: contacts, weight and base acceleration (m/s²)."""
     force, own = item.force, item.inertia
     fall = gravity * own.weight + up
     return Plane(force.x * own.inverse_mass - ground, force.z * own.inverse_mass - fall, force.w * own.inverse_inertia)
 
 
 @njit(**INLINE)
-def after(v: Plane, a: Plane, dt: float) -> Plane:
-    """A velocity a time dt later."""
+def velocity_after(v: Plane, a: Plane, dt: float) -> Plane:
+    """Return a velocity after a time `dt` (s) with constant acceleration."""
     return Plane(v.x + dt * a.x, v.z + dt * a.z, v.w + dt * a.w)
 
 
 @njit(**INLINE)
-def moved(pose: Pose, v: Plane, dt: float) -> Pose:
-    """A pose a time dt later."""
-    c, s = turned(pose.cos, pose.sin, dt * v.w)
+def pose_after(pose: Pose, v: Plane, dt: float) -> Pose:
+    """Return a pose after a time `dt` (s) with constant velocity."""
+    c, s = rotate_pair(pose.cos, pose.sin, dt * v.w)
     return Pose(pose.x + dt * v.x, pose.z + dt * v.z, pose.angle + dt * v.w, c, s)
 
 
 @njit(**INLINE)
-def power(item: Element, ground: float, up: float, v: Plane) -> float:
-    """Of the inertia that the moving base causes, and of what holds an element, W."""
+def power(item: ElementState, ground: float, up: float, v: Plane) -> float:
+    """Return the power of the inertial forces of the moving base, and of the forces that hold a fixed element, W."""
     own, force = item.inertia, item.force
     return own.mass * (ground * v.x + up * v.z) + own.held * (force.x * v.x + force.z * v.z)
 
 
 @njit(**INLINE)
 def carrier_of(end: End) -> float:
-    """Which vertex carries an end, as of `Memory.carrier`."""
+    """Return the vertex that carries an end, `MINE` or `THEIRS`; see `Memory.carrier`."""
     return MINE if end.mine > 0.0 else THEIRS
 
 
 @njit(**INLINE)
-def stretched(old: Memory, end: End, ends: Stretch, compliance: float, drag: float) -> float:
-    """Stretch of an end's spring: grown by the slip, or, where the end has changed, such that the force is kept.
+def spring_stretch(old: Memory, end: End, ends: Stretch, compliance: float, drag: float) -> float:
+    """Return the stretch (m) of an end's tangential spring before slip.
 
-    A new contact begins unstretched.
+    The slip of the step is added. If another vertex now carries the end, the stretch is set such that the force does
+    not change. A new contact starts with 0.
     """
     carrier = carrier_of(end)
     share = -((carrier * ends.turn_r) * old.normal) - old.tangent * ends.turn_q
-    share = old.tangent if old.carrier == HANDED_ON else share
-    kept = -(share + drag) * compliance
-    stretch = old.spring + end.slip if old.carrier == carrier else kept
+    share = old.tangent if old.carrier == TRANSFERRED else share
+    equivalent = -(share + drag) * compliance
+    stretch = old.spring + end.slip if old.carrier == carrier else equivalent
     return stretch if old.carrier != OPEN else 0.0
 
 
 @njit(**INLINE)
-def action_of(one: End, two: End, f1: Force, f2: Force) -> Action:
-    """What both ends' forces do to the elements."""
-    return Action(
+def combined_action(one: End, two: End, f1: EndForce, f2: EndForce) -> PairAction:
+    """Return the sum of the forces of both ends, with their moments."""
+    return PairAction(
         (f1.n * one.nx + f1.t * one.nz) + (f2.n * two.nx + f2.t * two.nz),
         (f1.n * one.nz - f1.t * one.nx) + (f2.n * two.nz - f2.t * two.nx),
         (one.a.n * f1.n + one.a.t * f1.t) + (two.a.n * f2.n + two.a.t * f2.t),
@@ -158,8 +170,8 @@ def action_of(one: End, two: End, f1: Force, f2: Force) -> Action:
 
 
 @njit(**INLINE)
-def pushed(on_a: Plane, on_b: Plane, new: Action) -> tuple[Plane, Plane]:
-    """Forces on both elements of a pair with those of its ends."""
+def add_action(on_a: Plane, on_b: Plane, new: PairAction) -> tuple[Plane, Plane]:
+    """Add the forces of a pair's ends to the forces on its elements."""
     return (
         Plane(on_a.x + new.x, on_a.z + new.z, on_a.w + new.moment_a),
         Plane(on_b.x - new.x, on_b.z - new.z, on_b.w - new.moment_b),
@@ -168,7 +180,7 @@ def pushed(on_a: Plane, on_b: Plane, new: Action) -> tuple[Plane, Plane]:
 
 @njit(**INLINE)
 def lands(old: Memory, end: End) -> bool:
-    """True if an end lands, or touches in this step."""
+    """True if an end is in a landing, or first touches in this step."""
     return (old.landing > 0.0) | ((old.carrier == OPEN) & (end.faces > 0.0) & (end.depth > 0.0))
 
 
@@ -180,22 +192,22 @@ def lands_flat(law: Law, old: History, ends: Stretch) -> bool:
 
 @njit(**INLINE)
 def relative(a: Plane, b: Plane) -> Relative:
-    """Of two elements' velocities."""
+    """Return the velocity of a relative to b, with both angular velocities."""
     return Relative(a.x - b.x, a.z - b.z, a.w, b.w)
 
 
 @njit(**INLINE)
 def rates(end: End, u: Relative) -> tuple[float, float]:
-    """Velocities at which an end opens and slips."""
+    """Return the velocities (m/s) at which an end opens and slips."""
     opening = (end.nx * u.x + end.nz * u.z) + (u.a * end.a.n - u.b * end.b.n)
     return opening, (end.nz * u.x - end.nx * u.z) + (u.a * end.a.t - u.b * end.b.t)
 
 
 @njit(**INLINE)
-def drift_of(law: Law, end: End, u: Relative, a: Inertia, b: Inertia, held: bool) -> tuple[bool, float]:
-    """Whether an end slides that is held in a flat landing, as of `slides_flat`, and ±μ of it.
+def flat_landing_slip(law: Law, end: End, u: Relative, a: Inertia, b: Inertia, held: bool) -> tuple[bool, float]:
+    """Return whether an end that is held in a flat landing slides (`slides_flat`), and ±μ of its friction.
 
-    By velocities without the rotation of one element against the other: of both elements as one.
+    Decided by the velocities without the rotation of one element relative to the other, as if both were one body.
     """
     total = a.inverse_inertia + b.inverse_inertia
     w = (u.a * b.inverse_inertia + u.b * a.inverse_inertia) / (total if total > 0.0 else 1.0)
@@ -204,22 +216,23 @@ def drift_of(law: Law, end: End, u: Relative, a: Inertia, b: Inertia, held: bool
 
 
 @njit(**INLINE)
-def slider(trial: float, n: float, law: Law, flat: tuple[bool, bool, float]) -> tuple[float, float, bool]:
-    """Friction of an end, what its spring may hold at most, and whether it slips.
+def apply_friction(trial: float, n: float, law: Law, flat: tuple[bool, bool, float]) -> tuple[float, float, bool]:
+    """Return the friction force of an end (N), the limit of its spring force (N), and whether it slips.
 
-    `flat` says whether the end is held in a flat landing, and of `drift_of`, whether it slides and by which ±μ.
+    `trial` is the force without friction limit (N), `n` the normal force (N). `flat` holds whether the end is held in a
+    flat landing, and the two results of `flat_landing_slip`.
     """
     (held, drifts, drift), limit = flat, law.friction * n
     slips = drifts if held else abs(trial) > limit
-    force = drift * n if drifts else (within(trial, limit) if slips else trial)
+    force = drift * n if drifts else (clamp(trial, limit) if slips else trial)
     return force, (limit if limit > 0.0 else 0.0), slips
 
 
 @njit(**INLINE)
-def remembered(old: Memory, other: Memory, end: End, now: Loaded, law: Law, dt: float) -> Memory:
-    """What an end remembers until the next step, which begins a time dt after the last one.
+def next_memory(old: Memory, other: Memory, end: End, now: EndResult, law: Law, dt: float) -> Memory:
+    """Return the contact history of an end for the next step; `dt` is the time since the last step, s.
 
-    One that touches lands for as long as the other one, which has begun if it is not in the air.
+    The landing of an end that touches now ends together with that of the other end, if that one is already in contact.
     """
     begun = law.landing if other.carrier == OPEN else other.landing - dt
     left = old.landing - dt if old.carrier != OPEN else begun
@@ -228,25 +241,25 @@ def remembered(old: Memory, other: Memory, end: End, now: Loaded, law: Law, dt: 
 
 
 @njit(**INLINE)
-def twice_taken(old: Memory, end: End, now: Loaded) -> float:
-    """Twice the energy that an end took from the elements in a step: mean force times displacement, J."""
+def twice_energy_absorbed(old: Memory, end: End, now: EndResult) -> float:
+    """Return twice the energy that an end absorbed in a step, J: mean force times displacement."""
     value = (old.normal + now.force.n) * (now.depth - end.before) - (old.tangent + now.force.t) * now.slip
     return value if (old.carrier != OPEN) | now.inside else 0.0
 
 
 @njit(**INLINE)
-def history_of(
-    old: History, ends: Stretch, vertices: Vertices, both: tuple[Loaded, Loaded], law: Law, dt: float
+def next_history(
+    old: History, ends: Stretch, vertices: Vertices, both: tuple[EndResult, EndResult], law: Law, dt: float
 ) -> History:
-    """What a pair remembers of a step, after which its vertices are there."""
+    """Return the contact history of a pair after a step that ends with the given vertex positions."""
     s1, s2 = both
     deepest = larger(old.deepest, s1.depth if s1.inside else 0.0)
     deepest = larger(deepest, s2.depth if s2.inside else 0.0)
-    taken = 0.5 * (twice_taken(old.one, ends.one, s1) + twice_taken(old.two, ends.two, s2))
+    absorbed = 0.5 * (twice_energy_absorbed(old.one, ends.one, s1) + twice_energy_absorbed(old.two, ends.two, s2))
     return History(
         vertices,
-        remembered(old.one, old.two, ends.one, s1, law, dt),
-        remembered(old.two, old.one, ends.two, s2, law, dt),
+        next_memory(old.one, old.two, ends.one, s1, law, dt),
+        next_memory(old.two, old.one, ends.two, s2, law, dt),
         deepest,
-        old.taken + taken,
+        old.absorbed + absorbed,
     )

@@ -1,4 +1,4 @@
-"""What the ends of a pair's contact remember: at rest, and when a search gives the pair other faces."""
+"""Contact history of a pair's ends: reset, initial values at rest, and transfer to other faces after a search."""
 
 from typing import Any
 
@@ -7,26 +7,27 @@ from numba import njit
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import carried, face_of, rotated
-from overturning.dem.polygon.state import HANDED_ON, OPEN, THEIRS, Face, Memory, Pair, Pose
+from overturning.dem.polygon.state import OPEN, THEIRS, TRANSFERRED, Face, Memory, Pair, Pose
 
 
 @njit(**INNER)
-def forget(q: Any, j: int) -> None:
-    """Forget what both ends of a pair remember."""
+def reset_contact_history(q: Any, j: int) -> None:
+    """Reset the contact history of both ends of a pair."""
     rows.store_memory(q, j, Memory(0.0, OPEN, 0.0, 0.0, 0.0))
     rows.store_memory(q, j + rows.SECOND, Memory(0.0, OPEN, 0.0, 0.0, 0.0))
 
 
 @njit(**INNER)
-def hand_on(q: Any, a: Pose, b: Pose, j: int, old_a: int, old_b: int, shape_a: Any, shape_b: Any) -> None:
-    """Give each loaded end's memory, got with the old faces, to the new end that takes its place.
+def transfer_contact_history(
+    q: Any, a: Pose, b: Pose, j: int, old_a: int, old_b: int, shape_a: Any, shape_b: Any
+) -> None:
+    """Transfer the history of each loaded end from the old faces to the new end that takes its place.
 
-    Its forces are turned into the directions of the new end, so that the next step stretches the spring to the share of
-    the old force along the new face.
+    The force is resolved along normal and tangent of the new end; the next step sets the spring's stretch accordingly.
     """
     pair = rows.load_pair(q, j)
     face_a, face_b, vertices = int(pair.nearest.face_a), int(pair.nearest.face_b), pair.history.before
-    forget(q, j)
+    reset_contact_history(q, j)
     for end in range(2):
         old = pair.history.one if end == 0 else pair.history.two
         if old.carrier == OPEN:
@@ -43,12 +44,15 @@ def hand_on(q: Any, a: Pose, b: Pose, j: int, old_a: int, old_b: int, shape_a: A
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
         there = rows.load_memory(q, j + target * rows.SECOND)
         if there.carrier == OPEN or there.normal < n:
-            rows.store_memory(q, j + target * rows.SECOND, Memory(old.spring, HANDED_ON, n, t, 0.0))
+            rows.store_memory(q, j + target * rows.SECOND, Memory(old.spring, TRANSFERRED, n, t, 0.0))
 
 
 @njit(**INNER)
 def nearest_end(shape: Any, vertex: int, one: int, two: int) -> int:
-    """Which of a face's vertices takes a vertex' place, 0 for `one`: itself, else the nearer; numbers run round."""
+    """Return which vertex of a new face replaces a vertex, 0 for `one` or 1 for `two`: itself, else the nearer one.
+
+    Vertex indices are taken modulo the number of vertices.
+    """
     count = shape.shape[0]
     vertex, one, two = vertex % count, one % count, two % count
     if vertex == two:
@@ -62,7 +66,7 @@ def nearest_end(shape: Any, vertex: int, one: int, two: int) -> int:
 
 @njit(**INNER)
 def end_normal(a: Pose, b: Pose, face_a: Face, face_b: Face, mine: bool) -> tuple[float, float]:
-    """Direction of the normal force on a at an end: b's normal where the vertex is a's, else a's turned round."""
+    """Return the direction of the normal force on a at an end: b's normal for a vertex of a, else minus a's normal."""
     if mine:
         return rotated(b, face_b.nx, face_b.nz)
     x, z = rotated(a, face_a.nx, face_a.nz)
@@ -71,7 +75,7 @@ def end_normal(a: Pose, b: Pose, face_a: Face, face_b: Face, mine: bool) -> tupl
 
 @njit(**INNER)
 def end_place(pair: Pair, a: Pose, b: Pose, end: int, mine: bool) -> tuple[float, float]:
-    """An end's vertex, from the centre of a."""
+    """Return the position of an end's vertex from the centre of a, m."""
     own = pair.face_a if mine else pair.face_b
     along = own.low if mine == (end == 0) else own.high
     x, z = own.off * own.nx - along * own.nz, own.off * own.nz + along * own.nx
@@ -83,7 +87,7 @@ def end_place(pair: Pair, a: Pose, b: Pose, end: int, mine: bool) -> tuple[float
 
 @njit(**INNER)
 def load_at_rest(q: Any, j: int) -> None:
-    """Give the ends of a scene at rest, whose springs are loaded, the forces that go with them."""
+    """Set the forces of the ends of a scene at rest from their loaded springs."""
     pair = rows.load_pair(q, j)
     for end in range(2):
         old = pair.history.one if end == 0 else pair.history.two

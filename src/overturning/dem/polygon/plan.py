@@ -38,7 +38,7 @@ after another element has fallen."""
 class PolygonPlan(Plan):
     """Plan for n cases of a scene of polygons."""
 
-    halved: ClassVar[bool] = True
+    split_long_queues: ClassVar[bool] = True
     step_cost: ClassVar[int] = ELEMENT_STEP
     time_column: ClassVar[Any] = (..., TIME)
     ground_columns: ClassVar[Any] = ((..., GROUND),)
@@ -67,7 +67,7 @@ class PolygonPlan(Plan):
             each=tables["each"],
         )
 
-    def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
+    def outcomes(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
         """Convert the kernel's results; a case with an element past the end of the ground has no valid outcome."""
         out, every, variant = tables["results"], tables["each"], self.variant[chosen]
         edge = np.array([item.slip_to_edge for item in self.variants])[variant]
@@ -141,8 +141,8 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
         first[onset <= 0], stays_at_rest[onset <= 0] = 0, False
         if scheme == Scheme.CENTRED:
             # Under lower gravity a vertical motion changes the weight by a larger share: do not skip samples then.
-            bears = _rest_thresholds(variants, variant, cases, onset, motion.sampling_interval)
-            table["bears"] = bears * (share if motion.up is None else float(share >= 1.0))
+            rest_limit = _rest_thresholds(variants, variant, cases, onset, motion.sampling_interval)
+            table["rest_limit"] = rest_limit * (share if motion.up is None else float(share >= 1.0))
         table["first"], table["calm"] = first, np.where(onset <= 0, np.inf, calm)
         # An element that starts to slide may slide off its support.
         grip = np.zeros(cases.size)

@@ -9,7 +9,7 @@ from overturning.dem.kernel.ending import STILL_TO_SLIDE, UPRIGHT, is_still
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import stretch_of
-from overturning.dem.polygon.state import OPEN, Element, Memory, Pair
+from overturning.dem.polygon.state import OPEN, ElementState, Memory, Pair
 
 IN_PLACE: Final = 0.2
 """Largest slip of an element at rest, as a share of α × height of its centre above the base: its joints then carry
@@ -23,13 +23,13 @@ SLIDING_SHARE: Final = 1.0 - 1e-9
 
 
 @njit(**INNER)
-def has_tipped(e: Element, rules: Any) -> bool:
+def has_tipped(e: ElementState, rules: Any) -> bool:
     """True if the rotation of an element exceeds the angle from which it can return."""
     return bool(e.pose.angle > rules.tips_on or -e.pose.angle > rules.tips_back)
 
 
 @njit(**INNER)
-def has_left(e: Element, rules: Any) -> bool:
+def has_left(e: ElementState, rules: Any) -> bool:
     """True if an element has rotated past the angle from which it can return, or is below its fall limit."""
     return bool(has_tipped(e, rules) or e.pose.z < e.home.lowest)
 
@@ -100,7 +100,7 @@ def is_sliding(pair: Pair, end: Memory) -> bool:
 
 
 @njit(**INLINE)
-def horizontal_speed(e: Element, z: float) -> float:
+def horizontal_speed(e: ElementState, z: float) -> float:
     """Return the horizontal velocity of an element at height z above its centre, without the part of its tilt, m/s."""
     return float(e.velocity.x + e.velocity.w * (e.pose.cos * z))
 
@@ -126,21 +126,21 @@ def all_at_rest(state: Any, j: int, scene: Any) -> bool:
     """True if all elements are at rest in place, on both ends of each of their joints, and none moves or slides."""
     case, height = rows.load_case(state, j), 0.0
     elements, step = scene.elements[int(case.variant)], case.step * case.attempt.length
-    if case.verdict.again > 0.0:
+    if case.decision.again > 0.0:
         return False
     for i in range(elements.size):
         item = rows.load_element(rows.of_element(state, i), j)
         if elements[i].is_free == 0.0:
             continue
         height = abs(item.home.base_z)
-        tilt, slip = abs(item.pose.angle), abs(item.standing.slip)
-        if item.standing.side != 0.0 or tilt > UPRIGHT * item.inertia.critical:
+        tilt, slip = abs(item.pose.angle), abs(item.record.slip)
+        if item.record.side != 0.0 or tilt > UPRIGHT * item.inertia.critical:
             return False
         if slip > IN_PLACE * item.inertia.critical * height:
             return False
         v, a = item.velocity, item.acceleration
         speed, change = abs(v.x) + abs(v.z) + height * abs(v.w), abs(a.x) + abs(a.z) + height * abs(a.w)
-        if not is_still(speed, change, step, case.bears):
+        if not is_still(speed, change, step, case.rest_limit):
             return False
     for p in range(scene.layout.shape[0]):
         q, _, _ = rows.of_pair(state, scene, p)

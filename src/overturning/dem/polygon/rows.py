@@ -1,6 +1,6 @@
 """Memory layout of scene cases: the fields of named tuples are rows of an array that has a column per case.
 
-The array has the rows of the case itself (`Case`), then those of each element (`Element`) and of each pair (`Pair`).
+The array has the rows of the case itself (`Case`), then those of each element (`ElementState`) and each pair (`Pair`).
 Functions for one case take and return these tuples; ``load_element(rows, j)``, ``store_pose(rows, j, pose)`` and so on
 read and write column j. The innermost loops run over the columns without branches, so that LLVM vectorises them. They
 use only ``+ - * /`` and comparisons: the bits of a case depend neither on its neighbours, nor on the thread, nor on the
@@ -14,8 +14,8 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INNER, Rows, arithmetic, windows
 from overturning.dem.polygon.faces import Stretch
-from overturning.dem.polygon.mechanics import Taken
-from overturning.dem.polygon.state import Case, Element, History, Marks, Pair
+from overturning.dem.polygon.mechanics import PredictedContact
+from overturning.dem.polygon.state import Case, ElementState, History, Pair, StoredFindings
 
 COLUMNS: Final = 8
 """Number of cases computed together: one widest vector, so that the data of a stack of three fits into the L1 cache."""
@@ -25,14 +25,14 @@ class Step(NamedTuple):
     """Intermediate results of a pair in a step of the centred scheme."""
 
     ends: Stretch
-    one: Taken
-    two: Taken
+    one: PredictedContact
+    two: PredictedContact
     corrected: History
     """History at the end of the step, used only if the step is accepted."""
 
 
 CASE: Final = Rows(COLUMNS, Case)
-ELEMENT: Final = Rows(COLUMNS, Element)
+ELEMENT: Final = Rows(COLUMNS, ElementState)
 PAIR: Final = Rows(COLUMNS, Pair, Step)
 CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = CASE.size, ELEMENT.size, PAIR.size
 
@@ -40,21 +40,21 @@ load_case, store_case, _ = CASE.access(Case)
 _, store_base, _ = CASE.access(Case, "shaking.base")
 _, store_up, _ = CASE.access(Case, "shaking.up")
 _, store_attempt, _ = CASE.access(Case, "attempt")
-_, store_verdict, _ = CASE.access(Case, "verdict")
-_, store_marks, _ = CASE.access(Case, "found")
-no_marks = arithmetic(Marks).zero
-load_element, _, _ = ELEMENT.access(Element)
-load_pose, store_pose, keep_pose = ELEMENT.access(Element, "pose")
-_, store_velocity, keep_velocity = ELEMENT.access(Element, "velocity")
-_, store_trial, _ = ELEMENT.access(Element, "trial")
-load_change, store_change, _ = ELEMENT.access(Element, "trial.change")
-_, store_acceleration, keep_acceleration = ELEMENT.access(Element, "acceleration")
-load_force, store_force, _ = ELEMENT.access(Element, "force")
-load_inertia, _, _ = ELEMENT.access(Element, "inertia")
-_, store_course, keep_course = ELEMENT.access(Element, "course")
-_, store_travel, _ = ELEMENT.access(Element, "travel")
-_, store_standing, _ = ELEMENT.access(Element, "standing")
-load_home, store_home, _ = ELEMENT.access(Element, "home")
+_, store_decision, _ = CASE.access(Case, "decision")
+_, store_findings, _ = CASE.access(Case, "findings")
+no_findings = arithmetic(StoredFindings).zero
+load_element, _, _ = ELEMENT.access(ElementState)
+load_pose, store_pose, keep_pose = ELEMENT.access(ElementState, "pose")
+_, store_velocity, keep_velocity = ELEMENT.access(ElementState, "velocity")
+_, store_trial, _ = ELEMENT.access(ElementState, "trial")
+load_change, store_change, _ = ELEMENT.access(ElementState, "trial.change")
+_, store_acceleration, keep_acceleration = ELEMENT.access(ElementState, "acceleration")
+load_force, store_force, _ = ELEMENT.access(ElementState, "force")
+load_inertia, _, _ = ELEMENT.access(ElementState, "inertia")
+_, store_totals, keep_totals = ELEMENT.access(ElementState, "totals")
+_, store_travel, _ = ELEMENT.access(ElementState, "travel")
+_, store_record, _ = ELEMENT.access(ElementState, "record")
+load_home, store_home, _ = ELEMENT.access(ElementState, "home")
 load_pair, _, _ = PAIR.access(Pair)
 _, store_face_a, _ = PAIR.access(Pair, "face_a")
 _, store_face_b, _ = PAIR.access(Pair, "face_b")
@@ -66,18 +66,18 @@ _, store_vertices, _ = PAIR.access(Pair, "history.before")
 load_memory, store_memory, _ = PAIR.access(Pair, "history.one")
 load_step, _, _ = PAIR.access(Step)
 _, store_ends, _ = PAIR.access(Step, "ends", ("turn_q", "turn_r", "closed"))
-_, store_taken_one, _ = PAIR.access(Step, "one")
-_, store_taken_two, _ = PAIR.access(Step, "two")
+_, store_predicted_one, _ = PAIR.access(Step, "one")
+_, store_predicted_two, _ = PAIR.access(Step, "two")
 _, store_corrected, _ = PAIR.access(Step, "corrected")
 
 # Rows that are accessed singly. SECOND is the offset from a row of end 1's memory to the same row of end 2's.
-_OF_CASE = "shaking.tick sample energy variant looked attempt.length found.changed verdict.again"
-TICK, SAMPLE, ENERGY, VARIANT, LOOKED, LENGTH, CHANGED, AGAIN = (CASE.row(Case, p) for p in _OF_CASE.split())
-_OF_ELEMENT = "inertia.frame course.moved course.turned standing.upright_until standing.carried_until standing.side"
-FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (ELEMENT.row(Element, p) for p in _OF_ELEMENT.split())
-LAST_UPRIGHT: Final = ELEMENT.row(Element, "course.last_upright")
-_OF_PAIR = "nearest.limit nearest.reach nearest.used nearest.ahead slid_one slid_two history.taken"
-LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, TAKEN = (PAIR.row(Pair, p) for p in _OF_PAIR.split())
+_OF_CASE = "shaking.tick sample energy variant last_check attempt.length findings.changed decision.again"
+TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, LENGTH, CHANGED, AGAIN = (CASE.row(Case, p) for p in _OF_CASE.split())
+_OF_ELEMENT = "inertia.frame totals.moved totals.turned record.upright_until record.carried_until record.side"
+FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (ELEMENT.row(ElementState, p) for p in _OF_ELEMENT.split())
+LAST_UPRIGHT: Final = ELEMENT.row(ElementState, "totals.last_upright")
+_OF_PAIR = "nearest.limit nearest.reach nearest.used nearest.ahead slid_one slid_two history.absorbed"
+LIMIT, REACH, USED, AHEAD, SLID_ONE, SLID_TWO, ABSORBED = (PAIR.row(Pair, p) for p in _OF_PAIR.split())
 PAIR_LEVER: Final = PAIR.row(Pair, "nearest.lever")
 SECOND: Final = PAIR.row(Pair, "history.two.spring") - PAIR.row(Pair, "history.one.spring")
 

@@ -26,7 +26,7 @@ from overturning.dem.kernel.ground import (
     samples_at_rest,
 )
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, aligned, borrowed
-from overturning.dem.kernel.mechanics import renormalised
+from overturning.dem.kernel.mechanics import unit_pair
 from overturning.dem.kernel.queue import Job, by_type, implement
 from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import Arrays
@@ -37,7 +37,7 @@ from overturning.dem.polygon.memory import load_at_rest
 from overturning.dem.polygon.path import POSE_COLUMNS, add_forces, record_state
 from overturning.dem.polygon.resting import all_at_rest
 from overturning.dem.polygon.search import search
-from overturning.dem.polygon.state import Case, Law, Pose, Shaking, Verdict
+from overturning.dem.polygon.state import Case, Law, Pose, Shaking, StepDecision
 from overturning.dem.polygon.verdict import classify, record_sample, record_support_time, shift_home, write_results
 from overturning.dem.time_step import Scheme
 
@@ -138,7 +138,7 @@ def start(rules: Any, work: Any, lane: int, case: int) -> None:
 @njit(**INNER)
 def initialise_case(state: Any, j: int, case: Any, variant: float, interval: float, ticks: float, lag: float) -> None:
     """Initialise the case rows of lane j."""
-    step, none, looked = interval / ticks, Line(0.0, 0.0, 0.0), case.first // max(int(CHECK_INTERVAL / interval), 1)
+    step, none, last_check = interval / ticks, Line(0.0, 0.0, 0.0), case.first // max(int(CHECK_INTERVAL / interval), 1)
     first = Attempt(case.finest, case.dwell, 0.0)
     clock = Clock(case.finest, case.standing, case.dwell, case.settled)
     rows.store_case(
@@ -151,16 +151,16 @@ def initialise_case(state: Any, j: int, case: Any, variant: float, interval: flo
             lag=lag * step,
             clock=clock,
             attempt=first,
-            found=rows.no_marks(),
-            verdict=Verdict(0.0, 0.0, Attempt(0.0, 0.0, 0.0)),
+            findings=rows.no_findings(),
+            decision=StepDecision(0.0, 0.0, Attempt(0.0, 0.0, 0.0)),
             amplitude=case.amplitude,
-            bears=case.bears,
+            rest_limit=case.rest_limit,
             sample=case.first,
             calm=case.calm,
             after=case.after,
             energy=0.0,
             variant=variant,
-            looked=looked,
+            last_check=last_check,
         ),
     )
 
@@ -182,7 +182,7 @@ def initialise_pairs(state: Any, j: int, case: Any, scene: Any, shapes: Any) -> 
         if settled:
             q[rows.LIMIT + j], q[rows.REACH + j] = np.inf, -1.0
         load_at_rest(q, j)
-        q[rows.TAKEN + j] = springs(rows.load_pair(q, j))
+        q[rows.ABSORBED + j] = springs(rows.load_pair(q, j))
 
 
 def load(rules: Any, work: Any, cases: Any, columns: int) -> None:  # noqa: ARG001, all lanes are computed
@@ -197,7 +197,7 @@ def renormalise(e: Any) -> None:
     """Bring the turning pairs of an element back to length 1."""
     for j in range(rows.COLUMNS):
         pose = rows.load_pose(e, j)
-        rows.store_pose(e, j, Pose(pose.x, pose.z, pose.angle, *renormalised(pose.cos, pose.sin)))
+        rows.store_pose(e, j, Pose(pose.x, pose.z, pose.angle, *unit_pair(pose.cos, pose.sin)))
 
 
 @njit(**INNER)
@@ -212,25 +212,30 @@ def load_motion(up: Any, state: Any, along: Any, row: Any, cases: Any, scale: fl
             rows.store_up(state, j, piece(up, i, factor, scale))
 
 
-def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple[Any, int]:  # noqa: ARG001
+def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tuple[Any, int]:  # noqa: ARG001
     """Compute the steps of a sample; record the first lane at its start, with the mean forces until the next sample."""
     step = step_of(rules.scheme)
     scene, up, state, elements = borrow_scene(rules.scene), rules.ground.up, work.state, work.moves.size
-    lag, interval, ticks, at_once = rules.scheme.lag, rules.job.interval, rules.job.ticks, rules.job.at_once
+    lag, interval, ticks, steps_per_check = (
+        rules.scheme.lag,
+        rules.job.interval,
+        rules.job.ticks,
+        rules.job.steps_per_check,
+    )
     # Without reference counts, which every step would update.
     matrix, pattern, moves = borrowed(work.matrix), borrowed(work.pattern), borrowed(work.moves)
     pairs = borrowed(work.pairs)
     with_forces = path.shape[0] > 0 and path.shape[1] > 2 + POSE_COLUMNS * elements
     early = np.zeros((1, path.shape[1]))
-    for _ in range(at_once):
+    for _ in range(steps_per_check):
         if path.shape[0] == 0:
             step(up, state, matrix, pattern, pairs, moves, scene, ticks)
             continue
         tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
         # Record once for each sample, even if its first step is repeated.
-        if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0 and noted < path.shape[0]:
-            record_state(state, elements, interval, ticks, path[noted])
-            noted += 1
+        if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0 and recorded < path.shape[0]:
+            record_state(state, elements, interval, ticks, path[recorded])
+            recorded += 1
         # The forces at the start of the step count only if the step is accepted.
         # Pass array and row index: a slice would cost every step an atomic update of its reference count.
         if with_forces:
@@ -240,10 +245,10 @@ def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple
         step(up, state, matrix, pattern, pairs, moves, scene, ticks)
         if with_forces and not state[rows.AGAIN] > 0.0:
             for column in range(early.shape[1]):
-                path[noted - 1, column] += early[0, column]
-            add_forces(state, scene, (0.5 + lag) * share, path, noted - 1)
+                path[recorded - 1, column] += early[0, column]
+            add_forces(state, scene, (0.5 + lag) * share, path, recorded - 1)
     end_sample(state, scene, ticks, interval)
-    return path, noted
+    return path, recorded
 
 
 @njit(**INNER)
@@ -274,8 +279,8 @@ def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
     stride, count = max(int(CHECK_INTERVAL / rules.job.interval), 1), 0
     for j in range(active):
         part = work.state[rows.SAMPLE + j] // stride
-        due[j] = 1.0 if part != work.state[rows.LOOKED + j] else 0.0
-        work.state[rows.LOOKED + j] = part
+        due[j] = 1.0 if part != work.state[rows.LAST_CHECK + j] else 0.0
+        work.state[rows.LAST_CHECK + j] = part
         count += int(due[j])
     return count
 
@@ -288,14 +293,14 @@ def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> 
         now = case.sample + case.shaking.tick * (1.0 / rules.job.ticks)
         long = case.attempt.length >= ticks and is_rest_check_sample(now)
         # Test the shaking first: testing the elements takes longer.
-        quiet = long and below_rest_threshold(ground, row[cases[j]], now, case.amplitude, case.bears)
+        quiet = long and below_rest_threshold(ground, row[cases[j]], now, case.amplitude, case.rest_limit)
         if quiet and all_at_rest(state, j, scene):
-            samples = samples_at_rest(ground, row[cases[j]], now, case.amplitude, case.bears)
+            samples = samples_at_rest(ground, row[cases[j]], now, case.amplitude, case.rest_limit)
             state[rows.SAMPLE + j] += samples
             left_out[j] += samples
 
 
-def ended(rules: Any, work: Any, lane: int, case: int) -> int:
+def end_status(rules: Any, work: Any, lane: int, case: int) -> int:
     """Return the `Status` of a lane, or `GOES_ON`."""
     return classify(work.state, lane, rules.scene, rules.stands_from[case], float(rules.job.samples))
 
@@ -305,4 +310,4 @@ def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:  #
     write_results(work.state, lane, rules.scene, rules.results[case], rules.each[case])
 
 
-implement(SceneRules, workspace, start, load, advance, count_due, leave_out, ended, finish)
+implement(SceneRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)

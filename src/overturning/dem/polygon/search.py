@@ -13,7 +13,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import APART, INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import face_of, rotated, seen_before
-from overturning.dem.polygon.memory import forget, hand_on
+from overturning.dem.polygon.memory import reset_contact_history, transfer_contact_history
 from overturning.dem.polygon.state import Bounds, Nearest, Pose
 
 
@@ -119,13 +119,13 @@ def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: A
     lever = np.sqrt(dx * dx + dz * dz) + np.sqrt(max(squared_radius(shape_a), squared_radius(shape_b)))
     limit = safe_motion(on, by, shape_a, shape_b, best, lever)
     # Leave a margin of two steps like the last one, so that the first step within reach is still without contact.
-    moved, turned = first.course.moved + second.course.moved, first.course.turned + second.course.turned
+    moved, turned = first.totals.moved + second.totals.moved, first.totals.turned + second.totals.turned
     clear = 0.9 * best.gap - 2.0 * (moved + lever * turned)
     reach = clear if clear > 0.0 else -1.0
     ahead = 2.0 * ((first.trial.moved + second.trial.moved) + lever * (first.trial.turned + second.trial.turned))
     rows.store_nearest(q, j, Nearest(best.a, best.b, lever, max(limit, reach), reach, 0.0, ahead))
     if clear > 0.0:
-        forget(q, j)
+        reset_contact_history(q, j)
     changed = old.face_a != best.a or old.face_b != best.b
     if changed:
         rows.store_face_a(q, j, face_of(shape_a, best.a))
@@ -134,7 +134,7 @@ def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: A
     if changed or old.reach > 0.0 or clear > 0.0:
         rows.store_vertices(q, j, seen_before(rows.load_pair(q, j), first, second, step))
     if changed and old.face_a >= 0.0:
-        hand_on(q, on, by, j, int(old.face_a), int(old.face_b), shape_a, shape_b)
+        transfer_contact_history(q, on, by, j, int(old.face_a), int(old.face_b), shape_a, shape_b)
 
 
 @njit(**INNER)
@@ -170,7 +170,7 @@ def count_motion(q: Any, a: Any, b: Any) -> tuple[int, int]:
     near, due = 0, 0
     for j in range(rows.COLUMNS):
         old, on, by = rows.load_nearest(q, j), rows.load_element(a, j), rows.load_element(b, j)
-        first, second, one, two = on.course, by.course, on.trial, by.trial
+        first, second, one, two = on.totals, by.totals, on.trial, by.trial
         used = (old.used + (first.moved + second.moved)) + old.lever * (first.turned + second.turned)
         ahead = used + 2.0 * ((one.moved + two.moved) + old.lever * (one.turned + two.turned))
         q[rows.USED + j] = used

@@ -1,4 +1,4 @@
-"""What the kernel of scenes knows of a case, its elements and their pairs: named tuples, laid out by `rows`."""
+"""State of a scene case, its elements and their pairs: named tuples, stored in rows of an array by `rows`."""
 
 from typing import NamedTuple
 
@@ -7,18 +7,18 @@ from overturning.dem.kernel.ground import Line
 
 
 class Shaking(NamedTuple):
-    """Acceleration of the base, linear between two samples, and time."""
+    """Acceleration of the base, linear between two samples, and the time within the sample."""
 
     base: Line
-    """Towards the azimuth,"""
+    """Acceleration towards the azimuth."""
     up: Line
-    """upwards,"""
+    """Upward acceleration."""
     tick: float
-    """ticks since the sample."""
+    """Ticks since the start of the sample."""
 
 
-class Marks(NamedTuple):
-    """What a step found, above 0 where it did, as of `overturning.dem.kernel.clock.Found`."""
+class StoredFindings(NamedTuple):
+    """Findings of an attempted step, above 0 for true; see `overturning.dem.kernel.clock.StepFindings`."""
 
     changed: float
     wrong: float
@@ -27,49 +27,51 @@ class Marks(NamedTuple):
     back: float
 
 
-class Verdict(NamedTuple):
-    """What becomes of the step, above 0 where so."""
+class StepDecision(NamedTuple):
+    """Decision on an attempted step."""
 
     again: float
-    """It is not taken;"""
+    """Above 0 if the step is rejected."""
     sooner: float
-    """its ends are taken to do the same in the next one;"""
+    """Above 0 if the next attempt assumes the same sticking and sliding as this one."""
     then: Attempt
-    """the next one."""
+    """Next attempt."""
 
 
 class Case(NamedTuple):
-    """What a column holds of its case besides elements and pairs."""
+    """State and constants of a case, without its elements and pairs."""
 
     shaking: Shaking
     step: float
-    """Length of a tick (s), ticks per second,"""
+    """Length of a tick, s."""
     rate: float
+    """Ticks per second, 1/s."""
     lag: float
-    """time by which velocities lag behind poses, s,"""
+    """Time by which velocities lag behind poses, s."""
     clock: Clock
     attempt: Attempt
-    found: Marks
-    verdict: Verdict
+    findings: StoredFindings
+    decision: StepDecision
     amplitude: float
-    """factor on the record,"""
-    bears: float
-    """horizontal acceleration over g that leaves it at rest,"""
+    """Factor on the motion."""
+    rest_limit: float
+    """Rest threshold: horizontal acceleration over g up to which a scene at rest stays at rest."""
     sample: float
-    """sample of the record,"""
+    """Current sample of the record."""
     calm: float
-    """samples after which it can be at rest for good, and after which it is undecided,"""
+    """First sample after which the input motion cannot start any movement."""
     after: float
+    """Sample at which the case ends as undecided."""
     energy: float
-    """energy at the start, J;"""
+    """Energy at the start, J."""
     variant: float
-    """which variant of the scene it is of;"""
-    looked: float
-    """part of the record in which it was last looked at."""
+    """Index of the variant of the scene."""
+    last_check: float
+    """Index of the `CHECK_INTERVAL` of the record in which the case was last tested for its end."""
 
 
 class Pose(NamedTuple):
-    """Centre (m), rotation (rad) and its cosine and sine."""
+    """Position of the centre (m), rotation (rad, clockwise), and its cosine and sine."""
 
     x: float
     z: float
@@ -79,7 +81,7 @@ class Pose(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """Velocity or acceleration (m, s, rad), or force (N) with moment (N m), in the plane."""
+    """Planar vector with a rotational component: velocity (m/s, rad/s), acceleration, or force (N) and moment (N m)."""
 
     x: float
     z: float
@@ -87,45 +89,49 @@ class Plane(NamedTuple):
 
 
 class Inertia(NamedTuple):
-    """Constants of an element; inverse masses are 0 where forces do not move it."""
+    """Constants of an element."""
 
     inverse_mass: float
+    """1/m, 1/kg; 0 if forces do not move the element."""
     inverse_inertia: float
+    """1/I, 1/(kg m²); 0 if moments do not rotate the element."""
     mass: float
+    """Mass m, kg; 0 if forces do not move the element."""
     weight: float
-    """1 where gravity acts, else 0,"""
+    """1 if gravity acts on the element, else 0."""
     frame: float
-    """1 where the base moves under it, 0 where it moves with the base,"""
+    """0 if the element moves with the base, else 1: it then has inertial forces in the frame of the base."""
     held: float
-    """1 where it stays in space, else 0,"""
+    """1 if the element is fixed in space, else 0."""
     critical: float
-    """α, rad."""
+    """Critical angle α, rad."""
     back: float
     """Rotation to −x up to which the element can come back, rad."""
     on: float
     """Rotation to +x up to which the element can come back, rad."""
 
 
-class Course(NamedTuple):
-    """What is noted of an element's motion at each step."""
+class StepTotals(NamedTuple):
+    """Totals of an element's motion, updated in each step."""
 
     moved: float
-    """Motion (m) and rotation (rad) of the last step,"""
+    """Displacement in the last step, |Δx| + |Δz|, m."""
     turned: float
+    """Absolute rotation in the last step, rad."""
     work: float
-    """work of what moves the base and of what holds the element, J,"""
+    """Work of the moving base and of the forces that hold a fixed element, J."""
     peak_back: float
     """Largest rotation to −x, rad."""
     peak_on: float
     """Largest rotation to +x, rad."""
     last_upright: float
-    """Ticks of this sample up to the last at which the element could come back, −1 if none."""
+    """Last tick of this sample at which the element could come back, −1 if none."""
     power: float
-    """power at the last step, W (centred scheme)."""
+    """Power at the last step, W (centred scheme)."""
 
 
 class Travel(NamedTuple):
-    """Motion of an element since some pair of the scene sleeps (`overturning.dem.polygon.distant`)."""
+    """Motion of an element since the first pair of the scene fell asleep (`overturning.dem.polygon.distant`)."""
 
     moved: float
     """Length of its path, m."""
@@ -133,50 +139,58 @@ class Travel(NamedTuple):
     """Sum of its absolute rotations, rad."""
 
 
-class Standing(NamedTuple):
-    """What is looked at once per sample."""
+class SampleRecord(NamedTuple):
+    """Record of an element, updated once per sample."""
 
     upright_until: float
-    """Last time at which it could come back by its rotation and was not too low, and at which it was on what carried
-    it, s,"""
+    """Last time at which the element could come back from its rotation and was above its fall limit, s."""
     carried_until: float
+    """Last time at which the element touched the element that carried it at rest, s."""
     side: float
-    """where it has fallen: ±1, else 0,"""
+    """Side to which the element has fallen, ±1; 0 if it stands."""
     peak_slip: float
+    """Largest absolute slip, m."""
     slip: float
+    """Current slip on the supporting element, m."""
 
 
 class Home(NamedTuple):
-    """Where an element stands at rest."""
+    """Rest position of an element."""
 
     base_x: float
-    """Points of its base and of what it stands on, whose distance is the slip, m;"""
+    """Reference point of the element's base, from its centre in its own axes, m, x component."""
     base_z: float
+    """Reference point of the element's base, z component, m."""
     support_x: float
+    """Same point in the axes of the supporting element, from that element's centre, m; the distance is the slip."""
     support_z: float
+    """Same point in the axes of the supporting element, z component, m."""
     x: float
-    """centre, m, and height below which it has fallen."""
+    """Centre at rest, m."""
     z: float
+    """Height of the centre at rest, m."""
     lowest: float
+    """Height of the centre below which the element has fallen, m."""
 
 
 class Trial(NamedTuple):
-    """An element at the end of a step, were its acceleration to stay (centred scheme)."""
+    """Predicted state of an element at the end of a step with constant acceleration (centred scheme)."""
 
     pose: Pose
     half: Plane
-    """Velocity after half the step,"""
+    """Velocity after half of the step."""
     end: Plane
-    """and at its end;"""
+    """Velocity at the end of the step."""
     moved: float
-    """motion (m) and rotation (rad) of the step;"""
+    """Displacement in the step, |Δx| + |Δz|, m."""
     turned: float
+    """Absolute rotation in the step, rad."""
     change: Plane
-    """what the solution adds to the velocity at the end."""
+    """Correction of the velocity at the end of the step, from the solution of the equations."""
 
 
-class Element(NamedTuple):
-    """An element; velocity `Case.lag` ago, force at the whole step."""
+class ElementState(NamedTuple):
+    """State of an element: pose and force at the whole step, velocity `Case.lag` earlier."""
 
     pose: Pose
     velocity: Plane
@@ -184,72 +198,90 @@ class Element(NamedTuple):
     acceleration: Plane
     force: Plane
     inertia: Inertia
-    course: Course
+    totals: StepTotals
     travel: Travel
-    standing: Standing
+    record: SampleRecord
     home: Home
 
 
 class Face(NamedTuple):
-    """A face in its element's axes: outward normal, distance from the centre, ends along the tangent (−n_z, n_x)."""
+    """Face of an element in the axes of the element."""
 
     nx: float
+    """Outward normal, x component."""
     nz: float
+    """Outward normal, z component."""
     off: float
+    """Distance from the centre, m."""
     low: float
+    """Place of the first end along the tangent (−n_z, n_x), m."""
     high: float
+    """Place of the second end along the tangent, m."""
 
 
 class Law(NamedTuple):
-    """Contact law at a vertex: stiffnesses (N/m), dashpot (N s/m), friction, 1/tangential stiffness, landing (s).
-
-    The landing is the time after the first touch in which a flat landing lasts; 0 where the rule is not applied.
-    """
+    """Contact law at a vertex."""
 
     normal: float
+    """Normal stiffness K, N/m."""
     tangential: float
+    """Tangential stiffness K_s, N/m."""
     dashpot: float
+    """Dashpot h, N s/m."""
     friction: float
+    """Coefficient of friction μ; negative if the case sets it."""
     compliance: float
+    """1/K_s, m/N; 0 without tangential stiffness."""
     landing: float
+    """Duration of a flat landing after the first touch, s (in the initial rows: in h/K); 0 if there is no such rule."""
 
 
 class Bounds(NamedTuple):
-    """Where on the other face a vertex begins to carry an end, m; ±infinity where it never does, as one of a cut."""
+    """Places on the other face, m, between which a vertex carries an end; ±infinity if it never does.
+
+    Vertices on the cut between two convex pieces of an element carry no end.
+    """
 
     one_a: float
-    """Least place of a's first vertex and of b's second,"""
+    """Smallest place of a's first vertex, for end 1."""
     one_b: float
+    """Smallest place of b's second vertex, for end 1."""
     two_a: float
-    """greatest of a's second and of b's first."""
+    """Largest place of a's second vertex, for end 2."""
     two_b: float
+    """Largest place of b's first vertex, for end 2."""
 
 
 class Nearest(NamedTuple):
-    """Which faces are nearest, and for how much motion that holds, m."""
+    """Nearest faces of a pair, and the relative motion for which they remain valid."""
 
     face_a: float
+    """Index of a's nearest face; −1 before the first search."""
     face_b: float
+    """Index of b's nearest face; −1 before the first search."""
     lever: float
-    """Reach of a rotation,"""
+    """Lever arm that converts a rotation to motion, m."""
     limit: float
-    """motion before the faces can change, and before a contact can begin (−1: there may be one now),"""
+    """Motion before the nearest faces can change, m."""
     reach: float
+    """Motion before a contact can begin, m; −1 if there may be one now."""
     used: float
-    """motion since the search,"""
+    """Motion since the search, m."""
     ahead: float
-    """and at the end of this step."""
+    """Upper bound of the motion since the search at the end of this step, m."""
 
 
 class Seen(NamedTuple):
-    """Depth behind the other face of a face's end, and place along it (of b's along its opposite), m."""
+    """Position of a vertex relative to the other face."""
 
     depth: float
+    """Depth behind the other face, m; negative in front of it."""
     place: float
+    """Place along the other face, m; b's vertices are measured in the opposite direction."""
 
 
 class Vertices(NamedTuple):
-    """Both ends of a's face and of b's."""
+    """Positions of both vertices of a's face and of b's, relative to the other face."""
 
     a1: Seen
     a2: Seen
@@ -258,36 +290,41 @@ class Vertices(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What an end remembers: stretch of its tangential spring, carrier, forces along normal and tangent.
-
-    And for how long it still lands, s, 0 or less where it does not.
-    """
+    """Contact history of an end, kept for the next step."""
 
     spring: float
+    """Stretch of the tangential spring, m."""
     carrier: float
+    """Vertex that carries the end: `OPEN`, `MINE`, `THEIRS` or `TRANSFERRED`."""
     normal: float
+    """Normal force, N."""
     tangent: float
+    """Tangential force, N."""
     landing: float
+    """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
-OPEN, MINE, THEIRS, HANDED_ON = 0.0, 1.0, -1.0, 2.0
-"""What an end's `Memory.carrier` says: open, closed by a's vertex or by b's, or found anew by a search."""
+OPEN, MINE, THEIRS, TRANSFERRED = 0.0, 1.0, -1.0, 2.0
+"""Values of `Memory.carrier`: no contact, a's vertex, b's vertex, or a contact transferred from other faces."""
 
 
 class History(NamedTuple):
-    """What a pair remembers of its last step."""
+    """Contact history of a pair, kept for the next step."""
 
     before: Vertices
+    """Positions of the vertices at the last step."""
     one: Memory
+    """History of end 1."""
     two: Memory
+    """History of end 2."""
     deepest: float
-    """Largest penetration so far, m,"""
-    taken: float
-    """energy taken from the elements, J."""
+    """Largest penetration so far, m."""
+    absorbed: float
+    """Energy that the contact has absorbed from the elements, J."""
 
 
 class Pair(NamedTuple):
-    """Two elements a and b that can touch."""
+    """State of two elements, a and b, that can touch."""
 
     face_a: Face
     face_b: Face
@@ -296,7 +333,8 @@ class Pair(NamedTuple):
     nearest: Nearest
     history: History
     slid_one: float
-    """±μ of an end that was last found sliding (centred scheme)."""
+    """±μ if end 1 was sliding at the last solution, else 0 (centred scheme)."""
     slid_two: float
+    """±μ if end 2 was sliding at the last solution, else 0 (centred scheme)."""
     stands: float
-    """1 where a was carried by b at rest, −1 where b by a, else 0."""
+    """1 if a was carried by b at rest, −1 if b was carried by a, else 0."""

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.clock import SCENE, Found, next_attempt
+from overturning.dem.kernel.clock import SCENE, StepFindings, next_attempt
 from overturning.dem.kernel.ground import at_tick
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import larger
@@ -12,9 +12,9 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.centred import correct, couple, is_fine, keep
 from overturning.dem.polygon.distant import begin_step, stays_awake
 from overturning.dem.polygon.equations import clear_pattern, place, solve
-from overturning.dem.polygon.mechanics import acceleration, after, moved, power
+from overturning.dem.polygon.mechanics import acceleration, pose_after, power, velocity_after
 from overturning.dem.polygon.search import in_reach
-from overturning.dem.polygon.state import Case, Course, Inertia, Plane, Pose, Trial, Verdict
+from overturning.dem.polygon.state import Case, Inertia, Plane, Pose, StepDecision, StepTotals, Trial
 
 
 class Centred(NamedTuple):
@@ -49,12 +49,12 @@ def predict(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
         dt, a = case.step * case.attempt.length, item.acceleration
         half = 0.5 * dt
         ground, lift = base_acceleration(up, case, item.inertia, ticks)
-        v = after(item.velocity, a, half)
+        v = velocity_after(item.velocity, a, half)
         # Right-hand side of the equations, still without the contacts.
         fall = gravity * item.inertia.weight + lift
         change = Plane(half * (-ground - a.x), half * (-fall - a.z), half * -a.w)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
-        rows.store_trial(e, j, Trial(moved(item.pose, v, dt), v, after(v, a, half), far, turn, change))
+        rows.store_trial(e, j, Trial(pose_after(item.pose, v, dt), v, velocity_after(v, a, half), far, turn, change))
         rows.store_force(e, j, Plane(0.0, 0.0, 0.0))
 
 
@@ -63,11 +63,11 @@ def correct_state(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> No
     """Correct the state of an element with the solution of the equations, if the step is accepted."""
     for j in range(rows.COLUMNS):
         item, case = rows.load_element(e, j), rows.load_case(own, j)
-        dt, trial, old, again = case.step * case.attempt.length, item.trial, item.course, case.verdict.again > 0.0
+        dt, trial, old, again = case.step * case.attempt.length, item.trial, item.totals, case.decision.again > 0.0
         half, tick, d, p = 0.5 * dt, case.shaking.tick + case.attempt.length, trial.change, trial.pose
         ground, lift = base_acceleration(up, case, item.inertia, ticks)
         a = acceleration(item, ground, lift, gravity)
-        v = after(trial.half, a, half)
+        v = velocity_after(trial.half, a, half)
         turn = half * d.w
         pose = Pose(p.x + half * d.x, p.z + half * d.z, p.angle + turn, p.cos - p.sin * turn, p.sin + p.cos * turn)
         rate, on = power(item, ground, lift, v), pose.angle
@@ -75,35 +75,35 @@ def correct_state(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> No
         work = old.work - half * (old.power + rate)
         far = abs(pose.x - item.pose.x) + abs(pose.z - item.pose.z)
         back, on = larger(old.peak_back, -on), larger(old.peak_on, on)
-        course = Course(far, abs(pose.angle - item.pose.angle), work, back, on, last, rate)
+        totals = StepTotals(far, abs(pose.angle - item.pose.angle), work, back, on, last, rate)
         rows.keep_pose(e, j, again, pose)
         rows.keep_velocity(e, j, again, v)
         rows.keep_acceleration(e, j, again, a)
-        rows.keep_course(e, j, again, course)
+        rows.keep_totals(e, j, again, totals)
         e[rows.MOVED + j] = select(again, 0.0, far)
-        e[rows.TURNED + j] = select(again, 0.0, course.turned)
+        e[rows.TURNED + j] = select(again, 0.0, totals.turned)
 
 
 @njit(**APART)
-def clear_marks(own: Any) -> None:
+def clear_findings(own: Any) -> None:
     """Reset the findings of the step."""
     for j in range(rows.COLUMNS):
-        rows.store_marks(own, j, rows.no_marks())
+        rows.store_findings(own, j, rows.no_findings())
 
 
 @njit(**INLINE)
-def step_findings(case: Case) -> Found:
+def step_findings(case: Case) -> StepFindings:
     """Return the findings of an attempted step for the clock; no contact state counts as wrong in a fine step."""
-    found, long = case.found, not is_fine(case)
-    wrong, reverse, back = (found.wrong > 0.0) & long, (found.reversed > 0.0) & long, (found.back > 0.0) & long
-    return Found(
-        changed=found.changed > 0.0,
+    findings, long = case.findings, not is_fine(case)
+    wrong, reverse, back = (findings.wrong > 0.0) & long, (findings.reversed > 0.0) & long, (findings.back > 0.0) & long
+    return StepFindings(
+        changed=findings.changed > 0.0,
         fast=False,
         gentle=False,
         wrong=wrong,
         reversed=reverse,
         back=back,
-        slides=found.slides > 0.0,
+        slides=findings.slides > 0.0,
         stands=False,
     )
 
@@ -115,7 +115,7 @@ def accept_or_reject(own: Any, ticks: float) -> None:
         case = rows.load_case(own, j)
         tick = case.shaking.tick + case.attempt.length
         again, sooner, then = next_attempt(SCENE, case.clock, case.attempt, step_findings(case), tick, ticks)
-        rows.store_verdict(own, j, Verdict(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
+        rows.store_decision(own, j, StepDecision(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
 
 
 @njit(**APART)
@@ -124,14 +124,14 @@ def advance_clock(own: Any) -> None:
     for j in range(rows.COLUMNS):
         case = rows.load_case(own, j)
         tick = case.shaking.tick
-        own[rows.TICK + j] = tick if case.verdict.again > 0.0 else tick + case.attempt.length
-        rows.store_attempt(own, j, case.verdict.then)
+        own[rows.TICK + j] = tick if case.decision.again > 0.0 else tick + case.attempt.length
+        rows.store_attempt(own, j, case.decision.then)
 
 
 @njit(**INNER)
 def step(up: Any, state: Any, matrix: Any, pattern: Any, pairs: Any, moves: Any, scene: Any, ticks: float) -> None:
     """Compute one step of all cases; `up` is None if the base moves level."""
-    clear_marks(state)
+    clear_findings(state)
     size, near = moves.size, pairs.near
     clear_pattern(pattern)
     for i in range(size):

@@ -20,7 +20,7 @@ from overturning.dem.polygon.resting import (
     has_tipped,
     support_until,
 )
-from overturning.dem.polygon.state import Element, Home, Pose, Standing
+from overturning.dem.polygon.state import ElementState, Home, Pose, SampleRecord
 from overturning.model.status import Status
 
 SAFE_TILT: Final = 0.1
@@ -98,8 +98,8 @@ def count_standing(state: Any, j: int, rules: Any) -> tuple[float, float, int, i
         if rules[i].is_free == 0.0:
             continue
         moving += kinetic(item)
-        slid = slid or abs(item.standing.slip) > 0.1 * abs(item.home.base_z)
-        if item.standing.side == 0.0:
+        slid = slid or abs(item.record.slip) > 0.1 * abs(item.home.base_z)
+        if item.record.side == 0.0:
             e[rows.SIDE + j] = side_reached(item, rules[i])
         stands = e[rows.SIDE + j] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
@@ -108,18 +108,18 @@ def count_standing(state: Any, j: int, rules: Any) -> tuple[float, float, int, i
 
 
 @njit(**INLINE)
-def peak_angle(item: Element) -> float:
+def peak_angle(item: ElementState) -> float:
     """Return the largest rotation to either side, rad."""
-    return larger(item.course.peak_back, item.course.peak_on)
+    return larger(item.totals.peak_back, item.totals.peak_on)
 
 
 @njit(**INNER)
-def side_reached(item: Element, rules: Any) -> float:
+def side_reached(item: ElementState, rules: Any) -> float:
     """Return the side (±1) to which an element has rotated so far that it has fallen for good; 0 if it has not.
 
     The limit depends on the side. If both limits are reached, the current rotation decides.
     """
-    back, on = item.course.peak_back >= rules.falls_back, item.course.peak_on >= rules.falls_on
+    back, on = item.totals.peak_back >= rules.falls_back, item.totals.peak_on >= rules.falls_on
     if back and on:
         return 1.0 if item.pose.angle > 0.0 else -1.0
     return 1.0 if on else (-1.0 if back else 0.0)
@@ -133,7 +133,7 @@ def may_fall(state: Any, j: int, rules: Any, gravity: float) -> bool:
     """
     for i in range(rules.size):
         item = rows.load_element(rows.of_element(state, i), j)
-        if rules[i].is_free == 0.0 or item.standing.side != 0.0 or has_left(item, rules[i]):
+        if rules[i].is_free == 0.0 or item.record.side != 0.0 or has_left(item, rules[i]):
             continue
         own, weight = rules[i].tips_on < np.inf, item.inertia.mass * gravity
         lift = weight * max(item.pose.z - item.home.z, 0.0) if own else 0.0
@@ -159,7 +159,7 @@ def mark_fallen(state: Any, j: int, scene: Any, rules: Any, gap: float) -> None:
                 continue
             item, until = rows.load_element(e, j), support_until(state, j, scene, i, gap)
             if has_left(item, rules[i]):
-                until = item.standing.upright_until
+                until = item.record.upright_until
             if until < np.inf:
                 e[rows.SIDE + j], e[rows.UPRIGHT_UNTIL + j], found = fall_side(item, rules[i]), until, True
 
@@ -187,7 +187,7 @@ def count_loaded_ends(state: Any, j: int, scene: Any, rules: Any) -> int:
 
 
 @njit(**INNER)
-def fall_side(item: Element, rules: Any) -> float:
+def fall_side(item: ElementState, rules: Any) -> float:
     """Return the side to which an element has fallen, ±1: that of its rotation if it tipped, else that of its centroid.
 
     An element that tips lies on that side of its own base, as a single block does, however far it slid meanwhile.
@@ -207,11 +207,11 @@ def rest_of_record_is_weak(state: Any, j: int, stands_from: Any, parts: Any, sam
 
 
 @njit(**INNER)
-def stands_for_good(e: Element, barrier: float) -> bool:
+def stands_for_good(e: ElementState, barrier: float) -> bool:
     """True if an element stands upright, nearly in place and nearly at rest."""
     return bool(
         abs(e.pose.angle) < SAFE_TILT * e.inertia.critical
-        and abs(e.standing.slip) < SAFE_SLIP * abs(e.home.base_z)
+        and abs(e.record.slip) < SAFE_SLIP * abs(e.home.base_z)
         and kinetic(e) < SAFE_ENERGY * barrier
     )
 
@@ -253,14 +253,14 @@ def record_sample(e: Any, on: Any, own: Any, scale: float, interval: float) -> N
     """Record the slip of an element on its support, and the last time at which it was upright above its fall limit."""
     for j in range(rows.COLUMNS):
         item, support, sample = rows.load_element(e, j), rows.load_pose(on, j), rows.load_case(own, j).sample
-        old, home, passed = item.standing, item.home, item.course.last_upright
+        old, home, passed = item.record, item.home, item.totals.last_upright
         x, z = point_position(item.pose, home.base_x, home.base_z)
         ox, oz = point_position(support, home.support_x, home.support_z)
         slip = support.cos * (x - ox) - support.sin * (z - oz)
         stood = (passed >= 0.0) & (old.side == 0.0) & (item.pose.z >= home.lowest)
         upright = select(stood, (sample + passed * scale) * interval, old.upright_until)
-        rows.store_standing(
-            e, j, Standing(upright, old.carried_until, old.side, larger(old.peak_slip, abs(slip)), slip)
+        rows.store_record(
+            e, j, SampleRecord(upright, old.carried_until, old.side, larger(old.peak_slip, abs(slip)), slip)
         )
         e[rows.LAST_UPRIGHT + j] = -1.0
 
@@ -282,18 +282,18 @@ def write_results(state: Any, j: int, scene: Any, out: Any, each: Any) -> None:
     v = int(state[rows.VARIANT + j])
     rules, limits = scene.elements[v], scene.limits[v]
     mark_fallen(state, j, scene, rules, SUPPORT_GAP * limits.deepest)
-    work, taken = 0.0, closing_work(state, j, scene)
+    work, absorbed = 0.0, closing_work(state, j, scene)
     for p in range(scene.layout.shape[0]):
         q, _, _ = rows.of_pair(state, scene, p)
-        taken += q[rows.TAKEN + j]
+        absorbed += q[rows.ABSORBED + j]
     for e in range(rules.size):
         item = rows.load_element(rows.of_element(state, e), j)
-        course, standing = item.course, item.standing
-        work += course.work
-        each[e].overturned = standing.side
-        each[e].overturning_time = standing.upright_until if standing.side != 0.0 else np.nan
+        totals, record = item.totals, item.record
+        work += totals.work
+        each[e].overturned = record.side
+        each[e].overturning_time = record.upright_until if record.side != 0.0 else np.nan
         each[e].peak_rotation = min(peak_angle(item), 0.5 * np.pi)
-        each[e].peak_slip, each[e].residual_slip = standing.peak_slip, standing.slip
-    balance = (moving_energy(state, j, scene) - rows.load_case(state, j).energy) - work + taken
+        each[e].peak_slip, each[e].residual_slip = record.peak_slip, record.slip
+    balance = (moving_energy(state, j, scene) - rows.load_case(state, j).energy) - work + absorbed
     out.peak_penetration = deepest_penetration(state, j, scene)
-    out.energy_error = abs(balance) / max(work, limits.least_scale, taken)
+    out.energy_error = abs(balance) / max(work, limits.least_scale, absorbed)

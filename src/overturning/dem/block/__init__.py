@@ -1,1 +1,1 @@
-"""One block on a moving base: the fast kernel."""
+"""Kernel of a single 2-D block on a moving base."""

@@ -43,15 +43,15 @@ NEWTON: Final = 1e-15
 """Accuracy of the times of impacts and turning points, as a share of a sample."""
 
 
-class CaseColumns(NamedTuple):
+class RigidCaseColumns(NamedTuple):
     """Columns of the table of cases."""
 
     sine: float
-    """sin α."""
+    """Sine of α."""
     cosine: float
-    """cos α."""
+    """Cosine of α."""
     square: float
-    """(p · sampling interval)²."""
+    """Square of p times the sampling interval."""
     restitution: float
     """Coefficient of restitution."""
     steps: float
@@ -59,18 +59,18 @@ class CaseColumns(NamedTuple):
     rest: float
     """Angular velocity below which the block comes to rest, rad per sample."""
     after: float
-    """Sample at which the case is undecided."""
+    """Sample at which the case ends as undecided."""
     amplitude: float
     """Factor on the motion."""
     tilt: float
     """Initial rotation θ₀, rad."""
     tilt_sine: float
-    """sin(α − |θ₀|)."""
+    """Sine of α − |θ₀|."""
     tilt_cosine: float
-    """cos(α − |θ₀|)."""
+    """Cosine of α − |θ₀|."""
 
 
-CASE: Final = dtype_of(CaseColumns)
+CASE: Final = dtype_of(RigidCaseColumns)
 
 
 class Push(NamedTuple):

@@ -47,7 +47,7 @@ class Block(NamedTuple):
     half_width: float
     half_height: float
     inertia: float
-    """m/I, 1/m²."""
+    """Inverse inertia per mass, m/I, 1/m²."""
     stiffness: float
     """Normal stiffness of a corner, K/m, 1/s²."""
     tangential: float

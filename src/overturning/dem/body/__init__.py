@@ -1,1 +1,1 @@
-"""One convex body in space: a base that moves with all three components, contact at vertices or at a rim."""
+"""Kernel of a single convex 3-D body, moved by all components of the motion; contact at its vertices or its rim."""

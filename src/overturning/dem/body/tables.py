@@ -81,7 +81,7 @@ class BodyColumns(NamedTuple):
     reach: float
     """Smallest horizontal distance from the centre to an edge of the base, m."""
     critical: float
-    """sin² of the tilt beyond which the body falls over its nearest edge."""
+    """Lean (sin² of the tilt) beyond which the body falls over its nearest edge."""
     fallen: float
     """Cosine of the tilt from which the body has fallen."""
     deepest: float

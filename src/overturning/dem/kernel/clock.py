@@ -65,7 +65,7 @@ MAX_SLIDING_STEP: Final = 0.25
 """Longest step of a body that slides on all its contacts, in samples; it could stop or start within a longer one."""
 
 MAX_SLIP_ONSET_STEP: Final = 0.0625
-"""Longest step in which a body begins to slide, in samples; it is taken to slide during the whole step."""
+"""Longest step in which a body begins to slide, in samples; it is assumed to slide during the whole step."""
 
 MAX_FRICTION_REVERSAL_STEP: Final = 0.015625
 """Longest step in which friction changes its sign, in samples; half of it still has the old sign."""

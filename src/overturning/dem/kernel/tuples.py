@@ -101,13 +101,13 @@ class GeneratedFunction:
         return library
 
 
-def _to_float64(context: Any, builder: Any, kind: type, given: Any, value: Any) -> Any:
+def _to_float64(context: Any, builder: Any, kind: type, actual: Any, value: Any) -> Any:
     """Convert a tuple, or a number, of any numeric types to float64."""
-    if given == type_of(kind):
+    if actual == type_of(kind):
         return value
     if not hasattr(kind, "_fields"):
-        return context.cast(builder, value, given, types.float64)
-    inners = zip(get_type_hints(kind).values(), given, strict=True)
+        return context.cast(builder, value, actual, types.float64)
+    inners = zip(get_type_hints(kind).values(), actual, strict=True)
     parts = [
         _to_float64(context, builder, inner, of, builder.extract_value(value, at))
         for at, (inner, of) in enumerate(inners)

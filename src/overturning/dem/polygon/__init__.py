@@ -1,1 +1,1 @@
-"""The distinct element method for scenes of any convex polygons."""
+"""Kernel of 2-D scenes: elements of one or several convex polygons."""

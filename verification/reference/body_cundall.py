@@ -1,11 +1,11 @@
-"""Cundall's scheme for a body in space, the yardstick of the centred one (docs/method.md).
+"""Cundall's scheme for a 3-D body, the reference for the centred scheme (docs/method.md).
 
-`with in_use():` gives bodies the scheme "cundall" in whatever runs them. As in the plane it goes by central
-differences: spring at the whole step, dashpot at the half step before it. Momenta are known at half steps, positions at
-whole ones. The angular momentum in space changes by the moment of the contact forces alone; the rotation of a step is
-that of the angular velocity in its middle, for which the body is turned on by half the step with the one at its begin.
-Vertices are taken in opposite pairs, whose forces are summed first. Between samples, where the package looks at them,
-momenta stand at whole steps: `shift_all` takes them there and back.
+Inside ``with in_use():`` bodies accept the scheme "cundall". As in 2-D it uses central differences: springs at the
+whole step, dashpots half a step earlier. Momenta are known at half steps, positions at whole steps. The angular
+momentum in space changes only by the moment of the contact forces. The rotation of a step uses the angular velocity in
+its middle, for which the body is first rotated by half of the step with the angular velocity at its start. The forces
+of opposite vertices are summed first. Between samples, where the package reads the state, momenta are stored at whole
+steps; `shift_all` converts them.
 """
 
 from collections.abc import Iterator
@@ -72,46 +72,46 @@ WHOLE: Final = TICKS
 
 
 class CundallVertices(NamedTuple):
-    """Marks bodies with vertices that this scheme runs."""
+    """Marker of bodies with vertices that this scheme computes."""
 
     round: bool = False
 
 
 class CundallRim(NamedTuple):
-    """Marks bodies with a rim that this scheme runs."""
+    """Marker of bodies with a rim that this scheme computes."""
 
     round: bool = True
 
 
 class Wrench(NamedTuple):
-    """What the base does to the body, summed over its vertices."""
+    """Contact force of the base on the body with its moment, summed over contact points, per mass."""
 
     force: Vector
     moment: Vector
-    """about the centre;"""
+    """Moment about the centre."""
     damping: Vector
-    """the part of the force that is not the springs',"""
+    """Force without the springs."""
     braking: Vector
-    """the moment of that,"""
+    """Moment of the force without the springs."""
     opened: float
-    """energy that springs let go, normal"""
+    """Energy released by normal springs, over half their stiffness, m²."""
     shortened: float
-    """and tangential, over half their stiffness."""
+    """Energy released by tangential springs, over half their stiffness, m²."""
 
 
 class Acting(NamedTuple):
-    """What acts on a body in a step."""
+    """Contact force on a body in a step, and its largest penetration."""
 
     wrench: Wrench
     depth: float
-    """Deepest penetration, m."""
+    """Largest penetration, m."""
 
 
 sum_of = arithmetic(Wrench).plus
 
 
 class Moved(NamedTuple):
-    """A point of contact: where it is from the centre, how deep, and by how much it moved in the last step."""
+    """Contact point: position from the centre, penetration, and displacement in the last step, m."""
 
     arm: Vector
     depth: float
@@ -122,7 +122,7 @@ class Moved(NamedTuple):
 
 @njit(**INLINE)
 def vertex_moved(s: BodyState, f: Matrix, vertex: Vertex, old: VertexHistory) -> Moved:
-    """A vertex, which is a point of the body: it moved from where it was."""
+    """Return the state of a vertex; its displacement is the difference from its last position."""
     arm = apply(f, vertex.own)
     place = plus(s.place, arm)
     return Moved(arm, -place.z, place.x - old.x, place.y - old.y, -place.z - old.depth)
@@ -130,7 +130,7 @@ def vertex_moved(s: BodyState, f: Matrix, vertex: Vertex, old: VertexHistory) ->
 
 @njit(**INLINE)
 def rim_moved(body: Constants, s: BodyState, f: Matrix, ahead: float, aside: float, dt: float) -> Moved:
-    """A point of the rim, which the contact passes over: it moved as the body does there."""
+    """Return the state of a point of the rim; its displacement is that of the body at this point."""
     arm = rim_point(body, f, ahead, aside)
     v = plus(s.velocity, cross(s.spin, arm))
     return Moved(arm, -(s.place.z + arm.z), dt * v.x, dt * v.y, -(dt * v.z))
@@ -140,7 +140,7 @@ def rim_moved(body: Constants, s: BodyState, f: Matrix, ahead: float, aside: flo
 def act(
     body: Constants, s: BodyState, at: Moved, old: VertexHistory, rate: float, rule: tuple[bool, bool, float]
 ) -> tuple[Wrench, VertexHistory]:
-    """Contact law at a point; `rate` is that of its dashpots per displacement of a step.
+    """Apply the contact law at a point; `rate` is the dashpot over the step, so that it multiplies displacements.
 
     `rule` holds whether the point carries only later, whether the body lands flat, and the landing time of the point if
     it touches now (s).
@@ -177,7 +177,7 @@ def act(
 
 @njit(**INLINE)
 def both(so_far: Acting, a: Wrench, b: Wrench, depth_a: float, depth_b: float) -> Acting:
-    """A pair of points beside those so far."""
+    """Add a pair of contact points to those so far."""
     return Acting(sum_of(so_far.wrench, sum_of(a, b)), larger(so_far.depth, larger(depth_b, depth_a)))
 
 
@@ -191,7 +191,7 @@ def step(
     account: BodyAccount,
     shaking: BodyShaking,
 ) -> tuple[BodyState, BodyPeaks, BodyAccount]:
-    """One step of one body on which the base acts with a wrench."""
+    """Compute one step of one body under the contact force of the base."""
     t, dt = acting.wrench, body.step * WHOLE
     half = 0.5 * dt
     push = Vector(
@@ -250,7 +250,7 @@ OF_A_VERTEX: Final = VERTEX.size
 
 @njit(**INNER)
 def place_all(state: Any, acting: Any, columns: int) -> None:
-    """The axes of all bodies, and no force yet."""
+    """Compute the axes of all bodies, and reset their contact forces."""
     for j in range(columns):
         s = load_state(state, j)
         store_frame(state, j, frame_of(s.turn))
@@ -259,7 +259,7 @@ def place_all(state: Any, acting: Any, columns: int) -> None:
 
 @njit(**INNER)
 def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> None:
-    """What the base does at a pair of vertices of all bodies."""
+    """Compute the contact forces at a pair of opposite vertices of all bodies."""
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         rate, left, right = body.dashpot / (body.step * WHOLE), load_memory(one, j), load_memory(other, j)
@@ -296,7 +296,7 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
 
 @njit(**INNER)
 def roll_all(state: Any, acting: Any, one: Any, other: Any, columns: int, ahead: float, aside: float) -> None:
-    """The same at a pair of points of the rim."""
+    """Compute the contact forces at a pair of opposite points of the rim of all bodies."""
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         dt = body.step * WHOLE
@@ -317,7 +317,7 @@ def roll_all(state: Any, acting: Any, one: Any, other: Any, columns: int, ahead:
 
 @njit(**INNER)
 def move_all(state: Any, acting: Any, columns: int) -> None:
-    """The step of all bodies."""
+    """Compute the step of all bodies."""
     for j in range(columns):
         s, peaks, account = step(
             load_body(state, j), load_state(state, j), load_frame(state, j), load_acting(acting, j),
@@ -330,7 +330,7 @@ def move_all(state: Any, acting: Any, columns: int) -> None:
 
 @njit(**INNER)
 def shift_all(state: Any, columns: int, by: float) -> None:
-    """Take momenta, and the account of the vertical one, to so many steps later with the last forces."""
+    """Advance momenta, and the account of the vertical angular momentum, by a number of steps with the last forces."""
     for j in range(columns):
         s, account = load_state(state, j), load_account(state, j)
         time = by * WHOLE * load_body(state, j).step
@@ -355,11 +355,10 @@ def shift_all(state: Any, columns: int, by: float) -> None:
 
 @cache
 def loops(round_: bool) -> Any:
-    """The steps of a sample, for bodies with vertices or with a rim.
+    """Return the function that computes the steps of a sample, for bodies with vertices or with a rim.
 
-    They take `kind`, which says so too, for its type alone: it becomes part of the compiled function's name. Without it
-    kernels for either kind that were compiled by different processes would call each other's steps once one process has
-    loaded both.
+    The type of its argument `kind` makes the compiled names of both variants differ; otherwise variants compiled by
+    different processes would be confused in a process that loads both.
     """
 
     @njit(**OWNER)
@@ -400,7 +399,7 @@ _queue = njit(nogil=True, **OPTIONS)(run_queue.py_func)
 
 @njit(nogil=True, **OPTIONS)
 def run_cundall(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
-    """As `run_queue`, compiled and kept apart, so that what the package keeps names nothing outside of it."""
+    """Run a queue like `run_queue`; cached separately, so that the package's cache does not depend on this module."""
     return _queue(rules, order, counter, path)
 
 
@@ -408,19 +407,19 @@ keep_compiled(run_cundall)
 
 
 class CundallPlan(body_plan.BodyPlan):
-    """A plan of bodies that go by Cundall's scheme."""
+    """Plan for cases of a 3-D body with Cundall's scheme."""
 
     queue: ClassVar[Any] = staticmethod(run_cundall)
 
     @property
     def kind(self) -> Any:
-        """As of `BodyPlan.kind`."""
+        """Marker whose type selects the loops; see `BodyPlan.kind`."""
         return CundallRim() if self.solids[0].radius > 0 else CundallVertices()
 
 
 @contextmanager
 def in_use() -> Iterator[None]:
-    """Let bodies in space take the scheme "cundall", whose automatic step is half the stable one."""
+    """Let 3-D bodies use the scheme "cundall", whose automatic step is half the stable one."""
     plan_centred = body_plan.plan_body
 
     def plan(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> body_plan.BodyPlan:

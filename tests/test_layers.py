@@ -13,6 +13,7 @@ LAYERS = [
     "arrays",
     "files",
     "validation",
+    "quantities",
     "tables",
     "stored",
     "motion",

@@ -32,6 +32,7 @@ from overturning.dem.numerics import Numerics
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, ResultError
 from overturning.figures.explore import explorer_data
 from overturning.figures.ground import fourier_spectrum, response_spectrum
+from overturning.model.contact import ContactSettings
 from overturning.motion.intensity import intensity_by_azimuth
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
@@ -40,7 +41,7 @@ from overturning.records.store import write_motion
 from overturning.study.intensity import write_intensity
 from overturning.study.load import check_study
 from overturning.study.schema import Study
-from overturning.study.sections import BodySettings, ContactSettings, Simulation
+from overturning.study.sections import BodySettings, Simulation
 from tests.expect import lacking, refused
 from tests.study.small_study import cube_of, pulse, study
 
@@ -490,7 +491,9 @@ def test_a_mistyped_keyword_is_answered_with_the_near_one(called: str, typed: st
         attrgetter(called)(overturning)(**{typed: 1})
 
 
-@pytest.mark.parametrize("name", ["simulate", "trajectory", "Motion", "Cases", "Record", "read", "run_study", "Body"])
+@pytest.mark.parametrize(
+    "name", ["simulate", "trajectory", "Motion", "Cases", "Record", "read", "run_study", "Body", "Contact"]
+)
 def test_help_shows_a_signature_that_can_be_read(name: str) -> None:
     one = getattr(overturning, name)
     for shown in (one, *(value for key, value in vars(one).items() if inspect.isfunction(value) and key[0] != "_")):
@@ -511,7 +514,7 @@ def test_one_thing_has_one_word_on_the_command_line_in_python_and_in_a_study() -
     assert {"scheme", "time_step", "leave_out"} == names(Numerics) & set(Simulation.model_fields)
     given = {name.removesuffix("_deg") for name in inspect.signature(overturning.simulate).parameters}
     assert given - {"motion", "model", "options"} <= study | body
-    assert names(overturning.Contact) - {"static_penetration"} == contact
+    assert {*overturning.Contact.model_fields} - {"static_penetration"} == contact
     options = {option for one in click_of(app).commands["one"].params for option in one.opts}
     assert {"--body", "--plan", "--mesh", "--sampling-interval"} <= options
 

@@ -195,8 +195,8 @@ def exactness(chosen: list[Motion]) -> Iterator[Figure]:
         ("quarter of the step", {"time_step": "0.25 stable"}),
         ("cundall", {"scheme": "cundall"}),
         ("cundall, half the step", {"scheme": "cundall", "time_step": "0.25 stable"}),
-        ("δ/B 2e-5", {"model": Body(Rectangle(), VertexContact(2e-5))}),
-        ("δ/B 2e-7", {"model": Body(Rectangle(), VertexContact(2e-7))}),
+        ("δ/B 2e-5", {"model": Body(Rectangle(), VertexContact(static_penetration=2e-5))}),
+        ("δ/B 2e-7", {"model": Body(Rectangle(), VertexContact(static_penetration=2e-7))}),
     ):
         other, seconds = measured(partial(run_all, chosen, **options), 1, int)
         same = other["overturned"] == nominal["overturned"]
@@ -210,7 +210,7 @@ def exactness(chosen: list[Motion]) -> Iterator[Figure]:
 def against_peers(chosen: list[Motion], count: int) -> Iterator[Figure]:
     """Flags and azimuths of other engines on some of the cases."""
     ours, seconds = measured(partial(run_all, chosen), 1, partial(run_all, chosen[:1]))
-    fine = run_all(chosen, time_step="0.25 stable", model=Body(Rectangle(), VertexContact(2e-7)))
+    fine = run_all(chosen, time_step="0.25 stable", model=Body(Rectangle(), VertexContact(static_penetration=2e-7)))
     shape = ours["overturned"].shape
     cells = np.unravel_index(np.random.default_rng(1).permutation(ours["overturned"].size)[:count], shape)
     flags, azimuths = {}, {}

@@ -67,22 +67,20 @@ def suggest_keywords(*further: type | str) -> Callable[[Decorated], Decorated]:
 
     def decorate(face: Decorated) -> Decorated:
         if isinstance(face, type):
-            face.__init__ = wrap(face.__init__, face)  # type: ignore[misc]
+            face.__init__ = decorate(face.__init__)  # type: ignore[misc]
             return face
-        return wrap(face, face)
-
-    def wrap(call: Decorated, named_after: Callable[..., Any]) -> Decorated:
-        own = signature(named_after).parameters.values()
+        own = signature(face).parameters.values()
         several = (Parameter.VAR_KEYWORD, Parameter.VAR_POSITIONAL)
-        known = [one.name for one in own if one.kind not in several and one.name != "cls"]
+        known = [one.name for one in own if one.kind not in several and one.name not in ("self", "cls")]
         for more in further:
             known += [more] if isinstance(more, str) else [field.name for field in fields(more)]
 
-        @wraps(call)
+        @wraps(face)
         def checked(*given: Any, **named: Any) -> Any:
             for name in named.keys() - known:
-                raise ArgumentError(f"{name}: no keyword of {named_after.__qualname__}; {did_you_mean(name, known)}")
-            return call(*given, **named)
+                whose = face.__qualname__.removesuffix(".__init__")
+                raise ArgumentError(f"{name}: no keyword of {whose}; {did_you_mean(name, known)}")
+            return face(*given, **named)
 
         return cast(Decorated, checked)
 

@@ -4,9 +4,10 @@ import json
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
-from typing import Any, Final, Literal, TypeVar, get_args, get_origin
+from inspect import Parameter, Signature
+from typing import Any, Final, Literal, TypeVar, get_args, get_origin, get_type_hints
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from overturning.errors import REASON_SEPARATOR, ArgumentError, did_you_mean
 
@@ -77,6 +78,13 @@ _OF_DETAILS: Final[dict[str, Callable[[Details, Any], str]]] = {
 
 LISTS: Final = ("tuple_type", "list_type", "set_type", "frozen_set_type")
 """Types of error of a value that is not a list."""
+
+
+class StrictModel(BaseModel):
+    """Base class of models read from files: unknown keys are refused, instances are immutable."""
+
+    # A misspelt key is an error. Immutable instances can be hashed, cached and shared between threads.
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def format_validation_error(fault: Any) -> str:
@@ -160,18 +168,27 @@ Model = TypeVar("Model", bound=BaseModel)
 def raise_argument_errors(model: type[Model]) -> type[Model]:
     """Decorate a model for use in Python: its constructor accepts positional values and raises ArgumentErrors.
 
-    Values that are validated as a part of another model, or by `model_validate`, raise pydantic's errors as usual.
+    An unknown keyword is answered with the closest one. Values that are validated as a part of another model, or by
+    `model_validate`, raise pydantic's errors as usual. Subclasses inherit the constructor.
     """
     construct = model.__init__
 
     @wraps(construct)
     def init(self: Model, *given: Any, **named: Any) -> None:
+        known = type(self).model_fields
+        for name in named.keys() - known.keys():
+            raise ArgumentError(f"{name}: no keyword of {type(self).__qualname__}; {did_you_mean(name, known)}")
         try:
-            construct(self, **dict(zip(type(self).model_fields, given, strict=False)), **named)
+            construct(self, **dict(zip(known, given, strict=False)), **named)
         except ValidationError as error:
             raise ArgumentError(REASON_SEPARATOR.join(describe_faults(error, type(self)))) from None
 
     model.__init__ = init  # type: ignore[method-assign, assignment]
+    # For help: the fields with their plain types, as parameters that may be positional.
+    kinds, place = get_type_hints(model), Parameter.POSITIONAL_OR_KEYWORD
+    fields = model.model_fields.items()
+    parameters = [Parameter(name, place, default=field.default, annotation=kinds[name]) for name, field in fields]
+    model.__signature__ = Signature(parameters)
     return model
 
 

@@ -13,6 +13,7 @@ import xarray as xr
 from matplotlib.figure import Figure as Drawing
 
 from overturning.figures.intensity_plane import plane_points
+from overturning.model.contact import ContactSettings
 from overturning.model.scene import load_scene
 from overturning.model.status import Status
 from overturning.records.pulses import parse_pulse, pulse_record
@@ -29,7 +30,7 @@ from overturning.report.sections.scene import scene
 from overturning.report.text import percent
 from overturning.statistics.logistic import LogisticFit, overturning_rows
 from overturning.study.evaluation import Primary, Published
-from overturning.study.sections import ContactSettings, Variant
+from overturning.study.sections import Variant
 from tests.report.reading import BAD, column, numbers, of_study, tables, text_of
 from tests.report.tiny_studies import make_results
 
@@ -90,7 +91,7 @@ def test_the_processing_is_told(opened: Results) -> None:
         "processed by X (band-pass 0.1 to 20 Hz); left alone here",
     ]
     assert column(table, "PGD, cm")[0] == "10000.0 → (10.0)"
-    still = cube.assign(status=xr.full_like(cube["status"], Status.AT_REST).where(cube["record"] == 1, 0))
+    still = cube.assign(status=xr.full_like(cube["status"], Status.AT_REST).where(cube["record"] == "two", 0))
     drifting = records(replace(opened, cube=still))
     assert "one: velocity of east ends at 5 % of its peak" in text_of(drifting)
     assert "Too weak to move any stone of the study: two." in text_of(drifting)

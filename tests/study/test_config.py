@@ -5,11 +5,12 @@ from pydantic import ValidationError
 
 from overturning.commands.workflow import read
 from overturning.errors import ArgumentError, ConfigError
+from overturning.model.contact import ContactSettings
+from overturning.quantities import parse_quantity
 from overturning.study.document import CATALOGUE, catalogue_schema_text, schema_text, with_tables
 from overturning.study.load import check_study, entries_of, load_study, study_from
 from overturning.study.scenes import contact_of
-from overturning.study.sections import ContactSettings
-from overturning.study.values import AzimuthRange, Range, parse_quantity
+from overturning.study.values import AzimuthRange, Range
 from tests.expect import refused
 
 CONFIG = Path(__file__).parents[2] / "config"

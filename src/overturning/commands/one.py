@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from overturning.commands.declared import (
     RESOURCES,
@@ -215,9 +215,8 @@ def _scene(plane: PlaneOptions, damping_ratio: float | None) -> "Scene":
     from overturning.units import GRANITE_DENSITY
 
     if plane.scene is None:
-        contact = Contact(
-            "auto" if plane.stiffness is None else plane.stiffness, damping_ratio=damping_ratio, damping=plane.damping
-        )
+        stiffness: Literal["auto"] | float = "auto" if plane.stiffness is None else plane.stiffness
+        contact = Contact(stiffness=stiffness, damping_ratio=damping_ratio, damping=plane.damping)
         return gravestone(contact, GRANITE_DENSITY if plane.density is None else plane.density)
     if any(value is not None for value in (plane.density, plane.stiffness, damping_ratio, plane.damping)):
         raise ArgumentError("--scene: the scene defines density, stiffness and damping; set them in the scene file")

@@ -12,8 +12,8 @@ from overturning.errors import ArgumentError
 from overturning.figures.style import DPI, METADATA, SETTINGS, style
 from overturning.figures.svg import compact
 from overturning.files import atomic_write, write_text
+from overturning.quantities import parse_quantity
 from overturning.study.evaluation import FORMATS, Figures
-from overturning.study.values import parse_quantity
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -178,8 +178,8 @@ class Body(Model):
 
     @override
     def stiffer(self, factor: float) -> "Body":
-        contact = replace(self.contact, static_penetration=self.contact.static_penetration / factor)
-        return replace(self, contact=contact)
+        penetration = self.contact.static_penetration / factor
+        return replace(self, contact=self.contact.model_copy(update={"static_penetration": penetration}))
 
     @override
     def sources(self, grid: Grid, symmetric: bool = True) -> Sources:

@@ -1,16 +1,18 @@
-"""Constants of the contact law: springs and dashpots at each corner."""
+"""Contact law: springs and dashpots at each corner, as settings of a study and with their constants."""
 
 import math
-from dataclasses import dataclass, fields
-from typing import Final, Literal
+from typing import Final, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field, model_validator
 
 from overturning.arrays import FloatArray
-from overturning.errors import ArgumentError, suggest_keywords
+from overturning.errors import ArgumentError
 from overturning.model.solid import Solid
+from overturning.quantities import Damping, Stiffness
 from overturning.units import STANDARD_GRAVITY
+from overturning.validation import StrictModel, raise_argument_errors
 
 STATIC_PENETRATION: Final = 1e-7
 """Default δ/B of a block. With `DAMPING_RATIO`, the block then behaves like a rigid one (docs/method.md)."""
@@ -30,9 +32,43 @@ PRECISION_FLOOR: Final = 1e5
 """Least ratio of static penetration δ to the rounding error of a coordinate: the static force has five digits."""
 
 
-@suggest_keywords()
-@dataclass(frozen=True)
-class Contact:
+class ContactSettings(StrictModel):
+    """Springs, dashpots and slider at each corner."""
+
+    stiffness: Literal["auto"] | Stiffness = Field(
+        default="auto",
+        description="normal spring K_n per corner (2-D: and metre of depth), N/m; auto: static penetration of 1e-7 B "
+        "(2-D) or 2e-6 B (3-D)",
+    )
+    stiffness_ratio: float = Field(default=1.0, ge=0, description="tangential over normal stiffness, K_s/K_n")
+    damping_ratio: float | None = Field(
+        default=None,
+        ge=0,
+        description=f"damping ratio ξ of heave of the supported weight; {DAMPING_RATIO:g} if neither this nor "
+        "`damping` is given",
+    )
+    damping: Damping | None = Field(
+        default=None, ge=0, description="dashpot h per corner (2-D: and metre of depth) instead of the ratio, N·s/m"
+    )
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> Self:
+        if self.damping_ratio is not None and self.damping is not None:
+            raise ValueError("damping_ratio and damping are both given; keep one")
+        if self.stiffness != "auto" and self.stiffness <= 0:
+            raise ValueError(f"stiffness {self.stiffness:g} N/m; it must be above 0, or auto")
+        return self
+
+    def over(self, others: Self) -> Self:
+        """Merge with other settings, which are used for keys that are not given; either damping replaces both."""
+        damping = {"damping_ratio", "damping"}
+        replaced = self.model_fields_set | (damping if self.model_fields_set & damping else set())
+        kept = others.model_dump(exclude=replaced)
+        return type(self)(**kept | self.model_dump(include=self.model_fields_set))
+
+
+@raise_argument_errors
+class Contact(ContactSettings):
     """Contact law of a block: springs and dashpots at each corner, per metre of depth.
 
     Parameters
@@ -57,33 +93,20 @@ class Contact:
         static penetration.
     """
 
-    stiffness: float | Literal["auto"] = "auto"
-    stiffness_ratio: float = 1.0
-    damping_ratio: float | None = None
-    damping: float | None = None
-    static_penetration: float = STATIC_PENETRATION
+    static_penetration: float = Field(
+        default=STATIC_PENETRATION,
+        gt=0,
+        description="stiffness auto: static penetration as a share of the width of the contact",
+    )
 
-    def __post_init__(self) -> None:
-        if self.damping_ratio is not None and self.damping is not None:
-            raise ArgumentError(
-                f"damping_ratio {self.damping_ratio:g} and damping {self.damping:g} N·s/m are both given; keep one"
+    @model_validator(mode="after")
+    def _one_stiffness(self) -> Self:
+        if self.stiffness != "auto" and self.static_penetration != STATIC_PENETRATION:
+            raise ValueError(
+                f"static_penetration {self.static_penetration:g} and stiffness {self.stiffness:g} N/m are both given; "
+                "keep one: the penetration is that of stiffness auto"
             )
-        if self.damping_ratio is None and self.damping is None:
-            object.__setattr__(self, "damping_ratio", DAMPING_RATIO)
-        if self.stiffness != "auto":
-            if isinstance(self.stiffness, str):
-                raise ArgumentError(f"stiffness: {self.stiffness!r}; give N/m or 'auto'")
-            _check("stiffness", self.stiffness, above=True)
-            if self.static_penetration != STATIC_PENETRATION:
-                raise ArgumentError(
-                    f"static_penetration {self.static_penetration:g} and stiffness {self.stiffness:g} N/m are both "
-                    "given; keep one: the penetration is that of stiffness 'auto'"
-                )
-        _check("static_penetration", self.static_penetration, above=True)
-        for name in ("stiffness_ratio", "damping_ratio", "damping"):
-            value = getattr(self, name)
-            if value is not None:
-                _check(name, value)
+        return self
 
     def specific(
         self, width: ArrayLike, height: ArrayLike, density: float
@@ -113,14 +136,13 @@ class Contact:
         if self.damping is not None:
             dashpot = self.damping / mass
         else:
-            assert self.damping_ratio is not None  # set in __post_init__
-            dashpot = 2.0 * self.damping_ratio * np.sqrt(0.5 * normal)
+            ratio = DAMPING_RATIO if self.damping_ratio is None else self.damping_ratio
+            dashpot = 2.0 * ratio * np.sqrt(0.5 * normal)
         return normal, self.stiffness_ratio * normal, dashpot
 
 
-@suggest_keywords()
-@dataclass(frozen=True)
-class VertexContact:
+@raise_argument_errors
+class VertexContact(StrictModel):
     """Contact law of a 3-D body: springs and dashpots at each vertex.
 
     Parameters
@@ -139,13 +161,9 @@ class VertexContact:
         If a value is outside its bounds.
     """
 
-    static_penetration: float = BODY_STATIC_PENETRATION
-    stiffness_ratio: float = 1.0
-    damping_ratio: float = DAMPING_RATIO
-
-    def __post_init__(self) -> None:
-        for item in fields(self):
-            _check(item.name, getattr(self, item.name), above=item.name == "static_penetration")
+    static_penetration: float = Field(default=BODY_STATIC_PENETRATION, gt=0)
+    stiffness_ratio: float = Field(default=1.0, ge=0)
+    damping_ratio: float = Field(default=DAMPING_RATIO, ge=0)
 
     def specific(self, body: Solid) -> tuple[float, float, float]:
         """Return K_n/m and K_s/m of a vertex, 1/s², and its dashpot h/m, 1/s."""
@@ -179,8 +197,3 @@ def check_precision(normal: FloatArray, height: FloatArray, slide: float) -> Non
             f"stiffness: static penetration {penetration.flat[worst]:.3g} m is below {bound.flat[worst]:.3g} m, "
             f"the least that float64 resolves for a block {height.flat[worst]:g} m high; choose a softer contact"
         )
-
-
-def _check(name: str, value: float, above: bool = False) -> None:
-    if not math.isfinite(value) or value < 0 or (above and value == 0):
-        raise ArgumentError(f"{name}: {value}; it must be finite and {'above' if above else 'at least'} 0")

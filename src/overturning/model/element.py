@@ -1,27 +1,20 @@
 """Parts of a scene file (config/scenes/): elements, materials and contact laws."""
 
-from dataclasses import fields
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION, Contact
+from overturning.model.contact import Contact
 from overturning.model.pieces import outline as outline_of
 from overturning.model.polygon import Polygon, polygon, rectangle
 from overturning.units import GRANITE_DENSITY
+from overturning.validation import StrictModel
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
 Positive = Annotated[float, Field(gt=0)]
-
-
-class StrictModel(BaseModel):
-    """Base class of models read from files: unknown keys are refused, instances are immutable."""
-
-    # A misspelt key is an error. Immutable instances can be hashed, cached and shared between threads.
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Material(StrictModel):
@@ -30,45 +23,18 @@ class Material(StrictModel):
     density: Positive = Field(default=GRANITE_DENSITY, description="density, kg/m³")
 
 
-class ContactLaw(StrictModel):
+class ContactLaw(Contact):
     """Contact law between two materials: springs, dashpots and friction at each vertex."""
 
     between: tuple[Name, Name] = Field(description="the two materials, in any order")
     friction: Annotated[float, Field(ge=0)] | None = Field(
         default=None, description="friction coefficient µ; not given: the values of the study"
     )
-    stiffness: Literal["auto"] | Positive = Field(
-        default="auto",
-        description="normal spring K_n per vertex and metre of depth, N/m; auto: from the supported weight",
-    )
-    static_penetration: Positive = Field(
-        default=STATIC_PENETRATION,
-        description="stiffness auto: static penetration as a share of the width of the contact",
-    )
-    stiffness_ratio: float = Field(default=1.0, ge=0, description="K_s/K_n")
-    damping_ratio: float | None = Field(
-        default=None,
-        ge=0,
-        description=f"damping ratio ξ of heave of the supported weight; {DAMPING_RATIO:g} if no damping is given",
-    )
-    damping: float | None = Field(default=None, ge=0, description="dashpot per vertex and metre of depth, N·s/m")
-
-    @model_validator(mode="after")
-    def _one_damping(self) -> Self:
-        if self.damping_ratio is not None and self.damping is not None:
-            raise ValueError("damping_ratio and damping are both given; keep one")
-        if self.stiffness != "auto" and self.static_penetration != STATIC_PENETRATION:
-            raise ValueError(
-                f"static_penetration {self.static_penetration:g} and stiffness {self.stiffness:g} N/m are both given; "
-                "keep one: the penetration is that of stiffness auto"
-            )
-        return self
 
     @property
     def contact(self) -> Contact:
-        """Springs and dashpots as a `Contact`; values that are not given have its defaults."""
-        given = {item.name: getattr(self, item.name) for item in fields(Contact)}
-        return Contact(**{name: value for name, value in given.items() if value is not None})
+        """Springs and dashpots, without materials and friction."""
+        return Contact(**self.model_dump(include={*Contact.model_fields}))
 
 
 class Element(StrictModel):

@@ -1,7 +1,6 @@
 """Scene files (config/scenes/): elements, their positions, materials and contact laws."""
 
 import math
-from dataclasses import asdict
 from functools import lru_cache, partial
 from itertools import combinations
 from pathlib import Path
@@ -12,10 +11,10 @@ from pydantic import Field, ValidationError, model_validator
 from overturning.errors import ArgumentError, ConfigError
 from overturning.files import project_file, read_mapping
 from overturning.model.contact import Contact
-from overturning.model.element import ContactLaw, Element, Material, Name, Positive, StrictModel
+from overturning.model.element import ContactLaw, Element, Material, Name, Positive
 from overturning.model.geometry import WIDE_GROUND, check_geometry
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
-from overturning.validation import describe_faults
+from overturning.validation import StrictModel, describe_faults
 
 MAX_ELEMENTS: Final = 64
 """Largest number of elements; with more, the arrays of the kernel exceed the processor's caches."""
@@ -147,7 +146,7 @@ def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY)
     """
     if not (math.isfinite(density) and density > 0):
         raise ArgumentError(f"density: {density}; it must be finite and above 0 kg/m³")
-    laws = () if contact is None else (ContactLaw(between=("stone", "stone"), **asdict(contact)),)
+    laws = () if contact is None else (ContactLaw(between=("stone", "stone"), **contact.model_dump()),)
     return Scene(
         name="gravestone",
         title="A gravestone on its base",

@@ -5,7 +5,6 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BaseModel, BeforeValidator, Field, model_validator
 
-from overturning.errors import suggest_keywords
 from overturning.records.source import SourceFile
 from overturning.units import UNITS
 from overturning.validation import raise_argument_errors
@@ -44,7 +43,6 @@ class FileProperties(BaseModel, extra="forbid", frozen=True, use_attribute_docst
     """Accept contradictions of header and data, and amplitudes that are implausible for a ground motion."""
 
 
-@suggest_keywords()
 @raise_argument_errors
 class Declarations(FileProperties, frozen=True):
     """Declarations about record files for the readers; an `ArgumentError` if one is invalid."""

@@ -6,8 +6,9 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from overturning.model.cases import check_heights
-from overturning.model.element import Name, StrictModel
-from overturning.study.values import Degree, Metre, Second
+from overturning.model.element import Name
+from overturning.quantities import Degree, Metre, Second
+from overturning.validation import StrictModel
 
 FORMATS: Final = ("svg", "png", "pdf")
 

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from overturning.dem.time_step import DEFAULT_SCHEME
+from overturning.model.contact import ContactSettings
 from overturning.model.scene import gravestone
 from overturning.study.evaluation import CONTRASTS, Population
-from overturning.study.sections import BodySettings, ContactSettings, Ensemble, Orientations, Variant
+from overturning.study.sections import BodySettings, Ensemble, Orientations, Variant
 from overturning.units import GRANITE_DENSITY
 
 _PLANAR_ONLY: Final = {

@@ -12,7 +12,7 @@ from overturning.dem.numerics import Numerics, Progress
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ConfigError
 from overturning.model.body import Body
-from overturning.model.contact import DAMPING_RATIO, Contact, VertexContact
+from overturning.model.contact import DAMPING_RATIO, Contact, ContactSettings, VertexContact
 from overturning.model.geometry import native_size
 from overturning.model.grid import Grid
 from overturning.model.model import Model
@@ -21,7 +21,7 @@ from overturning.model.scene import Scene, gravestone
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.schema import Study
-from overturning.study.sections import ContactSettings, Variant
+from overturning.study.sections import Variant
 
 NOMINAL = "nominal"
 """Name of the setting of the study itself among its variants."""

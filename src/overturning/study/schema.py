@@ -15,16 +15,17 @@ from pydantic import (
 )
 
 from overturning.model.cases import HIGHEST, LOWEST, checked_height
-from overturning.model.element import Name, StrictModel
+from overturning.model.contact import ContactSettings
+from overturning.model.element import Name
 from overturning.model.geometry import native_size
 from overturning.model.scene import Scene, gravestone
+from overturning.quantities import Density, Metre
 from overturning.records.site import Site
 from overturning.records.steps import Steps
 from overturning.study.evaluation import Asks, Crate, Figures, Population, Primary, Published, Survey
 from overturning.study.misfits import incompatible_settings
 from overturning.study.sections import (
     BodySettings,
-    ContactSettings,
     Ensemble,
     Orientations,
     Records,
@@ -34,8 +35,9 @@ from overturning.study.sections import (
     Verification,
     scene_of_choice,
 )
-from overturning.study.values import AzimuthRange, Density, Metre, Values
+from overturning.study.values import AzimuthRange, Values
 from overturning.units import GRANITE_DENSITY
+from overturning.validation import StrictModel
 
 Slenderness = Annotated[float, Field(gt=0, le=10)]
 Height = Annotated[Metre, AfterValidator(checked_height), Field(ge=LOWEST, le=HIGHEST)]

@@ -6,11 +6,12 @@ import numpy as np
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from overturning.errors import ArgumentError, OverturningError
-from overturning.model.contact import DAMPING_RATIO
-from overturning.model.element import StrictModel
+from overturning.model.contact import ContactSettings
 from overturning.model.scene import Scene, load_scene
+from overturning.quantities import Degree, Metre, Radian, Second
 from overturning.records.site import Site
-from overturning.study.values import Damping, Degree, Metre, Radian, Second, Stiffness, Values
+from overturning.study.values import Values
+from overturning.validation import StrictModel
 
 if TYPE_CHECKING:
     from overturning.model.shapes import Shape
@@ -46,38 +47,6 @@ class Records(StrictModel):
         if twice:
             raise ValueError(f"{', '.join(twice)} stands twice; name each record once")
         return ids
-
-
-class ContactSettings(StrictModel):
-    """Springs, dashpots and slider at each corner."""
-
-    stiffness: Literal["auto"] | Stiffness = Field(
-        default="auto",
-        description="normal spring K_n per corner, N/m; auto: static penetration of 1e-7 B (2-D) or 2e-6 B (3-D)",
-    )
-    stiffness_ratio: float = Field(default=1.0, ge=0, description="tangential over normal stiffness, K_s/K_n")
-    damping_ratio: float | None = Field(
-        default=None,
-        ge=0,
-        description=f"damping ratio ξ of vertical vibration on both corners; {DAMPING_RATIO:g} if neither this nor "
-        "`damping` is given",
-    )
-    damping: Damping | None = Field(default=None, ge=0, description="dashpot h per corner instead of the ratio, N·s/m")
-
-    @model_validator(mode="after")
-    def _one_damping(self) -> Self:
-        if self.damping_ratio is not None and self.damping is not None:
-            raise ValueError("damping_ratio and damping are both given; keep one")
-        if self.stiffness != "auto" and self.stiffness <= 0:
-            raise ValueError(f"stiffness {self.stiffness:g} N/m; it must be above 0, or auto")
-        return self
-
-    def over(self, others: "ContactSettings") -> "ContactSettings":
-        """Merge with other settings, which are used for keys that are not given; either damping replaces both."""
-        damping = {"damping_ratio", "damping"}
-        replaced = self.model_fields_set | (damping if self.model_fields_set & damping else set())
-        kept = others.model_dump(exclude=replaced)
-        return ContactSettings(**kept | self.model_dump(include=self.model_fields_set))
 
 
 class Simulation(StrictModel):

@@ -1,61 +1,12 @@
-"""Values as a study file has them: numbers with units, ranges, azimuths.
+"""Values as a study file has them: ranges and azimuths."""
 
-A plain number is in the key's own unit, a text may name another one.
-"""
-
-import re
-from functools import partial
 from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from overturning.model.element import StrictModel
-
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-
-# Unit names and their factor to the key's own unit.
-_UNITS: dict[str, dict[str, float]] = {
-    "m": {"m": 1.0, "cm": 0.01, "mm": 0.001},
-    "s": {"s": 1.0, "ms": 0.001, "min": 60.0},
-    "kg/m³": dict.fromkeys(("kg/m³", "kg/m3", "kg/m^3"), 1.0)
-    | dict.fromkeys(("g/cm³", "g/cm3", "t/m³", "t/m3"), 1000.0),
-    "°": {"°": 1.0, "deg": 1.0, "degree": 1.0, "degrees": 1.0},
-    "N/m": {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9},
-    "N·s/m": {"N·s/m": 1.0, "N*s/m": 1.0, "N s/m": 1.0, "kN·s/m": 1e3, "kN*s/m": 1e3},
-    "rad": {"rad": 1.0, "mrad": 1e-3},
-}
-
-
-def parse_quantity(value: object, unit: str) -> float:
-    """Convert a number, or a text such as ``"60 cm"``, to a number in `unit`; a ValueError lists the units that fit."""
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise ValueError(f"give a number in {unit}")
-    if not isinstance(value, str):
-        return float(value)
-    match = re.fullmatch(rf"\s*({_NUMBER})\s*(.*?)\s*", value)
-    if match is None:
-        raise ValueError(f"give a number in {unit}")
-    factor = 1.0 if match[2] == "" else _UNITS[unit].get(match[2])
-    if factor is None:
-        raise ValueError(f"unit {match[2]!r} does not fit; use {unit} or one of {', '.join(_UNITS[unit])}")
-    # Dividing by the inverse keeps 60 cm at exactly 0.6 m.
-    return float(match[1]) * factor if factor >= 1 else float(match[1]) / round(1 / factor)
-
-
-def _in(unit: str) -> tuple[Any, Any]:
-    """Return a validator that reads a number in `unit`, and a field that has the unit in the schema."""
-    read = BeforeValidator(partial(parse_quantity, unit=unit), json_schema_input_type=float | str)
-    return read, Field(json_schema_extra={"unit": unit})
-
-
-Metre = Annotated[float, *_in("m")]
-Second = Annotated[float, *_in("s")]
-Density = Annotated[float, *_in("kg/m³")]
-Degree = Annotated[float, *_in("°")]
-Stiffness = Annotated[float, *_in("N/m")]
-Damping = Annotated[float, *_in("N·s/m")]
-Radian = Annotated[float, *_in("rad")]
+from overturning.quantities import Degree
+from overturning.validation import StrictModel
 
 _MAX_VALUES = 100_000
 _MAX_AZIMUTHS = 36_000

@@ -4,10 +4,9 @@ import math
 from typing import Final, Literal, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import Field, model_validator
 
-from overturning.arrays import FloatArray
+from overturning.arrays import ArrayLike, FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.solid import Solid
 from overturning.quantities import Damping, Stiffness

@@ -25,6 +25,7 @@ LAYERS = [
     "statistics",
     "figures",
     "surveys",
+    "findings",
     "report",
     "plot",
     "commands",

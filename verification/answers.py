@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
 
+from overturning.findings.contrast import compared_records
 from overturning.report.results import Results, open_results
-from overturning.report.sections.contrast import compared
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.elements import compare_stones, contrast
 from overturning.study.load import load_study
@@ -55,7 +55,7 @@ def _reference(results: Results) -> Iterator[Row]:
 def _contrast(results: Results) -> Iterator[Row]:
     other = results.study.primary.against
     assert other is not None
-    places = compared(results, other)
+    places = compared_records(results, other)
     counts = compare_stones(*(results.reference_cube(name).isel(record=places) for name in (NOMINAL, other)))
     found = contrast(counts, results.events[places])
     yield _row("falls in both", found.both, percent=True)

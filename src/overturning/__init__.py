@@ -16,7 +16,7 @@ with `overturning init FOLDER`.
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from overturning import plot
+    from overturning import findings, plot
     from overturning.dem.run import run_cases
     from overturning.dem.simulate import simulate
     from overturning.dem.trajectory import trajectory
@@ -40,6 +40,7 @@ __all__ = [
     "Record",
     "Scene",
     "VertexContact",
+    "findings",
     "gravestone",
     "load_scene",
     "open_cube",
@@ -84,6 +85,8 @@ def __getattr__(name: str) -> Any:
         return metadata.version("overturning")
     from importlib import import_module
 
+    if name == "findings":
+        return import_module("overturning.findings")
     if name not in {"plot", *_MODULES}:
         raise AttributeError(f"module 'overturning' has no attribute {name!r}")
     plot = import_module("overturning.plot")  # gives motions and records their method `plot`

@@ -64,7 +64,8 @@ def _add(group: typer.Typer, name: str) -> None:
 
 
 # Subcommands import what they need inside their functions, so that this module is imported quickly.
-_CUBE_COMMANDS, _SURVEY_COMMANDS = (cube.figure, explore), (surveys.survey, surveys.backwards, surveys.stood)
+_CUBE_COMMANDS = (cube.findings, cube.figure, explore)
+_SURVEY_COMMANDS = (surveys.survey, surveys.backwards, surveys.stood)
 for _command in (study.init, one, *_CUBE_COMMANDS, *_SURVEY_COMMANDS, cube.recheck):
     app.command(short_help=_first_paragraph(_command))(_command)
 for _command in workflow.STEPS:

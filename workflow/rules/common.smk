@@ -125,6 +125,7 @@ BENCHMARKS = f"{RESULTS}/benchmarks"  # time and memory of each job
 REPORT = f"{RESULTS}/report.html"
 FIGURES = f"{RESULTS}/figures"
 EXPLORER = f"{RESULTS}/explore.html"
+FINDINGS = f"{RESULTS}/findings.json"
 # The page of a large cube has a separate file with the cells of each record.
 CELL_FILES = (
     [] if fits_single_page(STUDY) else [directory(f"{RESULTS}/explore-records")]

@@ -20,6 +20,29 @@ rule explore:
         "overturning explore {input.cube} --output {output.page} --study {params.study:q} > {log} 2>&1"
 
 
+# Every number of the report, as data.
+rule findings:
+    input:
+        cubes=CUBES,
+        intensity=f"{RESULTS}/intensity.nc",
+        convergence=CONVERGENCE,
+        backwards=expand(f"{RESULTS}/survey/{{number}}.motion.nc", number=BACKWARDS),
+        surveys=expand(f"{RESULTS}/survey/{{number}}.json", number=SURVEYS),
+    output:
+        FINDINGS,
+    log:
+        f"{LOGS}/findings.log",
+    benchmark:
+        f"{BENCHMARKS}/findings.tsv"
+    resources:
+        mem_mb=lambda wildcards, attempt: attempt * READING_MB,
+    params:
+        study=settings(*SETTINGS),
+        sources=sources(*NUMERICS, "records", "statistics", "surveys", "findings"),
+    shell:
+        "overturning findings {input.cubes[0]} --study {params.study:q} --output {output} > {log} 2>&1"
+
+
 rule report:
     input:
         cubes=CUBES,
@@ -50,7 +73,7 @@ rule report:
     params:
         folder=lambda wildcards, output: Path(output[0]).parent,
         study=settings(*SETTINGS),
-        sources=sources(*DRAWING, "report"),
+        sources=sources(*DRAWING, "findings", "report"),
     shell:
         "overturning report --study {params.study:q} --results {params.folder} --output {output.page}"
         " --pdf {output.pdf} 2> {log}"
@@ -61,6 +84,7 @@ rule crate:
     input:
         rules.report.input,
         rules.report.output,
+        rules.findings.output,
         rules.explore.output,
         FRAGILITY and rules.fragility.output,
         expand(rules.survey.output, number=SURVEYS),

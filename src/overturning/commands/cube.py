@@ -59,6 +59,34 @@ def figure(
         print(f"warning: {warning}")
 
 
+def findings(
+    cube: Annotated[Path, typer.Argument(help="cube of a study in its folder of results, or this folder")],
+    json: Annotated[bool, typer.Option("--json", help="print JSON (docs/findings.schema.json)")] = False,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="file for the JSON (.json)")] = None,
+    study: Annotated[
+        str | None, typer.Option(hidden=True, help="study with title, question and surveys, as JSON or a file")
+    ] = None,
+) -> None:
+    """Print the findings of a study: every number of its report, with interval and number of earthquakes."""
+    from overturning.files import check_output
+    from overturning.findings.collect import findings as collect
+    from overturning.findings.collect import write_findings
+    from overturning.findings.lines import finding_lines
+    from overturning.study.load import study_from
+
+    if output is not None:
+        check_output(output, "--output", ".json")
+    found = collect(cube, study_from(study) if study else None)
+    if output is not None:
+        write_findings(found, output)
+        print(output)
+    elif json:
+        print(found.model_dump_json(indent=1))
+    else:
+        for line in finding_lines(found):
+            print(line)
+
+
 def recheck(
     cube: Annotated[Path, typer.Argument(help="the cube (NetCDF)")],
     motions: Annotated[

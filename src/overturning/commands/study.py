@@ -133,7 +133,11 @@ def new(
 def document(
     folder: Annotated[Path, typer.Argument(help="folder for schema.json and README.md")] = Path("config"),
 ) -> None:
-    """Write config/schema.json and the key table in config/README.md from the study model."""
+    """Write the schemas of studies and findings, and the key table in config/README.md, from their models."""
+    from overturning.findings.collect import findings_schema
     from overturning.study.document import write_documentation
 
     write_documentation(folder)
+    docs = folder.parent / "docs"
+    if docs.is_dir():
+        (docs / "findings.schema.json").write_text(findings_schema(), encoding="utf-8")

@@ -39,6 +39,7 @@ _FILES: Final = {
     "intensity.nc": ("Intensity", "Intensity measures of each record along every azimuth (CF-1.11)."),
     "members.csv": ("Members", "What each member of the ensemble adds to a case."),
     "convergence.json": ("Convergence", "A part of the study computed again with finer steps and stiffer springs."),
+    "findings.json": ("Findings", "Every number of the report, with interval, unit and number of earthquakes."),
     "report.html": ("Report", "What the study found, as one self-contained page."),
     "report.pdf": ("Report on paper", "What the study found."),
     "explore.html": ("Explorer", "What is known of each cell of the cube, to look around in."),

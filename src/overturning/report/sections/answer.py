@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
+from overturning.findings.contrast import compared_records
 from overturning.labels import azimuth_gap_label, earthquake_notes
 from overturning.model.planes import period_of
 from overturning.model.symmetry import PLANE_PERIOD
@@ -17,7 +18,6 @@ from overturning.report.sections.alignment import alignment_sentences, axes_show
 from overturning.report.sections.causes import finding_sentence
 from overturning.report.sections.contrast import (
     NO_VERTICAL,
-    compared,
     compared_said,
     contrast_sentences,
     contrast_shown,
@@ -185,7 +185,7 @@ def primary_sentence(results: Results) -> str:
     values, what, of = of_record(NOMINAL), _SHARES[primary.statistic].format(results.of_known), ""
     events = results.events
     if against:
-        places, of = compared(results, against), compared_said(results, against)
+        places, of = compared_records(results, against), compared_said(results, against)
         if not places.size:
             return f"Primary statistic, fixed beforehand: {what}. {NO_VERTICAL}"
         values, events = (values - of_record(against))[places], events[places]

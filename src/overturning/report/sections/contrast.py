@@ -4,36 +4,23 @@ from functools import partial
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from overturning.figures.fall_rate import contrast_figure
+from overturning.findings.contrast import compared_records, differences
 from overturning.report.blocks import Figure
 from overturning.report.results import Results
 from overturning.report.text import counted, decimals, share
 from overturning.statistics.bootstrap import Mean, share_over_earthquakes
 from overturning.statistics.elements import Contrast, compare_stones, contrast
 from overturning.statistics.falls import shares_by_record
-from overturning.study.scenes import NOMINAL, contact_of, setting_of, size_note, uses_vertical
-from overturning.study.schema import Study
+from overturning.study.scenes import NOMINAL, setting_of, size_note, uses_vertical
 
 NO_VERTICAL: Final = "None of these records has vertical motion: with and without it all cases are the same."
 
 
-def _differences(study: Study, variant: str, against: str) -> list[str]:
-    """In what two settings differ: scene, contact, vertical, site."""
-    one, other = setting_of(study, variant), setting_of(study, against)
-    differing = {
-        "scene": (one.scene or study.scene) != (other.scene or study.scene),
-        "contact": contact_of(study, variant) != contact_of(study, against),
-        "vertical": uses_vertical(study, variant) != uses_vertical(study, against),
-        "site": one.site != other.site,
-    }
-    return [name for name, differs in differing.items() if differs]
-
-
 def setting_said(results: Results, variant: str, against: str) -> str:
     """Under which setting a stone falls, as part of a sentence, told apart from another one by what they differ in."""
-    study, differ = results.study, _differences(results.study, variant, against)
+    study, differ = results.study, differences(results.study, variant, against)
     itself = "in the study itself" if variant == NOMINAL else f"in the variant {variant}"
     own, other = (setting_of(study, name).scene or study.scene for name in (variant, against))
     if differ == ["scene"]:
@@ -43,22 +30,9 @@ def setting_said(results: Results, variant: str, against: str) -> str:
     return "on the ground as recorded" if differ == ["site"] and variant == NOMINAL else itself
 
 
-def compared(results: Results, variant: str) -> NDArray[np.intp]:
-    """Places of the records under which the study and a variant can differ.
-
-    Where they differ in vertical motion alone these are the records that have one: under the others both are the same
-    computation, which says nothing of what vertical motion changes.
-    """
-    every = np.arange(results.cube.sizes["record"])
-    if _differences(results.study, NOMINAL, variant) != ["vertical"]:
-        return every
-    applied = [results.reference_cube(name)["vertical"].to_numpy() == 1 for name in (NOMINAL, variant)]
-    return every[np.logical_or(*applied)]
-
-
 def compared_said(results: Results, variant: str) -> str:
     """Of which records a comparison with a variant is, after a number of earthquakes; nothing where of all."""
-    count, every = compared(results, variant).size, results.cube.sizes["record"]
+    count, every = compared_records(results, variant).size, results.cube.sizes["record"]
     return "" if count == every else f" of the {counted(count, 'record')} with vertical motion"
 
 
@@ -67,7 +41,7 @@ def contrast_sentences(results: Results, variant: str | None = None) -> tuple[st
     other = variant or results.study.primary.against
     if other is None:
         return ()
-    places = compared(results, other)
+    places = compared_records(results, other)
     if not places.size:
         return (NO_VERTICAL,)
     counts = compare_stones(*(results.reference_cube(name).isel(record=places) for name in (NOMINAL, other)))
@@ -105,7 +79,7 @@ def _share(mean: Mean) -> str:
 def contrast_shown(results: Results) -> Figure | None:
     """Share of the cases in which the stone falls, by slenderness, under both settings; none of a single B/H."""
     against, ratio = results.study.primary.against, results.cube["b_over_h"].to_numpy()
-    if against is None or ratio.size < 2 or not (places := compared(results, against)).size:
+    if against is None or ratio.size < 2 or not (places := compared_records(results, against)).size:
         return None
     shares: dict[str, list[Mean]] = {}
     events = results.events[places]

@@ -5,14 +5,12 @@ from functools import partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-import xarray as xr
 
-from overturning.model.model import Model
+from overturning.findings.exactness import ensemble_counts
 from overturning.report.blocks import Caution, Note, Paragraph, Said, section, table
 from overturning.report.results import Results
 from overturning.report.text import counted, percent
 from overturning.statistics.by_record import by_record
-from overturning.statistics.spread import Statistic, falls_to_both_sides, first_batch_estimate, runs_disagree
 from overturning.study.answers import MAX_AZIMUTH_DIFFERENCE_DEG
 from overturning.study.convergence import (
     AMPLITUDE_PERTURBATION,
@@ -25,7 +23,6 @@ from overturning.study.convergence import (
 )
 from overturning.study.ensemble import BATCH, cells_to_run, wilson
 from overturning.study.sample import NO_SLIP_FRICTION
-from overturning.study.sections import Ensemble
 
 _SETTINGS: Final = {"finer": "a smaller simulation.time_step", "stiffer": "a larger contact.stiffness"}
 
@@ -262,7 +259,7 @@ def ensemble(results: Results) -> Said:
     if "members" not in cube:
         return
     settings = results.study.ensemble
-    found = by_record(partial(_counts, model, settings), cube, (*model.reads, "members"))
+    found = by_record(partial(ensemble_counts, model, settings), cube, (*model.reads, "members"))
     sums = found.drop_vars(("fewest", "most")).sum()
     count, agree = int(sums["run"]), int(sums["agree"])
     changing = "flag" if model.one_component else "flag or of fall azimuth"
@@ -285,25 +282,3 @@ def ensemble(results: Results) -> Said:
             "neighbourhood stated in the study, not a probability of what happened."
         )
     yield text
-
-
-def _counts(model: Model, settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
-    """Of each record: cells, those that were run, divided, agreed on and apart, and how many members they had."""
-    found, half = model.spread(cube), cube.isel({model.direction: model.representative(cube)})
-    run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
-
-    def of_cells(statistic: Statistic) -> xr.DataArray:
-        said = first_batch_estimate(statistic, found["towards"], found["away"], members.fillna(0), settings)
-        return run.copy(data=np.nan_to_num(said))
-
-    over = [name for name in run.dims if name != "record"]
-    counts = xr.Dataset({
-        "cells": xr.ones_like(run),
-        "run": run,
-        "divided": of_cells(runs_disagree),
-        "agree": found.get("agree", run),
-        "apart": found["apart"] if "apart" in found else of_cells(falls_to_both_sides),
-        "members": members,
-        "with_members": members.notnull(),
-    }).sum(over)  # fmt: skip
-    return counts.assign(fewest=members.min(over), most=members.max(over))

@@ -1,0 +1,20 @@
+"""Findings of a study as data: numbers with intervals and units, from which reports and commands are written.
+
+The module can be called: ``overturning.findings(cube)`` is `overturning.findings.collect.findings`.
+"""
+
+import sys
+from types import ModuleType
+from typing import Any
+
+
+class _CallableModule(ModuleType):
+    """Module with the name of its main function, so that ``overturning.findings`` is both."""
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        from overturning.findings.collect import findings
+
+        return findings(*args, **kwargs)
+
+
+sys.modules[__name__].__class__ = _CallableModule

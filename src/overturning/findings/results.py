@@ -1,0 +1,261 @@
+"""Results of a study, opened once, and the statistics that findings and report share."""
+
+import math
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from overturning.files import portable_name
+from overturning.model.falls import model_of
+from overturning.model.model import Model
+from overturning.statistics import alignment_by_rule, earthquakes
+from overturning.statistics.bootstrap import Mean
+from overturning.statistics.by_record import by_record
+from overturning.statistics.elements import ElementFalls, falls_by_element
+from overturning.statistics.falls import fall_means, overturns
+from overturning.statistics.space import plane_counts
+from overturning.study.convergence import Convergence, read_convergence
+from overturning.study.cube import open_records, study_of
+from overturning.study.scenes import NOMINAL, scene_of
+from overturning.study.schema import Study
+from overturning.surveys.comparison import SurveyResult, read_survey
+from overturning.surveys.population import population_rates
+from overturning.surveys.posterior import InversionResult, read_inversion
+
+
+@dataclass(frozen=True)
+class RecordName:
+    """Names of a record; station and event may be empty."""
+
+    id: str
+    station: str
+    event: str
+
+    @property
+    def heading(self) -> str:
+        """Station and earthquake."""
+        return ", ".join(text for text in (self.station, self.event) if text) or self.id
+
+
+@dataclass(frozen=True, kw_only=True)
+class Results:
+    """Results of a study.
+
+    Attributes
+    ----------
+    study : Study
+        The study.
+    cube : xarray.Dataset
+        Its cube, of the reference element of its scene; read one record at a time.
+    cubes : dict of xarray.Dataset
+        Cubes of all elements, of the study itself and of its variants, by name; read one record at a time.
+    intensity : xarray.Dataset
+        Intensity measures.
+    convergence : Convergence or None
+        Result of its convergence check; None if the study has none.
+    surveys : tuple of SurveyResult
+        Comparisons of surveys of stones with its predictions.
+    populations : dict of xarray.Dataset
+        Fall rates of the study's population, by the names of the cubes; empty if it has none.
+    backwards : tuple of InversionResult
+        Motions inferred from the surveys with the key `backwards`.
+    """
+
+    study: Study
+    cube: xr.Dataset
+    cubes: dict[str, xr.Dataset]
+    intensity: xr.Dataset
+    convergence: Convergence | None
+    surveys: tuple[SurveyResult, ...]
+    populations: dict[str, xr.Dataset] = field(default_factory=dict)
+    backwards: tuple[InversionResult, ...] = ()
+
+    @cached_property
+    def names(self) -> tuple[RecordName, ...]:
+        """Names of the records."""
+        texts = (self.cube[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event"))
+        return tuple(RecordName(*each) for each in zip(*texts, strict=True))
+
+    @cached_property
+    def events(self) -> NDArray[np.str_]:
+        """Earthquake of each record."""
+        return self.cube["event"].to_numpy().astype(str)
+
+    @property
+    def earthquake_count(self) -> int:
+        """Number of earthquakes."""
+        return len(set(self.events))
+
+    @cached_property
+    def with_vertical(self) -> int:
+        """Number of records whose vertical motion was applied."""
+        return int((self.cube["vertical"] == 1).sum().compute())
+
+    @property
+    def without_their_vertical(self) -> int:
+        """Number of records whose vertical motion the study leaves out."""
+        return 0 if self.study.simulation.vertical else int(self.intensity["pga_vertical"].notnull().sum())
+
+    @cached_property
+    def model(self) -> Model:
+        """Model of the cube."""
+        return model_of(self.cube)
+
+    @cached_property
+    def one_axis(self) -> bool:
+        """True if falls can go along one axis only, as in a single plane: they show no direction."""
+        axes = self.cube[self.model.direction].to_numpy().astype(np.float64) % 180.0
+        return self.model.one_component and bool(np.ptp(axes) == 0.0)
+
+    @cached_property
+    def fallen(self) -> float:
+        """Share of all cases that overturn; NaN if no outcome is known."""
+        return float(overturns(self.cube).mean().compute())
+
+    @cached_property
+    def elements(self) -> tuple[ElementFalls, ...]:
+        """Falls of each element of the study's scene, followed by those of any element; empty for one free element."""
+        cube = self.cubes[NOMINAL]
+        return tuple(falls_by_element(cube)) if "element" in cube.dims else ()
+
+    @cached_property
+    def statuses(self) -> dict[str, tuple[int, int]]:
+        """Number of cells of each status, and of these, without an outcome."""
+        status, unknown = self.cube["status"], self.cube["overturned"].isnull()
+        counts = {}
+        for code, name in zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True):
+            cells = status == code
+            counts[name.replace("_", " ")] = (int(cells.sum().compute()), int((cells & unknown).sum().compute()))
+        return counts
+
+    @property
+    def free_elements(self) -> tuple[str, ...]:
+        """Names of the free elements of the scene."""
+        return scene_of(self.study).free
+
+    @cached_property
+    def shares_by_angle_from_normal(self) -> tuple[float, float]:
+        """Shares of cases that overturn within 45° of the fault normal, and elsewhere; NaN without a fault."""
+        if not self.model.one_component or not bool(self.cube["fault_normal"].notnull().any()):
+            return math.nan, math.nan
+        falls = overturns(self.cube).where(self.cube["fault_normal"].notnull()).compute()
+        near = abs((self.cube["azimuth"] - self.cube["fault_normal"] + 90.0) % 180.0 - 90.0) < 45.0
+        within, beyond = (float(falls.where(near == side).mean()) for side in (True, False))
+        return within, beyond
+
+    @cached_property
+    def record_means(self) -> xr.Dataset:
+        """Mean direction and axis of each record's falls with their resultants, over the informative blocks."""
+        means = partial(fall_means, over=self.model.case_dims, informative=True)
+        return by_record(means, self.cube, self.model.reads)
+
+    @cached_property
+    def axes_by_group(self) -> dict[str, xr.Dataset]:
+        """Fall axis of each earthquake relative to its fault normal, by group of records."""
+        return earthquakes.axes_by_group(self.cube)
+
+    @cached_property
+    def axes(self) -> dict[str, earthquakes.AxisSummary]:
+        """Fall axes relative to the fault normal, by group of records."""
+        return {name: earthquakes.summarise_axes(axes) for name, axes in self.axes_by_group.items()}
+
+    @cached_property
+    def axes_difference(self) -> Mean | None:
+        """Difference of the alignments of the two groups; None if there is one group."""
+        return earthquakes.compare_alignment(*self.axes_by_group.values()) if len(self.axes_by_group) == 2 else None
+
+    @cached_property
+    def alignment_by_rule(self) -> dict[str, list[alignment_by_rule.RuleAlignment]]:
+        """Alignment with the fault normal under each rule that selects blocks, by group of records."""
+        return alignment_by_rule.alignment_by_rule(self.cube)
+
+    @cached_property
+    def followed(self) -> tuple[dict[str, earthquakes.ReferenceAlignment], list[str]]:
+        """Alignment of falls with references, for all B/H and for ranges of B/H, and the names of these ranges."""
+        ratio = self.cube["b_over_h"].to_numpy()
+        count, classes = ratio.size, min(CLASSES, ratio.size) if ratio.size > 1 else 0
+        parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
+        ends = (dict.fromkeys(f"{end:g}" for end in ratio[part][[0, -1]]) for part in parts)
+        names = [f"B/H {' to '.join(one)}" for one in ends]
+        return earthquakes.alignment_with_references(self.cube, self.intensity, [slice(0, count), *parts]), names
+
+    @cached_property
+    def plane_counts(self) -> xr.Dataset:
+        """Counts of `statistics.space.plane_counts`: agreement of the 3-D with the 2-D outcomes."""
+        return plane_counts(self.cube)
+
+    @property
+    def faults_known(self) -> bool:
+        """True if an earthquake has falls and a known fault normal."""
+        return any(summary.alignment.n > 0 for summary in self.axes.values())
+
+    @property
+    def every_plane_falls(self) -> bool:
+        """True if every block falls in every plane of a planar model, so that falls show no axis."""
+        return self.model.one_component and self.fallen >= 1
+
+    @property
+    def tells_axes(self) -> bool:
+        """True if the falls have an axis that can be compared with a fault."""
+        return self.faults_known and self.fallen > 0 and not self.one_axis and not self.every_plane_falls
+
+    def reference_cube(self, variant: str) -> xr.Dataset:
+        """Cube of the reference element of a variant's scene."""
+        return _reference_cube(self.study, variant, self.cubes[variant])
+
+
+REPORT_KEYS = ("title", "question", "asks", "primary", "figures", "population", "crate")
+"""Keys of a study on which the cube does not depend."""
+
+CLASSES = 3
+"""Number of ranges of B/H for which the alignment with references is computed."""
+
+
+def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
+    return cube.sel(element=scene_of(study, variant).default_element) if "element" in cube.dims else cube
+
+
+@contextmanager
+def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]:
+    """Open a study's folder of results: cubes, intensities, surveys, convergence; `ResultError` if one is missing.
+
+    The keys `REPORT_KEYS` and the surveys are those of the study `beside`, or of the cube's study if it is not given.
+    """
+
+    def cube_of(name: str) -> xr.Dataset:
+        path = folder / ("cube.nc" if name == NOMINAL else f"cube.{name}.nc")
+        cube = open_records(path, element=None, amplitude=None)
+        stack.callback(cube.close)
+        return cube
+
+    def recorded(cube: xr.Dataset) -> xr.Dataset:
+        return cube.sel(amplitude=1.0, drop=True) if "amplitude" in cube.dims else cube
+
+    with ExitStack() as stack:
+        # Each file is opened once: read through two handles at a time, it crashed the library below.
+        nominal = cube_of(NOMINAL)
+        study = study_of(nominal)
+        if beside is not None:
+            named = (survey.model_copy(update={"stones": portable_name(survey.stones)}) for survey in beside.surveys)
+            own = {name: getattr(beside, name) for name in REPORT_KEYS}
+            study = study.model_copy(update=own | {"surveys": tuple(named)})
+        whole = {NOMINAL: nominal} | {name: cube_of(name) for name in study.variants}
+        cubes = {name: recorded(cube) for name, cube in whole.items()}
+        stones, files = study.population, [folder / "survey" / f"{n + 1}" for n in range(len(study.surveys))]
+        asked = [file for file, survey in zip(files, study.surveys, strict=True) if survey.backwards]
+        yield Results(
+            study=study,
+            cube=_reference_cube(study, NOMINAL, cubes[NOMINAL]),
+            cubes=cubes,
+            intensity=stack.enter_context(xr.open_dataset(folder / "intensity.nc")),
+            convergence=read_convergence(folder / "convergence.json") if study.verification != "none" else None,
+            surveys=tuple(read_survey(file.with_suffix(".json")) for file in files),
+            populations={name: population_rates(cube, stones) for name, cube in whole.items()} if stones else {},
+            backwards=tuple(read_inversion(file.with_suffix(".motion.nc")) for file in asked),
+        )

@@ -1,0 +1,200 @@
+"""Facts about the study: what was computed, its records, and the quality of the computation."""
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+
+from overturning.findings.results import Results
+from overturning.findings.values import Finding, Number
+from overturning.model.status import Status
+from overturning.statistics.by_record import record_groups
+from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
+from overturning.statistics.falls import shares_by_record
+from overturning.study.cube import processing_of
+
+
+class StudyFacts(Finding):
+    """Question and grid of the study."""
+
+    name: str
+    title: str
+    question: str
+    asks: str
+    """Kind of question: direction, reference, survey, or a contrast such as vertical."""
+    primary_statistic: str
+    """Statistic that was fixed before the results were known."""
+    primary_against: str | None
+    """Variant with which the primary statistic is compared."""
+    model: str
+    """"planes" for vertical planes of motion, "space" for free bodies under all components."""
+    free_elements: list[str]
+    variants: list[str]
+    height_m: list[float]
+    b_over_h: list[float]
+    friction: list[float]
+    directions: int
+    """Number of azimuths of the motion (planes), or of orientations of the body (space)."""
+    amplitude: list[float]
+    """Factors on the motion."""
+    ensemble_members: int
+    vertical_motion: bool
+
+
+class Cases(Finding):
+    """Number of cases and their outcomes."""
+
+    total: int
+    computed: int
+    """Cases that were computed; the others are copies by symmetry."""
+    without_outcome: dict[str, int]
+    """Number of cases without an outcome, by status."""
+    share_overturned: Number
+    """Share of the cases with an outcome that overturn."""
+    share_within_45_of_normal: Number
+    """Share of the cases that overturn, azimuths within 45° of the fault normal; None without a fault or in space."""
+    share_beyond_45_of_normal: Number
+    """The same for azimuths nearer to the fault."""
+
+
+class RecordFacts(Finding):
+    """A record and the falls under it; azimuths in degrees clockwise from north."""
+
+    id: str
+    station: str
+    event: str
+    group: str
+    """Group in which the record counts; empty if it is not stated whether it has a pulse."""
+    pulse: bool | None
+    fault_normal_deg: Number
+    pga_m_s2: Number
+    """Largest horizontal peak acceleration over all azimuths."""
+    pga_azimuth_deg: Number
+    pgv_m_s: Number
+    pgv_azimuth_deg: Number
+    pgd_m: Number
+    vertical_pga_m_s2: Number
+    drifts: bool
+    """True if the displacement drifts, so that `pgd_m` is not that of the ground."""
+    share_overturned: Number
+    """Share of the cases with an outcome that overturn."""
+    at_rest: bool
+    """True if the record is too weak to move any block of the study."""
+    mean_direction_deg: Number
+    """Mean fall direction; None if its resultant is too small."""
+    direction_resultant: Number
+    mean_axis_deg: Number
+    """Mean fall axis, 0 to 180; None if its resultant is too small."""
+    axis_resultant: Number
+    axis_from_normal_deg: Number
+    """Angle between the mean fall axis and the fault normal, 0 to 90."""
+
+
+class Quality(Finding):
+    """Quality of the computation."""
+
+    mean_energy_error: Number
+    """Mean error of the energy balance over simulated cells, as a share of the input."""
+    largest_energy_error: Number
+    largest_penetration_m: Number
+    content_sha256: str
+    versions: dict[str, str]
+
+
+def study_facts(results: Results) -> StudyFacts:
+    """Return question and grid of the study."""
+    study, cube = results.study, results.cube
+
+    def values(name: str) -> list[float]:
+        return [round(float(one), 9) for one in cube[name].to_numpy()]
+
+    return StudyFacts(
+        name=study.name,
+        title=study.title or study.name,
+        question=study.question,
+        asks=study.asks,
+        primary_statistic=study.primary.statistic,
+        primary_against=study.primary.against,
+        model="planes" if results.model.one_component else "space",
+        free_elements=list(results.free_elements),
+        variants=list(study.variants),
+        height_m=values("height"),
+        b_over_h=values("b_over_h"),
+        friction=values("friction"),
+        directions=int(cube.sizes[results.model.direction]),
+        amplitude=[float(one) for one in study.amplitude],
+        ensemble_members=study.ensemble.members,
+        vertical_motion=bool(results.with_vertical),
+    )
+
+
+def cases_of(results: Results) -> Cases:
+    """Count the cases and their outcomes."""
+    within, beyond = results.shares_by_angle_from_normal
+    return Cases(
+        total=int(results.cube["overturned"].size),
+        computed=int((results.cube[results.model.copied] == 0).sum().compute()),
+        without_outcome={name: count for name, (_, count) in results.statuses.items() if count},
+        share_overturned=results.fallen,
+        share_within_45_of_normal=within,
+        share_beyond_45_of_normal=beyond,
+    )
+
+
+def records_of(results: Results) -> list[RecordFacts]:
+    """Return the records with their peaks and the falls under them."""
+    cube, intensity, found = results.cube, results.intensity, results.record_means
+    azimuth, accounts = intensity["azimuth"].to_numpy(), processing_of(cube)
+    shares, groups = shares_by_record(cube).to_numpy(), record_groups(cube)
+    at_rest = cube["status"] == Status.AT_REST
+    still = at_rest.all([name for name in at_rest.dims if name != "record"]).compute().to_numpy()
+    normals = cube["fault_normal"].to_numpy().astype(np.float64)
+    angles = {kind: found[f"mean_{kind}"].to_numpy() for kind in ("direction", "axis")}
+    lengths = {kind: found[f"{kind}_resultant"].to_numpy() for kind in ("direction", "axis")}
+    records = []
+    for index, name in enumerate(results.names):
+        peaks: dict[str, Any] = {}
+        for measure, unit in (("pga", "m_s2"), ("pgv", "m_s"), ("pgd", "m")):
+            along = intensity[measure].isel(record=index).to_numpy()
+            peaks[f"{measure}_{unit}"] = float(along.max())
+            if measure != "pgd":
+                peaks[f"{measure}_azimuth_deg"] = float(azimuth[int(along.argmax())] % 180)
+        clear = {kind: lengths[kind][index] >= LEAST_RESULTANT for kind in lengths}
+        mean = {kind: float(angles[kind][index]) if clear[kind] else math.nan for kind in angles}
+        pulse = float(cube["pulse"].to_numpy()[index])
+        records.append(
+            RecordFacts(
+                id=name.id,
+                station=name.station,
+                event=name.event,
+                group=next((group for group, members in groups.items() if members[index]), ""),
+                pulse=None if math.isnan(pulse) else pulse == 1.0,
+                fault_normal_deg=normals[index],
+                **peaks,
+                vertical_pga_m_s2=float(intensity["pga_vertical"].to_numpy()[index]),
+                drifts=bool(accounts.get(name.id, {}).get("drift")),
+                share_overturned=float(shares[index]),
+                at_rest=bool(still[index]),
+                mean_direction_deg=mean["direction"],
+                direction_resultant=float(lengths["direction"][index]),
+                mean_axis_deg=mean["axis"],
+                axis_resultant=float(lengths["axis"][index]),
+                axis_from_normal_deg=float(np.abs(wrap_axis(mean["axis"] - normals[index]))),
+            )
+        )
+    return records
+
+
+def quality_of(results: Results) -> Quality:
+    """Return energy error, penetration, content hash and versions of the cube."""
+    cube = results.cube
+    simulated = cube["status"] == Status.SIMULATED
+    energy, depth = (cube[name].where(simulated) for name in ("energy_error", "peak_penetration"))
+    return Quality(
+        mean_energy_error=float(energy.mean().compute()),
+        largest_energy_error=float(energy.max().compute()),
+        largest_penetration_m=float(depth.max().compute()),
+        content_sha256=cube.attrs["content_sha256"],
+        versions=json.loads(cube.attrs["versions"]),
+    )

@@ -1,0 +1,140 @@
+"""Findings: each number again from the cube by other means, as JSON, and as lines."""
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+import xarray as xr
+
+import overturning
+from overturning.cli import main
+from overturning.findings.collect import Findings, findings_schema
+from overturning.findings.lines import finding_lines
+from overturning.findings.results import Results, open_results
+from overturning.findings.values import Estimate
+from tests.report.tiny_studies import make_results, pulse_record
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+@pytest.fixture(scope="module")
+def folder(made_once: Callable[[str, Callable[[Path], object]], Path]) -> Path:
+    """A study of three records with one velocity pulse each: along 60°, 150° and 20°."""
+    records = [
+        pulse_record("one", 60, 6.0, fault_strike_deg=330.0, extra={"pulse": True}),
+        pulse_record("two", 150, 6.6, fault_strike_deg=330.0, extra={"pulse": True}),
+        pulse_record("three", 20, 5.0, fault_strike_deg=290.0, extra={"pulse": False}),
+    ]
+    settings = {"drawn": False, "azimuth": {"step": 15}, "population": {"stones": 64}}
+    return made_once("findings", lambda place: make_results(place, records, **settings))
+
+
+@pytest.fixture(scope="module")
+def found(folder: Path) -> Findings:
+    return overturning.findings(folder)
+
+
+@pytest.fixture(scope="module")
+def cube(folder: Path) -> xr.Dataset:
+    with overturning.open_cube(folder / "cube.nc") as opened:
+        return opened.load()
+
+
+def test_shares_are_those_of_the_flags(found: Findings, cube: xr.Dataset) -> None:
+    flags = cube["overturned"].transpose("record", ...).to_numpy().reshape(3, -1)
+    for record, own in zip(found.records, flags, strict=True):
+        assert record.share_overturned == pytest.approx(np.mean(own[np.isfinite(own)] != 0))
+    assert found.cases.total == flags.size
+    assert found.cases.share_overturned == pytest.approx(np.mean(flags[np.isfinite(flags)] != 0))
+    assert found.cases.computed == flags.size / 2  # φ + 180° mirrors φ
+    assert [record.pulse for record in found.records] == [True, True, False]
+
+
+def test_falls_go_along_the_pulse(found: Findings) -> None:
+    """One pulse along the normal (60° for a strike of 330°), one along the strike, one along its own normal (20°)."""
+    pulse, control = found.direction.groups
+    along, across = (one.alignment or math.nan for one in pulse.by_earthquake)
+    assert along > 0.5  # falls spread about the axis
+    assert across < -0.4
+    assert pulse.alignment.value == pytest.approx(np.mean([one.alignment or math.nan for one in pulse.by_earthquake]))
+    assert control.alignment.value is not None
+    assert control.alignment.value > 0.5
+    assert (pulse.alignment.earthquakes, control.alignment.earthquakes) == (2, 1)
+    assert pulse.alignment.low is None  # two earthquakes are too few for an interval
+    assert not pulse.alignment.excludes_zero
+    np.testing.assert_allclose([record.axis_from_normal_deg for record in found.records], [0.0, 90.0, 0.0], atol=2.0)
+    difference = found.direction.difference
+    assert difference is not None
+    assert difference.value == pytest.approx((pulse.alignment.value or 0.0) - control.alignment.value)
+
+
+def test_peaks_are_those_of_the_motion(found: Findings) -> None:
+    for record, peak, towards in zip(found.records, (6.0, 6.6, 5.0), (60.0, 150.0, 20.0), strict=True):
+        assert record.pga_m_s2 == pytest.approx(peak, rel=0.03)
+        assert record.pga_azimuth_deg is not None
+        assert abs((record.pga_azimuth_deg - towards + 90.0) % 180.0 - 90.0) <= 7.5
+        # A sine of period T has the peak velocity A T/π.
+        assert record.pgv_m_s == pytest.approx(peak * 0.8 / math.pi, rel=0.05)
+
+
+def test_the_median_rate_is_that_of_the_records(found: Findings) -> None:
+    assert found.population is not None
+    rates = [one.fall_rate for one in found.population.by_record]
+    assert found.population.median_rate == pytest.approx(np.median(np.array(rates, float)))
+    assert found.population.stones == 64
+
+
+def test_json_follows_the_schema_and_holds_no_nan(found: Findings) -> None:
+    text = found.model_dump_json()
+    jsonschema.validate(json.loads(text, parse_constant=pytest.fail), json.loads(findings_schema()))
+    assert (DOCS / "findings.schema.json").read_text(encoding="utf-8") == findings_schema(), (
+        "run: overturning study document"
+    )
+
+
+def test_a_changed_number_shows_in_the_lines(found: Findings) -> None:
+    lines = list(finding_lines(found))
+    assert any(line.startswith("direction, groups, with a velocity pulse, alignment: ") for line in lines)
+    cases = found.cases.model_copy(update={"share_overturned": 0.123})
+    changed = list(finding_lines(found.model_copy(update={"cases": cases})))
+    assert [line for line in changed if line not in lines] == ["cases, share overturned: 0.123"]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "excludes"), [(0.1, 0.3, True), (-0.3, -0.1, True), (-0.1, 0.3, False), (math.nan, math.nan, False)]
+)
+def test_an_interval_excludes_zero(low: float, high: float, excludes: bool) -> None:
+    assert Estimate(statistic="", value=0.2, low=low, high=high, earthquakes=9).excludes_zero is excludes
+
+
+def test_the_command_prints_and_writes(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["findings", str(folder / "cube.nc"), "--json"])
+    printed = json.loads(capsys.readouterr().out)
+    with pytest.raises(SystemExit, match="0"):
+        main(["findings", str(folder), "--output", str(tmp_path / "findings.json")])
+    assert json.loads((tmp_path / "findings.json").read_text(encoding="utf-8")) == printed
+
+
+def test_a_missing_result_is_named(tmp_path: Path) -> None:
+    with pytest.raises(overturning.errors.ResultError, match=r"cube\.nc"):
+        overturning.findings(tmp_path)
+
+
+def test_records_that_no_block_falls_under_have_no_direction(folder: Path) -> None:
+    """A cube in which nothing falls: shares are 0, directions are not defined, and nothing fails."""
+    with open_results(folder) as results:
+        still = results.cube.load().assign(overturned=xr.zeros_like(results.cube["overturned"]))
+        for name in ("probability_towards", "probability_away"):
+            if name in still:
+                still[name] = xr.zeros_like(still[name])
+        changed = Results(**{name: getattr(results, name) for name in results.__dataclass_fields__} | {"cube": still})
+        from overturning.findings.direction import direction_of
+
+        direction = direction_of(changed)
+    assert not direction.shows_axis
+    assert all(one.alignment.value is None for one in direction.groups)

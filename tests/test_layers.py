@@ -19,6 +19,7 @@ LAYERS = [
     "motion",
     "records",
     "model",
+    "settings",
     "dem",
     "study",
     "labels",

@@ -8,10 +8,11 @@ import xarray as xr
 
 from overturning.dem import plan
 from overturning.dem.block.plan import BlockPlan
-from overturning.dem.block.tables import ROW
+from overturning.dem.block.tables import RESULT, ROW
 from overturning.dem.kernel.queue import run_queue, with_room
 from overturning.dem.numerics import Numerics
 from overturning.dem.plan import Plan
+from overturning.dem.polygon import arrays
 from overturning.dem.polygon.plan import PolygonPlan
 from overturning.dem.run import plan_of, run, run_cases
 from overturning.dem.simulate import grid_over, simulate_arrays, simulate_grid
@@ -21,6 +22,7 @@ from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.falls import as_model
 from overturning.model.planes import Planes
+from overturning.model.results import COUNTS
 from overturning.model.scene import check_scene, gravestone
 from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES
 from overturning.motion.motion import Motion
@@ -30,6 +32,13 @@ from tests.expect import refused
 TIME = np.arange(300) * 0.01
 MOTION = shaken(np.round(6.0 * np.sin(2 * np.pi * TIME / 0.9) * (TIME < 1.8), 9))
 CASES = Cases(0.0, 0.6, [0.2, 0.3], 0.7)
+
+
+def test_result_columns_of_planar_kernels_have_the_names_of_outcome_variables() -> None:
+    """`Results.store` copies columns by name, so that no table translates the names."""
+    names = {variable.name for variable in VARIABLES} - {"mirrored"} | {*COUNTS}
+    assert {*RESULT.names} == names
+    assert {*arrays.RESULT.names, *arrays.ELEMENT_RESULT.names} == names
 
 
 @pytest.mark.parametrize(

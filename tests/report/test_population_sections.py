@@ -16,7 +16,7 @@ from overturning.records.site import Site
 from overturning.report.results import Results
 from overturning.report.sections.ground import ground
 from overturning.report.sections.population import population
-from overturning.study.evaluation import Population
+from overturning.settings import Population
 from overturning.study.sections import Variant
 from overturning.surveys.population import jma_intensities, population_rates
 from overturning.units import STANDARD_GRAVITY

@@ -7,8 +7,8 @@ from pathlib import Path
 from overturning.report.blocks import Code, Film, Report, Row, Section, Table, each_block
 from overturning.report.build import build_report
 from overturning.report.results import Results
+from overturning.settings import Population
 from overturning.study.convergence import Convergence
-from overturning.study.evaluation import Population
 from overturning.surveys.population import population_rates
 from tests.report.reading import NUMBER, of_study, texts
 from tests.report.test_exactness import FOUND

@@ -14,10 +14,9 @@ from overturning.figures.rose import rose_figure
 from overturning.model.falls import model_of
 from overturning.report.sections.exactness import ensemble
 from overturning.report.words import words_of
+from overturning.settings import Ensemble, Population
 from overturning.statistics.earthquakes import axes_by_earthquake
 from overturning.statistics.falls import fall_means, fall_shares, falls_towards, informative_blocks
-from overturning.study.evaluation import Population
-from overturning.study.sections import Ensemble
 from overturning.surveys.population import population_rates
 from overturning.surveys.prediction import SitePrediction
 from overturning.surveys.stones import Stone

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import multinomial
 
+from overturning.settings import Ensemble
 from overturning.statistics.spread import falls_to_both_sides, first_batch_estimate, runs_disagree
 from overturning.study.ensemble import is_converged
-from overturning.study.sections import Ensemble
 
 
 @pytest.mark.parametrize("chances", [(0.02, 0.0), (0.05, 0.05), (0.3, 0.0), (0.1, 0.85), (0.5, 0.45), (0.97, 0.02)])

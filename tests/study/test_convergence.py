@@ -25,6 +25,7 @@ from overturning.records.record import Record
 from overturning.records.store import rounded
 from overturning.report.blocks import Paragraph, Table
 from overturning.report.sections.exactness import convergence
+from overturning.settings import Ensemble
 from overturning.stored import write_result
 from overturning.study.answers import Counts, compare, empty_outcomes
 from overturning.study.convergence import Convergence, read_convergence
@@ -35,7 +36,7 @@ from overturning.study.load import check_study
 from overturning.study.sample import Sample, choose, read_rigid, read_sample
 from overturning.study.scenes import grid_of
 from overturning.study.schema import Study
-from overturning.study.sections import Ensemble, Verification
+from overturning.study.sections import Verification
 from tests.dem.near_field import strong_part
 from tests.report.test_exactness import COUNTS, FOUND
 from tests.study.small_study import cube_of, study

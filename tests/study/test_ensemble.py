@@ -21,12 +21,12 @@ from overturning.model.planes import Planes
 from overturning.model.results import Results
 from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES
 from overturning.motion.motion import Motion
+from overturning.settings import Ensemble
 from overturning.study import ensemble
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import BATCH, CellEnsemble, Members, cells_to_run, draw_members, is_converged, wilson
 from overturning.study.load import check_study
 from overturning.study.recheck import recheck
-from overturning.study.sections import Ensemble
 from tests.study.small_study import cube_of, pulse
 
 AZIMUTH = np.arange(0, 360, 60, dtype=np.int16)

@@ -13,9 +13,9 @@ from overturning.errors import ResultError
 from overturning.files import atomic_write, checksum_matches
 from overturning.records.record import Record
 from overturning.records.store import read_motion, write_motion
+from overturning.settings import Ensemble
 from overturning.study.ensemble import Members, draw_members
 from overturning.study.resume import backup_cubes, lock, remove_leftovers, repair, restore_cubes
-from overturning.study.schema import Ensemble
 
 
 def motion(path: Path) -> Path:

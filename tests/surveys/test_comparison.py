@@ -9,7 +9,7 @@ from scipy.stats import chisquare
 from overturning.errors import ArgumentError
 from overturning.report.blocks import Table, each_block
 from overturning.report.sections.surveys import survey_section, survey_sentences
-from overturning.study.evaluation import Population
+from overturning.settings import Population
 from overturning.surveys.comparison import SurveyResult, compare_survey
 from overturning.surveys.population import population_rates
 from overturning.surveys.prediction import SIDES, SitePrediction, observed_side

@@ -13,7 +13,7 @@ from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.store import write_motion
 from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior, sizes_taken
-from overturning.study.evaluation import Population
+from overturning.settings import Population
 from overturning.surveys import responses as computed
 from overturning.surveys.inversion import Inversion, matching_direction_bins
 from overturning.surveys.library import CandidateMotion, candidates, motions_with_unique_ids, shipped_records

@@ -13,7 +13,7 @@ from overturning.dem.simulate import simulate
 from overturning.model.cases import Cases
 from overturning.model.model import Outcomes
 from overturning.motion.motion import Motion
-from overturning.study.evaluation import Population, Spread
+from overturning.settings import Population, Spread
 from overturning.surveys.population import (
     Stones,
     draw_stones,

@@ -13,11 +13,11 @@ from overturning.figures.style import style
 from overturning.report.results import Results, open_results
 from overturning.report.sections import causes, exactness, space
 from overturning.report.sections.scene import spread_sentence
+from overturning.settings import Population
 from overturning.statistics.elements import compare_stones, falls_by_element
 from overturning.statistics.illustrative import illustrative_cases
 from overturning.study import cube as cube_module
 from overturning.study.cube import open_cube
-from overturning.study.evaluation import Population
 from overturning.study.intensity import write_intensity
 from overturning.study.scenes import NOMINAL, variant_names
 from overturning.surveys.population import population_rates

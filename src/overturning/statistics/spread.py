@@ -8,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import comb
 
 from overturning.arrays import FloatArray
+from overturning.settings import Ensemble
 from overturning.study.ensemble import BATCH, intervals_within
-from overturning.study.sections import Ensemble
 
 MAX_RUNS_PER_CELL: Final = 128
 """Largest number of runs per cell for which stopping orders are enumerated."""

@@ -11,7 +11,7 @@ from overturning.model.geometry import native_size
 from overturning.model.scene import Scene
 from overturning.motion.soil import Layer, Rock
 from overturning.records.site import Site
-from overturning.study.evaluation import Population, Spread
+from overturning.settings import Population, Spread
 from overturning.study.schema import Study
 
 SLOWEST_SOIL: Final = 30.0

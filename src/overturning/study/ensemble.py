@@ -25,7 +25,7 @@ from overturning.model.grid import Grid
 from overturning.model.model import Model
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
-from overturning.study.sections import Ensemble
+from overturning.settings import Ensemble
 from overturning.tables import read_rows
 
 Z_95: Final = NormalDist().inv_cdf(0.975)

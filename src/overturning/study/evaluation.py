@@ -1,13 +1,12 @@
 """Sections of a study file for the evaluation of outcomes: figures, question, comparisons, population."""
 
 import datetime
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, Final, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
-from overturning.model.cases import check_heights
 from overturning.model.element import Name
-from overturning.quantities import Degree, Metre, Second
+from overturning.quantities import Degree, Metre
 from overturning.validation import StrictModel
 
 FORMATS: Final = ("svg", "png", "pdf")
@@ -108,53 +107,3 @@ class Survey(StrictModel):
         description="also estimate the motion from the survey; takes minutes to an hour, once for stones of these "
         "sizes. `false`: compare only",
     )
-
-
-class Spread(StrictModel):
-    """Values distributed uniformly between two ends."""
-
-    low: float = Field(gt=0, description="lowest value")
-    high: float = Field(gt=0, description="highest value")
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        if self.high < self.low:
-            raise ValueError(f"high {self.high:g} lies below low {self.low:g}; exchange them")
-        return self
-
-
-class Population(StrictModel):
-    """Population of stones (a cemetery): distribution of sizes, friction and face azimuths."""
-
-    width: Spread = Field(default=Spread(low=0.3, high=0.4), description="widths of the square shafts, m: low, high")
-    height: Spread = Field(default=Spread(low=0.6, high=0.9), description="heights of the shafts, m: low, high")
-    friction: Spread = Field(default=Spread(low=0.5, high=0.9), description="friction coefficients µ: low, high")
-    fixed: float = Field(default=0.0, ge=0, lt=1, description="share of stones fixed to their base, which do not fall")
-    face: Degree | None = Field(default=None, description="azimuth of the faces, degrees; not given: random azimuths")
-    face_spread: Degree = Field(
-        default=10.0, ge=0, le=180, description="half-width of the faces' azimuths about `face`, degrees"
-    )
-    shifted: Metre = Field(default=0.01, gt=0, description="residual slip from which a standing stone is shifted, m")
-    rotated: Degree = Field(
-        default=5.0,
-        gt=0,
-        le=180,
-        description="rotation about the vertical from which a standing stone counts as rotated, degrees",
-    )
-    period: tuple[Annotated[Second, Field(ge=0.01, le=10)], ...] = Field(
-        default=(), description="periods of Sa(T), s, for fragility curves in addition to those for PGA and PGV"
-    )
-    stones: int = Field(default=256, ge=16, le=65536, description="stones drawn, the same under every record")
-    seed: int = Field(default=1, ge=0, description="seed of the draw")
-
-    @model_validator(mode="after")
-    def _spread_about_a_face(self) -> Self:
-        if self.face is None and self.face_spread != Population.model_fields["face_spread"].default:
-            raise ValueError(f"face_spread {self.face_spread:g}° is about `face`, which is not given; give it")
-        return self
-
-    @field_validator("height")
-    @classmethod
-    def _of_stones(cls, height: Spread) -> Spread:
-        check_heights([height.low, height.high])
-        return height

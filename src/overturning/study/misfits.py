@@ -6,8 +6,9 @@ from typing import Any, Final
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.model.contact import ContactSettings
 from overturning.model.scene import gravestone
-from overturning.study.evaluation import CONTRASTS, Population
-from overturning.study.sections import BodySettings, Ensemble, Orientations, Variant
+from overturning.settings import Ensemble, Population
+from overturning.study.evaluation import CONTRASTS
+from overturning.study.sections import BodySettings, Orientations, Variant
 from overturning.units import GRANITE_DENSITY
 
 _PLANAR_ONLY: Final = {

@@ -22,11 +22,11 @@ from overturning.model.scene import Scene, gravestone
 from overturning.quantities import Density, Metre
 from overturning.records.site import Site
 from overturning.records.steps import Steps
-from overturning.study.evaluation import Asks, Crate, Figures, Population, Primary, Published, Survey
+from overturning.settings import Ensemble, Population
+from overturning.study.evaluation import Asks, Crate, Figures, Primary, Published, Survey
 from overturning.study.misfits import incompatible_settings
 from overturning.study.sections import (
     BodySettings,
-    Ensemble,
     Orientations,
     Records,
     SceneChoice,

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 from overturning.errors import ArgumentError, OverturningError
 from overturning.model.contact import ContactSettings
 from overturning.model.scene import Scene, load_scene
-from overturning.quantities import Degree, Metre, Radian, Second
+from overturning.quantities import Degree, Metre, Second
 from overturning.records.site import Site
 from overturning.study.values import Values
 from overturning.validation import StrictModel
@@ -99,40 +99,6 @@ class Variant(StrictModel):
         default=None,
         description="apply the vertical motion of the records in this variant; not given: as in the study",
     )
-
-
-class Ensemble(StrictModel):
-    """Ensemble of runs of each case in a neighbourhood: uniform distributions, scrambled Sobol points."""
-
-    members: int = Field(
-        default=24, ge=0, le=4096, description="largest number of members (runs) per case, even; 0: no ensemble"
-    )
-    half_width: float = Field(
-        default=0.19,
-        ge=0,
-        lt=0.5,
-        description="a case gets no further batch of 8 members once the 95 % intervals of its probabilities are within "
-        "± this value; 24 members always reach 0.19; 0: all members are run",
-    )
-    where: Literal["boundary", "everywhere"] = Field(
-        default="boundary",
-        description="`boundary`: cases within two B/H steps of a change of outcome (in 3-D also of a change of fall "
-        "azimuth by 30°); `everywhere`: all cases",
-    )
-    amplitude: float = Field(default=0.02, ge=0, lt=1, description="half-width of the motion's amplitude, share")
-    b_over_h: float = Field(default=0.01, ge=0, lt=1, description="half-width of B/H, share")
-    friction: float = Field(default=0.05, ge=0, lt=1, description="half-width of the friction coefficient, share")
-    damping: float = Field(default=0.2, ge=0, lt=1, description="half-width of the contact's damping, share")
-    azimuth: Degree = Field(default=2.0, ge=0, le=90, description="half-width of the sensor's azimuth, degrees")
-    initial_tilt: Radian = Field(default=0.0, ge=0, lt=1.5, description="half-width of the initial tilt, rad")
-    seed: int = Field(default=1, ge=0, description="seed of the two scrambled sequences")
-
-    @field_validator("members")
-    @classmethod
-    def _even(cls, members: int) -> int:
-        if members % 2:
-            raise ValueError("an even number is needed: half of the members belong to each of two scrambles")
-        return members
 
 
 class Verification(StrictModel):

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of
 from overturning.model.model import Outcomes
+from overturning.settings import Population, Spread
 from overturning.statistics.by_record import one_record
 from overturning.statistics.circular import resultant, sector
 from overturning.statistics.fragility import Fragility, fragility
 from overturning.study.ensemble import wilson
-from overturning.study.evaluation import Population, Spread
 from overturning.surveys.stones import OCTANTS
 from overturning.units import CM, STANDARD_GRAVITY
 

@@ -20,7 +20,7 @@ from overturning.dem.run import run
 from overturning.errors import REASON_SEPARATOR, ArgumentError
 from overturning.files import atomic_write
 from overturning.model.cases import Cases
-from overturning.study.evaluation import Population
+from overturning.settings import Population
 from overturning.study.sources import source_hash
 from overturning.surveys.library import CandidateMotion
 from overturning.surveys.stones import Stone

@@ -17,8 +17,8 @@ from overturning.report.blocks import Caution, Disclosure, Figure, Note, Said, T
 from overturning.report.results import Results
 from overturning.report.text import censored, counted, degrees, number, percent, share
 from overturning.report.words import Words
+from overturning.settings import Population
 from overturning.statistics.bootstrap import bootstrap, unanimous_share_interval
-from overturning.study.evaluation import Population
 from overturning.study.scenes import NOMINAL
 from overturning.surveys.population import fragility_curves, intensities, jma_intensities
 

@@ -13,12 +13,12 @@ from overturning.report.blocks import Figure, Note, Said, section, table
 from overturning.report.results import Results
 from overturning.report.sections.contrast import contrast_sentences
 from overturning.report.text import percent
+from overturning.settings import Ensemble
 from overturning.statistics.by_record import each_record
 from overturning.statistics.elements import falls_by_element
 from overturning.statistics.spread import first_batch_estimate, runs_disagree
 from overturning.study.ensemble import BATCH
 from overturning.study.scenes import NOMINAL, scene_of, size_note
-from overturning.study.sections import Ensemble
 
 
 @section("The scene", "scene")

@@ -13,7 +13,7 @@ from overturning.labels import azimuth_gap_label
 from overturning.report.blocks import Answer, Caution, Figure, Note, Row, Said, Section, blocks_of, section, table
 from overturning.report.results import Results
 from overturning.report.text import counted, degrees, number, percent
-from overturning.study.evaluation import Population
+from overturning.settings import Population
 from overturning.surveys.comparison import SurveyComparison, SurveyResult
 from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER
 from overturning.surveys.posterior import LEVEL, InversionResult

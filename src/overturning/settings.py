@@ -1,0 +1,93 @@
+"""Settings of a study that statistics and surveys use, too: the ensemble, and a population of stones."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from overturning.model.cases import check_heights
+from overturning.quantities import Degree, Metre, Radian, Second
+from overturning.validation import StrictModel
+
+
+class Ensemble(StrictModel):
+    """Ensemble of runs of each case in a neighbourhood: uniform distributions, scrambled Sobol points."""
+
+    members: int = Field(
+        default=24, ge=0, le=4096, description="largest number of members (runs) per case, even; 0: no ensemble"
+    )
+    half_width: float = Field(
+        default=0.19,
+        ge=0,
+        lt=0.5,
+        description="a case gets no further batch of 8 members once the 95 % intervals of its probabilities are within "
+        "± this value; 24 members always reach 0.19; 0: all members are run",
+    )
+    where: Literal["boundary", "everywhere"] = Field(
+        default="boundary",
+        description="`boundary`: cases within two B/H steps of a change of outcome (in 3-D also of a change of fall "
+        "azimuth by 30°); `everywhere`: all cases",
+    )
+    amplitude: float = Field(default=0.02, ge=0, lt=1, description="half-width of the motion's amplitude, share")
+    b_over_h: float = Field(default=0.01, ge=0, lt=1, description="half-width of B/H, share")
+    friction: float = Field(default=0.05, ge=0, lt=1, description="half-width of the friction coefficient, share")
+    damping: float = Field(default=0.2, ge=0, lt=1, description="half-width of the contact's damping, share")
+    azimuth: Degree = Field(default=2.0, ge=0, le=90, description="half-width of the sensor's azimuth, degrees")
+    initial_tilt: Radian = Field(default=0.0, ge=0, lt=1.5, description="half-width of the initial tilt, rad")
+    seed: int = Field(default=1, ge=0, description="seed of the two scrambled sequences")
+
+    @field_validator("members")
+    @classmethod
+    def _even(cls, members: int) -> int:
+        if members % 2:
+            raise ValueError("an even number is needed: half of the members belong to each of two scrambles")
+        return members
+
+
+class Spread(StrictModel):
+    """Values distributed uniformly between two ends."""
+
+    low: float = Field(gt=0, description="lowest value")
+    high: float = Field(gt=0, description="highest value")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.high < self.low:
+            raise ValueError(f"high {self.high:g} lies below low {self.low:g}; exchange them")
+        return self
+
+
+class Population(StrictModel):
+    """Population of stones (a cemetery): distribution of sizes, friction and face azimuths."""
+
+    width: Spread = Field(default=Spread(low=0.3, high=0.4), description="widths of the square shafts, m: low, high")
+    height: Spread = Field(default=Spread(low=0.6, high=0.9), description="heights of the shafts, m: low, high")
+    friction: Spread = Field(default=Spread(low=0.5, high=0.9), description="friction coefficients µ: low, high")
+    fixed: float = Field(default=0.0, ge=0, lt=1, description="share of stones fixed to their base, which do not fall")
+    face: Degree | None = Field(default=None, description="azimuth of the faces, degrees; not given: random azimuths")
+    face_spread: Degree = Field(
+        default=10.0, ge=0, le=180, description="half-width of the faces' azimuths about `face`, degrees"
+    )
+    shifted: Metre = Field(default=0.01, gt=0, description="residual slip from which a standing stone is shifted, m")
+    rotated: Degree = Field(
+        default=5.0,
+        gt=0,
+        le=180,
+        description="rotation about the vertical from which a standing stone counts as rotated, degrees",
+    )
+    period: tuple[Annotated[Second, Field(ge=0.01, le=10)], ...] = Field(
+        default=(), description="periods of Sa(T), s, for fragility curves in addition to those for PGA and PGV"
+    )
+    stones: int = Field(default=256, ge=16, le=65536, description="stones drawn, the same under every record")
+    seed: int = Field(default=1, ge=0, description="seed of the draw")
+
+    @model_validator(mode="after")
+    def _spread_about_a_face(self) -> Self:
+        if self.face is None and self.face_spread != Population.model_fields["face_spread"].default:
+            raise ValueError(f"face_spread {self.face_spread:g}° is about `face`, which is not given; give it")
+        return self
+
+    @field_validator("height")
+    @classmethod
+    def _of_stones(cls, height: Spread) -> Spread:
+        check_heights([height.low, height.high])
+        return height

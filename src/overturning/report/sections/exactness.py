@@ -10,7 +10,6 @@ from overturning.findings.exactness import ensemble_counts
 from overturning.report.blocks import Caution, Note, Paragraph, Said, section, table
 from overturning.report.results import Results
 from overturning.report.text import counted, percent
-from overturning.settings import Ensemble
 from overturning.statistics.by_record import by_record
 from overturning.study.answers import MAX_AZIMUTH_DIFFERENCE_DEG
 from overturning.study.convergence import (

@@ -8,12 +8,12 @@ import xarray as xr
 from overturning.findings.results import Results
 from overturning.findings.values import Finding, Number
 from overturning.model.model import Model
+from overturning.settings import Ensemble
 from overturning.statistics.by_record import by_record
 from overturning.statistics.space import summarise_twist, twist_angles
 from overturning.statistics.spread import Statistic, falls_to_both_sides, first_batch_estimate, runs_disagree
 from overturning.study.convergence import Convergence
 from overturning.study.ensemble import BATCH
-from overturning.study.sections import Ensemble
 
 
 class EnsembleFindings(Finding):

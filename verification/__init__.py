@@ -1,5 +1,5 @@
-"""What checks the kernel, apart from any study: how exact, how fast, where it ends, against peers and theory.
+"""Measurements of the kernels: accuracy, speed, limits, and comparisons with other engines and closed forms.
 
-Every part is run as ``python -m verification.<part>`` in the project's folder and puts its tables between marks of the
-docs.
+Run each part as ``python -m verification.<part>`` in the folder of the project. It writes its tables between markers in
+the docs.
 """

@@ -1,6 +1,6 @@
-"""`python -m verification.answers`: put what the shipped studies found into README.md, as a table.
+"""`python -m verification.answers`: write the table of the findings of the shipped studies into README.md.
 
-Needs the results of the studies named below and of config/fine-map.yaml, from `make run STUDY=…`.
+Requires the results of the studies in `STUDIES` and of config/fine-map.yaml, from `make run STUDY=…`.
 """
 
 import math
@@ -21,11 +21,11 @@ Row = tuple[str, str, int]
 """Quantity, its value with its 95 % interval, and the number of earthquakes."""
 
 PICTURES: Final = {"rinaldi.svg": "fine-map", "rinaldi-in-space.svg": "in-space"}
-"""Drawings of docs/images, and the study whose map of Rinaldi they are."""
+"""Image in docs/images → study whose map of the Rinaldi record it shows."""
 
 
 def _row(quantity: str, mean: Mean, *, percent: bool = False) -> Row:
-    """Return a row of the table; no interval where there are too few earthquakes."""
+    """Return a row of the table; without an interval if there are too few earthquakes."""
 
     def number(value: float) -> str:
         shown = f"{100 * value:.{0 if value >= 0.1 else 1}f}" if percent else f"{value:.2f}"
@@ -37,7 +37,7 @@ def _row(quantity: str, mean: Mean, *, percent: bool = False) -> Row:
 
 
 def _group(name: str) -> str:
-    """Return the name of a group of records in a few words."""
+    """Return a short name of a group of records."""
     return "no pulse" if name.startswith("without") else "velocity pulse"
 
 
@@ -71,7 +71,7 @@ STUDIES: Final[dict[str, Callable[[Results], Iterator[Row]]]] = {
 
 
 def main() -> None:
-    """Write the table, and copy the maps."""
+    """Write the table and copy the maps."""
     lines = []
     for name, rows in STUDIES.items():
         study = load_study(ROOT / "config" / f"{name}.yaml")

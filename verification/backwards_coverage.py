@@ -1,13 +1,13 @@
-"""`python -m verification.backwards_coverage [ruin] [coverage]`: how often `overturning backwards` holds the truth.
+"""`python -m verification.backwards_coverage [ruin] [coverage]`: coverage of the intervals of `overturning backwards`.
 
-``ruin`` is the answer to the example ruin of docs/surveys.md; ``coverage`` the rest, all where neither is named.
+``ruin`` computes the example ruin of docs/surveys.md, ``coverage`` the table of coverage; without arguments both.
 
-Each survey is simulated under a record of an earthquake whose records are all taken out of the library, at a peak
-velocity between the levels, each stone by itself in the kernel, with a friction, scatter, lapses and restitution of the
-survey's own. The earthquakes are parted in two halves. On surveys of the one the power of the directions' likelihood is
-chosen: the largest of `POWERS` with which each of the three intervals covers at least `AIM`. What is reported is of
-surveys of the other half, with that power. Then the halves change places. The shipped power is to be the smaller of the
-two.
+Each survey is simulated under a record of one earthquake; all records of this earthquake are removed from the library.
+The peak velocity lies between the levels of the library. Each stone is simulated by itself, with the friction, scatter,
+random outcomes and restitution of the survey. The earthquakes are split into two halves. On the surveys of one half the
+power of the likelihood of directions is chosen: the largest of `POWERS` with which each of the three intervals covers
+at least `AIM`. The surveys of the other half are reported with this power. Then the halves are exchanged. The shipped
+power should be the smaller of the two.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ from overturning.surveys.library import CandidateMotion, candidates
 from overturning.surveys.posterior import Posterior
 from overturning.surveys.responses import LEVELS, Responses, StoneKind
 from overturning.surveys.stones import Stone, read_survey
-from verification.tables import RESULTS, ROOT, markdown, parts_of, publish, wrapped, write_csv
+from verification.tables import RESULTS, ROOT, markdown, parts_of, publish, wrap_text, write_csv
 
 PARTS: Final = ("ruin", "coverage")
 RUIN: Final = ROOT / "surveys" / "example-ruin.csv"
@@ -37,10 +37,10 @@ SEED: Final = 26
 POWERS: Final = (0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.7, 1.0)
 AIM: Final = 0.9
 CHECKED: Final = 16
-"""One survey in so many is also checked for fit."""
+"""Every sixteenth survey is also checked for fit."""
 
 HOLDS: Final = ["pgv_holds", "pga_holds", "axis_holds"]
-"""Whether each interval holds the truth."""
+"""Columns that are True if an interval contains the true value."""
 
 
 @dataclass(frozen=True)
@@ -53,26 +53,26 @@ class Truth:
     stones: list[Stone]
 
 
-def spread(generator: np.random.Generator, low: float, high: float, count: int) -> FloatArray:
-    """Draws that are even in the logarithm."""
+def log_uniform(generator: np.random.Generator, low: float, high: float, count: int) -> FloatArray:
+    """Return random values with a uniformly distributed logarithm."""
     return np.asarray(np.exp(generator.uniform(np.log(low), np.log(high), count)))
 
 
-def survey(motion: CandidateMotion, generator: np.random.Generator) -> Truth:
-    """Simulate a survey of 12 to 60 stones of all sizes: columns, or in one survey of three prisms of square plan."""
+def simulate_survey(motion: CandidateMotion, generator: np.random.Generator) -> Truth:
+    """Simulate a survey of 12 to 60 stones of all sizes: columns, or in a third of the surveys square prisms."""
     draw, count = generator, int(generator.integers(12, 61))
-    level, turn = float(spread(draw, LEVELS[0], LEVELS[-1], 1)[0]), draw.uniform(0, 360)
-    # What differs between the stones of this survey, over its site, and by who measured.
+    level, turn = float(log_uniform(draw, LEVELS[0], LEVELS[-1], 1)[0]), draw.uniform(0, 360)
+    # Scatter between stones, scatter of the motion over the site, and share of random outcomes in this survey.
     alike, site, lapses = draw.uniform(0, 0.12), draw.uniform(0, 0.15), draw.uniform(0, 0.06)
     friction = draw.uniform(0.45, 0.95) + draw.uniform(-0.05, 0.05, count)
     damping = np.exp(draw.uniform(-np.log(2), np.log(2)))
     columns = draw.random() < 2 / 3
     if columns:
-        height, shape = spread(draw, 0.6, 3.6, count), spread(draw, 0.1, 0.6, count)
+        height, shape = log_uniform(draw, 0.6, 3.6, count), log_uniform(draw, 0.1, 0.6, count)
         face = np.full(count, np.nan)
     else:
         height = draw.uniform(0.6, 1.0, count)
-        shape = spread(draw, 0.15, 0.6, count)
+        shape = log_uniform(draw, 0.15, 0.6, count)
         face = draw.uniform(0, 360) + draw.uniform(-10, 10, count)
     turned = turn + draw.normal(0, 5, count)
     cases = Cases(
@@ -99,15 +99,15 @@ def survey(motion: CandidateMotion, generator: np.random.Generator) -> Truth:
     return Truth(motion, level, (motion.axis + turn) % 180, stones)
 
 
-def judged(one: Posterior, truth: Truth) -> dict[str, float]:
-    """Which intervals hold the truth, and how wide they are."""
+def check_intervals(one: Posterior, truth: Truth) -> dict[str, float]:
+    """Return for each interval whether it contains the true value, and its width."""
     found: dict[str, float] = {}
     pga = one.pga[:, None] * one.pgv
     true_pga = truth.level * truth.motion.pga / truth.motion.pgv
     for name, values, true in (("pgv", one.pgv, truth.level), ("pga", pga, true_pga)):
         (low, high), (least, most) = one.interval(values), one.interval(values, prior=True)
         found[f"{name}_holds"] = low <= true <= high
-        # Where an end is missing, that of the prior stands for it.
+        # A missing bound is replaced by that of the prior.
         found[f"{name}_ratio"] = (most if high == np.inf else high) / (low or least)
         found[f"{name}_before"] = most / least
     weakest, strongest = one.interval(pga)
@@ -116,12 +116,12 @@ def judged(one: Posterior, truth: Truth) -> dict[str, float]:
     return found | {"axis_width": width, "no_upper": strongest == np.inf, "no_lower": weakest == 0}
 
 
-def measured(surveys: int, threads: int) -> pd.DataFrame:
-    """Every survey with every power, a line each; the records of the true earthquake are out of the library."""
+def measure_coverage(surveys: int, threads: int) -> pd.DataFrame:
+    """Return one row for each survey and power; the records of the true earthquake have zero prior probability."""
     library = candidates()
     true = [one for one in library if one.event]
     events = sorted({one.event for one in true})
-    truths = [survey(true[k % len(true)], np.random.default_rng([SEED, k])) for k in range(surveys)]
+    truths = [simulate_survey(true[k % len(true)], np.random.default_rng([SEED, k])) for k in range(surveys)]
     kinds = [StoneKind.of(stone) for truth in truths for stone in truth.stones]
     inversion, rows = Inversion(Responses(library, kinds, threads=threads)), []
     for number, truth in enumerate(truths):
@@ -137,28 +137,29 @@ def measured(surveys: int, threads: int) -> pd.DataFrame:
                 "round": truth.stones[0].round,
                 "fit": inversion.fit(truth.stones, one) if checked else np.nan,
             }  # fmt: skip
-            rows.append(about | judged(one, truth))
+            rows.append(about | check_intervals(one, truth))
     return pd.DataFrame(rows)
 
 
-def chosen(rows: pd.DataFrame) -> float:
-    """The largest power with which each interval covers `AIM` of these surveys; the smallest where none does."""
+def choose_power(rows: pd.DataFrame) -> float:
+    """Return the largest power with which each interval covers `AIM` of the surveys; the smallest if none does."""
     covered = rows.groupby("power")[HOLDS].mean().min(axis=1)
     good = covered.index[covered >= AIM]
     return float(good.max()) if good.size else POWERS[0]
 
 
-def reported(rows: pd.DataFrame) -> pd.DataFrame:
-    """The surveys of each half with the power that was chosen on the other."""
-    halves = [(half, chosen(rows[rows["half"] != half])) for half in (0, 1)]
+def cross_validated(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the surveys of each half with the power that was chosen on the other half."""
+    halves = [(half, choose_power(rows[rows["half"] != half])) for half in (0, 1)]
     return pd.concat([rows[(rows["half"] == half) & (rows["power"] == power)] for half, power in halves])
 
 
 def share_interval(rows: pd.DataFrame, name: str) -> Interval:
     """Compute the 95 % interval of the share of surveys for which a column is true, by earthquake.
 
-    Surveys under one earthquake share its motions, so earthquakes are drawn (`bootstrap`), each with all its surveys;
-    there is none of fewer than eight. Where all surveys agree the bound is exact: n of n earthquakes hold with pⁿ.
+    Surveys under one earthquake share its motions, so earthquakes are resampled (`bootstrap`), each with all its
+    surveys. There is no interval for fewer than eight earthquakes. If all surveys agree, the bound is exact (pⁿ for n
+    of n earthquakes).
     """
     of_event = rows.groupby("event")[name].agg(["sum", "size"]).to_numpy(np.float64)
     exact = unanimous_share_interval(of_event[:, 0] / of_event[:, 1])
@@ -173,14 +174,14 @@ def share_interval(rows: pd.DataFrame, name: str) -> Interval:
 
 
 def percent(rows: pd.DataFrame, name: str) -> str:
-    """Share of surveys for which a column is true, with its interval where there is one."""
+    """Return the label of the share of surveys for which a column is true, with its interval if there is one."""
     low, high = share_interval(rows, name)
     bounds = "" if np.isnan(low) else f" ({100 * low:.0f} to {100 * high:.0f})"
     return f"{100 * rows[name].mean():.0f} %{bounds}"
 
 
 def line(name: str, rows: pd.DataFrame) -> tuple[str, ...]:
-    """Coverage and widths of some surveys."""
+    """Return a line of the table: coverage and widths for some surveys."""
     powers = " and ".join(f"{power:g}" for power in sorted(rows["power"].unique()))
     held = (percent(rows, each) for each in HOLDS)
     shares = (f"{100 * rows[each].mean():.0f} %" for each in ("no_upper", "no_lower"))
@@ -189,8 +190,8 @@ def line(name: str, rows: pd.DataFrame) -> tuple[str, ...]:
 
 
 def bodies(rows: pd.DataFrame) -> dict[str, str]:
-    """What is published, by its mark."""
-    shown, shipped = reported(rows), rows[rows["power"] == POWER]
+    """Return the Markdown of each marker."""
+    shown, shipped = cross_validated(rows), rows[rows["power"] == POWER]
     few = shown["stones"] < 36
     parts = {
         "**reported: all**": shown,
@@ -204,50 +205,51 @@ def bodies(rows: pd.DataFrame) -> dict[str, str]:
         **{f"all, power {power:g}": rows[rows["power"] == power] for power in POWERS},
     }  # fmt: skip
     head = (
-        "surveys", "number", "earthquakes", "power", "PGV holds", "PGA holds", "axis holds", "no upper bound",
+        "surveys", "number", "earthquakes", "power", "PGV covered", "PGA covered", "axis covered", "no upper bound",
         "no lower bound", "PGV, upper/lower", "PGA, upper/lower", "axis, width",
     )  # fmt: skip
     held = [100 * shown[each].mean() for each in HOLDS]
     fits = shipped["fit"].dropna()
-    said = (
-        f"Each interval, meant to hold the truth in {100 * AIM:.0f} %, holds it in {min(held):.0f} to "
-        f"{max(held):.0f} % of the reported surveys. In brackets 95 % intervals over earthquakes, by bootstrap, exact "
-        "where all agree, none of fewer than eight. Where every stone fell no axis is told: its arc is that of an axis "
-        "of which nothing is known. Widths are medians, of 90 % intervals, the end of the library "
-        "standing for a missing bound; before a survey upper over lower end are "
-        f"{rows['pgv_before'].median():.3g} for PGV and {rows['pga_before'].median():.3g} for PGA, and the axis takes "
-        f"162 of 180°. With the power that the package has, {POWER:g}, {100 * (fits < MIN_FIT_P_VALUE).mean():.1f} % "
-        f"of {fits.size} such surveys are said not to fit."
+    text = (
+        f"Each interval, with a nominal coverage of {100 * AIM:.0f} %, contains the true value in {min(held):.0f} to "
+        f"{max(held):.0f} % of the reported surveys. Numbers in brackets are 95 % intervals over earthquakes, by "
+        "bootstrap; they are exact if all agree, and missing for fewer than eight earthquakes. If every stone fell, no "
+        "axis is given, and its arc is that of an unknown axis. Widths are medians of 90 % intervals; a missing bound "
+        "is replaced by the end of the library. Before a survey, the upper end over the lower end is "
+        f"{rows['pgv_before'].median():.3g} for PGV and {rows['pga_before'].median():.3g} for PGA, and the arc of the "
+        f"axis 162 of 180°. With the shipped power, {POWER:g}, the check of fit rejects "
+        f"{100 * (fits < MIN_FIT_P_VALUE).mean():.1f} % of {fits.size} such surveys."
     )
-    return {"backwards-coverage": f"{wrapped(said)}\n\n{markdown(head, [line(*part) for part in parts.items()])}"}
+    return {"backwards-coverage": f"{wrap_text(text)}\n\n{markdown(head, [line(*part) for part in parts.items()])}"}
 
 
 def ruin(threads: int) -> str:
-    """What the invented ruin says of the motion, as a list; draws its figure."""
+    """Return the estimated motion of the invented ruin as a list, and draw its figure."""
     stones = read_survey(RUIN)
     inversion = Inversion(Responses(candidates(), [StoneKind.of(stone) for stone in stones], threads=threads))
     result = inversion.answer(RUIN.name, stones)
     draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
     fit = f"p of the check whether the motions fit the survey: {result.fit:.2g}."
-    return "\n".join(wrapped(text, "- ") for text in (*backwards_sentences(result), *cautions(result), fit))
+    return "\n".join(wrap_text(text, "- ") for text in (*backwards_sentences(result), *cautions(result), fit))
 
 
 def main(
-    parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(PARTS)}; both where none is named")] = None,
+    parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(PARTS)}; default: both")] = None,
     surveys: Annotated[int, typer.Option(min=20, help="number of surveys")] = SURVEYS,
     threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 2,
 ) -> None:
-    """Simulate surveys, ask them, publish."""
+    """Simulate surveys, estimate their motions, and publish the tables."""
     named = parts_of(parts, PARTS)
     if "ruin" in named:
         publish({"example-ruin": ruin(threads)})
     if "coverage" not in named:
         return
-    rows = measured(surveys, threads)
-    write_csv(reported(rows), RESULTS / "backwards-coverage.csv")
+    rows = measure_coverage(surveys, threads)
+    write_csv(cross_validated(rows), RESULTS / "backwards-coverage.csv")
     publish(bodies(rows))
     print(
-        f"powers chosen on the other half: {chosen(rows[rows['half'] == 1])}, {chosen(rows[rows['half'] == 0])}; "
+        f"powers chosen on the other half: {choose_power(rows[rows['half'] == 1])}, "
+        f"{choose_power(rows[rows['half'] == 0])}; "
         f"shipped {POWER}"
     )
 

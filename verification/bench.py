@@ -1,7 +1,7 @@
-"""`make bench`: how fast the kernel is, as ratios of one run; writes a CSV per machine and the figures in the docs.
+"""`make bench`: measure the speed of the kernels; writes a CSV file per machine and tables in the docs.
 
-A rate, and a time per case of the sweep, is of the fastest of several runs after a warm-up, in the process itself; all
-else is of one run.
+Rates and the times per case of the sweep are those of the fastest of several runs after a warm-up, within this process.
+All other figures are from one run.
 """
 
 import os
@@ -30,9 +30,9 @@ from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY
 from verification import scalar
 from verification.inputs import NO_SLIDING, grid, near_fault, study_groups
-from verification.measures import answers, difference, joined, percent, shares
+from verification.measures import answers, difference, error_shares, join_results, percent
 from verification.tables import RESULTS, Figure, figures_table, parts_of, publish, write_figures
-from verification.timing import fastest, process
+from verification.timing import fastest, run_program
 from verification.whole_run import whole_run
 
 
@@ -42,7 +42,7 @@ def _independent_multiply_adds(rounds: int) -> float:
     for _ in range(rounds):
         for j in range(256):
             v = values[j]
-            # Loops of four, which LLVM writes out.
+            # Loops of four passes, which LLVM unrolls.
             for _q in range(4):
                 v = v * 0.999 + 0.1
             for _q in range(4):
@@ -52,27 +52,27 @@ def _independent_multiply_adds(rounds: int) -> float:
 
 
 SOFT = Contact(static_penetration=2e-5)
-"""The contact where the scalar loop, whose steps shrink with the stiffness, is the yardstick."""
+"""Contact for comparisons with the scalar loop, whose steps shrink with the stiffness."""
 
 
 def peak_operations() -> float:
-    """Floating-point operations per second of independent multiply–adds without contraction."""
+    """Return the floating-point operations per second of independent, unfused multiplications and additions."""
     rounds = 200_000
     return rounds * 256 * 16 / fastest(lambda: _independent_multiply_adds(rounds))
 
 
 def operations_per_step(advance: Any) -> int:
-    """Additions, multiplications, divisions, minima and maxima of one block step, counted in the machine code.
+    """Return the floating-point operations of one block step, counted in the machine code.
 
-    Each operation stands there once in vector form; what is left over of the columns is done in scalar form, not
-    counted.
+    Counts vector instructions for additions, subtractions, multiplications, divisions, minima and maxima. Each
+    operation occurs once in vector form; the scalar code for remaining columns is not counted.
     """
     assembly = next(iter(advance.inspect_asm().values()))
     return len(re.findall(r"\bv?(?:add|sub|mul|div|min|max)pd", assembly))
 
 
 def callable_from_here(inner: Any) -> Any:
-    """A loop with machine code of its own, which what only compiled code calls has not."""
+    """Return a compiled loop that Python can call; the original can only be called by compiled code."""
 
     @njit
     def advance(kind: Any, state: Any, columns: int, steps: int, ticks: float) -> None:
@@ -82,13 +82,13 @@ def callable_from_here(inner: Any) -> Any:
 
 
 def standing_motion() -> Motion:
-    """Twenty seconds that rock no block of the throughput benchmark over."""
+    """Return a motion of 20 s that overturns no block of the throughput benchmark."""
     t = np.arange(2000) * 0.01
     return Motion(2.0 * np.sin(2 * np.pi * t / 0.7), 0 * t, sampling_interval=0.01)
 
 
 def scalar_runs(motion: Motion, centred: bool, blocks: int = 8, steps: int = 128) -> tuple[Callable[[], object], int]:
-    """Some of the blocks in the scalar loop, at a step at which both schemes are stable; and the block steps."""
+    """Return a run of some blocks in the scalar loop, with a step stable for both schemes, and its block steps."""
     width, height = np.array([0.24]), np.array([0.6])
     stiff, _, dashpot = (float(one[0]) for one in SOFT.specific(width, height, GRANITE_DENSITY))
     wave, own = motion.along(0.0), (motion.sampling_interval, steps, 0.12, 0.3, stiff, dashpot)
@@ -97,7 +97,7 @@ def scalar_runs(motion: Motion, centred: bool, blocks: int = 8, steps: int = 128
 
 
 def throughput() -> list[Figure]:
-    """Block steps per second and core, those done again included; against a scalar loop and the limit."""
+    """Measure block steps per second and core (repeated steps included), relative to the scalar loop and the limit."""
     rows: list[Figure] = []
     motion, peak = standing_motion(), peak_operations()
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
@@ -108,7 +108,7 @@ def throughput() -> list[Figure]:
         advance(constants, np.zeros(ROWS.size), 8, 1, float(TICKS))
         wide = run_cases(motion, many, scheme=scheme, **how).block_steps.sum()
         plain_run, narrow = scalar_runs(motion, scheme == "centred")
-        # Interleaved, so that both see the same neighbours on the machine.
+        # Interleaved, so that other load on the machine affects both alike.
         ratios, speeds = [], []
         for _ in range(3):
             speed = wide / fastest(lambda s=scheme: run_cases(motion, many, scheme=s, **how), 1)  # type: ignore[misc]
@@ -125,13 +125,13 @@ def throughput() -> list[Figure]:
 
 
 def sweep() -> list[Figure]:
-    """Time per case in a sweep of more than 1000 20-s cases, and agreement with the exact rigid block."""
+    """Measure the time per case of about 1000 cases of 20 s, and the agreement with the exact rigid block."""
     motion = near_fault()["rinaldi"]
     axes = (np.arange(0.0, 360.0, 5.0), [0.6, 1.2], [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4], [NO_SLIDING])
     cases = grid(*axes)
     rigid = np.stack([rocking(motion.times(factor), cases).overturned for factor in (1.0, 0.99, 1.01)])
     firm = (rigid == rigid[0]).all(axis=0)
-    # As a user would: the grid, with its mirrored half left out in the second run.
+    # As a user runs it; the second run omits the mirrored half of the grid.
     given: dict[str, Any] = dict(zip(("azimuth_deg", "height", "b_over_h", "friction"), axes, strict=True))
     whole = fastest(lambda: run_cases(motion, cases, leave_out=False), 15) / cases.size
     default = fastest(lambda: simulate_arrays(motion, **given), 15) / cases.size
@@ -150,23 +150,23 @@ def sweep() -> list[Figure]:
 
 
 def compilation() -> list[Figure]:
-    """A cold start into an empty cache folder, less a warm one."""
+    """Measure the time of compilation (start with an empty cache minus start with a filled one) and of loading."""
     program = (
         "import time, numpy as np; from overturning import Motion, Cases, run_cases\n"
         "w = np.sin(np.arange(50.0)); m = Motion(w, w, sampling_interval=0.01); t = time.process_time()\n"
         "run_cases(m, Cases(0, 0.6, 0.05, 1.0)); print(time.process_time() - t)"
     )
     with tempfile.TemporaryDirectory() as folder:
-        cold, warm = (float(process(program, NUMBA_CACHE_DIR=folder)[0]) for _ in range(2))
+        cold, warm = (float(run_program(program, NUMBA_CACHE_DIR=folder)[0]) for _ in range(2))
     return [Figure("compilation, cold", cold - warm, "s"), Figure("loading a compiled kernel", warm, "s")]
 
 
 def default_study(azimuths: int = 36) -> list[Figure]:
-    """Kernel time of the default study's 133,056 flags on two threads, and its wrong flags."""
+    """Measure the kernel time of the 133,056 flags of the default study on two threads, and its wrong flags."""
     groups = study_groups(azimuths)
     run_cases(*study_groups(2, 28)[0])
     start, busy = time.perf_counter(), time.process_time()
-    found = joined([run_cases(*group, threads=2) for group in groups])
+    found = join_results([run_cases(*group, threads=2) for group in groups])
     seconds, busy = time.perf_counter() - start, time.process_time() - busy
     fine = answers(groups, threads=2, time_step="0.125 stable").results
     far = difference(found, fine, (len(groups), azimuths, 2, -1, 3))
@@ -179,14 +179,14 @@ def default_study(azimuths: int = 36) -> list[Figure]:
         ("where the neighbours agree", far.firm),
         ("of all cells, against an eighth of the step", far.counts),
     ):
-        flags, sides = shares(counts)
+        flags, sides = error_shares(counts)
         rows.append(Figure(f"default study: wrong flags {where}", flags, "%"))
         rows.append(Figure(f"default study: wrong sides {where}", sides, "%"))
     return rows
 
 
 def left_out(azimuths: int = 18) -> list[Figure]:
-    """What is left out on the default study's records: the work saved, and how many flags and sides change."""
+    """Measure the work saved by leaving out in the default study, and the flags and sides that change."""
     groups = study_groups(azimuths)
     short = answers(groups, threads=2).results
     full = answers(groups, threads=2, leave_out=False).results
@@ -212,7 +212,7 @@ def left_out(azimuths: int = 18) -> list[Figure]:
 
 
 def growth() -> list[Figure]:
-    """Memory at a million cases, and how the time grows from ten thousand on."""
+    """Measure the memory of a million cases, and the time per case from 10⁴ to 10⁶ cases."""
     t = np.arange(60) * 0.02
     motion = Motion(6.0 * np.sin(2 * np.pi * t / 0.5), 0 * t, sampling_interval=0.02)
     rng = np.random.default_rng(2)
@@ -242,9 +242,9 @@ PARTS: dict[str, Callable[[], list[Figure]]] = {
 
 
 def main(
-    parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(PARTS)}; all where none is named")] = None,
+    parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(PARTS)}; default: all")] = None,
 ) -> None:
-    """Measure how fast the kernel is; parts that are not named keep their figures."""
+    """Measure the speed of the kernels; parts that are not named keep their figures."""
     machine = re.sub(r"[^a-z0-9]+", "-", f"{platform.machine()} {os.cpu_count()} cores".lower()).strip("-")
     rows: list[Figure] = []
     for name in (names := parts_of(parts, PARTS)):

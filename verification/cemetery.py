@@ -28,7 +28,7 @@ from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, motion_of
 from overturning.study.sweep import scaled
 from overturning.surveys.population import draw_stones
-from verification.tables import RESULTS, ROOT, Figure, lines_of, markdown, publish, wrapped, write_figures
+from verification.tables import RESULTS, ROOT, Figure, lines_of, markdown, publish, wrap_text, write_figures
 
 STUDY: Final = ROOT / "results" / "near-fault"
 PUBLISHED: Final = ROOT / "surveys" / "published.csv"
@@ -78,7 +78,7 @@ def sentence(rates: FloatArray, found: xr.Dataset) -> str:
     low, middle, high = np.quantile(rates, [0.25, 0.5, 0.75])
     events = len(set(found["event"].to_numpy().astype(str)))
     none, most = int((rates < 1).sum()), int((rates > 99).sum())
-    return wrapped(
+    return wrap_text(
         f"Computed fall rates under the {rates.size} near-field records of {events} earthquakes, at amplitude 1: "
         f"median {middle:.0f} %, middle half {low:.0f} to {high:.0f} %, all {rates.min():.0f} to {rates.max():.0f} %. "
         f"Less than 1 % of the stones fall under {none} records, more than 99 % under {most}."
@@ -113,7 +113,7 @@ def cemetery(results: Results) -> str:
     section = population(results)
     assert section is not None
     shutil.copy(results.drawings / "fall-rate.svg", ROOT / "docs" / "images" / "fall-rate.svg")
-    return "\n".join(wrapped(block.text, "- ") for block in section.blocks if type(block) is Paragraph)
+    return "\n".join(wrap_text(block.text, "- ") for block in section.blocks if type(block) is Paragraph)
 
 
 def criteria_tables(results: Results) -> dict[str, str]:
@@ -124,7 +124,7 @@ def criteria_tables(results: Results) -> dict[str, str]:
     whole, blocks = (block for block in each_block(Report("", "", (section,))) if isinstance(block, Table))
     answer = next(block.text for block in section.blocks if isinstance(block, Paragraph))
     return {
-        "criteria": f"{wrapped(answer)}\n\n{markdown(whole.heads, whole.rows)}",
+        "criteria": f"{wrap_text(answer)}\n\n{markdown(whole.heads, whole.rows)}",
         "criteria-blocks": markdown(blocks.heads, blocks.rows),
     }
 
@@ -169,7 +169,7 @@ def main() -> None:
     study = load_study(ROOT / "config" / "near-fault.yaml")
     with open_results(STUDY, study) as results:
         found = results.populations[NOMINAL]
-        publish({"population": f"{cemetery(results)}\n{wrapped(simulate_each_stone(results), '- ')}"})
+        publish({"population": f"{cemetery(results)}\n{wrap_text(simulate_each_stone(results), '- ')}"})
         publish(criteria_tables(results))
         rows, rates = published(), recorded_rates(found)
         draw(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")

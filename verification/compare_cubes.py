@@ -1,8 +1,8 @@
-"""What changed from cube to cube of one study: ``python -m verification.compare_cubes OLD NEW``.
+"""``python -m verification.compare_cubes OLD NEW``: count the changes between cubes of one study.
 
-Each cube is compared with the one before it, and the last with the first, over the records that both have. For a change
-that must not change an answer, or whose changes must be counted: each state of the sources makes its cube of the same
-study, in a checkout of its own.
+Each cube is compared with the one before it, and the last with the first, for the records that both have. Use it for a
+change of the sources that must not change results, or whose changes must be counted: make a cube of the same study with
+each state of the sources, in separate checkouts.
 """
 
 from collections.abc import Sequence
@@ -23,19 +23,19 @@ from verification.measures import ROCKS, percent
 from verification.tables import markdown
 
 SLIDES = 1e-3
-"""Peak slip of a stone that slides, m."""
+"""Peak slip from which a stone counts as sliding, m."""
 
 
-def apart(first: NDArray[Any], second: NDArray[Any]) -> NDArray[np.bool_]:
+def differ_in_azimuth(first: NDArray[Any], second: NDArray[Any]) -> NDArray[np.bool_]:
     """True where two 3-D falls are `MAX_AZIMUTH_DIFFERENCE_DEG` or more apart, by azimuth, degrees; NaN is False."""
     turn = np.nan_to_num(np.asarray(second, np.float64) - np.asarray(first, np.float64))
     return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= MAX_AZIMUTH_DIFFERENCE_DEG)
 
 
-def agree(flags: xr.DataArray, towards: NDArray[Any] | None = None) -> NDArray[np.bool_]:
-    """Cells whose neighbours in azimuth, or orientation, and B/H have the same flag; a full circle is closed.
+def neighbours_agree(flags: xr.DataArray, towards: NDArray[Any] | None = None) -> NDArray[np.bool_]:
+    """Return True for cells whose neighbours in azimuth (or orientation) and B/H have the same flag.
 
-    In space they also fall the same way, `towards` azimuths in degrees.
+    A full circle is closed. With fall azimuths `towards` (3-D, degrees), these must agree as well.
     """
     same = np.ones(flags.shape, bool)
     for name in {"azimuth", "orientation", "b_over_h"} & set(flags.dims):
@@ -44,7 +44,7 @@ def agree(flags: xr.DataArray, towards: NDArray[Any] | None = None) -> NDArray[n
         equal = along[1:] == along[:-1]
         if towards is not None:
             ways = np.moveaxis(towards, at, 0)
-            equal &= ~apart(ways[1:], ways[:-1])
+            equal &= ~differ_in_azimuth(ways[1:], ways[:-1])
         kept[1:] &= equal
         kept[:-1] &= equal
         if name == "azimuth" and values.size > 1 and values[-1] + values[1] - values[0] == values[0] + 360:
@@ -53,27 +53,27 @@ def agree(flags: xr.DataArray, towards: NDArray[Any] | None = None) -> NDArray[n
 
 
 def rotation(cube: xr.Dataset) -> FloatArray:
-    """Peak rotation over α, of a body in space its peak tilt; NaN where an element has no α."""
+    """Return the peak rotation (3-D: peak tilt) over α; NaN for an element without α."""
     if "peak_tilt" not in cube:
         return np.asarray(cube.peak_rotation, dtype=np.float64)
     tilt = np.radians(cube.peak_tilt) / np.arctan(cube.b_over_h)
     return np.asarray(tilt.transpose(*cube.peak_tilt.dims), dtype=np.float64)
 
 
-def fallen(flags: NDArray[np.int8]) -> str:
-    """Cells that fall, and their share of those with an answer."""
+def fallen_label(flags: NDArray[np.int8]) -> str:
+    """Return the number of cells that fall, and their share of those with an answer."""
     known = flags != INT8_MISSING
     down = int((known & (flags != 0)).sum())
     return f"{down:,} ({percent(down, int(known.sum())):.2f} %)"
 
 
-def spread(changes: FloatArray) -> str:
-    """Median, with its sign, and what 95 % do not exceed in size."""
+def spread_label(changes: FloatArray) -> str:
+    """Return the median and the 95 % quantile of the absolute values."""
     return f"{np.median(changes):+.2g}, {np.quantile(np.abs(changes), 0.95):.2g}" if changes.size else "–"
 
 
 def changes(old: xr.Dataset, new: xr.Dataset) -> dict[str, str]:
-    """What changed from one cube to the other, by what is counted."""
+    """Return the changes from one cube to the other, by counted quantity."""
     both = [name for name in old.record_id.values if name in new.record_id.values]
     old, new = (cube.isel(record=[list(cube.record_id.values).index(name) for name in both]) for cube in (old, new))
     if not both or dict(old.sizes) != dict(new.sizes):
@@ -84,8 +84,8 @@ def changes(old: xr.Dataset, new: xr.Dataset) -> dict[str, str]:
     flags = old.overturned.fillna(INT8_MISSING).astype(np.int8)
     before, after = flags.values, new.overturned.fillna(INT8_MISSING).astype(np.int8).values
     azimuths = (old.fall_azimuth.values, new.fall_azimuth.values) if "fall_azimuth" in old else None
-    away = None if azimuths is None else apart(*azimuths)
-    firm = agree(flags, None if azimuths is None else azimuths[0])
+    away = None if azimuths is None else differ_in_azimuth(*azimuths)
+    firm = neighbours_agree(flags, None if azimuths is None else azimuths[0])
     counts = compare(before, after, away)
     firmly = compare(before[firm], after[firm], None if away is None else away[firm])
     turned, turned_too, stands = rotation(old), rotation(new), (before == 0) & (after == 0)
@@ -93,21 +93,25 @@ def changes(old: xr.Dataset, new: xr.Dataset) -> dict[str, str]:
     rocks, slides = stands & (turned > ROCKS) & np.isfinite(turned_too), stands & (slid > SLIDES)
     return {
         "cells": f"{before.size:,}",
-        "fall, before": fallen(before),
-        "fall, after": fallen(after),
+        "fall, before": fallen_label(before),
+        "fall, after": fallen_label(after),
         "without an answer, before and after": f"{(before == INT8_MISSING).sum():,}, {(after == INT8_MISSING).sum():,}",
         "cells with another status": f"{(old.status.values != new.status.values).sum():,}",
         "flags changed": f"{counts.flags:,}",
         "of them where the neighbours agree": f"{firmly.flags:,}",
         "sides changed, of what falls in both": f"{counts.sides:,} of {counts.fallen:,}",
         "of these where the neighbours agree": f"{firmly.sides:,} of {firmly.fallen:,}",
-        "peak rotation of what rocks and stands: change in α, median and 95 %": spread((turned_too - turned)[rocks]),
-        "peak slip of what stands: change in %, median and 95 %": spread(100 * (slid_too[slides] / slid[slides] - 1)),
+        "peak rotation of what rocks and stands: change in α, median and 95 %": spread_label(
+            (turned_too - turned)[rocks]
+        ),
+        "peak slip of what stands: change in %, median and 95 %": spread_label(
+            100 * (slid_too[slides] / slid[slides] - 1)
+        ),
     }
 
 
 def table(cubes: Sequence[Path]) -> str:
-    """Markdown: a column for each step from cube to cube, and one for all of them."""
+    """Return a Markdown table with a column for each pair of successive cubes, and one for first and last."""
     opened = [open_cube(path, element=None, amplitude=None) for path in cubes]
     steps = [(i, i + 1) for i in range(len(cubes) - 1)] + [(0, len(cubes) - 1)] * (len(cubes) > 2)
     columns = [changes(opened[first], opened[last]) for first, last in steps]
@@ -118,7 +122,7 @@ def table(cubes: Sequence[Path]) -> str:
 
 def main(
     old: Annotated[Path, typer.Argument(help="a cube")],
-    newer: Annotated[list[Path], typer.Argument(help="cubes of the same study after it, the latest last")],
+    newer: Annotated[list[Path], typer.Argument(help="later cubes of the same study, in order")],
 ) -> None:
     """Print the table."""
     try:

@@ -1,8 +1,8 @@
-"""The same stones in Box2D, pymunk, MuJoCo and Bullet: rigid-body engines that solve contacts as constraints.
+"""Simulation of stones with Box2D, pymunk, MuJoCo and Bullet: rigid-body engines that solve contacts as constraints.
 
-All get the shaking as a gravity vector that turns and stretches with time, which is exact for a rigid base. They are
-installed by `make peers` (dependency group `peers`); one that is not is left out. Directions: x and the horizontal
-direction s of a plane to the azimuth, y 90° anticlockwise of it, z up.
+The shaking is applied as a time-dependent gravity vector, which is exact for a rigid base. `make peers` installs the
+engines (dependency group `peers`); missing ones are skipped. Directions: x (in 2-D: s) towards the azimuth, y 90°
+anticlockwise of it, z up.
 """
 
 import math
@@ -17,24 +17,24 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 STEP: Final = 1.0 / 240.0
-"""Time step where none is asked for, s."""
+"""Default time step, s."""
 
 SCALE: Final = 20.0
-"""Box2D's tolerances suit bodies of metres; a gravestone is shown to it twenty times as large."""
+"""Factor on all lengths for Box2D, whose tolerances are made for bodies of metres."""
 
 FALLEN: Final = 0.49 * math.pi
-"""Rotation from which a stone has fallen, rad."""
+"""Rotation from which a stone counts as fallen, rad."""
 
 FLAT: Final = 0.05
-"""Vertical component of its axis below which a prism has fallen: no engine brings it to lie within the same step."""
+"""Vertical component of the axis below which a prism counts as fallen."""
 
 AFTER_BLOCK: Final = 5.0
 AFTER_SCENE: Final = 3.0
-"""Seconds for which a block and a scene go on after the record."""
+"""Simulated time after the record, s, for a block and for a scene."""
 
 
 class Stone(NamedTuple):
-    """A free body: place of its centre (m), corners about it (m), mass per metre of depth (kg/m), moment of inertia."""
+    """Free body: centre (m), corners relative to it (m), mass per metre of depth (kg/m), moment of inertia (kg m)."""
 
     x: float
     z: float
@@ -44,24 +44,24 @@ class Stone(NamedTuple):
 
 
 def block(height: float, b_over_h: float) -> Stone:
-    """A rectangle on the ground, of unit mass."""
+    """Return a rectangle on the ground, with unit mass."""
     b, h = 0.5 * height * b_over_h, 0.5 * height
     return Stone(0.0, h, ((-b, -h), (b, -h), (b, h), (-b, h)), 1.0, (b * b + h * h) / 3.0)
 
 
 def stones(placed: Iterable[PlacedElement]) -> list[Stone]:
-    """The free elements of a scene."""
+    """Return the free elements of a scene."""
     return [Stone(one.x, one.z, one.shape.vertices.tolist(), one.mass, one.inertia) for one in placed]
 
 
 def resample(acceleration: np.ndarray, interval: float, step: float, after: float) -> np.ndarray:
-    """Acceleration at the engines' own steps, zero after the record."""
+    """Return the acceleration at the time steps of an engine; zero after the record."""
     times = (np.arange(int((acceleration.size * interval + after) / step)) + 0.5) * step
     return np.interp(times, np.arange(acceleration.size) * interval, acceleration, right=0.0)
 
 
 def _sides(bodies: list[Any], ground: np.ndarray, advance: Callable[[float], None], early: bool) -> list[int]:
-    """Sides to which bodies fall, in the order given; `early` ends when the last has fallen."""
+    """Return the sides to which bodies fall, in order; with `early`, end when the last body has fallen."""
     sides = [0] * len(bodies)
     for acceleration in ground.tolist():
         advance(acceleration)
@@ -74,14 +74,14 @@ def _sides(bodies: list[Any], ground: np.ndarray, advance: Callable[[float], Non
 
 
 def box2d(free: Sequence[Stone], ground: np.ndarray, friction: float, step: float, early: bool = False) -> list[int]:
-    """Sides to which stones fall in Box2D under an acceleration given at the engine's steps."""
+    """Return the sides to which stones fall in Box2D; `ground` is the acceleration at the engine's time steps."""
     from Box2D import b2EdgeShape, b2PolygonShape, b2World
 
     world = b2World(gravity=(0.0, -STANDARD_GRAVITY * SCALE), doSleep=False)
     world.CreateStaticBody(shapes=b2EdgeShape(vertices=[(-1000, 0), (1000, 0)])).fixtures[0].friction = friction
     bodies = []
     for stone in free:
-        # Without this a stone falls asleep before the shaking begins, whatever the world's doSleep says.
+        # Otherwise a stone is set to sleep before the shaking begins, in spite of doSleep=False of the world.
         body = world.CreateDynamicBody(position=(stone.x * SCALE, stone.z * SCALE), allowSleep=False)
         shape = b2PolygonShape(vertices=[(x * SCALE, z * SCALE) for x, z in stone.corners])
         body.CreateFixture(shape=shape, density=stone.mass / _area(stone), friction=friction, restitution=0.0)
@@ -95,7 +95,7 @@ def box2d(free: Sequence[Stone], ground: np.ndarray, friction: float, step: floa
 
 
 def pymunk(free: Sequence[Stone], ground: np.ndarray, friction: float, step: float, early: bool = False) -> list[int]:
-    """Sides to which stones fall in pymunk under an acceleration given at the engine's steps."""
+    """Return the sides to which stones fall in pymunk; `ground` is the acceleration at the engine's time steps."""
     import pymunk as engine
 
     space = engine.Space()
@@ -103,7 +103,7 @@ def pymunk(free: Sequence[Stone], ground: np.ndarray, friction: float, step: flo
     space.collision_slop = 1e-5
     space.collision_bias = 0.1**60
     line = engine.Segment(space.static_body, (-100, 0), (100, 0), 0.0)
-    line.friction = math.sqrt(friction)  # pymunk multiplies the two
+    line.friction = math.sqrt(friction)  # pymunk multiplies the frictions of both shapes
     space.add(line)
     bodies = []
     for stone in free:
@@ -122,7 +122,7 @@ def pymunk(free: Sequence[Stone], ground: np.ndarray, friction: float, step: flo
 
 
 def mujoco(free: Sequence[Stone], ground: np.ndarray, friction: float, step: float) -> list[int]:
-    """Side to which a block falls in MuJoCo: a box in a plane, a metre deep."""
+    """Return the side to which a block falls in MuJoCo: a box, 1 m deep, that moves in a vertical plane."""
     import mujoco as engine
 
     (stone,) = free
@@ -141,7 +141,7 @@ def mujoco(free: Sequence[Stone], ground: np.ndarray, friction: float, step: flo
 
 
 def _mujoco_model(half: tuple[float, float, float], joints: str, friction: float, step: float, ratio: int = 1) -> Any:
-    """A box of a kilogram on a plane; `ratio` is that of the resistances of friction and of the contact."""
+    """Return a model of a box of 1 kg on a plane; `ratio` is the impedance ratio of friction and contact."""
     import mujoco as engine
 
     size = " ".join(map(str, half))
@@ -154,7 +154,7 @@ def _mujoco_model(half: tuple[float, float, float], joints: str, friction: float
 
 
 class Prism(NamedTuple):
-    """Half sizes along x, y and z, m, and the friction coefficient."""
+    """Prism: half sizes along x, y and z, m, and friction coefficient."""
 
     b: float
     d: float
@@ -162,8 +162,8 @@ class Prism(NamedTuple):
     friction: float
 
 
-def seen_from(motion: Motion, orientation_deg: float, step: float) -> np.ndarray:
-    """Gravity in the frame of the base, x to the orientation, at the middle of each step."""
+def gravity_in_frame(motion: Motion, orientation_deg: float, step: float) -> np.ndarray:
+    """Return gravity minus ground acceleration, with x along the orientation, at the middle of each step."""
     along = [motion.along(orientation_deg), motion.along(orientation_deg - 90.0)]
     waves = [*along, np.zeros(motion.samples) if motion.up is None else motion.up]
     x, y, z = (resample(wave, motion.sampling_interval, step, AFTER_BLOCK) for wave in waves)
@@ -171,7 +171,7 @@ def seen_from(motion: Motion, orientation_deg: float, step: float) -> np.ndarray
 
 
 def mujoco_in_space(prism: Prism, gravity: np.ndarray, step: float) -> tuple[float, float] | None:
-    """Horizontal direction of the axis when the prism has fallen in MuJoCo, none where it stands."""
+    """Return the horizontal direction of the axis of a prism that falls in MuJoCo; None if it stands."""
     import mujoco as engine
 
     model = _mujoco_model((prism.b, prism.d, prism.h), "<freejoint/>", prism.friction, step, ratio=10)
@@ -185,7 +185,7 @@ def mujoco_in_space(prism: Prism, gravity: np.ndarray, step: float) -> tuple[flo
 
 
 def bullet_in_space(prism: Prism, gravity: np.ndarray, step: float) -> tuple[float, float] | None:
-    """The same in Bullet."""
+    """Return the horizontal direction of the axis of a prism that falls in Bullet; None if it stands."""
     import pybullet as engine
 
     client = engine.connect(engine.DIRECT)
@@ -227,7 +227,7 @@ _MODULES: Final = {"Box2D": "Box2D", "pymunk": "pymunk", "MuJoCo": "mujoco", "Bu
 
 
 def installed(engines: Mapping[str, Any], *names: str) -> dict[str, Any]:
-    """The engines that are installed, of those named or of all; a note for each that is not."""
+    """Return the installed engines among those named (default: all); print a note for each missing one."""
     missing = {name for name in names or engines if find_spec(_MODULES[name]) is None}
     for name in missing:
         print(f"{name} is not installed: make peers")
@@ -238,7 +238,7 @@ def side_of_block(
     engine: Engine, acceleration: np.ndarray, interval: float, height: float, b_over_h: float, friction: float,
     step: float = STEP,
 ) -> int:  # fmt: skip
-    """Side to which a block falls in an engine."""
+    """Return the side to which a block falls in an engine."""
     ground = resample(acceleration, interval, step, AFTER_BLOCK)
     return engine([block(height, b_over_h)], ground, friction, step)[0]
 
@@ -247,13 +247,13 @@ def sides_of_scene(
     engine: Engine, placed: Iterable[PlacedElement], acceleration: np.ndarray, interval: float, friction: float,
     step: float = STEP, early: bool = False,
 ) -> list[int]:  # fmt: skip
-    """Sides to which the free elements of a scene fall in an engine."""
+    """Return the sides to which the free elements of a scene fall in an engine."""
     return engine(stones(placed), resample(acceleration, interval, step, AFTER_SCENE), friction, step, early=early)
 
 
 def fall_azimuth(engine: SpaceEngine, motion: Motion, orientation_deg: float, prism: Prism, step: float) -> float:
-    """Azimuth to which the top points when the prism has fallen, degrees; NaN where it stands."""
-    axis = engine(prism, seen_from(motion, orientation_deg, step), step)
+    """Return the azimuth to which the top of a fallen prism points, degrees; NaN if it stands."""
+    axis = engine(prism, gravity_in_frame(motion, orientation_deg, step), step)
     return np.nan if axis is None else float((orientation_deg - np.degrees(np.arctan2(axis[1], axis[0]))) % 360.0)
 
 

@@ -1,7 +1,7 @@
-"""`python -m verification.experiments [NAME ...]`: what contact, step and clock were read from, on the default study.
+"""`python -m verification.experiments [NAME ...]`: measurements behind the choice of contact, step and clock.
 
-Each experiment runs settings over cases of the default study's records, compares the answers with a reference and puts
-its tables between their marks in docs/measurements.md.
+Each experiment runs several settings for cases of the default study, compares the results with a reference and writes
+its tables between markers in docs/measurements.md.
 """
 
 import tempfile
@@ -28,51 +28,51 @@ from overturning.model.scene import gravestone
 from overturning.model.shapes import Rectangle
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
-from verification.inputs import NO_SLIDING, Group, grid, half_turn, near_fault, study_groups
-from verification.measures import ROCKS, Flags, answers, difference, percent, shares
+from verification.inputs import NO_SLIDING, Group, grid, half_circle_azimuths, near_fault, study_groups
+from verification.measures import ROCKS, Flags, answers, difference, error_shares, percent
 from verification.tables import RESULTS, ROOT, markdown, parts_of, publish, write_csv
-from verification.timing import Answer, elsewhere
+from verification.timing import Answer, run_in_subprocess
 
 Bodies = dict[str, str]
 
 
 class Thinned(NamedTuple):
-    """How much of the default study an experiment runs."""
+    """Part of the default study that an experiment runs."""
 
     azimuths: int
     every_record: int
     checkout: Path | None = None
-    """Another state of the sources, to compare with."""
+    """Checkout with another state of the sources, for comparison."""
     kept: Path = RESULTS
-    """Folder of the tables that are kept."""
+    """Folder in which the tables are stored."""
 
     def groups(self) -> list[Group]:
-        """The cases."""
+        """Return the cases."""
         return study_groups(self.azimuths, self.every_record)
 
 
 def table(first: str, rows: dict[str, dict[str, float]], heads: list[str]) -> str:
-    """The named columns of rows by name."""
+    """Return a Markdown table of the columns `heads` of named rows."""
     return markdown((first, *heads), [(name, *(row[head] for head in heads)) for name, row in rows.items()])
 
 
 STEPS: Final = [("centred", share) for share in (0.0625, 0.125, 0.25, 0.5, 0.75, 1.0)] + [
     ("cundall", share) for share in (0.25, 0.5, 0.9)
 ]
-"""Schemes and shares of their longest step; the automatic step is the longest of the centred one."""
+"""Schemes with shares of their longest step; the automatic step of the centred scheme is its longest."""
 FINEST: Final[dict[str, Any]] = {"scheme": "centred", "time_step": "0.03125 stable"}
 BOUNDARY: Final = "shift of the boundary, %"
 AT_EQUAL: Final = ["median error of peak rotation", BOUNDARY, "wrong flags, %", "wrong sides, %"]
 
 
 def default_step(thin: Thinned) -> Bodies:
-    """Error and cost over the step, from which the default scheme and step were read."""
+    """Measure error and cost over the step, the basis of the default scheme and step."""
     groups = thin.groups()
     ratios = np.unique(groups[0].cases.b_over_h)
     shape = (len(groups), thin.azimuths, -1, ratios.size, np.unique(groups[0].cases.friction).size)
 
     def boundary(flags: Flags) -> FloatArray:
-        """B/H below which the block falls, from the number of falling cells along B/H."""
+        """Return the B/H below which the block falls, from the number of falling cells along B/H."""
         return np.asarray(ratios[0] + (flags.reshape(shape) != 0).sum(axis=3) * (ratios[1] - ratios[0]))
 
     exact, rows = answers(groups, threads=2, **FINEST).results, []
@@ -94,9 +94,9 @@ def default_step(thin: Thinned) -> Bodies:
 
 
 def equal_error(curve: pd.DataFrame) -> str:
-    """What the default costs over what Cundall's scheme does at the same error, by log-log interpolation.
+    """Return the cost of the default over that of Cundall's scheme at the same error, by log-log interpolation.
 
-    An error need not fall with the step: what counts is the coarsest step that reaches that of the default.
+    Errors need not decrease with the step: the coarsest step that reaches the error of the default counts.
     """
     default = curve[curve["scheme"] == "centred"].iloc[-1]
     yardstick, lines = curve[curve["scheme"] == "cundall"].sort_values("processor time, s"), []
@@ -105,7 +105,7 @@ def equal_error(curve: pd.DataFrame) -> str:
         costs = np.log(yardstick["processor time, s"].to_numpy())
         error = np.log(max(default[head], 1e-12))
         reached = np.flatnonzero(errors <= error)
-        # Beyond the curve's ends the nearest end is taken, which understates the advantage at a smaller error.
+        # Beyond the ends of the curve the nearest end counts, which understates the advantage at a smaller error.
         at, where = (int(reached[0]), "") if reached.size else (errors.size - 1, ", at most")
         cost = costs[at]
         if reached.size and at:
@@ -117,7 +117,7 @@ def equal_error(curve: pd.DataFrame) -> str:
 
 
 def step_and_contact(thin: Thinned) -> Bodies:
-    """What softness and damping ask of the step: cases that lose their energy balance, and wrong flags."""
+    """Measure marked cases and wrong flags over step, softness and damping."""
     groups, lines = thin.groups(), []
     steps = {"automatic": "auto"} | {f"{share:g}": f"{share} stable" for share in (0.25, 0.5, 0.75, 1.0)}
     for penetration in (2e-3, 2e-4, 2e-5, 2e-6, 1e-7):
@@ -129,7 +129,7 @@ def step_and_contact(thin: Thinned) -> Bodies:
             cells = [f"{percent(own.unstable, computed):.2f}"]
             for step in steps.values():
                 far = difference(answers(groups, threads=2, time_step=step, **given).results, exact)
-                cells.append(f"{percent(far.unstable, computed):.2f} / {shares(far.moving)[0]:.2f}")
+                cells.append(f"{percent(far.unstable, computed):.2f} / {error_shares(far.moving)[0]:.2f}")
             lines.append((f"{penetration:g}", f"{ratio:g}", *cells))
             print(*lines[-1], flush=True)
     cells_of = markdown(("δ/B", "ξ", "0.125", *steps), lines)
@@ -148,38 +148,38 @@ RULES: Final = {
     "whole steps while standing": "from overturning.dem.block import state; state.RIGID_TIME_RATIO *= 1e9",
     "no step repeated at the same length, only halved": CLOCK.format("tries=0.0"),
 }
-"""One rule of the clock changed at a time, before the kernel is imported."""
+"""Statements that change one rule of the clock before the kernel is imported, by name."""
 
 
 def fine_steps(thin: Thinned) -> Bodies:
-    """What the steps after a change of contact give; each rule is compiled in a process of its own."""
+    """Measure the effect of each rule of the clock; each is compiled in a separate process."""
     groups, rows = thin.groups(), {}
     exact = answers(groups, threads=2, time_step="0.125 stable").results
     with tempfile.TemporaryDirectory() as folder:
         for number, (name, before) in enumerate(RULES.items()):
-            (found,) = elsewhere(groups, [{}], before=before, NUMBA_CACHE_DIR=f"{folder}/{number}")
+            (found,) = run_in_subprocess(groups, [{}], before=before, NUMBA_CACHE_DIR=f"{folder}/{number}")
             rows[name] = difference(found.results, exact).costs(found.seconds)
             print(name, rows[name], flush=True)
     return {"fine-steps": table("", rows, list(next(iter(rows.values()))))}
 
 
 def rigid_limit(thin: Thinned) -> Bodies:
-    """Error and cost over the contact's stiffness and the step, and what no computation settles."""
+    """Measure error and cost over contact stiffness and step, and the cases that no computation decides."""
     groups = thin.groups()
-    # The ninth digit of the shaking, less than is known of any.
+    # A change in the ninth digit, below the accuracy of any record.
     moved = [Group(motion.times(1 + 1e-9), cases) for motion, cases in groups]
 
     def under(contact: float, among: list[Group] = groups, **how: Any) -> Answer:
         return answers(among, model=gravestone(Contact(static_penetration=contact)), **how)
 
     def wrong(one: Answer, other: Answer) -> tuple[str, ...]:
-        return tuple(f"{share:.2f}" for share in shares(difference(one.results, other.results).counts))
+        return tuple(f"{share:.2f}" for share in error_shares(difference(one.results, other.results).counts))
 
     steps = {"0.125": "0.125 stable", "0.25": "0.25 stable", "0.5": "0.5 stable", "auto": "auto"}
     reference = (2e-8, "0.125")
     exact, lines, costs = under(reference[0], time_step=steps[reference[1]]), [], {}
     if thin.checkout is not None:
-        (before,) = elsewhere(groups, [{}], checkout=thin.checkout)
+        (before,) = run_in_subprocess(groups, [{}], checkout=thin.checkout)
         costs["of the other checkout"] = difference(before.results, exact.results).costs(before.seconds)
     for penetration in (2e-5, 2e-6, 5e-7, STATIC_PENETRATION, 2e-8):
         found = {
@@ -215,21 +215,21 @@ def rigid_limit(thin: Thinned) -> Bodies:
 
 
 class Peaks(NamedTuple):
-    """What a kernel says of the cases of all motions in a row: sides, peak rotations over α, and steps."""
+    """Results of a kernel for the cases of all motions, in order: sides, peak rotations over α, and steps."""
 
     sides: NDArray[Any]
     rotations: FloatArray
     steps: NDArray[Any]
 
 
-def in_planes(group: Group, damping: float, general: bool) -> Peaks:
-    """Blocks in their own kernel or in the general one."""
+def run_two_d(group: Group, damping: float, general: bool) -> Peaks:
+    """Run blocks with the kernel for single blocks, or with the general one."""
     found = run(gravestone(Contact(damping_ratio=damping)), *group, Numerics(general=general))
     return Peaks(found.overturned.ravel(), np.asarray(found.peak_rotation.ravel(), np.float64), found.block_steps)
 
 
-def in_space(group: Group, damping: float) -> Peaks:
-    """Square prisms that face along the shaking, which is of one component."""
+def run_three_d(group: Group, damping: float) -> Peaks:
+    """Run square prisms that face along a motion with one component."""
     parts, cases = [], group.cases
     for azimuth in np.unique(cases.azimuth_deg):
         chosen, along = np.asarray(cases.azimuth_deg) == azimuth, group.motion.along(float(azimuth))
@@ -244,16 +244,17 @@ def in_space(group: Group, damping: float) -> Peaks:
 
 
 def damping_ratio(thin: Thinned) -> Bodies:
-    """What each damping ratio leaves of Housner's answers to blocks that do not slide, in the three kernels.
+    """Compare blocks that do not slide with Housner's block, for several damping ratios, in the three kernels.
 
-    A flag is firm that a motion 1 % weaker or stronger keeps; a peak is off by 0.01 α; squat is B/H from 0.4.
+    A flag is firm if it does not change under a motion 1 % weaker or stronger. A peak rotation is wrong if its error
+    exceeds 0.01 α. Blocks are squat from B/H = 0.4.
     """
     cases = grid(np.arange(1.24, 180.0, 15.0), [0.6, 1.6], np.arange(0.1, 0.51, 0.05), NO_SLIDING)
     groups = [Group(motion, cases) for motion in list(near_fault().values())[:: thin.every_record]]
     kernels: dict[str, Callable[[Group, float], Peaks]] = {
-        "kernel for single blocks": partial(in_planes, general=False),
-        "general kernel": partial(in_planes, general=True),
-        "3-D kernel": in_space,
+        "kernel for single blocks": partial(run_two_d, general=False),
+        "general kernel": partial(run_two_d, general=True),
+        "3-D kernel": run_three_d,
     }
     weaker, exact, stronger = (
         [rocking(motion.times(factor), cases) for motion, _ in groups] for factor in (0.99, 1.0, 1.01)
@@ -279,12 +280,12 @@ def damping_ratio(thin: Thinned) -> Bodies:
 
 
 ROUGH: Final = (MAX_FRICTION, 300.0, 1e3, 1e4, 1e6)
-"""Frictions from the largest that blocks are computed with."""
+"""Frictions from `MAX_FRICTION`, the largest that blocks are computed with."""
 
 
 def most_friction(thin: Thinned) -> Bodies:
-    """What more friction than `MAX_FRICTION` as given changes, and what it asks of the steps."""
-    shapes = half_turn(thin.azimuths), [0.6, 2.0], np.arange(0.1, 0.61, 0.1)
+    """Measure the effect of friction above `MAX_FRICTION` on results and number of steps."""
+    shapes = half_circle_azimuths(thin.azimuths), [0.6, 2.0], np.arange(0.1, 0.61, 0.1)
     motions, lines, first = list(near_fault().values())[:: thin.every_record], [], None
     with patch("overturning.dem.block.plan.MAX_FRICTION", np.inf):
         for friction in ROUGH:
@@ -294,7 +295,9 @@ def most_friction(thin: Thinned) -> Bodies:
             steps = found.block_steps.sum() / first.block_steps.sum()
             far = difference(found, first).counts
             unbalanced = percent((found.status == Status.UNSTABLE).sum(), found.status.size)
-            lines.append((f"{friction:g}", f"{steps:.2f}", f"{unbalanced:.1f}", *(f"{one:.2f}" for one in shares(far))))
+            lines.append(
+                (f"{friction:g}", f"{steps:.2f}", f"{unbalanced:.1f}", *(f"{one:.2f}" for one in error_shares(far)))
+            )
             print(*lines[-1], flush=True)
     heads = ("μ", "steps", "unstable, %", "flags that differ, %", "sides that differ, %")
     about = f"{far.cases + far.unanswered} cases under {len(motions)} records; steps are relative to the first row."
@@ -309,19 +312,17 @@ EXPERIMENTS: Final[dict[str, tuple[Callable[[Thinned], Bodies], Thinned]]] = {
     "damping-ratio": (damping_ratio, Thinned(12, 4)),
     "most-friction": (most_friction, Thinned(18, 4)),
 }
-"""By name, with the part of the default study that each runs."""
+"""Experiment and the part of the default study that it runs, by name."""
 
 
 def main(
-    names: Annotated[
-        list[str] | None, typer.Argument(help=f"{', '.join(EXPERIMENTS)}; all where none is named")
-    ] = None,
-    checkout: Annotated[
-        Path | None, typer.Option(help="another state of the sources, for a row of rigid-limit")
-    ] = None,
-    trial: Annotated[bool, typer.Option(help="two records, one azimuth: prints the tables and keeps none")] = False,
+    names: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(EXPERIMENTS)}; default: all")] = None,
+    checkout: Annotated[Path | None, typer.Option(help="checkout with other sources, for a row of rigid-limit")] = None,
+    trial: Annotated[
+        bool, typer.Option(help="run two records and one azimuth; print the tables without storing them")
+    ] = False,
 ) -> None:
-    """Measure, and put the tables into the docs."""
+    """Run experiments and write the tables into the docs."""
     for name in parts_of(names, EXPERIMENTS):
         measure, thin = EXPERIMENTS[name]
         if trial:

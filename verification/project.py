@@ -1,4 +1,4 @@
-"""A folder of its own with the workflow and a study, and the one command that runs it, and runs it again."""
+"""A separate folder with the workflow and a study, and the command that runs or resumes it."""
 
 import os
 import shutil
@@ -18,18 +18,18 @@ _LONG: Final = 900.0  # s, in which any run must end
 
 
 class Project:
-    """A copy of the project's workflow with a study.
+    """Copy of the project's workflow with a study.
 
     Parameters
     ----------
     folder : Path
-        Made, where it is not there with the study.
+        Created unless it already contains the study.
     study : str
-        The study as YAML; the default one where empty.
+        Study as YAML; empty: the default study.
     *options : str
-        Snakemake's, each time that it runs.
+        Options of Snakemake, for every run.
     own_kernels : bool
-        Whether its compiled kernels are its own, so that they can be damaged; else those of all.
+        True: use separate compiled kernels, which may be damaged; False: use the shared ones.
     """
 
     def __init__(self, folder: Path, study: str = "", *options: str, own_kernels: bool = False) -> None:
@@ -44,10 +44,10 @@ class Project:
         self._options, self._own_kernels = options, own_kernels
         self.results = folder / "results" / yaml.safe_load((folder / self.file).read_text(encoding="utf-8"))["name"]
 
-    def copied(self, folder: Path) -> Self:
-        """A copy in another folder, with results, Snakemake's notes and kernels."""
+    def copy_to(self, folder: Path) -> Self:
+        """Return a copy in another folder, with results, Snakemake's metadata and kernels."""
         shutil.rmtree(folder, ignore_errors=True)
-        # A copy is as old as what it was made from; only then is nothing to be done in it.
+        # Keep the file times: otherwise Snakemake would run the copied steps again.
         shutil.copytree(self.folder, folder, copy_function=shutil.copy2)
         other = object.__new__(type(self))
         other.__dict__ |= vars(self) | {"folder": folder, "results": folder / self.results.relative_to(self.folder)}
@@ -55,11 +55,11 @@ class Project:
 
     @property
     def cube(self) -> Path:
-        """The study's cube."""
+        """Path of the cube."""
         return self.results / CUBE
 
-    def how(self, *options: str, file: str = CUBE) -> dict[str, Any]:
-        """The command that makes a file of the results, all where none is named, and its surroundings."""
+    def command(self, *options: str, file: str = CUBE) -> dict[str, Any]:
+        """Return arguments of `subprocess` for the command that makes a file of the results (empty: all)."""
         environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
         if self._own_kernels:
             environment["NUMBA_CACHE_DIR"] = str(self.folder / "kernels")
@@ -68,10 +68,10 @@ class Project:
         return {"args": [*command, *wanted], "cwd": self.folder, "env": environment}
 
     def run(self, *options: str, file: str = CUBE) -> subprocess.CompletedProcess[str]:
-        """Run the command to its end."""
-        return subprocess.run(**self.how(*options, file=file), capture_output=True, text=True, timeout=_LONG)
+        """Run the command and wait for its end."""
+        return subprocess.run(**self.command(*options, file=file), capture_output=True, text=True, timeout=_LONG)
 
-    def begin(self) -> psutil.Popen:
-        """Let the command run, in a group of processes of its own."""
+    def start(self) -> psutil.Popen:
+        """Start the command in a new process group."""
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        return psutil.Popen(**self.how(), **quiet, start_new_session=True)
+        return psutil.Popen(**self.command(), **quiet, start_new_session=True)

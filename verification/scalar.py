@@ -1,7 +1,7 @@
-"""The yardstick of the kernel's speed: one block at a time in a plain scalar loop, with ifs where contacts are.
+"""Reference for the speed of the kernel: one block at a time in a plain scalar loop with branches for contacts.
 
-Both schemes with fixed steps, from the equations of docs/method.md and no more: no short steps after a change of
-contact, no energy account. It says what a block step costs when nothing is done side by side; its answers are not used.
+Both schemes use fixed steps and the equations of docs/method.md only: no short steps after a change of contact, no
+energy account. The loop shows the cost of a block step without vectorisation; its results are not used.
 """
 
 import math
@@ -18,7 +18,7 @@ G = STANDARD_GRAVITY
 def _implicit(  # type: ignore[no-untyped-def]
     matrix, right, rx, rz, depth, stretch, guess, pull, mid, half, stiff, dashpot, mu, inertia
 ):
-    """Velocities at the end of a centred step: three linear equations, springs and dashpots taken at its end."""
+    """Return the velocities at the end of a centred step: three linear equations, implicit springs and dashpots."""
     for p in range(3):
         matrix[p, 0] = matrix[p, 1] = matrix[p, 2] = 0.0
         matrix[p, p], right[p] = 1.0, mid[p] + half * pull[p]
@@ -50,7 +50,7 @@ def _implicit(  # type: ignore[no-untyped-def]
 
 @njit
 def run(centred, motion, interval, steps, b, h, stiff, dashpot, mu):  # type: ignore[no-untyped-def]
-    """Largest rotation (rad) of a block under a motion, and the block steps computed.
+    """Return the largest rotation (rad) of a block under a motion, and the number of block steps.
 
     The scheme is the centred one or Cundall's, in fixed steps of each sampling interval, s. The block has half width b
     and half height h, m; K/m, 1/s², and h/m, 1/s, are those of a corner; the motion is the ground's acceleration,
@@ -78,7 +78,7 @@ def run(centred, motion, interval, steps, b, h, stiff, dashpot, mu):  # type: ig
             end = _implicit(
                 matrix, right, rx, rz, new, stretch, guess, pull, mid, 0.5 * dt, stiff, dashpot, mu, inertia
             )
-            for p in range(3):  # the place follows the velocities found
+            for p in range(3):  # update the position with the new velocities
                 guess[p] = 0.5 * dt * (end[p] - guess[p])
                 place[p] += guess[p]
             for q in range(2):

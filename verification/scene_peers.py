@@ -1,8 +1,8 @@
-"""How a stacked grave falls in other engines: answers that the tests compare the general kernel with.
+"""``python -m verification.scene_peers``: fall directions of a stacked grave in other engines, for the tests.
 
-Run it with ``python -m verification.scene_peers``. It needs pymunk and Box2D (dependency group `peers`), which the
-tests do not; so their answers are kept in a table. Both run at 1/960 s and 30 iterations (at 1/240 s one in ten of
-their answers is another), for a sample of slendernesses, frictions and azimuths under five of the default records.
+The script needs pymunk and Box2D (dependency group `peers`). The tests do not: they compare the general kernel with the
+table that this script writes. Both engines run at 1/960 s with 30 iterations (at 1/240 s one in ten results differs),
+for a sample of slendernesses, frictions and azimuths under five of the default records.
 """
 
 from typing import Final
@@ -26,7 +26,7 @@ STEP: Final = 1.0 / 960.0
 
 
 def sample() -> pd.DataFrame:
-    """Record, azimuth (degrees), B/H of the shaft and µ of each case."""
+    """Return record, azimuth (degrees), B/H of the shaft and µ of each case."""
     generator = np.random.Generator(np.random.PCG64(3))
     rows = [
         (
@@ -42,7 +42,7 @@ def sample() -> pd.DataFrame:
 
 
 def answers(cases: pd.DataFrame) -> dict[str, np.ndarray]:
-    """Side to which the shaft falls, by engine that is installed."""
+    """Return the sides to which the shaft falls, by installed engine."""
     scene = load_scene("three-tier", ROOT)
     height, _ = native_size(scene)
     groups = [

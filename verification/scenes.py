@@ -1,10 +1,10 @@
-"""`python -m verification.scenes [PART ...]`: how fast and how exact scenes are, and a gravestone in both kernels.
+"""`python -m verification.scenes [PART ...]`: speed and accuracy of scenes, and a gravestone in two kernels.
 
-Parts: `speed`, element steps per second; `peers`, a stacked grave against pymunk and Box2D; `steps`, error over the
-step; `pillars`, what leaving out changes where stones may tip together; `kernels`, whether the block's kernel and the
-general one agree. All times are processor times of one core in one run, the kernel's the least of two after a warm-up.
-Right is what the general kernel finds with a tenth of the default step, on cases whose outcome it finds with twice that
-step and with Cundall's scheme as well. Peers are compared at 1/240 s and 30 iterations.
+Parts: `speed`, element steps per second; `peers`, a stacked grave compared with pymunk and Box2D; `steps`, error over
+the step; `pillars`, effect of leaving out if stones may tip together; `kernels`, comparison of the kernel for single
+blocks with the general one. All times are processor times of one core in one run; those of the kernel are the minimum
+of two runs after a warm-up. The reference is the general kernel with a tenth of the default step, for firm cases: those
+with the same outcome for twice that step and for Cundall's scheme. The other engines run at 1/240 s with 30 iterations.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -25,12 +25,12 @@ from overturning.model.scene import Scene, check_scene, gravestone, load_scene
 from overturning.motion.motion import Motion
 from verification.engines import ENGINES, installed, sides_of_scene
 from verification.inputs import Group, grid, near_fault, near_field
-from verification.measures import joined
+from verification.measures import join_results
 from verification.tables import RESULTS, ROOT, Figure, figures_table, markdown, parts_of, publish, write_figures
-from verification.timing import elsewhere, fastest, measured
+from verification.timing import fastest, run_in_subprocess, time_run
 
 SHAFT: Final = 2
-"""The element looked at, the topmost of three."""
+"""Index of the compared element, the topmost of three."""
 PEERS: Final = ("pymunk", "Box2D")
 
 PILLARS: Final = (
@@ -38,7 +38,7 @@ PILLARS: Final = (
     ((0.30, 0.45), (0.28, 0.45), (0.06, 0.30)),
     ((0.60, 0.50), (0.50, 0.60), (0.08, 0.50)),
 )
-"""Width and height, m, of two stones and the finial on them: it falls first, and then both may tip as one."""
+"""Width and height, m, of two stones and the finial on them. It falls first; then both stones may tip together."""
 
 GROUPS = (
     ("default", STATIC_PENETRATION, DAMPING_RATIO, "centred", "auto"),
@@ -51,50 +51,50 @@ GROUPS = (
 """Label, static penetration over width, damping ratio, scheme, time step."""
 
 
-def stacked() -> tuple[Scene, Group]:
-    """A shaft on two bases, and the 96 cases of it that are run."""
+def three_tier_cases() -> tuple[Scene, Group]:
+    """Return the scene of a shaft on two bases, and its 96 cases."""
     scene = load_scene("three-tier", ROOT)
     height, ratio = native_size(scene)
     ratios = [0.2, 0.25, 0.3, round(ratio, 10)]
     return scene, Group(near_field(7), grid(np.arange(0, 360, 30.0), height, ratios, [0.6, 1.0]))
 
 
-def off(found: Any, exact: Any, chosen: np.ndarray) -> float:
-    """Median error of peak rotations, percent."""
+def median_error_percent(found: Any, exact: Any, chosen: np.ndarray) -> float:
+    """Return the median error of the chosen peak rotations, percent."""
     return 100 * float(np.median(np.abs(found[chosen] / np.where(exact > 0, exact, np.inf)[chosen] - 1)))
 
 
 def speed() -> Iterator[Figure]:
-    """Element steps per second and core; everything stands, nothing is left out."""
+    """Measure element steps per second and core; everything stands, nothing is left out."""
     time_axis = np.arange(300) * 0.01
     motion = Motion(2.0 * np.sin(9 * time_axis), 0 * time_axis, sampling_interval=0.01)
     for name in ("three-tier", "against-a-wall", "boulder"):
         scene = load_scene(name, ROOT)
         cases = Cases(0.0, *native_size(scene), np.linspace(0.5, 1.0, 192))
-        found, seconds = measured(partial(run, scene, motion, cases, Numerics(leave_out=False)), 2)
+        found, seconds = time_run(partial(run, scene, motion, cases, Numerics(leave_out=False)), 2)
         yield Figure(f"element steps per second and core, {name}", found.block_steps.sum() / seconds / 1e6, "million/s")
 
 
-def with_law(scene: Scene, static_penetration: float, damping_ratio: float) -> Scene:
-    """The same scene with another contact law."""
+def with_contact(scene: Scene, static_penetration: float, damping_ratio: float) -> Scene:
+    """Return the same scene with another contact law."""
     law = {"between": ("stone", "stone"), "static_penetration": static_penetration, "damping_ratio": damping_ratio}
     return Scene.model_validate(scene.model_dump() | {"contacts": [law]})
 
 
 def peers(count: int) -> Iterator[Figure]:
-    """A shaft on two bases: time per case and share of right outcomes."""
-    scene, (motion, cases) = stacked()
+    """Measure time per case and share of correct outcomes for a shaft on two bases."""
+    scene, (motion, cases) = three_tier_cases()
     fine, firm = reference(scene, motion, cases)
     right = fine.overturned[:, SHAFT]
     yield Figure("cases of the sweep", cases.size)
     yield Figure("cases in which the shaft falls", 100 * float((right != 0).mean()), "%")
     yield Figure("cases whose outcome changes with step or scheme", 100 * float((~firm).mean()), "%")
     chosen = np.random.default_rng(1).choice(np.flatnonzero(firm), min(count, int(firm.sum())), replace=False)
-    some = Group(motion, cases).taken(chosen)
+    some = Group(motion, cases).subset(chosen)
     times, ended, found = {}, {}, {}
     for name, engine in installed(ENGINES, "Box2D", "pymunk").items():
-        _, ended[name] = measured(partial(shaft_sides, engine, scene, some, early=True), 1, int)
-        found[name], times[name] = measured(partial(shaft_sides, engine, scene, some), 1, int)
+        _, ended[name] = time_run(partial(shaft_sides, engine, scene, some, early=True), 1, int)
+        found[name], times[name] = time_run(partial(shaft_sides, engine, scene, some), 1, int)
         yield Figure(f"{name}: time per case", times[name] / chosen.size * 1e3, "ms")
         yield Figure(f"{name}: time per case, ended when the shaft has fallen", ended[name] / chosen.size * 1e3, "ms")
         yield Figure(f"{name}: correct side of the shaft", 100 * float((found[name] == right[chosen]).mean()), "%")
@@ -103,9 +103,9 @@ def peers(count: int) -> Iterator[Figure]:
         yield Figure("agreement of the other engines with each other", 100 * float((one == other).mean()), "%")
     axes: dict[str, Any] = {name: np.unique(getattr(cases, name)) for name in ("azimuth_deg", "height", "b_over_h")}
     for label, penetration, damping, scheme, step in GROUPS:
-        stones = with_law(scene, penetration, damping)
+        stones = with_contact(scene, penetration, damping)
         options: dict[str, Any] = {"scheme": scheme, "time_step": step}
-        coarse, whole = measured(partial(run, stones, motion, cases, Numerics(leave_out=False, **options)), 2)
+        coarse, whole = time_run(partial(run, stones, motion, cases, Numerics(leave_out=False, **options)), 2)
         used = partial(simulate_arrays, motion, stones, friction=np.unique(cases.friction), **axes, **options)
         whole, left = whole / cases.size, fastest(used, 2) / cases.size
         same = coarse.overturned[:, SHAFT] == right
@@ -116,10 +116,10 @@ def peers(count: int) -> Iterator[Figure]:
         )
         yield Figure(f"{label}: correct side of the shaft, all firm cases", 100 * float(same[firm].mean()), "%")
         stands = firm & same & (right == 0)
-        error = off(coarse.peak_rotation[:, SHAFT], fine.peak_rotation[:, SHAFT], stands)
+        error = median_error_percent(coarse.peak_rotation[:, SHAFT], fine.peak_rotation[:, SHAFT], stands)
         yield Figure(f"{label}: median error of the shaft's peak rotation", error, "%")
         stands = firm[:, None] & (coarse.overturned == fine.overturned) & (fine.overturned == 0)
-        error = off(coarse.peak_rotation, fine.peak_rotation, stands)
+        error = median_error_percent(coarse.peak_rotation, fine.peak_rotation, stands)
         yield Figure(f"{label}: median error of all peak rotations", error, "%")
         for name, each in times.items():
             yield Figure(f"{label}: speed over that of {name}, nothing left out", each / chosen.size / whole, "x")
@@ -130,7 +130,7 @@ def peers(count: int) -> Iterator[Figure]:
 
 
 def shaft_sides(engine: Any, scene: Scene, group: Group, step: float = 1 / 240, early: bool = False) -> np.ndarray:
-    """Sides to which the shaft falls in an engine; `early` ends a case when it has."""
+    """Return the sides to which the shaft falls in an engine; with `early`, a case ends when it has fallen."""
     sides = []
     for index in range(group.cases.size):
         case = group.case(index)
@@ -141,7 +141,7 @@ def shaft_sides(engine: Any, scene: Scene, group: Group, step: float = 1 / 240, 
 
 
 def reference(scene: Scene, motion: Motion, cases: Cases) -> tuple[Results, np.ndarray]:
-    """Outcome at a tenth of the default step, and where twice that step and Cundall's scheme find the same side."""
+    """Return the results at a tenth of the default step, and True for firm cases (see the module)."""
     fine = run(scene, motion, cases, Numerics(time_step="0.1 stable", leave_out=False))
     firm = np.ones(cases.size, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "auto")):
@@ -151,15 +151,15 @@ def reference(scene: Scene, motion: Motion, cases: Cases) -> tuple[Results, np.n
 
 
 def steps() -> str:
-    """Error against time over the step, nothing left out, against a twentieth of the default step."""
-    chosen, group, rows = ("auto", "0.9 stable", "0.5 stable", "0.25 stable"), stacked()[1], []
+    """Return a table of error and time over the step, nothing left out; the reference is 1/20 of the default step."""
+    chosen, group, rows = ("auto", "0.9 stable", "0.5 stable", "0.25 stable"), three_tier_cases()[1], []
     settings = [{"time_step": step, "leave_out": False} for step in (*chosen, "0.05 stable")]
-    found = elsewhere([group], settings, scene="three-tier", repeats=2)
+    found = run_in_subprocess([group], settings, scene="three-tier", repeats=2)
     exact = found[-1].results
     for step, (results, seconds) in zip(chosen, found, strict=False):
         stands = (exact.overturned == 0) & (results.overturned == 0)
         of_shaft = stands & (np.arange(stands.shape[1]) == SHAFT)
-        errors = (off(results.peak_rotation, exact.peak_rotation, part) for part in (stands, of_shaft))
+        errors = (median_error_percent(results.peak_rotation, exact.peak_rotation, part) for part in (stands, of_shaft))
         time = f"{1e3 * seconds / len(stands):.3g}"
         rows.append((step.replace("auto", "default"), time, *(f"{one:.2g}" for one in errors)))
     return markdown(
@@ -168,7 +168,7 @@ def steps() -> str:
 
 
 def pillars() -> Iterator[Figure]:
-    """Flags of three pillars under real records that leaving out changes, and a motion changed in its ninth digit."""
+    """Count flags of three pillars under real records changed by leaving out, and by an amplitude changed by 1e-9."""
     ways = {
         "leaving out": (True, 1.0),
         "an amplitude larger by 1e-9": (False, 1 + 1e-9),
@@ -193,20 +193,20 @@ def pillars() -> Iterator[Figure]:
 
 
 def kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[Figure]:
-    """How often flags, sides and rotations of a gravestone differ between the block's kernel and the general one.
+    """Compare flags, sides and rotations of a gravestone in the kernel for single blocks and in the general one.
 
-    A cell is chaotic where either finds another flag with the motion a 10⁻⁹ stronger or weaker or with half the
-    step: there no computation of this kind tells. The others have to agree.
+    A cell is chaotic if either kernel gives another flag with the amplitude changed by ±1e-9 or with half the step; no
+    computation of this kind decides it. The other cells must agree.
     """
     motions = [near_field(number) for number in records]
-    # Half of the azimuths, since the others mirror them.
+    # Half of the azimuths; the others are mirror images.
     cases = grid(np.arange(0, 180, 15.0), 0.6, np.arange(2, 13) * 0.05, [0.58, 1.0])
 
     def answer(general: bool, factor: float = 1.0, step: str = "auto") -> Results:
         numerics = Numerics(general=general, time_step=step, leave_out=False)
-        return joined([run(gravestone(), motion.times(factor), cases, numerics) for motion in motions])
+        return join_results([run(gravestone(), motion.times(factor), cases, numerics) for motion in motions])
 
-    (own, seconds), (other, general_seconds) = (measured(partial(answer, general), 1) for general in (False, True))
+    (own, seconds), (other, general_seconds) = (time_run(partial(answer, general), 1) for general in (False, True))
     chaos = np.zeros(own.status.size, bool)
     for general, nominal in ((False, own), (True, other)):
         for change in ({"factor": 1 + 1e-9}, {"factor": 1 - 1e-9}, {"step": "0.5 stable"}):
@@ -232,11 +232,11 @@ def kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[Figure]:
 
 def main(
     parts: Annotated[
-        list[str] | None, typer.Argument(help="speed, peers, steps, pillars, kernels; all if none")
+        list[str] | None, typer.Argument(help="speed, peers, steps, pillars, kernels; default: all")
     ] = None,
-    peer_cases: Annotated[int, typer.Option(min=1, help="cases that the peers run")] = 40,
+    peer_cases: Annotated[int, typer.Option(min=1, help="number of cases for the other engines")] = 40,
 ) -> None:
-    """Measure, and put the figures where they belong; parts that are not named keep their figures."""
+    """Measure, and write the tables; parts that are not named keep their figures."""
     made: dict[str, tuple[str, Callable[[], Iterator[Figure]]]] = {
         "speed": ("scenes.csv", speed),
         "peers": ("scenes.csv", partial(peers, peer_cases)),

@@ -1,8 +1,8 @@
-"""Measured figures within the sentences of README.md and docs/: each out of the table that it comes from.
+"""Measured figures within the sentences of README.md and docs/.
 
-In a page stands ``<!--=name-->5<!--/-->``; `fill`, which `verification.tables.publish` calls, puts there what `FIGURES`
-make of the tables in verification/results by that name. To state a figure, enter it in `FIGURES`, write its mark,
-and run `python -m verification.tables`.
+A page contains ``<!--=name-->5<!--/-->``. `fill`, which `verification.tables.publish` calls, replaces the text between
+the markers by the figure `FIGURES[name]`, computed from the tables in verification/results. To state a new figure, add
+it to `FIGURES`, write its marker into the page, and run `python -m verification.tables`.
 """
 
 import re
@@ -16,30 +16,30 @@ import pandas as pd
 MARK: Final = re.compile(r"<!--=([\w-]+)-->(.*?)<!--/-->", flags=re.DOTALL)
 
 
-def cell(file: str, quantity: str, written: str, results: Path) -> str:
-    """A figure of a file that `verification.tables.write_figures` wrote, as `written` says."""
+def table_cell(file: str, quantity: str, written: str, results: Path) -> str:
+    """Return a figure from a file of `verification.tables.write_figures`, in the format `written`."""
     rows = pd.read_csv(results / file)
     return written.format(rows.loc[rows["quantity"] == quantity, "value"].item())
 
 
-def eighth_of_the_step(written: str, results: Path) -> str:
-    """Wrong flags of the default and of an eighth of its step, %, and the time of these over the default's."""
+def eighth_step_figures(written: str, results: Path) -> str:
+    """Format wrong flags of the default step and of 1/8 of it, %, and the ratio of their processor times."""
     curve = pd.read_csv(results / "default-step.csv")
     own = curve[curve["scheme"] == "centred"].set_index("step")
     wrong, seconds = own["wrong flags, %"], own["processor time, s"]
     return written.format(wrong[1.0], wrong[0.125], seconds[0.125] / seconds[1.0])
 
 
-def beside_the_rigid_block(written: str, results: Path) -> str:
-    """Record cases beside the rigid block, those that the default ends otherwise, and such among the engines' cases."""
+def rigid_block_counts(written: str, results: Path) -> str:
+    """Format the counts of record cases, of those unlike the rigid block, and of such among the engines' cases."""
     rows = pd.read_csv(results / "work-precision.csv")
     own = (rows["cases_of"] == "records, no sliding") & (rows["method"] == "centred") & (rows["default"] == 1)
     (at,) = rows.loc[own, ["cases", "wrong_flags", "wrong_sides", "disagree"]].to_numpy(float)
     return written.format(at[0], at[1] + at[2], at[3])
 
 
-def tests_of_the_boulder(results: Path) -> str:
-    """Tests of the shaking table, each of which is foretold from those of other motions."""
+def boulder_test_count(results: Path) -> str:
+    """Return the number of shaking-table tests that are predicted from tests with other motions."""
     rows = pd.read_csv(results / "shaking-table.csv")
     return str(rows.loc[rows["split"] == "motion left out", "tests"].max())
 
@@ -48,34 +48,36 @@ _BENCH: Final = "x86-64-2-cores.csv"
 _PLANES: Final = "2-D model predicts correctly whether it falls"
 
 FIGURES: Final[dict[str, Callable[[Path], str]]] = {
-    "study-cases": partial(cell, _BENCH, "default study: flags, mirrored half included", "{:,.0f}"),
-    "left-out-cases": partial(cell, _BENCH, "cases, mirrored half left out", "{:,.0f}"),
-    "left-out-flags": partial(cell, _BENCH, "flags changed by leaving out", "{:.0f}"),
-    "left-out-sides": partial(cell, _BENCH, "sides changed by leaving out", "{:.0f}"),
-    "operations-centred": partial(cell, _BENCH, "operations per block step, centred", "{:.0f}"),
-    "operations-cundall": partial(cell, _BENCH, "operations per block step, cundall", "{:.0f}"),
-    "whole-step-flags": partial(eighth_of_the_step, "{0:.1f} %"),
-    "eighth-step-flags": partial(eighth_of_the_step, "{1:.1f} %"),
-    "eighth-step-time": partial(eighth_of_the_step, "{2:.1f}"),
-    "planes-right": partial(cell, "in-space.csv", _PLANES, "{:.0f} %"),
-    "planes-right-beside": partial(cell, "in-space.csv", f"{_PLANES}, a neighbour in B/H has another flag", "{:.0f} %"),
+    "study-cases": partial(table_cell, _BENCH, "default study: flags, mirrored half included", "{:,.0f}"),
+    "left-out-cases": partial(table_cell, _BENCH, "cases, mirrored half left out", "{:,.0f}"),
+    "left-out-flags": partial(table_cell, _BENCH, "flags changed by leaving out", "{:.0f}"),
+    "left-out-sides": partial(table_cell, _BENCH, "sides changed by leaving out", "{:.0f}"),
+    "operations-centred": partial(table_cell, _BENCH, "operations per block step, centred", "{:.0f}"),
+    "operations-cundall": partial(table_cell, _BENCH, "operations per block step, cundall", "{:.0f}"),
+    "whole-step-flags": partial(eighth_step_figures, "{0:.1f} %"),
+    "eighth-step-flags": partial(eighth_step_figures, "{1:.1f} %"),
+    "eighth-step-time": partial(eighth_step_figures, "{2:.1f}"),
+    "planes-right": partial(table_cell, "in-space.csv", _PLANES, "{:.0f} %"),
+    "planes-right-beside": partial(
+        table_cell, "in-space.csv", f"{_PLANES}, a neighbour in B/H has another flag", "{:.0f} %"
+    ),
     "planes-other-edge": partial(
-        cell, "in-space.csv", "2-D model predicts another edge than the one it falls over", "{:.0f} %"
+        table_cell, "in-space.csv", "2-D model predicts another edge than the one it falls over", "{:.0f} %"
     ),
-    "pillars-flags": partial(cell, "scenes.csv", "three pillars under real records: flags", "{:,.0f}"),
-    "box2d-right": partial(cell, "scenes.csv", "Box2D: correct side of the shaft", "{:.0f} %"),
-    "pymunk-right": partial(cell, "scenes.csv", "pymunk: correct side of the shaft", "{:.0f} %"),
+    "pillars-flags": partial(table_cell, "scenes.csv", "three pillars under real records: flags", "{:,.0f}"),
+    "box2d-right": partial(table_cell, "scenes.csv", "Box2D: correct side of the shaft", "{:.0f} %"),
+    "pymunk-right": partial(table_cell, "scenes.csv", "pymunk: correct side of the shaft", "{:.0f} %"),
     "scene-right": partial(
-        cell, "scenes.csv", "default: correct side of the shaft, cases of the other engines", "{:.0f} %"
+        table_cell, "scenes.csv", "default: correct side of the shaft, cases of the other engines", "{:.0f} %"
     ),
-    "rigid-cases": partial(beside_the_rigid_block, "{0:.0f}"),
-    "rigid-otherwise": partial(beside_the_rigid_block, "{1:.0f}"),
-    "rigid-otherwise-shared": partial(beside_the_rigid_block, "{2:.0f}"),
-    "boulder-tests": tests_of_the_boulder,
+    "rigid-cases": partial(rigid_block_counts, "{0:.0f}"),
+    "rigid-otherwise": partial(rigid_block_counts, "{1:.0f}"),
+    "rigid-otherwise-shared": partial(rigid_block_counts, "{2:.0f}"),
+    "boulder-tests": boulder_test_count,
 }
-"""What stands at a mark, from the folder of the tables."""
+"""Function that returns the text of a marker from the folder of the tables, by name."""
 
 
 def fill(text: str, results: Path) -> str:
-    """A page with its marks filled; one that `FIGURES` do not know is a KeyError."""
+    """Return a page with its markers filled; raise a KeyError for an unknown marker."""
     return MARK.sub(lambda found: f"<!--={found[1]}-->{FIGURES[found[1]](results)}<!--/-->", text)

@@ -1,6 +1,6 @@
-"""`python -m verification.soft_ground`: what soft ground changes, by config/soft-ground.yaml, into docs.
+"""`python -m verification.soft_ground`: write the effect of soft ground (config/soft-ground.yaml) into the docs.
 
-Needs `results/soft-ground`, from `make soil run STUDY=config/soft-ground.yaml`.
+Requires `results/soft-ground`, from `make soil run STUDY=config/soft-ground.yaml`.
 """
 
 from typing import Final
@@ -12,13 +12,13 @@ from overturning.report.results import Results, open_results
 from overturning.report.sections.ground import ground
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, setting_of
-from verification.tables import RESULTS, ROOT, markdown, publish, wrapped, write_csv
+from verification.tables import RESULTS, ROOT, markdown, publish, wrap_text, write_csv
 
 STUDY: Final = ROOT / "results" / "soft-ground"
 
 
 def rates(results: Results) -> pd.DataFrame:
-    """Fall rate and axis of every record on every ground, for each factor."""
+    """Return fall rate and axis of every record on every ground, for each amplitude."""
     rows = []
     for ground_name, found in results.populations.items():
         table = found[["fall_rate", "fall_axis", "fall_resultant"]].to_dataframe().reset_index()
@@ -28,7 +28,7 @@ def rates(results: Results) -> pd.DataFrame:
 
 
 def periods(results: Results) -> str:
-    """Fundamental periods of the variants, in their order."""
+    """Return the fundamental periods of the variants, in order."""
     found = []
     for name in results.study.variants:
         site = setting_of(results.study, name).site
@@ -38,7 +38,7 @@ def periods(results: Results) -> str:
 
 
 def bodies(results: Results) -> dict[str, str]:
-    """What the report says, as Markdown by mark."""
+    """Return the tables and sentences of the report as Markdown, by marker."""
     section = ground(results)
     assert section is not None
     (answer,) = (block for block in section.blocks if isinstance(block, Answer))
@@ -47,8 +47,8 @@ def bodies(results: Results) -> dict[str, str]:
     text = f"{converged.text} Fundamental periods at small strain: {periods(results)}."
     return {
         "soft-ground": markdown(table.heads, table.rows),
-        "soft-ground-answer": "\n".join(wrapped(sentence, "- ") for sentence in answer.sentences),
-        "soft-ground-convergence": wrapped(text),
+        "soft-ground-answer": "\n".join(wrap_text(sentence, "- ") for sentence in answer.sentences),
+        "soft-ground-convergence": wrap_text(text),
     }
 
 

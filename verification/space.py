@@ -1,6 +1,7 @@
-"""`python -m verification.space`: how fast and how exact bodies in space are; into docs/measurements.md.
+"""`python -m verification.space`: speed and accuracy of the 3-D model, for docs/measurements.md.
 
-Compiling, memory, order of convergence, the shipped study, energy, step and contact, chaos, other engines.
+Measures compilation, memory, order of convergence, the shipped study, energy, the effect of step, contact and
+amplitude, and the agreement with other engines.
 """
 
 import tempfile
@@ -32,7 +33,7 @@ from verification.inputs import near_fault, strong_part
 from verification.measures import order
 from verification.reference import body_cundall
 from verification.tables import RESULTS, ROOT, Figure, figures_table, parts_of, publish, write_figures
-from verification.timing import measured, process
+from verification.timing import run_program, time_run
 
 Outcome = dict[str, np.ndarray]
 
@@ -40,34 +41,34 @@ GRID: Final[dict[str, Any]] = {
     "orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [0.58],
 }  # fmt: skip
 PEER_STEP: Final = 2e-4
-"""Step of the other engines, s: a smaller one changes their flags by no more than they differ."""
+"""Time step of the other engines, s; a smaller one changes no more flags than the engines differ in."""
 FINER_STEPS: Final = (1, 2, 4, 8)
-"""Times shorter than the default's, at which the order of convergence is measured against `FINEST`."""
+"""Refinement factors of the default step at which the order of convergence is measured; the reference is `FINEST`."""
 FINEST: Final = 64
 ROUNDING: Final = float(np.radians(np.spacing(np.float32(360.0))))
-"""Of an azimuth in single precision, rad: what a cube can tell."""
+"""Rounding of an azimuth in single precision, rad: the resolution of a cube."""
 
 
-def shaken(samples: int = 2000) -> Motion:
-    """Twenty seconds that rock bodies and throw none."""
+def rocking_motion(samples: int = 2000) -> Motion:
+    """Return a motion of 20 s that rocks bodies and overturns none."""
     t = np.arange(samples) * 0.01
     return Motion(1.5 * np.sin(9.0 * t), 1.2 * np.cos(12.0 * t), 0.5 * np.sin(9.0 * t), sampling_interval=0.01)
 
 
-def apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Angle between azimuths, degrees."""
+def azimuth_difference(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the angle between azimuths, degrees."""
     return np.abs((a - b + 180.0) % 360.0 - 180.0)
 
 
 def run_all(motions: list[Motion], factor: float = 1.0, grid: dict[str, Any] = GRID, **options: Any) -> Outcome:
-    """Outcomes of a grid under some motions times a factor."""
+    """Return the outcomes of a grid under motions multiplied by a factor."""
     given = {"model": "rectangle", "threads": 2, **grid, **options}
     found = [simulate_arrays(motion.times(factor), **given) for motion in motions]
     return {name: np.stack([one[name] for one in found]) for name in found[0]}
 
 
 def throughput() -> Iterator[Figure]:
-    """Block steps per second and core, with vertices and on a rim, and the time to compile the kernel."""
+    """Measure block steps per second and core, with vertices and on a rim, and the time to compile the kernel."""
     grid = {"orientation_deg": GRID["orientation_deg"], "height": [0.6], "b_over_h": np.linspace(0.4, 0.5, 16)}
     for scheme, body, name in (
         ("cundall", "rectangle", "cundall, four vertices"),
@@ -76,18 +77,18 @@ def throughput() -> Iterator[Figure]:
         ("centred", "circle", "centred, rim"),
     ):
         options: dict[str, Any] = {"friction": [0.6], "leave_out": False, "scheme": scheme}
-        found, seconds = measured(partial(simulate_arrays, shaken(), body, **grid, **options), 2)
+        found, seconds = time_run(partial(simulate_arrays, rocking_motion(), body, **grid, **options), 2)
         rate = found["block_steps"].sum() / seconds / 1e6
         yield Figure(f"space: block steps per second and core, {name}", rate, "million")
     with tempfile.TemporaryDirectory() as folder:
-        cold = process(_SOME_CASES, 1, NUMBA_CACHE_DIR=folder)[1]
+        cold = run_program(_SOME_CASES, 1, NUMBA_CACHE_DIR=folder)[1]
     yield Figure("space: processor time of the first case with an empty cache, imports included", cold, "s")
 
 
 _SOME_CASES: Final = """
 import resource, sys, numpy as np, verification.space as s
 s.simulate_arrays(
-    s.shaken(100), "rectangle", orientation_deg=0, height=1, b_over_h=np.linspace(0.4, 0.5, int(sys.argv[1])),
+    s.rocking_motion(100), "rectangle", orientation_deg=0, height=1, b_over_h=np.linspace(0.4, 0.5, int(sys.argv[1])),
     leave_out=False,
 )
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
@@ -95,14 +96,14 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 
 
 def memory() -> Iterator[Figure]:
-    """How the peak of memory grows with the number of cases, each size in a process of its own."""
-    _, few, many = (int(process(_SOME_CASES, count)[0]) for count in (1000, 1000, 21000))
+    """Measure how the peak memory grows with the number of cases; each number in a separate process."""
+    _, few, many = (int(run_program(_SOME_CASES, count)[0]) for count in (1000, 1000, 21000))
     yield Figure("space: memory of 1000 cases", few / 1024, "MB")
     yield Figure("space: memory of each further 1000", (many - few) / 1024 / 20, "MB")
 
 
 def answers(motion: Motion, cases: Cases, numerics: Numerics) -> Outcome:
-    """Outcomes of prisms in double precision: a cube keeps them in single, whose rounding hides what is small."""
+    """Return outcomes of prisms in double precision; the single precision of a cube would hide small errors."""
     plan = plan_of(Body(Rectangle()), motion, cases, numerics)
     found: Outcome = {}
     for group in np.unique(plan.group):
@@ -114,10 +115,10 @@ def answers(motion: Motion, cases: Cases, numerics: Numerics) -> Outcome:
 
 
 def orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
-    """Order of convergence by quantity, and median errors by `FINER_STEPS`, rad.
+    """Return the order of convergence by quantity, and the median errors by `FINER_STEPS`, rad.
 
-    Stones that stand but have rocked tell the largest tilt, stones that fall the azimuth of it. They do not slide; the
-    azimuth of those that do converges with an order of 0.5 to 0.8 only.
+    The quantities are the peak tilt of stones that rock and stand, and the fall azimuth of stones that fall. The stones
+    do not slide; the azimuth of sliding ones converges with an order of 0.5 to 0.8 only.
     """
     t = np.arange(160) * 0.01
     window = np.where(t < 1.2, np.sin(np.pi * t / 1.2) ** 2, 0.0)
@@ -130,16 +131,16 @@ def orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
     stood = np.all([(one["overturned"] == 0) & (one["peak_tilt"] > 0.5) for one in found], axis=0)
     slopes = {}
     for name, chosen in (("peak_tilt", stood), ("fall_azimuth", fell)):
-        away = [np.radians(apart(one[name], found[-1][name]))[chosen] for one in found[:-1]]
+        away = [np.radians(azimuth_difference(one[name], found[-1][name]))[chosen] for one in found[:-1]]
         errors = np.median(away, axis=1)
-        # What lies below the rounding tells nothing of the order: the first rung there ends the line.
+        # Errors below the rounding do not show the order: the first of them ends the fit.
         count = 1 + int(np.argmax(np.append(errors, 0.0) <= ROUNDING))
         slopes[name] = order(1 / np.array(FINER_STEPS)[:count], errors[:count]), errors
     return slopes
 
 
 def convergence() -> Iterator[Figure]:
-    """Slope of the error over the step, of stones that stand and that fall."""
+    """Measure the slope of the error over the step, for stones that stand and that fall."""
     for scheme in ("centred", "cundall"):
         for name, (slope, errors) in orders(scheme).items():
             yield Figure(f"space, {scheme}: order of convergence, {name}", slope)
@@ -147,7 +148,7 @@ def convergence() -> Iterator[Figure]:
 
 
 def study() -> Iterator[Figure]:
-    """The cases of config/in-space.yaml without the ensemble: time, energy, and those computed again or marked."""
+    """Measure config/in-space.yaml without its ensemble: time, energy, cases computed again, and marked cases."""
     grid, again = grid_of(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
     axes = {"orientation_deg": grid.directions} | {name: grid[name] for name in grid.names[1:]}
     motions = list(near_fault().values())
@@ -161,7 +162,7 @@ def study() -> Iterator[Figure]:
         rerun_until_balanced(noted, *more)
 
     with mock.patch("overturning.dem.plan.rerun_until_balanced", counted):
-        found, seconds = measured(partial(run_all, motions, grid=axes), 1, int)
+        found, seconds = time_run(partial(run_all, motions, grid=axes), 1, int)
     status, about = found["status"], "space, config/in-space.yaml"
     yield Figure(f"{about}: cases", status.size)
     yield Figure(f"{about}: processor time of two cores", seconds, "s")
@@ -174,8 +175,8 @@ def study() -> Iterator[Figure]:
 
 
 def exactness(chosen: list[Motion]) -> Iterator[Figure]:
-    """Energy, and what 1 % of amplitude, half the step and other contacts change."""
-    nominal, seconds = measured(partial(run_all, chosen), 1, partial(run_all, chosen[:1]))
+    """Measure energy errors, and the effect of 1 % of amplitude, of finer steps and of other contacts."""
+    nominal, seconds = time_run(partial(run_all, chosen), 1, partial(run_all, chosen[:1]))
     fell = nominal["overturned"] == 1
     yield Figure("space: cases", fell.size)
     yield Figure("space: processor time per case", 1e3 * seconds / fell.size, "ms")
@@ -186,7 +187,7 @@ def exactness(chosen: list[Motion]) -> Iterator[Figure]:
         other = run_all(chosen, factor)
         same = other["overturned"] == nominal["overturned"]
         keep &= same
-        firm &= same & (~fell | (apart(other["fall_azimuth"], nominal["fall_azimuth"]) < 15.0))
+        firm &= same & (~fell | (azimuth_difference(other["fall_azimuth"], nominal["fall_azimuth"]) < 15.0))
     yield Figure("space: cases that keep the flag under ±1 % of amplitude", 100.0 * keep.mean(), "%")
     text = "space: falls whose azimuth moves by more than 15° under ±1 % of amplitude"
     yield Figure(text, 100.0 * (~firm)[fell & keep].mean(), "%")
@@ -198,9 +199,9 @@ def exactness(chosen: list[Motion]) -> Iterator[Figure]:
         ("δ/B 2e-5", {"model": Body(Rectangle(), VertexContact(static_penetration=2e-5))}),
         ("δ/B 2e-7", {"model": Body(Rectangle(), VertexContact(static_penetration=2e-7))}),
     ):
-        other, seconds = measured(partial(run_all, chosen, **options), 1, int)
+        other, seconds = time_run(partial(run_all, chosen, **options), 1, int)
         same = other["overturned"] == nominal["overturned"]
-        moved = apart(other["fall_azimuth"], nominal["fall_azimuth"])[firm & fell & same]
+        moved = azimuth_difference(other["fall_azimuth"], nominal["fall_azimuth"])[firm & fell & same]
         yield Figure(f"space, {name}: different flags, of firm cases", 100.0 * (~same)[firm].mean(), "%")
         yield Figure(f"space, {name}: azimuths more than 15° off, of firm falls", 100.0 * (moved > 15.0).mean(), "%")
         yield Figure(f"space, {name}: median change of azimuth, of firm falls", float(np.median(moved)), "°")
@@ -208,8 +209,8 @@ def exactness(chosen: list[Motion]) -> Iterator[Figure]:
 
 
 def against_peers(chosen: list[Motion], count: int) -> Iterator[Figure]:
-    """Flags and azimuths of other engines on some of the cases."""
-    ours, seconds = measured(partial(run_all, chosen), 1, partial(run_all, chosen[:1]))
+    """Compare flags and azimuths with other engines for some of the cases."""
+    ours, seconds = time_run(partial(run_all, chosen), 1, partial(run_all, chosen[:1]))
     fine = run_all(chosen, time_step="0.25 stable", model=Body(Rectangle(), VertexContact(static_penetration=2e-7)))
     shape = ours["overturned"].shape
     cells = np.unravel_index(np.random.default_rng(1).permutation(ours["overturned"].size)[:count], shape)
@@ -234,23 +235,23 @@ def against_peers(chosen: list[Motion], count: int) -> Iterator[Figure]:
     for a, b in combinations(flags, 2):
         both, differ = flags[a] & flags[b], 100.0 * float((flags[a] != flags[b]).mean())
         yield Figure(f"space: flags that differ, {a} and {b}", differ, "%")
-        near = apart(azimuths[a], azimuths[b])[both] <= 20.0
+        near = azimuth_difference(azimuths[a], azimuths[b])[both] <= 20.0
         yield Figure(f"space: azimuths within 20° where both fall, {a} and {b}", 100.0 * near.mean(), "%")
 
 
 def main(
-    parts: Annotated[list[str] | None, typer.Argument(help="parts to measure, all where none is named")] = None,
+    parts: Annotated[list[str] | None, typer.Argument(help="parts to measure; default: all")] = None,
     records: Annotated[int, typer.Option(min=1, help="records of the default study")] = 28,
-    peer_cases: Annotated[int, typer.Option(min=1, help="cases that the other engines run")] = 200,
+    peer_cases: Annotated[int, typer.Option(min=1, help="number of cases for the other engines")] = 200,
 ) -> None:
-    """Measure bodies in space."""
+    """Measure the 3-D model."""
     every = list(near_fault().values())[:: max(28 // records, 1)]
     chosen, figures = [strong_part(motion) for motion in every[:records]], list[Figure]()
     made: dict[str, Callable[[], Iterator[Figure]]] = {
         "throughput": throughput, "memory": memory, "convergence": convergence, "study": study,
         "exactness": partial(exactness, chosen), "peers": partial(against_peers, chosen, peer_cases),
     }  # fmt: skip
-    with body_cundall.in_use():
+    with body_cundall.enable_cundall():
         for name in (names := parts_of(parts, made)):
             for figure in made[name]():
                 figures.append(figure)

@@ -1,4 +1,4 @@
-"""Everything measured goes through here: NetCDF and CSV files, Markdown tables, and their marks in the docs."""
+"""Output of measurements: NetCDF and CSV files, Markdown tables, and their markers in the docs."""
 
 import fcntl
 import os
@@ -23,7 +23,7 @@ from verification.sentences import fill
 
 ROOT: Final = Path(__file__).parents[1]
 RESULTS: Final = ROOT / "verification" / "results"
-"""Tables kept in the repository; the pages of the docs link to them."""
+"""Folder of the tables in the repository; the docs link to them."""
 
 
 class Figure(NamedTuple):
@@ -37,7 +37,7 @@ class Figure(NamedTuple):
 
 
 def markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A Markdown table."""
+    """Return a Markdown table."""
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
 
@@ -46,8 +46,8 @@ def figures_table(figures: Iterable[Figure]) -> str:
     """Return figures as a Markdown table; rows measured at an earlier commit name it."""
     rows, now = list(figures), commit()
     if all(one.commit in ("", now) for one in rows):
-        return markdown(("", "measured"), [(one.quantity, said(one)) for one in rows])
-    return markdown(("", "measured", "commit"), [(one.quantity, said(one), one.commit or now) for one in rows])
+        return markdown(("", "measured"), [(one.quantity, figure_text(one)) for one in rows])
+    return markdown(("", "measured", "commit"), [(one.quantity, figure_text(one), one.commit or now) for one in rows])
 
 
 @cache
@@ -82,28 +82,28 @@ def made_from() -> str:
     return f"*Commit {commit()}; {machine()}.*"
 
 
-def wrapped(text: str, begin: str = "") -> str:
-    """A sentence in lines of a page, the first after a mark such as that of a list."""
+def wrap_text(text: str, begin: str = "") -> str:
+    """Wrap text to the lines of a page; the first begins with `begin`, such as the bullet of a list."""
     return textwrap.fill(text, 118, initial_indent=begin, subsequent_indent=" " * len(begin), break_on_hyphens=False)
 
 
-def said(figure: Figure) -> str:
-    """Value and unit of a figure, four digits of it."""
+def figure_text(figure: Figure) -> str:
+    """Return value and unit of a figure, with four digits."""
     number = f"{figure.value:.4g}" if abs(figure.value) < 1e4 else f"{figure.value:,.0f}"
     return f"{number} {figure.unit}".strip()
 
 
 def write_figures(figures: Sequence[Figure], path: Path, keep: bool = False) -> list[Figure]:
-    """Write figures as CSV and return what stands there now.
+    """Write figures as CSV and return the new content of the file.
 
     Parameters
     ----------
     figures : sequence of Figure
-        What was measured.
+        Measured figures.
     path : Path
-        The file.
+        CSV file.
     keep : bool
-        Keep the file's figures that were not measured again.
+        Keep figures of the file that were not measured again.
     """
     new = {one.quantity: one._replace(commit=commit()) for one in figures}
     if keep and path.is_file():
@@ -114,7 +114,7 @@ def write_figures(figures: Sequence[Figure], path: Path, keep: bool = False) -> 
 
 
 def read_figures(path: Path) -> list[Figure]:
-    """Read what `write_figures` wrote."""
+    """Read a file of `write_figures`."""
     rows = pd.read_csv(path, keep_default_na=False)
     return [
         Figure(str(row.quantity), float(row.value), str(row.unit), str(getattr(row, "commit", "")))
@@ -123,8 +123,8 @@ def read_figures(path: Path) -> list[Figure]:
 
 
 @contextmanager
-def alone(folder: Path) -> Iterator[None]:
-    """Change files of a folder while no other process that asks does."""
+def exclusive_access(folder: Path) -> Iterator[None]:
+    """Lock a folder, so that no other process that uses this function changes its files."""
     handle = os.open(folder, os.O_RDONLY)
     try:
         fcntl.flock(handle, fcntl.LOCK_EX)
@@ -134,32 +134,32 @@ def alone(folder: Path) -> Iterator[None]:
 
 
 def parts_of(named: Sequence[str] | None, known: Collection[str]) -> list[str]:
-    """The parts of a script that are named on its command line, in its own order; all where none is."""
+    """Return the parts named on the command line, in the order of `known`; all if none is named."""
     if unknown := set(named or ()) - set(known):
         raise typer.BadParameter(f"{', '.join(sorted(unknown))}; known: {', '.join(known)}")
     return [name for name in known if not named or name in named]
 
 
 def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
-    """Put every body between ``<!-- mark:begin -->`` and ``<!-- mark:end -->`` of the pages that have its mark.
+    """Write every body between its markers ``<!-- mark:begin -->`` and ``<!-- mark:end -->`` in the docs.
 
-    A line below each body names the commit and the machine (see `made_from`). The figures within sentences, of
-    `verification.sentences`, are filled in again.
+    A line below each body names the commit and the machine (see `made_from`). Figures within sentences are updated, too
+    (see `verification.sentences`).
 
     Parameters
     ----------
     bodies : mapping of str to str
-        Markdown by mark.
+        Markdown by marker.
     root : Path
         Folder of README.md and docs/*.md.
 
     Raises
     ------
     ResultError
-        If no page has one of the marks; the others are published all the same.
+        If no page has one of the markers; the other bodies are published anyway.
     """
     missing = set(bodies)
-    with alone(root):
+    with exclusive_access(root):
         for page in (root / "README.md", *sorted((root / "docs").glob("*.md"))):
             if page.is_file():
                 old = text = page.read_text(encoding="utf-8")
@@ -169,7 +169,7 @@ def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
                         missing.discard(mark)
                         new = f"{begin}\n\n{body}\n\n{made_from()}\n\n{end}".replace(
                             "\\", r"\\"
-                        )  # no group of the pattern's
+                        )  # keep backslashes literal in the replacement
                         text = re.sub(f"{begin}.*?{end}", new, text, flags=re.DOTALL)
                 text = fill(text, root / RESULTS.relative_to(ROOT))
                 if text != old:
@@ -177,7 +177,7 @@ def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
                         part.write_text(text, encoding="utf-8")
     if missing:
         names = ", ".join(f"<!-- {mark}:begin --> and <!-- {mark}:end -->" for mark in sorted(missing))
-        raise ResultError(f"no page of docs/ nor README.md has {names}; put them where the figures belong")
+        raise ResultError(f"no page of docs/ nor README.md has {names}; add these markers to a page")
 
 
 def write_table(
@@ -188,18 +188,18 @@ def write_table(
     attributes: Mapping[str, Any] | None = None,
     dimension: str = "row",
 ) -> None:
-    """Write a table as NetCDF, and as CSV beside it; the same bytes for the same numbers.
+    """Write a table as NetCDF and CSV; the same numbers give the same bytes.
 
     Parameters
     ----------
     rows : DataFrame
-        Numbers and texts.
+        Columns of numbers and strings.
     path : Path
-        The NetCDF file; the CSV file has the same name with another ending.
+        NetCDF file; the CSV file has the same name with the extension .csv.
     meanings : mapping of str to (str, str)
         Long name and unit of each column.
     attributes : mapping, optional
-        What else to say of the table: numbers.
+        Numbers to store as global attributes.
     dimension : str
         Name of the dimension.
     """
@@ -218,23 +218,23 @@ def write_table(
 
 
 def lines_of(rows: pd.DataFrame) -> Iterator[Any]:
-    """The rows of a table, their columns as attributes."""
+    """Yield the rows of a table, with the columns as attributes."""
     yield from rows.itertuples(index=False)
 
 
 def write_csv(rows: pd.DataFrame, path: Path) -> None:
-    """Write a table as CSV, six digits of each number."""
+    """Write a table as CSV with six digits per number."""
     with atomic_write(path) as part:
         rows.to_csv(part, index=False, float_format="%.6g", na_rep="nan", lineterminator="\n")
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """Read what `write_table` wrote as NetCDF; its attributes are those of the frame.
+    """Read a NetCDF file of `write_table`; its attributes become those of the frame.
 
     Raises
     ------
     ResultError
-        If the file is missing or no such table.
+        If the file is missing or not such a table.
     """
     import xarray as xr
 

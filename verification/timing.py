@@ -1,4 +1,4 @@
-"""What a computation costs: the least processor time of several runs, here, in a new process or of another checkout."""
+"""Processor time of computations, as the minimum of several runs: in this process, a new one, or another checkout."""
 
 import json
 import os
@@ -21,22 +21,22 @@ from verification.tables import ROOT
 Result = TypeVar("Result")
 
 ENOUGH: Final = 4.0
-"""Seconds of processor time after which nothing is run again: what disturbs a long computation weighs little in it."""
+"""Total processor time, s, after which a computation is not repeated; disturbances matter little in long runs."""
 
 
 class Answer(NamedTuple):
-    """Results of all groups of a set in a row, and the processor time that they took, s."""
+    """Results of all groups of a set, joined in order, and their processor time, s."""
 
     results: Results
     seconds: float
 
 
-def measured(
+def time_run(
     run: Callable[[], Result], repeats: int = 3, warm_up: Callable[[], object] | None = None
 ) -> tuple[Result, float]:
-    """Result of a computation and its least processor time of so many runs, or of `ENOUGH` seconds of them, s.
+    """Return the result of a computation and its minimum processor time, s, over `repeats` runs or `ENOUGH` seconds.
 
-    All threads count together. Before them `warm_up` is run, to compile; the computation itself where it is not given.
+    The times of all threads are added. `warm_up` (default: the computation itself) runs first, to compile.
     """
     (warm_up or run)()
     times: list[float] = []
@@ -48,12 +48,12 @@ def measured(
 
 
 def fastest(run: Callable[[], object], repeats: int = 3) -> float:
-    """Least processor time of several runs after a warm-up, s."""
-    return measured(run, repeats)[1]
+    """Return the minimum processor time of several runs after a warm-up, s."""
+    return time_run(run, repeats)[1]
 
 
-def process(program: str, *arguments: object, **environment: str) -> tuple[str, float]:
-    """What a Python program prints, and the processor time of its process, s."""
+def run_program(program: str, *arguments: object, **environment: str) -> tuple[str, float]:
+    """Run a Python program; return its output and the processor time of its process, s."""
     begin = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [sys.executable, "-c", program, *map(str, arguments)]
     done = subprocess.run(
@@ -95,10 +95,10 @@ for i, settings in enumerate(asked["settings"]):
     made |= {f"{name}{i}": np.concatenate([getattr(one, name) for one in found]) for name in vars(found[0])}
 np.savez(sys.argv[2], **made)
 """
-"""It uses what every checkout has had: Cases, Motion and run_cases, and for a scene Numerics, load_scene and run."""
+"""Program of the child process. It uses only names that all checkouts have."""
 
 
-def elsewhere(
+def run_in_subprocess(
     groups: Sequence[Group],
     settings: Sequence[dict[str, Any]],
     *,
@@ -108,24 +108,24 @@ def elsewhere(
     repeats: int = 1,
     **environment: str,
 ) -> list[Answer]:
-    """Answers to a set with each of some settings, from a process of its own.
+    """Run a set with each of several settings in a separate process.
 
     Parameters
     ----------
     groups : sequence of Group
-        Amplitudes of the cases are left out.
+        Cases by motion; their amplitudes are not used.
     settings : sequence of dict
         Arguments of `run_cases`, or of `Numerics` for a scene.
     checkout : Path
-        The folder whose ``src`` is run.
+        Folder whose ``src`` is used.
     before : str
-        Statements that are run before the kernel is imported.
+        Statements to execute before the kernel is imported.
     scene : str
-        Name of a shipped scene; the block where empty.
+        Name of a shipped scene; empty: a single block.
     repeats : int
-        Runs that are timed; the least time counts.
+        Number of timed runs; the minimum counts.
     **environment : str
-        Variables of the process.
+        Environment variables of the process.
     """
     inputs: dict[str, Any] = {}
     for i, (motion, cases) in enumerate(groups):
@@ -139,7 +139,9 @@ def elsewhere(
         given, made = f"{scratch}/inputs.npz", f"{scratch}/found.npz"
         np.savez(given, allow_pickle=False, **inputs)
         source = str((checkout / "src").resolve())
-        process(_CHILD, given, made, json.dumps(asked | {"settings": list(settings)}), PYTHONPATH=source, **environment)
+        run_program(
+            _CHILD, given, made, json.dumps(asked | {"settings": list(settings)}), PYTHONPATH=source, **environment
+        )
         with np.load(made) as arrays:
             return [
                 Answer(

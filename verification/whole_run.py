@@ -1,4 +1,4 @@
-"""What a whole run of the default study costs, from the records to the report, in a folder of its own."""
+"""Cost of a complete run of the default study, from the records to the report, in a separate folder."""
 
 import csv
 import resource
@@ -12,11 +12,11 @@ from verification.tables import Figure
 
 CORES: Final = 2
 LONG: Final = 10.0
-"""Seconds from which the jobs of a rule are shown."""
+"""Rules whose jobs take at least this time in total, s, are listed."""
 
 
 def whole_run() -> list[Figure]:
-    """Time and processor time, kernels compiled before; the ensemble, figures and report are most of it."""
+    """Measure elapsed and processor time with compiled kernels; ensemble, figures and report take most of it."""
     with tempfile.TemporaryDirectory() as scratch:
         project = Project(Path(scratch), "", "--cores", str(CORES))
         before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
@@ -36,7 +36,7 @@ def whole_run() -> list[Figure]:
 
 
 def job_times(benchmarks: Path) -> dict[str, tuple[int, float]]:
-    """Number and time, s, of the jobs of each rule, from what Snakemake measured; the longest first."""
+    """Return number and total time, s, of the jobs of each rule, as measured by Snakemake, longest first."""
     found: dict[str, tuple[int, float]] = {}
     for path in benchmarks.rglob("*.tsv"):
         rule = path.relative_to(benchmarks).parts[0].partition(".")[0]

@@ -10,5 +10,5 @@ from verification.reference import body_cundall
 @pytest.fixture
 def both_schemes_in_space() -> Iterator[None]:
     """Let 3-D bodies use Cundall's scheme, too, from the reference implementation in `verification`."""
-    with body_cundall.in_use():
+    with body_cundall.enable_cundall():
         yield

@@ -49,6 +49,6 @@ def test_the_answer_to_the_example_ruin_is_made_without_the_coverage(monkeypatch
     published: list[str] = []
     monkeypatch.setattr(backwards_coverage, "publish", lambda bodies: published.extend(bodies))
     monkeypatch.setattr(backwards_coverage, "ruin", lambda _: "- PGV at least 36.9 cm/s")
-    monkeypatch.setattr(backwards_coverage, "measured", lambda *_: pytest.fail("the coverage was measured"))
+    monkeypatch.setattr(backwards_coverage, "measure_coverage", lambda *_: pytest.fail("the coverage was measured"))
     main(["ruin"])
     assert published == ["example-ruin"]

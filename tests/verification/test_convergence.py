@@ -7,9 +7,9 @@ from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION
 from overturning.motion.motion import Motion
-from verification.inputs import Group, grid, pulse_groups, thinned
+from verification.inputs import Group, every_nth_case, grid, pulse_groups
 from verification.measures import answers, order, rotation_error
-from verification.work_precision.boundaries import BRACKET, bisect, boundaries, ends
+from verification.work_precision.boundaries import BRACKET, bisect, boundaries, bracket_ends
 from verification.work_precision.parts import Setting, exact_block, reference
 
 pytestmark = pytest.mark.long
@@ -75,7 +75,7 @@ def test_overturning_boundary_converges(scheme: str, least: float) -> None:
     groups = [Group(decaying_sine().motion, cases)]
     where = boundaries(groups, answers(groups).results.overturned, 30)
     assert len(where) >= 12
-    low, high = ends(where)
+    low, high = bracket_ends(where)
     near = bisect(groups, where, {}, low, high, 24)
 
     def found(scheme: str, step: float) -> np.ndarray:
@@ -89,10 +89,10 @@ def test_overturning_boundary_converges(scheme: str, least: float) -> None:
 
 
 def test_boundary_lies_between_its_cases_and_the_flag_changes_there() -> None:
-    groups = thinned([decaying_sine()], 2)
+    groups = every_nth_case([decaying_sine()], 2)
     where = boundaries(groups, answers(groups).results.overturned, 3)
     assert where
-    low, high = ends(where)
+    low, high = bracket_ends(where)
     found = bisect(groups, where, {}, low, high)
     assert (low < found).all()
     assert (found < high).all()
@@ -106,7 +106,7 @@ def test_boundary_lies_between_its_cases_and_the_flag_changes_there() -> None:
 def test_a_boundary_that_was_not_found_stays_unknown() -> None:
     groups = [decaying_sine()]
     where = boundaries(groups, answers(groups).results.overturned, 2)
-    low, high = ends(where)
+    low, high = bracket_ends(where)
     exact = bisect(groups, where, {}, low, high, 3)
     low[0] = np.nan
     found = bisect(groups, where, {}, low, high, 3)

@@ -12,7 +12,7 @@ from overturning.model.results import Results
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import shipped
 from tests.verification.test_stability_scenes import pulse
-from verification.stability.checks import falls_from, flags_fit, lies_from, scene_contradiction
+from verification.stability.checks import fallen_above, flags_fit, scene_contradiction, standing_below
 
 
 def case(scene: Scene) -> Results:
@@ -59,8 +59,8 @@ def test_a_softer_contact_lies_flat_earlier_as_its_springs_say() -> None:
         law = ContactLaw(between=("stone", "stone"), static_penetration=share)
         scene = shipped("gravestone").model_copy(update={"contacts": (law,)})
         short = np.arcsin(share * native_size(scene)[1])
-        assert 0.5 * np.pi - lies_from(prepare(scene)) == pytest.approx(short, rel=1e-6)
-        assert falls_from(prepare(scene)) == pytest.approx(np.arctan(0.4))
+        assert 0.5 * np.pi - fallen_above(prepare(scene)) == pytest.approx(short, rel=1e-6)
+        assert standing_below(prepare(scene)) == pytest.approx(np.arctan(0.4))
 
 
 def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
@@ -71,8 +71,8 @@ def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
     prepared = prepare(shipped("boulder"))
     comes_down = np.arctan2(0.47, 0.38)
     assert prepared.placed[-1].fallen_rotations == pytest.approx((comes_down, np.arctan2(0.31, 0.30)), abs=1e-9)
-    assert lies_from(prepared)[0] == pytest.approx(comes_down, abs=1e-4)
-    assert 0.1 < falls_from(prepared)[0] < 0.5 * comes_down
+    assert fallen_above(prepared)[0] == pytest.approx(comes_down, abs=1e-4)
+    assert 0.1 < standing_below(prepared)[0] < 0.5 * comes_down
     assert not flags_fit(prepared, np.array([False]), np.array([comes_down]))
     assert flags_fit(prepared, np.array([False]), np.array([0.9 * comes_down]))
     assert not flags_fit(prepared, np.array([True]), np.array([0.09]))
@@ -89,5 +89,5 @@ def test_a_scene_that_asks_for_another_rotation_gets_it() -> None:
             for item in scene.elements
         ]
         prepared = prepare(scene.model_copy(update={"elements": tuple(elements)}))
-        assert np.degrees(falls_from(prepared)) == pytest.approx(early)
-        assert np.degrees(lies_from(prepared)) == pytest.approx(lying, abs=1e-2)
+        assert np.degrees(standing_below(prepared)) == pytest.approx(early)
+        assert np.degrees(fallen_above(prepared)) == pytest.approx(lying, abs=1e-2)

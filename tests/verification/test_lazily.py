@@ -21,7 +21,7 @@ from overturning.study.cube import open_cube
 from overturning.study.intensity import write_intensity
 from overturning.study.scenes import NOMINAL, variant_names
 from overturning.surveys.population import population_rates
-from verification.scale.made import made_records, made_study, write_made_cube
+from verification.scale.made import synthetic_records, synthetic_study, write_synthetic_cube
 
 pytestmark = pytest.mark.long
 
@@ -86,11 +86,11 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list
         for kind, grid in KINDS.items():
             made[kind] = [tmp_path_factory.mktemp(f"{kind}-{records}") for records in (FEW, MANY)]
             for records, folder in zip((FEW, MANY), made[kind], strict=True):
-                study = made_study(records, grid)
+                study = synthetic_study(records, grid)
                 for variant in variant_names(study):
                     name = "cube.nc" if variant == NOMINAL else f"cube.{variant}.nc"
-                    write_made_cube(study, folder / name, different=1, variant=variant)
-                write_intensity(study, list(made_records(study)), folder / "intensity.nc")
+                    write_synthetic_cube(study, folder / name, different=1, variant=variant)
+                write_intensity(study, list(synthetic_records(study)), folder / "intensity.nc")
                 (folder / "figures" / "illustrative").mkdir(parents=True)
                 (folder / "figures" / "illustrative" / "cases.json").write_text("[]", "utf-8")
         yield made

@@ -82,7 +82,7 @@ def test_a_long_computation_is_timed_once(monkeypatch: pytest.MonkeyPatch) -> No
         clock = iter(np.arange(20) * seconds)
         monkeypatch.setattr("verification.timing.time.process_time", lambda clock=clock: next(clock))
         calls: list[int] = []
-        assert timing.measured(partial(calls.append, 1), 3, int) == (None, seconds)
+        assert timing.time_run(partial(calls.append, 1), 3, int) == (None, seconds)
         assert len(calls) == runs
 
 

@@ -281,9 +281,9 @@ def test_a_step_that_fails_is_told_first_and_last_without_its_command(
         "#!/bin/sh\necho 'error: motion.nc: broken; mend it' >&2\nexit 1\n", encoding="utf-8"
     )
     (programs / "overturning").chmod(0o755)
-    how = checkout.how()
+    how = checkout.command()
     how["env"] |= {"PATH": f"{programs}:{how['env']['PATH']}"}
-    monkeypatch.setattr(checkout, "how", lambda *_, **__: how)
+    monkeypatch.setattr(checkout, "command", lambda *_, **__: how)
     done = checkout.run()
     assert done.returncode == 1
     assert done.stdout == ""

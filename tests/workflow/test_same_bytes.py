@@ -12,7 +12,7 @@ import pytest
 from tests.expect import lacking
 from tests.workflow.conftest import SMALL, Checkout, bytes_of
 from verification import one_node_slurm
-from verification.faults.__main__ import objection
+from verification.faults.__main__ import find_fault_effect
 from verification.faults.kinds import KINDS, Kind
 from verification.scale.same_bytes import Run, on_slurm
 
@@ -33,7 +33,7 @@ def test_one_core_killed_and_injured_and_resumed_in_another_folder_ends_in_the_b
 
     def killed(place: Checkout, _dice: random.Random, _seconds: float) -> None:
         """SIGKILL of Snakemake alone, once a motion is there: waited for, since a moment drawn may come before it."""
-        run = place.begin()
+        run = place.start()
         while run.poll() is None and not list(place.results.glob("motion/*.nc")):
             time.sleep(0.02)
         run.kill()
@@ -41,11 +41,11 @@ def test_one_core_killed_and_injured_and_resumed_in_another_folder_ends_in_the_b
         assert list(place.results.glob("motion/*.nc"))
         assert not place.cube.exists()
 
-    faults = {kind.says: kind for kind in KINDS}
+    faults = {kind.label: kind for kind in KINDS}
     assert sum(kind.times for kind in KINDS) == 50
     place, wanted = Checkout(tmp_path / "elsewhere", cores=1), finished.cube.read_bytes()
-    for kind in (Kind("killed", killed, 1), faults["a byte of a part changed"]):
-        assert objection(kind, place, random.Random(1), 0.0, wanted, brief=True) == ""
+    for kind in (Kind("killed", killed, 1), faults["a byte of a partial result changed"]):
+        assert find_fault_effect(kind, place, random.Random(1), 0.0, wanted, brief=True) == ""
     place.carry_out(place.plan().commands)
     one, other = bytes_of(finished.results), bytes_of(place.results)
     assert {"cube.nc", "report.html", "intensity.nc", "figures/rose.svg"} <= one.keys() == other.keys()
@@ -53,7 +53,7 @@ def test_one_core_killed_and_injured_and_resumed_in_another_folder_ends_in_the_b
 
 
 def test_a_study_on_slurm_has_the_bytes_of_this_machine(finished: Checkout, slurm: Future[list[Run]]) -> None:
-    if why := one_node_slurm.missing():
+    if why := one_node_slurm.slurm_unavailable_reason():
         lacking(why)
     (run,) = slurm.result()
     assert run.sha256 == sha256(finished.cube.read_bytes()).hexdigest()

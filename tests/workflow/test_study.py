@@ -191,7 +191,7 @@ def test_of_further_records_these_alone_are_swept_and_figures_wait_for_their_own
 
 
 def test_a_record_taken_out_of_the_study_leaves_no_file_behind(finished: Checkout, tmp_path: Path) -> None:
-    checkout = finished.copied(tmp_path / "checkout")
+    checkout = finished.copy_to(tmp_path / "checkout")
     before = {str(path.relative_to(checkout.results)) for path in checkout.results.rglob("*") if path.is_file()}
     of_record = {name for name in before if "petrolia" in name}
     assert {"read/petrolia.nc", "motion/petrolia.nc", "figures/polar/petrolia.svg"} < of_record
@@ -208,7 +208,7 @@ def test_a_changed_title_and_a_figure_that_has_gone_make_its_kind_and_report_and
     finished: Checkout, tmp_path: Path
 ) -> None:
     """The figure is one of those of which Snakemake does not know how many there are."""
-    checkout = finished.copied(tmp_path / "checkout")
+    checkout = finished.copy_to(tmp_path / "checkout")
     before = bytes_of(checkout.results)
     gone = next((checkout.results / "figures" / "illustrative").glob("*.svg"))
     kept = gone.rename(tmp_path / gone.name)
@@ -223,7 +223,7 @@ def test_a_changed_title_and_a_figure_that_has_gone_make_its_kind_and_report_and
 
 
 def test_the_package_alone_has_the_bytes_of_the_workflow(finished: Checkout, tmp_path: Path) -> None:
-    run = without_snakemake(finished.copied(tmp_path / "checkout"), "whole")
+    run = without_snakemake(finished.copy_to(tmp_path / "checkout"), "whole")
     assert run.sha256 == sha256(finished.cube.read_bytes()).hexdigest()
     assert len(list(finished.results.glob("sweep/*/*.nc"))) == 4, "the default profile keeps parts"
 

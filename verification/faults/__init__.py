@@ -1,1 +1,1 @@
-"""Faults of every kind put to a small study: it must go on by the same command, to the same cube."""
+"""Faults of every kind during a small study: the same command must resume it and give the same cube."""

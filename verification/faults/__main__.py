@@ -1,4 +1,4 @@
-"""`python -m verification.faults`: fifty faults, each followed by the one command, and whether the cube is the same."""
+"""`python -m verification.faults`: cause fifty faults, run the usual command after each, and compare the cubes."""
 
 import os
 import random
@@ -12,16 +12,21 @@ from typing import Annotated, Final
 import typer
 
 from overturning.study.resume import DAMAGED
-from verification.faults.kinds import KINDS, STUDY, Kind, mounts_undone
+from verification.faults.kinds import KINDS, STUDY, Kind, unmount_after
 from verification.project import Project
 from verification.tables import markdown, publish
 
 SEED: Final = 18
 
 
-def objection(kind: Kind, place: Project, dice: random.Random, seconds: float, wanted: bytes, brief: bool) -> str:
-    """Do a fault to a place and run the command, and but for a brief look once more; what is wrong then, or nothing."""
-    with mounts_undone(place):
+def find_fault_effect(
+    kind: Kind, place: Project, dice: random.Random, seconds: float, wanted: bytes, brief: bool
+) -> str:
+    """Cause a fault, run the command, and return what is wrong then; empty if nothing is.
+
+    Unless `brief`, a further run must find nothing to do.
+    """
+    with unmount_after(place):
         try:
             damaged = kind.fault(place, dice, seconds)
         except AssertionError as other:
@@ -38,60 +43,60 @@ def objection(kind: Kind, place: Project, dice: random.Random, seconds: float, w
     return ""
 
 
-def put(
+def apply_faults(
     kinds: Sequence[tuple[Kind, int]], folder: Path, seed: int = SEED, brief: bool = False
 ) -> dict[str, tuple[int, int]]:
-    """Put faults of each kind to a study; print a line of each; return how many of how many of a kind it outlived.
+    """Cause faults of each kind in a study and print a line for each; return (survived, caused) by kind.
 
-    A brief look uses the kernels that are there and does not ask whether a further run has nothing to do.
+    With `brief`, existing compiled kernels are used, and no further run is made.
     """
     options = ("--cores", "1", "--set-scatter", "sweep=2")
     study, dice = Project(folder / "study", STUDY, *options, own_kernels=not brief), random.Random(seed)
-    seconds = _undisturbed(study)
+    seconds = _time_undisturbed_run(study)
     wanted = study.cube.read_bytes()
-    fresh = study.copied(folder / "fresh")
+    fresh = study.copy_to(folder / "fresh")
     for name in ("results", ".snakemake"):
         shutil.rmtree(fresh.folder / name)
     if not brief:  # the kernels have been compiled now
-        again = fresh.copied(folder / "again")
-        seconds = _undisturbed(again)
+        again = fresh.copy_to(folder / "again")
+        seconds = _time_undisturbed_run(again)
         assert again.cube.read_bytes() == wanted
     found = {}
     for kind, times in kinds:
         if kind.root and os.geteuid():
-            print(f"{kind.says}: left out, since only root may mount a file system")
+            print(f"{kind.label}: skipped, since only root may mount a file system")
             continue
         good = 0
         for _ in range(times):
-            place = (study if kind.finished else fresh).copied(folder / "place")
-            wrong = objection(kind, place, dice, seconds, wanted, brief)
+            place = (study if kind.finished else fresh).copy_to(folder / "place")
+            wrong = find_fault_effect(kind, place, dice, seconds, wanted, brief)
             good += not wrong
-            print(f"{kind.says}: {wrong or 'the same cube'}", flush=True)
-        found[kind.says] = good, times
+            print(f"{kind.label}: {wrong or 'the same cube'}", flush=True)
+        found[kind.label] = good, times
     return found
 
 
-def _undisturbed(place: Project) -> float:
-    """Run the study and return how long that takes, s."""
+def _time_undisturbed_run(place: Project) -> float:
+    """Run the study and return the elapsed time, s."""
     begin = time.monotonic()
     done = place.run()
     if done.returncode:
-        raise SystemExit(f"the study does not run without a fault:\n{done.stderr}")
+        raise SystemExit(f"the study fails even without a fault:\n{done.stderr}")
     return time.monotonic() - begin
 
 
 def main(
-    seed: Annotated[int, typer.Option(help="seed of moments, files and bytes")] = SEED,
-    page: Annotated[bool, typer.Option(help="put the outcome into the docs")] = True,
+    seed: Annotated[int, typer.Option(help="seed of the moments, files and bytes")] = SEED,
+    page: Annotated[bool, typer.Option(help="write the table into the docs")] = True,
 ) -> None:
-    """Put all faults to the study."""
+    """Cause all faults."""
     with tempfile.TemporaryDirectory() as folder:
-        found = put([(kind, kind.times) for kind in KINDS], Path(folder), seed)
+        found = apply_faults([(kind, kind.times) for kind in KINDS], Path(folder), seed)
         good, total = map(sum, zip(*found.values(), strict=True))
         print(f"{good} of {total}")
         if page:
             rows = [
-                (says, f"{fine} of {times}") for says, (fine, times) in {**found, "all faults": (good, total)}.items()
+                (label, f"{fine} of {times}") for label, (fine, times) in {**found, "all faults": (good, total)}.items()
             ]
             publish({"faults": markdown(("fault", "survived"), rows)})
     if good < total:

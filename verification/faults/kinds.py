@@ -1,6 +1,6 @@
-"""The faults: each does its harm to a place and says what is wrong with what it met, if anything is.
+"""The faults. Each disturbs a project, and raises an AssertionError if the project reacts wrongly.
 
-Those that need a file to be noticed as damaged return it. After each the one command must go on.
+A fault that damages a file which must be reported returns its path. After each fault the usual command must resume.
 """
 
 import os
@@ -19,7 +19,7 @@ import psutil
 from verification.project import Project
 
 Fault = Callable[[Project, random.Random, float], Path | None]
-"""Given a place, dice, and the seconds that an undisturbed run takes; returns the file that is damaged."""
+"""Function of a project, a random generator and the time of an undisturbed run, s; returns the damaged file, if any."""
 
 STUDY: Final = """\
 name: faults
@@ -32,15 +32,15 @@ ensemble: {members: 0}
 verification: none
 """
 PART, MOTION = "sweep/nominal/*.nc", "motion/*.nc"
-JOBS: Final = 8  # of the study: two records to read, their labels, two parts of each to compute, and to gather
-ROOM_LEFT: Final = (100, 400)  # kB: too little for the first motion, and for all of the parts
+JOBS: Final = 8  # of the study: two records to read, their labels, two parts of each to compute, and gathering
+ROOM_LEFT: Final = (100, 400)  # kB: too little for the first motion; too little for all parts
 
 
 def jobs(run: psutil.Popen) -> Iterator[psutil.Process]:
-    """Each step of a run when it begins, until the run ends."""
+    """Yield each job of a run when it begins, until the run ends."""
     seen: set[int] = set()
     while run.poll() is None:
-        with suppress(psutil.Error):  # it has just ended
+        with suppress(psutil.Error):  # the process has just ended
             for process in run.children(recursive=True):
                 words = process.cmdline() if process.pid not in seen else []
                 if any(Path(word).name == "overturning" for word in words[:2]):
@@ -50,18 +50,18 @@ def jobs(run: psutil.Popen) -> Iterator[psutil.Process]:
 
 
 def kill_all(place: Project, dice: random.Random, seconds: float) -> None:
-    """SIGKILL of the process group at any moment."""
-    run = place.begin()
+    """Kill the process group at a random moment."""
+    run = place.start()
     time.sleep(dice.uniform(0.05, 0.95) * seconds)
     os.killpg(run.pid, signal.SIGKILL)
     run.wait()
 
 
 def kill_one(snakemake: bool, within: float) -> Fault:
-    """SIGKILL when one of the jobs, whichever, has begun: of the job alone, while Snakemake goes on, or the reverse."""
+    """Return a fault that kills a random job (Snakemake goes on), or only Snakemake (the job goes on)."""
 
     def do(place: Project, dice: random.Random, _seconds: float) -> None:
-        run, chosen = place.begin(), dice.randrange(JOBS)
+        run, chosen = place.start(), dice.randrange(JOBS)
         for number, job in enumerate(jobs(run)):
             if number == chosen:
                 time.sleep(dice.uniform(0.0, within))
@@ -75,7 +75,7 @@ def kill_one(snakemake: bool, within: float) -> Fault:
 
 
 def damage(pattern: str, how: str) -> Fault:
-    """A file of the results, or of the kernels, cut, emptied, or with one byte changed; its time tells nothing."""
+    """Return a fault that truncates, empties or changes a byte of a file of results or kernels; its time is kept."""
 
     def do(place: Project, dice: random.Random, _seconds: float) -> Path | None:
         kernel = pattern.startswith("*.nb")
@@ -88,7 +88,7 @@ def damage(pattern: str, how: str) -> Fault:
         os.utime(path, ns=(time_ns, time_ns))
         if pattern != "cube.nc":
             place.cube.unlink()
-        if kernel:  # which is asked for only where a part is to be made
+        if kernel:  # a kernel is loaded only if a part must be computed
             dice.choice(sorted(place.results.glob(PART))).unlink()
         return None if kernel else path.relative_to(place.folder)
 
@@ -96,23 +96,23 @@ def damage(pattern: str, how: str) -> Fault:
 
 
 def full_disk(place: Project, dice: random.Random, _seconds: float) -> None:
-    """A disk that fills while the study runs, and then has room again."""
+    """Fill the disk while the study runs, then free it."""
     results = place.folder / "results"
     results.mkdir()
     _mount("-t", "tmpfs", "-o", "size=100m", "none", str(results))
-    run = psutil.Popen(**place.how(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    run = psutil.Popen(**place.command(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     next(jobs(run))
     other = results / "other"
     with other.open("wb") as file:
         os.posix_fallocate(file.fileno(), 0, shutil.disk_usage(results).free - 1000 * dice.choice(ROOM_LEFT))
-    said = run.communicate()[1]
-    assert run.returncode != 0, "nothing was amiss"
-    assert "no space left" in said, said
+    errors = run.communicate()[1]
+    assert run.returncode != 0, "the run did not fail"
+    assert "no space left" in errors, errors
     other.unlink()
 
 
 def read_only(place: Project, _dice: random.Random, _seconds: float) -> None:
-    """A folder of results that cannot be written to, and then can."""
+    """Make the folder of results read-only for one run."""
     place.cube.unlink()
     results = str(place.folder / "results")
     _mount("--bind", results, results)
@@ -123,11 +123,11 @@ def read_only(place: Project, _dice: random.Random, _seconds: float) -> None:
     _mount("-o", "remount,rw,bind", results)
 
 
-def two_at_once(place: Project, _dice: random.Random, _seconds: float) -> None:
-    """A second run in the same folder, while a step of the first is held up: it may take long to begin."""
-    first = place.begin()
+def start_second_run(place: Project, _dice: random.Random, _seconds: float) -> None:
+    """Start a second run in the same folder while a job of the first is suspended."""
+    first = place.start()
     for step in jobs(first):
-        with suppress(psutil.NoSuchProcess):  # it has just ended: the next one
+        with suppress(psutil.NoSuchProcess):  # the job has just ended: use the next one
             step.suspend()
             break
     second = place.run()
@@ -138,8 +138,8 @@ def two_at_once(place: Project, _dice: random.Random, _seconds: float) -> None:
     assert first.wait() == 0
 
 
-def clock_back(place: Project, dice: random.Random, seconds: float) -> None:
-    """A clock set back by two hours after a run was killed: all that there is comes from the future."""
+def set_clock_back(place: Project, dice: random.Random, seconds: float) -> None:
+    """Set the clock back by two hours after a run was killed: move all file times into the future."""
     kill_all(place, dice, seconds)
     for path in (path for name in ("results", ".snakemake") for path in (place.folder / name).rglob("*")):
         if path.is_file():
@@ -148,7 +148,7 @@ def clock_back(place: Project, dice: random.Random, seconds: float) -> None:
 
 
 def kill_worker(_place: Project, dice: random.Random, _seconds: float) -> None:
-    """A worker of a dask cluster killed while it computes: the outcome has the bits of one process."""
+    """Kill a worker of a dask cluster while it computes; the outcome must be bit-equal to that of one process."""
     import numpy as np
     from distributed import Client, LocalCluster
 
@@ -179,12 +179,12 @@ def _mount(*words: str) -> None:
 
 
 @contextmanager
-def mounts_undone(place: Project) -> Iterator[None]:
-    """Take down what a fault has mounted."""
+def unmount_after(place: Project) -> Iterator[None]:
+    """Unmount at the end whatever a fault has mounted."""
     try:
         yield
     finally:
-        # That of a folder onto itself does not look like a mount.
+        # A bind mount of a folder onto itself does not look like a mount, so try until umount fails.
         while not subprocess.run(
             ["umount", str(place.folder / "results")], capture_output=True, check=False
         ).returncode:
@@ -194,20 +194,20 @@ def mounts_undone(place: Project) -> Iterator[None]:
 class Kind(NamedTuple):
     """A kind of fault."""
 
-    says: str
+    label: str
     fault: Fault
     times: int
     finished: bool = False
-    """Whether it is done to a finished study; else to one that has not begun."""
+    """True: applied to a finished study; False: to one that has not begun."""
     root: bool = False
-    """Whether only the owner of the machine can do it."""
+    """True if only root can cause it."""
 
 
 KINDS: Final = (
     Kind("disk full", full_disk, 2, root=True),
     Kind("results read-only", read_only, 1, finished=True, root=True),
-    Kind("two runs at once", two_at_once, 2),
-    Kind("clock set back", clock_back, 2),
+    Kind("two runs at once", start_second_run, 2),
+    Kind("clock set back", set_clock_back, 2),
     Kind("a worker of a dask cluster killed", kill_worker, 2, finished=True),
     Kind("a partial result truncated", damage(PART, "cut"), 3, finished=True),
     Kind("a partial result emptied", damage(PART, "emptied"), 2, finished=True),

@@ -1,6 +1,6 @@
 """Cundall's scheme for a 3-D body, the reference for the centred scheme (docs/method.md).
 
-Inside ``with in_use():`` bodies accept the scheme "cundall". As in 2-D it uses central differences: springs at the
+Inside ``with enable_cundall():`` bodies accept the scheme "cundall". As in 2-D it uses central differences: springs at the
 whole step, dashpots half a step earlier. Momenta are known at half steps, positions at whole steps. The angular
 momentum in space changes only by the moment of the contact forces. The rotation of a step uses the angular velocity in
 its middle, for which the body is first rotated by half of the step with the angular velocity at its start. The forces
@@ -99,7 +99,7 @@ class Wrench(NamedTuple):
     """Energy released by tangential springs, over half their stiffness, m²."""
 
 
-class Acting(NamedTuple):
+class ContactSums(NamedTuple):
     """Contact force on a body in a step, and its largest penetration."""
 
     wrench: Wrench
@@ -110,7 +110,7 @@ class Acting(NamedTuple):
 sum_of = arithmetic(Wrench).plus
 
 
-class Moved(NamedTuple):
+class ContactPoint(NamedTuple):
     """Contact point: position from the centre, penetration, and displacement in the last step, m."""
 
     arm: Vector
@@ -121,24 +121,24 @@ class Moved(NamedTuple):
 
 
 @njit(**INLINE)
-def vertex_moved(s: BodyState, f: Matrix, vertex: Vertex, old: VertexHistory) -> Moved:
+def vertex_moved(s: BodyState, f: Matrix, vertex: Vertex, old: VertexHistory) -> ContactPoint:
     """Return the state of a vertex; its displacement is the difference from its last position."""
     arm = apply(f, vertex.own)
     place = plus(s.place, arm)
-    return Moved(arm, -place.z, place.x - old.x, place.y - old.y, -place.z - old.depth)
+    return ContactPoint(arm, -place.z, place.x - old.x, place.y - old.y, -place.z - old.depth)
 
 
 @njit(**INLINE)
-def rim_moved(body: Constants, s: BodyState, f: Matrix, ahead: float, aside: float, dt: float) -> Moved:
+def rim_moved(body: Constants, s: BodyState, f: Matrix, ahead: float, aside: float, dt: float) -> ContactPoint:
     """Return the state of a point of the rim; its displacement is that of the body at this point."""
     arm = rim_point(body, f, ahead, aside)
     v = plus(s.velocity, cross(s.spin, arm))
-    return Moved(arm, -(s.place.z + arm.z), dt * v.x, dt * v.y, -(dt * v.z))
+    return ContactPoint(arm, -(s.place.z + arm.z), dt * v.x, dt * v.y, -(dt * v.z))
 
 
 @njit(**INLINE)
-def act(
-    body: Constants, s: BodyState, at: Moved, old: VertexHistory, rate: float, rule: tuple[bool, bool, float]
+def apply_contact_law(
+    body: Constants, s: BodyState, at: ContactPoint, old: VertexHistory, rate: float, rule: tuple[bool, bool, float]
 ) -> tuple[Wrench, VertexHistory]:
     """Apply the contact law at a point; `rate` is the dashpot over the step, so that it multiplies displacements.
 
@@ -176,9 +176,9 @@ def act(
 
 
 @njit(**INLINE)
-def both(so_far: Acting, a: Wrench, b: Wrench, depth_a: float, depth_b: float) -> Acting:
+def add_pair(so_far: ContactSums, a: Wrench, b: Wrench, depth_a: float, depth_b: float) -> ContactSums:
     """Add a pair of contact points to those so far."""
-    return Acting(sum_of(so_far.wrench, sum_of(a, b)), larger(so_far.depth, larger(depth_b, depth_a)))
+    return ContactSums(sum_of(so_far.wrench, sum_of(a, b)), larger(so_far.depth, larger(depth_b, depth_a)))
 
 
 @njit(**INLINE)
@@ -186,7 +186,7 @@ def step(
     body: Constants,
     s: BodyState,
     f: Matrix,
-    acting: Acting,
+    acting: ContactSums,
     peaks: BodyPeaks,
     account: BodyAccount,
     shaking: BodyShaking,
@@ -236,9 +236,9 @@ def step(
 UNUSED: Final = ("power", "loss", "torque", "slid", "bend")
 load_body, load_state, load_frame = (ROWS.access(of).load for of in (Constants, BodyState, Matrix))
 load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
-ACTING: Final = Rows(COLUMNS, Acting)
+ACTING: Final = Rows(COLUMNS, ContactSums)
 ACTING_SIZE: Final = ACTING.size
-load_acting, store_acting, _ = ACTING.access(Acting)
+load_acting, store_acting, _ = ACTING.access(ContactSums)
 no_wrench = arithmetic(Wrench).zero
 load_shaking = ROWS.access(BodyShaking, without=UNUSED).load
 load_peaks, load_account = ROWS.access(BodyPeaks).load, ROWS.access(BodyAccount, without=UNUSED).load
@@ -254,7 +254,7 @@ def place_all(state: Any, acting: Any, columns: int) -> None:
     for j in range(columns):
         s = load_state(state, j)
         store_frame(state, j, frame_of(s.turn))
-        store_acting(acting, j, Acting(no_wrench(), -1.0))
+        store_acting(acting, j, ContactSums(no_wrench(), -1.0))
 
 
 @njit(**INNER)
@@ -265,7 +265,7 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
         rate, left, right = body.dashpot / (body.step * WHOLE), load_memory(one, j), load_memory(other, j)
         p, q, base_contact = load_vertex(one, j), load_vertex(other, j), load_base_contact(state, j)
         at, on = vertex_moved(s, f, p, left), vertex_moved(s, f, q, right)
-        a, left = act(
+        a, left = apply_contact_law(
             body,
             s,
             at,
@@ -277,7 +277,7 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
                 landing_time(body, base_contact),
             ),
         )
-        b, right = act(
+        b, right = apply_contact_law(
             body,
             s,
             on,
@@ -291,7 +291,7 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
         )
         store_memory(one, j, left)
         store_memory(other, j, right)
-        store_acting(acting, j, both(load_acting(acting, j), a, b, left.depth, right.depth))
+        store_acting(acting, j, add_pair(load_acting(acting, j), a, b, left.depth, right.depth))
 
 
 @njit(**INNER)
@@ -308,11 +308,11 @@ def roll_all(state: Any, acting: Any, one: Any, other: Any, columns: int, ahead:
             landing_time(body, base_contact),
         )
         at, on = rim_moved(body, s, f, ahead, aside, dt), rim_moved(body, s, f, -ahead, -aside, dt)
-        a, left = act(body, s, at, left, rate, (between & (left.depth <= 0.0), flat, begun))
-        b, right = act(body, s, on, right, rate, (between & (right.depth <= 0.0), flat, begun))
+        a, left = apply_contact_law(body, s, at, left, rate, (between & (left.depth <= 0.0), flat, begun))
+        b, right = apply_contact_law(body, s, on, right, rate, (between & (right.depth <= 0.0), flat, begun))
         store_memory(one, j, left)
         store_memory(other, j, right)
-        store_acting(acting, j, both(load_acting(acting, j), a, b, left.depth, right.depth))
+        store_acting(acting, j, add_pair(load_acting(acting, j), a, b, left.depth, right.depth))
 
 
 @njit(**INNER)
@@ -418,7 +418,7 @@ class CundallPlan(body_plan.BodyPlan):
 
 
 @contextmanager
-def in_use() -> Iterator[None]:
+def enable_cundall() -> Iterator[None]:
     """Let 3-D bodies use the scheme "cundall", whose automatic step is half the stable one."""
     plan_centred = body_plan.plan_body
 

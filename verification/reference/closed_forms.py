@@ -1,4 +1,4 @@
-"""Closed forms of the rigid block (Housner 1963) and of a damped spring, to hold the kernel against.
+"""Closed forms of the rigid block (Housner 1963) and of a damped spring, for comparison with the kernel.
 
 Angles in rad, positive towards +s as in docs/method.md; α = arctan(B/H), R half the diagonal, p² = 3g/4R.
 """
@@ -9,31 +9,31 @@ from overturning.units import STANDARD_GRAVITY
 
 
 def frequency_parameter(height: float, b_over_h: float) -> float:
-    """P = √(3g/4R), 1/s (Housner 1963, eq. 3)."""
+    """Return the rocking frequency p = √(3g/4R), rad/s (Housner 1963, eq. 3)."""
     radius = 0.5 * height * math.sqrt(1.0 + b_over_h**2)
     return math.sqrt(0.75 * STANDARD_GRAVITY / radius)
 
 
 def restitution(b_over_h: float) -> float:
-    """Ratio of angular velocities after and before an impact, 1 − 1.5 sin²α (Housner 1963, eq. 9)."""
+    """Return the ratio of angular velocities after and before an impact, 1 − 1.5 sin²α (Housner 1963, eq. 9)."""
     return 1.0 - 1.5 * b_over_h**2 / (1.0 + b_over_h**2)
 
 
 def uplift_acceleration(b_over_h: float, upward: float = 0.0) -> float:
-    """Horizontal acceleration at which a rigid block begins to rock, (g + a_up) B/H, m/s²."""
+    """Return the horizontal acceleration at which a rigid block begins to rock, (g + a_up) B/H, m/s²."""
     return (STANDARD_GRAVITY + upward) * b_over_h
 
 
 def slip_acceleration(friction: float, upward: float = 0.0) -> float:
-    """Horizontal acceleration at which a rigid block begins to slide as a whole, μ (g + a_up), m/s²."""
+    """Return the horizontal acceleration at which a rigid block begins to slide as a whole, μ (g + a_up), m/s²."""
     return (STANDARD_GRAVITY + upward) * friction
 
 
 def quarter_period(height: float, b_over_h: float, tilt: float) -> float:
-    """Time from rest at a tilt to the first impact, s, without the small-angle approximation.
+    """Return the time from rest at a tilt to the first impact, s, without the small-angle approximation.
 
-    From the energy integral θ̇² = 2p² (cos(α − θ₀) − cos(α − θ)), with θ = θ₀ (1 − u²) to take
-    the singularity out; integrated by Gauss and Legendre with 200 points.
+    It follows from the energy integral θ̇² = 2p² (cos(α − θ₀) − cos(α − θ)). The substitution θ = θ₀ (1 − u²) removes
+    the singularity; the integral uses 200 Gauss–Legendre points.
 
     Raises
     ------
@@ -57,16 +57,16 @@ def quarter_period(height: float, b_over_h: float, tilt: float) -> float:
 
 
 def next_amplitude(b_over_h: float, tilt: float) -> float:
-    """Amplitude after the next impact of free rocking, rad (energy times the square of the restitution)."""
+    """Return the amplitude after the next impact of free rocking, rad (energy times the square of the restitution)."""
     alpha = math.atan(b_over_h)
     lost = restitution(b_over_h) ** 2 * (math.cos(alpha - tilt) - math.cos(alpha))
     return alpha - math.acos(math.cos(alpha) + lost)
 
 
 def bounce(speed: float, square: float, rate: float, gravity: float = STANDARD_GRAVITY) -> tuple[float, float]:
-    """A mass that meets a spring and dashpot which cannot pull.
+    """Compute the bounce of a mass on a spring and dashpot that cannot pull.
 
-    Penetration U from U(0) = 0, U̇(0) = speed: Ü = g − ω² U − 2c U̇ as long as ω² U + 2c U̇ > 0.
+    The penetration U follows Ü = g − ω² U − 2c U̇ with U(0) = 0 and U̇(0) = speed, as long as ω² U + 2c U̇ > 0.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""The exact sliding block: a mass on a moving base, held by friction alone (Newmark 1965).
+"""The exact sliding block: a mass on a moving base with friction only (Newmark 1965).
 
-The acceleration of the base is linear between samples; so is, while the block slides one way, its relative
-acceleration. Velocity and displacement are the integrals of that line, and the instants at which sliding starts or
-stops are roots of a linear or quadratic polynomial: no step, no tolerance.
+The acceleration of the base is linear between samples, and so is the relative acceleration while the block slides in
+one direction. Velocity and displacement are its integrals, and the instants at which sliding starts or stops are roots
+of linear or quadratic polynomials: there is no time step and no tolerance.
 """
 
 import itertools
@@ -15,11 +15,11 @@ from overturning.units import STANDARD_GRAVITY
 
 
 def slide(acceleration: ArrayLike, sampling_interval: float, friction: float) -> tuple[float, float]:
-    """Slip of a rigid mass on a base that shakes horizontally.
+    """Return the slip of a rigid mass on a base that shakes horizontally.
 
-    The acceleration of the base, m/s² towards +s, is linear between the samples; after them the base moves steadily.
-    Returns the largest magnitude of the displacement relative to the base, and the last displacement, positive towards
-    +s, m. A ValueError where μ is not above 0: without friction the block never stops.
+    The acceleration of the base, m/s² towards +s, is linear between the samples; after the last one it is 0. Returns
+    the largest absolute displacement relative to the base, and the final displacement, positive towards +s, both in m.
+    Raises a ValueError unless μ > 0: without friction the block never stops.
     """
     if not friction > 0:
         raise ValueError(f"friction: {friction}; it must be above 0")
@@ -30,7 +30,7 @@ def slide(acceleration: ArrayLike, sampling_interval: float, friction: float) ->
     for left, right in itertools.pairwise(base):
         displacement, velocity, highest = _interval(displacement, velocity, left, right, sampling_interval, limit)
         peak = max(peak, highest)
-    # The base rests: the block comes to a stand under its friction.
+    # The base moves steadily: friction stops the block.
     displacement += math.copysign(velocity**2 / (2.0 * limit), velocity) if velocity else 0.0
     return max(peak, abs(displacement)), displacement
 
@@ -38,7 +38,7 @@ def slide(acceleration: ArrayLike, sampling_interval: float, friction: float) ->
 def _interval(
     displacement: float, velocity: float, left: float, right: float, length: float, limit: float
 ) -> tuple[float, float, float]:
-    """Displacement and velocity after one sampling interval, and the largest displacement in it."""
+    """Return displacement and velocity after one sampling interval, and the largest displacement in it."""
     slope = (right - left) / length
     t, peak = 0.0, abs(displacement)
     while t < length:
@@ -67,14 +67,14 @@ def _interval(
 
 
 def _first_root(ground: float, slope: float, limit: float) -> float:
-    """Time until abs(ground + slope t) passes the limit."""
+    """Return the time until abs(ground + slope t) exceeds the limit."""
     if slope == 0.0:
         return math.inf
     return max((math.copysign(limit, slope) - ground) / slope, 0.0)
 
 
 def _stop(velocity: float, first: float, second: float, rest: float) -> float:
-    """First positive time at which velocity + first t + second t²/2 is zero, at most `rest`."""
+    """Return the first positive time at which velocity + first t + second t²/2 is zero, at most `rest`."""
     if velocity == 0.0:
         # Sliding has just begun; the velocity returns to zero at −2 first/second.
         roots = [-2.0 * first / second] if second else []

@@ -1,1 +1,1 @@
-"""How large a study may be: the same bytes wherever it runs, memory, disk and time of large ones."""
+"""Large studies: identical bytes on all platforms; memory, disk space and time."""

@@ -1,4 +1,4 @@
-"""`make scale`: how large a study may be; measures, and puts the tables into docs/scale.md."""
+"""`make scale`: measure large studies and write the tables of docs/scale.md."""
 
 import os
 import tempfile
@@ -31,20 +31,20 @@ RUNS = RESULTS / "scale-bytes.csv"
 
 def main(
     parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(PARTS)}; all where none is named")] = None,
-    records: Annotated[int, typer.Option(help="records of a million cases in each cube that is read lazily")] = 100,
+    records: Annotated[int, typer.Option(help="records, of a million cases each, in the synthetic cubes")] = 100,
 ) -> None:
-    """Measure, keep the figures, and publish what is known of all parts."""
+    """Measure, store the figures, and publish the tables of all parts."""
     chosen = parts_of(parts, PARTS)
     if {"bytes", "slurm"} & set(chosen):
-        runs = same_bytes.here() if "bytes" in chosen else []
+        runs = same_bytes.run_without_cluster() if "bytes" in chosen else []
         if "slurm" in chosen:
             runs += same_bytes.on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
-        publish({"scale-bytes": bytes_table(kept(runs))})
+        publish({"scale-bytes": bytes_table(merge_runs(runs))})
     measures: dict[str, Callable[[Path], list[Figure]]] = {
         "chunk": large.measure_chunk,
         "gather": large.measure_gather,
         "lazy": lambda folder: large.measure_lazily(folder, records),
-        "lazy-space": lambda folder: large.measure_lazily(folder, records, SPACE, "made cube in space"),
+        "lazy-space": lambda folder: large.measure_lazily(folder, records, SPACE, "synthetic cube in space"),
         "planning": lambda _: on_paper.measure_planning(),
     }
     for name, measure in measures.items():
@@ -57,8 +57,8 @@ def main(
         publish({"scale-on-paper": paper_table(figures)})
 
 
-def kept(runs: list[same_bytes.Run]) -> list[same_bytes.Run]:
-    """These runs, and those kept in the repository of ways that were not tried again; keeps them all."""
+def merge_runs(runs: list[same_bytes.Run]) -> list[same_bytes.Run]:
+    """Return these runs and the stored ones that were not repeated, and store all of them."""
     known = {(run.way, run.file): run for run in runs}
     if RUNS.is_file():
         old = [same_bytes.Run(*row) for row in lines_of(pd.read_csv(RUNS))]
@@ -68,20 +68,20 @@ def kept(runs: list[same_bytes.Run]) -> list[same_bytes.Run]:
 
 
 def bytes_table(runs: list[same_bytes.Run]) -> str:
-    """What each way gave, as a table, and on how many cores."""
+    """Return the table of runs, with the number of cores."""
     cores = len(os.sched_getaffinity(0))
     first = {run.file: run.sha256 for run in reversed(runs)}
     rows = []
     for run in sorted(runs, key=lambda run: run.file):
         same = "yes" if run.sha256 == first[run.file] else "**no**"
         rows.append((run.way, f"{run.seconds:.0f}", f"`{run.file}`", f"`{run.sha256[:16]}`", same))
-    table = markdown(("way", "time, s", "file", "its SHA-256", "same bytes"), rows)
-    return f"{table}\n\nMeasured with {cores} core{'s' * (cores > 1)} at hand."
+    table = markdown(("run", "time, s", "file", "SHA-256", "same bytes"), rows)
+    return f"{table}\n\nMeasured with {cores} core{'s' * (cores > 1)} available."
 
 
 def paper_table(figures: list[Figure]) -> str:
-    """The study on paper, as a table."""
-    return figures_table(on_paper.on_paper({one.quantity: one.value for one in figures}))
+    """Return the table of the extrapolated study."""
+    return figures_table(on_paper.extrapolate({one.quantity: one.value for one in figures}))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What large studies take, each in a process of its own: a chunk of a sweep, gathering, statistics and figures."""
+"""Resource use of large studies: a chunk of a sweep, gathering, statistics and figures, each in a separate process."""
 
 import os
 import shutil
@@ -9,29 +9,38 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from overturning.study.ensemble import draw_members
-from verification.scale.made import made_study, write_made_cube, write_made_motions, write_made_parts, write_study
+from verification.scale.made import (
+    synthetic_study,
+    write_study,
+    write_synthetic_cube,
+    write_synthetic_motions,
+    write_synthetic_parts,
+)
 from verification.tables import Figure
 
 SNAKEMAKE_MB: Final = 250.0
-"""Set aside for Snakemake, which runs beside the jobs."""
+"""Memory assumed for Snakemake itself, MB."""
 
 
-class Taken(NamedTuple):
-    """What a process took."""
+class ResourceUse(NamedTuple):
+    """Resource use of a process."""
 
     seconds: float
     processor_s: float
     memory_mb: float  # largest resident set
-    longest: int = 0  # bytes of the longest line that it printed of those asked for
+    longest: int = 0  # bytes of the longest selected line of its output
 
 
-def taken(*command: object) -> Taken:
-    """Run a subcommand of the package to its end."""
-    return taken_by([sys.executable, "-m", "overturning.cli", *map(str, command)])
+def run_subcommand(*command: object) -> ResourceUse:
+    """Run a subcommand of the package and return its resource use."""
+    return run_program([sys.executable, "-m", "overturning.cli", *map(str, command)])
 
 
-def taken_by(args: list[str], begins: bytes = b"", **where: Any) -> Taken:
-    """Run a program to its end, and measure the lines that begin so; a RuntimeError where it fails."""
+def run_program(args: list[str], begins: bytes = b"", **where: Any) -> ResourceUse:
+    """Run a program; return its resource use and the longest output line that begins with `begins`.
+
+    Raises a RuntimeError if it fails.
+    """
     begin = time.perf_counter()
     process = subprocess.Popen(args, stdout=subprocess.PIPE, **where)
     assert process.stdout
@@ -40,19 +49,19 @@ def taken_by(args: list[str], begins: bytes = b"", **where: Any) -> Taken:
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
         raise RuntimeError(f"{args[-1]} failed")
-    return Taken(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, longest)
+    return ResourceUse(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, longest)
 
 
 def measure_chunk(folder: Path, chunks: int = 8) -> list[Figure]:
-    """A real chunk of a real record: an eighth of a million cases with their ensemble, on one core."""
-    study = made_study(1)
+    """Measure a chunk of a real record: 1/8 million cases with their ensemble, on one core."""
+    study = synthetic_study(1)
     write_study(study, folder / "study.json")
     own = study.model_copy(update={"records": study.records.model_copy(update={"use": ("rinaldi",)})})
     write_study(own, folder / "own.json")
-    taken("read", "--study", folder / "own.json", "--record", "rinaldi", "--output", folder / "motion.nc")
+    run_subcommand("read", "--study", folder / "own.json", "--record", "rinaldi", "--output", folder / "motion.nc")
     draw_members(study.ensemble).write(folder / "members.csv")
     part = folder / f"rinaldi.1-of-{chunks}.nc"
-    took = taken(
+    took = run_subcommand(
         "sweep", "--study", folder / "study.json", "--motion", folder / "motion.nc", "--output", part,
         "--members", folder / "members.csv", "--chunk", f"1-of-{chunks}",
     )  # fmt: skip
@@ -69,44 +78,44 @@ def measure_chunk(folder: Path, chunks: int = 8) -> list[Figure]:
 def measure_gather(
     folder: Path, records: int = 10, chunks: int = 8, grid: dict[str, object] | None = None
 ) -> list[Figure]:
-    """Gathering of made parts, ten million cases of them."""
-    study = made_study(records, grid)
+    """Measure the gathering of synthetic parts with ten million cases."""
+    study = synthetic_study(records, grid)
     write_study(study, folder / "study.json")
-    write_made_motions(study, folder / "motion")
-    parts = write_made_parts(study, folder / "sweep", chunks)
-    took = taken(
+    write_synthetic_motions(study, folder / "motion")
+    parts = write_synthetic_parts(study, folder / "sweep", chunks)
+    took = run_subcommand(
         "gather", "--study", folder / "study.json", "--motions", folder / "motion", "--parts", folder / "sweep",
         "--chunks", chunks, "--output", folder / "cube.nc",
     )  # fmt: skip
     cases = records * study.cases
     of_parts, of_cube = sum(part.stat().st_size for part in parts), (folder / "cube.nc").stat().st_size
     return [
-        Figure("made parts: cases", cases),
-        Figure("made parts: gathering", took.seconds, "s"),
-        Figure("made parts: peak memory of gathering", took.memory_mb, "MB"),
-        Figure("made parts and their cube: disk per case", (of_parts + of_cube) / cases, "bytes"),
-        Figure("made cube alone: disk per case", of_cube / cases, "bytes"),
+        Figure("synthetic parts: cases", cases),
+        Figure("synthetic parts: gathering", took.seconds, "s"),
+        Figure("synthetic parts: peak memory of gathering", took.memory_mb, "MB"),
+        Figure("synthetic parts and their cube: disk per case", (of_parts + of_cube) / cases, "bytes"),
+        Figure("synthetic cube alone: disk per case", of_cube / cases, "bytes"),
     ]
 
 
 def measure_lazily(
-    folder: Path, records: int = 100, grid: dict[str, object] | None = None, cube: str = "made cube"
+    folder: Path, records: int = 100, grid: dict[str, object] | None = None, cube: str = "synthetic cube"
 ) -> list[Figure]:
-    """All statistics, figures and the report of a made cube larger than memory; in the figures it has that name."""
-    study = made_study(records, grid)
+    """Measure statistics, figures and report of a synthetic cube larger than memory; `cube` is its label."""
+    study = synthetic_study(records, grid)
     write_study(study, folder / "study.json")
-    write_made_motions(study, folder / "motion")
-    write_made_cube(study, folder / "cube.nc", different=min(2, records))
+    write_synthetic_motions(study, folder / "motion")
+    write_synthetic_cube(study, folder / "cube.nc", different=min(2, records))
     draw_members(study.ensemble).write(folder / "members.csv")
     base = ("--study", folder / "study.json", "--motions", folder / "motion")
     size = (folder / "cube.nc").stat().st_size
     found = [Figure(f"{cube}: cells", records * study.cases), Figure(f"{cube}: size", size / 1e9, "GB")]
 
-    def note(what: str, took: Taken) -> None:
+    def note(what: str, took: ResourceUse) -> None:
         found.append(Figure(f"{cube}: {what}, time", took.seconds, "s"))
         found.append(Figure(f"{cube}: {what}, peak memory", took.memory_mb, "MB"))
 
-    note("intensities", taken("rotate", *base, "--output", folder / "intensity.nc"))
+    note("intensities", run_subcommand("rotate", *base, "--output", folder / "intensity.nc"))
     for what, call in (
         (
             "figures of a record",
@@ -127,12 +136,15 @@ cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "inte
 write = partial(write_figure, study_from(str(folder / "study.json")).figures)
 from overturning.figures.{call}
 """
-        note(what, taken_by([sys.executable, "-c", program]))
+        note(what, run_program([sys.executable, "-c", program]))
     drawn_cases = folder / "figures" / "illustrative"
-    note("illustrative cases", taken("illustrative", "--cube", folder / "cube.nc", *base[2:], "--output", drawn_cases))
-    # The report shows figures of each record.
+    note(
+        "illustrative cases",
+        run_subcommand("illustrative", "--cube", folder / "cube.nc", *base[2:], "--output", drawn_cases),
+    )
+    # The report needs figures of each record: copy those of the first.
     for drawn in list((folder / "figures").glob(f"*/{study.records.use[0]}.*")):
         for name in study.records.use[1:]:
             shutil.copy(drawn, drawn.with_name(f"{name}{drawn.suffix}"))
-    note("report", taken("report", "--results", folder, "--output", folder / "report.html"))
+    note("report", run_subcommand("report", "--results", folder, "--output", folder / "report.html"))
     return found

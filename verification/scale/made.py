@@ -1,4 +1,4 @@
-"""Studies, parts and cubes of any size, made of random numbers: what they hold is no result, only as large as one."""
+"""Synthetic studies, parts and cubes of any size, filled with random numbers in place of results."""
 
 import json
 from collections.abc import Iterator
@@ -22,10 +22,10 @@ from overturning.study.schema import Study
 from overturning.study.sweep import variables_of
 
 FALLS: Final = 0.3
-"""Share of the cells that fall, as in the default study,"""
+"""Share of the cells that fall, as in the default study."""
 
 RUN_AGAIN: Final = 0.6
-"""and share that the ensemble runs."""
+"""Share of the cells with an ensemble."""
 
 GRID: Final = {
     "azimuth": {"step": 1},
@@ -33,7 +33,7 @@ GRID: Final = {
     "b_over_h": {"start": 0.05, "stop": 0.6, "step": 0.01},
     "friction": {"start": 0.3, "stop": 1.2, "step": 0.1},
 }
-"""A grid of 1,008,000 cases in planes."""
+"""Grid of 1,008,000 2-D cases."""
 
 SPACE: Final = {
     "body": {"plan": "rectangle", "aspect": [1, 2]},
@@ -41,20 +41,20 @@ SPACE: Final = {
     "ensemble": {"members": 24},
     "population": {},
 } | {name: GRID[name] for name in ("height", "b_over_h", "friction")}
-"""One of 1,008,000 cases in space."""
+"""Settings of a study with 1,008,000 3-D cases."""
 
 
-def made_study(records: int, grid: dict[str, Any] | None = None) -> Study:
-    """A study of so many records, each under a million cases in planes where no other grid, body or scene is given."""
+def synthetic_study(records: int, grid: dict[str, Any] | None = None) -> Study:
+    """Return a study with `records` records; the default grid has a million 2-D cases for each."""
     names = [f"made-{number:03d}" for number in range(records)]
     about = {"name": "made", "verification": "none", "figures": {"formats": ["png"], "dpi": 72}}
     return check_study(about | {"records": {"use": names}} | (grid or GRID), "made")
 
 
-def made_records(study: Study) -> Iterator[Record]:
-    """A pulse of its own for each record, in five earthquakes and with a fault normal and a pulse or none."""
+def synthetic_records(study: Study) -> Iterator[Record]:
+    """Yield a different pulse for each record, in five earthquakes; half of the records count as having a pulse."""
     for number, name in enumerate(study.records.use):
-        # A second pulse across the first: no direction is without motion.
+        # A second pulse at right angles to the first, so that every direction has motion.
         one, other = (
             Motion.sine(amplitude=amplitude, period=0.7, azimuth_deg=7.0 * number + turn)
             for amplitude, turn in ((2.0 + 0.05 * number, 0.0), (1.0, 90.0))
@@ -67,13 +67,13 @@ def made_records(study: Study) -> Iterator[Record]:
         ))  # fmt: skip
 
 
-def made_values(variable: Variable, shape: tuple[int, ...], seed: int, members: int) -> NDArray[Any]:
-    """Random values of a variable: float32 of 23 random bits, which compress less than an outcome's do."""
+def synthetic_values(variable: Variable, shape: tuple[int, ...], seed: int, members: int) -> NDArray[Any]:
+    """Return random values of a variable: float32 with 23 random bits, which compress less than real outcomes."""
     generator = np.random.default_rng(seed)
     if variable.name == "overturned" and variable.odd:
         return generator.choice(np.array([-1, 0, 1], np.int8), shape, p=[FALLS / 2, 1 - FALLS, FALLS / 2])
     if variable.name.endswith("overturned"):
-        return fallen(variable, shape, seed).astype(np.int8)
+        return falls_of(variable, shape, seed).astype(np.int8)
     if variable.name == "status":
         return np.full(shape, int(Status.SIMULATED), np.int8)
     if variable.dtype != "f4":
@@ -82,30 +82,30 @@ def made_values(variable: Variable, shape: tuple[int, ...], seed: int, members: 
     if variable.name == "overturning_time":
         values[generator.random(shape, np.float32) > FALLS] = np.nan
     if variable.name.endswith("fall_azimuth"):
-        return np.where(fallen(variable, shape, seed), 360 * values, np.float32(np.nan))
+        return np.where(falls_of(variable, shape, seed), 360 * values, np.float32(np.nan))
     if variable.name == "residual_twist":
-        return np.where(fallen(variable, shape, seed), np.float32(np.nan), values - np.float32(0.5))
+        return np.where(falls_of(variable, shape, seed), np.float32(np.nan), values - np.float32(0.5))
     if variable.name.startswith(("probability", "scramble", "fall_")):
-        # Counts of members, and none where the ensemble was not run.
+        # Shares of members; NaN for cells without an ensemble.
         values = np.round(values * 0.5 * members) / np.float32(members)
         values[generator.random(shape, np.float32) > RUN_AGAIN] = np.nan
     return values
 
 
-def fallen(variable: Variable, shape: tuple[int, ...], seed: int) -> NDArray[np.bool_]:
-    """Where a body in space falls, or in the planes of its faces: the same for all variables that say more of it."""
+def falls_of(variable: Variable, shape: tuple[int, ...], seed: int) -> NDArray[np.bool_]:
+    """Return True where a 3-D body (or its 2-D model) falls; the same for all variables."""
     return np.random.default_rng((seed, variable.name.startswith("plane"))).random(shape, np.float32) < FALLS
 
 
-def write_made_parts(study: Study, folder: Path, chunks: int, variant: str = NOMINAL) -> list[Path]:
-    """Parts of every record of a study."""
+def write_synthetic_parts(study: Study, folder: Path, chunks: int, variant: str = NOMINAL) -> list[Path]:
+    """Write the parts of every record of a study."""
     grid, variables, paths = grid_of(study, variant), variables_of(study), []
     for number, name in enumerate(study.records.use):
         for part in range(1, chunks + 1):
             chunk = Chunk(part, chunks)
             piece = piece_of(study, grid, chunk, variant)
             values = {
-                variable.name: made_values(
+                variable.name: synthetic_values(
                     variable, piece.shape_of(variable), 1000 * number + part, study.ensemble.members
                 )
                 for variable in variables
@@ -115,25 +115,25 @@ def write_made_parts(study: Study, folder: Path, chunks: int, variant: str = NOM
     return paths
 
 
-def write_made_motions(study: Study, folder: Path) -> None:
-    """Motions of every record."""
-    for record in made_records(study):
+def write_synthetic_motions(study: Study, folder: Path) -> None:
+    """Write the motion of every record."""
+    for record in synthetic_records(study):
         write_motion(record, folder / f"{record.record_id}.nc")
 
 
 def write_study(study: Study, path: Path) -> None:
-    """The study as a file."""
+    """Write the study to a file."""
     path.write_text(json.dumps(study.model_dump(mode="json", exclude_defaults=True) | {"name": study.name}), "utf-8")
 
 
-def write_made_cube(study: Study, path: Path, different: int, variant: str = NOMINAL) -> None:
-    """A cube whose first records are gathered from made parts, the others their copies, chunk by chunk of the file."""
+def write_synthetic_cube(study: Study, path: Path, different: int, variant: str = NOMINAL) -> None:
+    """Write a cube whose first records are gathered from synthetic parts; the others are copies of their chunks."""
     import h5py
     from netCDF4 import Dataset
 
-    records = list(made_records(study))
+    records = list(synthetic_records(study))
     few = study.model_copy(update={"records": study.records.model_copy(update={"use": study.records.use[:different]})})
-    parts = write_made_parts(few, path.parent / "parts", 1, variant)
+    parts = write_synthetic_parts(few, path.parent / "parts", 1, variant)
     gather(few, records[:different], parts, path.with_name("few.nc"), variant)
     for part in parts:
         part.unlink()

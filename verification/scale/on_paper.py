@@ -1,4 +1,4 @@
-"""What a study of ten thousand records and a million cases each would take, worked out from what was measured."""
+"""Extrapolation to a study of 10,000 records with a million cases each, from measured figures."""
 
 import json
 import resource
@@ -9,30 +9,30 @@ from pathlib import Path
 from typing import Final
 
 from verification.project import Project
-from verification.scale.large import Taken, taken_by
+from verification.scale.large import ResourceUse, run_program
 from verification.tables import Figure
 
 RECORDS: Final = 10_000
 CASES: Final = 1_000_000
 CHUNKS: Final = 8
 LONGEST_ARGUMENT: Final = 32 * resource.getpagesize()
-"""Bytes of one argument of a command (Linux: MAX_ARG_STRLEN); a rule's whole command is one."""
+"""Largest argument of a command, bytes (Linux: MAX_ARG_STRLEN); the command of a rule is one argument."""
 
 
 NEEDED: Final = {
     *("real chunk: processor time", "real chunk: cases", "real chunk: disk per case"),
-    *("made parts: gathering", "made parts: cases", "made cube: cells", "made cube: report, time"),
-    *("made cube: figures of all records together, time", "made cube: figures of a record, time"),
+    *("synthetic parts: gathering", "synthetic parts: cases", "synthetic cube: cells", "synthetic cube: report, time"),
+    *("synthetic cube: figures of all records together, time", "synthetic cube: figures of a record, time"),
     *(f"planning: {name} per record, {CHUNKS} chunks each" for name in ("time", "memory")),
 }
-"""What must have been measured for it."""
+"""Figures that the extrapolation needs."""
 
 
-def planned(records: int) -> Taken:
-    """Plan a study of so many records, each the same file under a name of its own, and measure its longest command."""
+def plan_study(records: int) -> ResourceUse:
+    """Plan a study with `records` copies of one record, and measure resource use and the longest command."""
     with tempfile.TemporaryDirectory(prefix="scale-") as name:
         names = [f"record-{number:05d}" for number in range(records)]
-        # Few cases of each, which planning does not count, so that the disk would hold them.
+        # Few cases per record, so that the check of disk space passes; planning does not depend on their number.
         study = {"name": "scale", "records": {"use": names}, "verification": "none", "b_over_h": [0.3]}
         project = Project(Path(name) / "project", json.dumps(study), "--dry-run", "--printshellcmds")
         table = project.folder / "config" / "records.tsv"
@@ -40,33 +40,37 @@ def planned(records: int) -> Taken:
         one = next(row for row in rows if row.startswith("rinaldi\t"))
         made = [one.replace("rinaldi", each, 1) for each in names]
         table.write_text("\n".join([head, *made]) + "\n", encoding="utf-8")
-        how = project.how("--set-scatter", f"sweep={CHUNKS}", file="")
-        return taken_by(**how, begins=b"Shell command: ", stderr=subprocess.DEVNULL)
+        how = project.command("--set-scatter", f"sweep={CHUNKS}", file="")
+        return run_program(**how, begins=b"Shell command: ", stderr=subprocess.DEVNULL)
 
 
 def measure_planning(few: int = 20, many: int = 220) -> list[Figure]:
-    """Time and memory that a record more takes Snakemake to plan, from two studies; the larger's longest command."""
-    less, more = planned(few), planned(many)
+    """Measure time and memory of planning per additional record, from two studies, and the longest command."""
+    less, more = plan_study(few), plan_study(many)
     per_record = {
         "time": ((more.seconds - less.seconds) / (many - few), "s"),
         "memory": ((more.memory_mb - less.memory_mb) / (many - few), "MB"),
     }
     each = [Figure(f"planning: {name} per record, {CHUNKS} chunks each", *value) for name, value in per_record.items()]
-    said = f"planning: longest command, {many} records in {CHUNKS} chunks each"
-    return [*each, Figure(said, more.longest, "bytes")]
+    label = f"planning: longest command, {many} records in {CHUNKS} chunks each"
+    return [*each, Figure(label, more.longest, "bytes")]
 
 
-def on_paper(measured: Mapping[str, float]) -> list[Figure]:
-    """The large study, by quantities of `large` and of `measure_planning`."""
+def extrapolate(measured: Mapping[str, float]) -> list[Figure]:
+    """Return the figures of the extrapolated study from those of `large` and `measure_planning`."""
     cases = RECORDS * CASES
     per_case = measured["real chunk: processor time"] / measured["real chunk: cases"]
-    gathering = measured["made parts: gathering"] / measured["made parts: cases"]
+    gathering = measured["synthetic parts: gathering"] / measured["synthetic parts: cases"]
     disk = measured["real chunk: disk per case"]
     planning = measured[f"planning: time per record, {CHUNKS} chunks each"] * RECORDS
     memory = measured[f"planning: memory per record, {CHUNKS} chunks each"] * RECORDS
-    reports = measured["made cube: report, time"] + measured["made cube: figures of all records together, time"]
-    reports = reports / measured["made cube: cells"] + measured["made cube: figures of a record, time"] / CASES
-    # One file of part and of run time per chunk, two logs; a motion, a figure or three, and their logs, per record.
+    reports = (
+        measured["synthetic cube: report, time"] + measured["synthetic cube: figures of all records together, time"]
+    )
+    reports = (
+        reports / measured["synthetic cube: cells"] + measured["synthetic cube: figures of a record, time"] / CASES
+    )
+    # Per chunk: a part, a benchmark and logs; per record: a motion, one to three figures, and their logs.
     files = RECORDS * (CHUNKS * 3 + 7)
     return [
         Figure("cases", cases),

@@ -1,4 +1,4 @@
-"""One study on one core, on two, in chunks, on SLURM and on a dask cluster: the cube's bytes, and the time of each."""
+"""Bytes of the cube and run time of one study on one and two cores, in chunks, on SLURM and on a dask cluster."""
 
 import hashlib
 import tempfile
@@ -14,7 +14,7 @@ from overturning.study.gather import gather
 from overturning.study.parts import WHOLE, part_path
 from overturning.study.scenes import numerics_of
 from overturning.study.sweep import sweep_record
-from verification.one_node_slurm import OPTIONS, missing, one_node_slurm
+from verification.one_node_slurm import OPTIONS, one_node_slurm, slurm_unavailable_reason
 from verification.project import CUBE, Project
 
 STUDY: Final = """\
@@ -33,7 +33,7 @@ SMALL: Final = (
     .replace("rinaldi, petrolia", "rinaldi")
     .replace("16", "0")
 )
-"""Much the same in a few seconds."""
+"""A smaller version of `STUDY` that takes a few seconds."""
 
 REPORT: Final = "report.html"
 
@@ -42,30 +42,30 @@ SLURM: Final = (
     *(*OPTIONS, "--slurm-init-seconds-before-status-checks", "6", "--seconds-between-status-checks", "6"),
     *("--latency-wait", "10"),
 )
-"""The project's profile for SLURM, with what the cluster of one node needs.
+"""The profile of the project for SLURM, with the options of the one-node cluster.
 
-Its executor asks after a job when it should have ended: each time that it has not, it waits ten seconds longer."""
+The executor polls a job after its expected end; each time it is still running, the interval grows by ten seconds."""
 
 
 class Run(NamedTuple):
-    """What one way of running the study gave."""
+    """Result of running the study in one way."""
 
     way: str
-    file: str  # that was asked for
+    file: str  # requested result
     seconds: float
     sha256: str  # of that file
-    kept: int  # parts of the sweep that are still there
+    kept: int  # number of parts of the sweep that still exist
 
 
 @contextmanager
-def fresh(study: str) -> Iterator[Project]:
-    """A folder with a study that has not run."""
+def new_project(study: str) -> Iterator[Project]:
+    """Provide a folder with a study that has not run."""
     with tempfile.TemporaryDirectory(prefix="scale-") as name:
         yield Project(Path(name) / "project", study)
 
 
-def made(project: Project, way: str, *options: str, file: str = CUBE) -> Run:
-    """Run a study up to a file of its results; a RuntimeError with what Snakemake says where that fails."""
+def run_to_file(project: Project, way: str, *options: str, file: str = CUBE) -> Run:
+    """Run a study up to a file of its results; raise a RuntimeError with the output of Snakemake if it fails."""
     begin = time.perf_counter()
     done = project.run(*options, file=file)
     if done.returncode:
@@ -74,24 +74,24 @@ def made(project: Project, way: str, *options: str, file: str = CUBE) -> Run:
     return Run(way, file, seconds, hashlib.sha256((project.results / file).read_bytes()).hexdigest(), kept)
 
 
-def local(study: str, cores: int, chunks: int, file: str = CUBE) -> Run:
-    """On some cores of this machine."""
+def run_locally(study: str, cores: int, chunks: int, file: str = CUBE) -> Run:
+    """Run a study on some cores of this machine."""
     words = f"{cores} core{'s' * (cores > 1)}" + (f", {chunks} chunks of each record" if chunks > 1 else "")
-    with fresh(study) as folder:
-        return made(folder, words, "--cores", str(cores), "--set-scatter", f"sweep={chunks}", file=file)
+    with new_project(study) as folder:
+        return run_to_file(folder, words, "--cores", str(cores), "--set-scatter", f"sweep={chunks}", file=file)
 
 
 def on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (CUBE,)) -> list[Run]:
-    """By the profile for SLURM on a cluster of one node, one result after another; none where there is none."""
-    if missing():
+    """Run a study with the SLURM profile on a one-node cluster, for each file; empty if there is no SLURM."""
+    if slurm_unavailable_reason():
         return []
     words = f"SLURM, one node of two cores, {chunks} chunks of each record"
-    with one_node_slurm(), fresh(study) as folder:
-        return [made(folder, words, *SLURM, "--set-scatter", f"sweep={chunks}", file=file) for file in files]
+    with one_node_slurm(), new_project(study) as folder:
+        return [run_to_file(folder, words, *SLURM, "--set-scatter", f"sweep={chunks}", file=file) for file in files]
 
 
 def without_snakemake(folder: Project, way: str, client: object = None) -> Run:
-    """By the package alone, in one piece, from motions that the workflow has read; on a dask cluster where given."""
+    """Run a study with the package only, in one piece, from motions read by the workflow; with `client` on dask."""
     begin = time.perf_counter()
     with open_cube(folder.cube) as cube:
         settings = study_of(cube)
@@ -105,17 +105,17 @@ def without_snakemake(folder: Project, way: str, client: object = None) -> Run:
 
 
 def on_dask(study: str, workers: int = 2) -> Run:
-    """On a dask cluster."""
+    """Run a study on a dask cluster."""
     from distributed import Client, LocalCluster
 
-    with fresh(study) as folder:
-        made(folder, "first", "--cores", "1")
+    with new_project(study) as folder:
+        run_to_file(folder, "first", "--cores", "1")
         cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, host="127.0.0.1")
         with cluster, Client(cluster) as client:
             return without_snakemake(folder, f"dask, {workers} workers, without Snakemake", client)
 
 
-def here(study: str = STUDY) -> list[Run]:
-    """The study in every way that needs no cluster, and its report."""
-    cubes = [local(study, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))]
-    return [*cubes, on_dask(study), local(study, 1, 1, REPORT)]
+def run_without_cluster(study: str = STUDY) -> list[Run]:
+    """Run the study in every way that needs no cluster, and make its report."""
+    cubes = [run_locally(study, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))]
+    return [*cubes, on_dask(study), run_locally(study, 1, 1, REPORT)]

@@ -1,4 +1,4 @@
-"""`python -m verification.stability blocks|scenes --output MAP.nc`: run extreme cases and check how each ends."""
+"""`python -m verification.stability blocks|scenes --output MAP.nc`: run extreme cases and check their outcomes."""
 
 import sys
 from pathlib import Path
@@ -21,13 +21,13 @@ from verification.tables import write_table
 
 app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="The map of stability.")
 
-Map = Annotated[Path, typer.Option(help="map to make (NetCDF, CSV beside it)")]
+Map = Annotated[Path, typer.Option(help="map to write (NetCDF; also as CSV)")]
 Seed = Annotated[int, typer.Option(min=0, help="seed of the sample")]
 Threads = Annotated[int, typer.Option(min=1, help="number of threads")]
 
 
-def say(done: int, total: int) -> None:
-    """Tell how far a map is."""
+def print_progress(done: int, total: int) -> None:
+    """Print the progress of a map."""
     print(f"stability: {done} of {total}", file=sys.stderr, flush=True)
 
 
@@ -42,7 +42,7 @@ def blocks(
     """Run stiff and extreme blocks."""
     cases = [*space_filling(count, seed), *adversarial_cases(adversarial, seed)]
     about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": BUDGET}
-    rows = run_map(run_case, cases, threads=threads, progress=say)
+    rows = run_map(run_case, cases, threads=threads, progress=print_progress)
     write_table(rows, output, meanings=MEANINGS, attributes=about, dimension="case")
 
 
@@ -54,8 +54,8 @@ def scenes(
     seed: Seed = 1,
     threads: Threads = 1,
 ) -> None:
-    """Run the shipped scenes under the map's extremes."""
-    rows = run_map(run_setting, scene_settings(settings, adversarial, seed), threads=threads, progress=say)
+    """Run the shipped scenes with extreme parameters."""
+    rows = run_map(run_setting, scene_settings(settings, adversarial, seed), threads=threads, progress=print_progress)
     about = {"settings": settings, "adversarial": adversarial, "together": TOGETHER, "seed": seed}
     about |= {"budget": SCENE_BUDGET, "adversarial_budget": ADVERSARIAL_BUDGET}
     write_table(rows, output, meanings=SCENE_MEANINGS, attributes=about, dimension="case")

@@ -1,6 +1,6 @@
-"""The cases of the stability map: blocks, contacts and motions from the whole range, and adversarial motions.
+"""Cases of the stability map: blocks, contacts and motions over wide ranges, and adversarial motions.
 
-The shipped scenes are run at all sizes, with all contacts, under the same motions.
+The shipped scenes are run with all sizes and contacts under the same motions.
 """
 
 from dataclasses import dataclass, replace
@@ -16,10 +16,10 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 SAMPLES: Final = 256
-"""Samples of a motion of the space-filling part: two blocks of the map in a hundred shake for 25 s, most for less."""
+"""Samples of a motion of the space-filling part; only two in a hundred motions last 25 s, most are shorter."""
 
 PAPER_DAMPING: Final = 3500.0
-"""The paper's dashpot, N·s/m."""
+"""Dashpot of the original paper, N·s/m."""
 
 SHAPES: Final = ("pulse", "noise", "square")
 """Motions of the space-filling part: one sine cycle, white noise, a square wave."""
@@ -32,7 +32,7 @@ SHARE_WITH_VERTICAL: Final = 1 / 3
 
 @dataclass(frozen=True)
 class StabilityCase:
-    """One case of the map: block, contact and motion, in SI; `maps.MEANINGS` says what each is."""
+    """One case of the map: block, contact and motion, in SI units; see `maps.MEANINGS`."""
 
     stiffness: float
     damping_ratio: float
@@ -50,7 +50,7 @@ class StabilityCase:
 
     @property
     def time_step(self) -> str:
-        """The step as `run_cases` takes it."""
+        """Argument `time_step` of `run_cases`."""
         return "auto" if np.isnan(self.step_fraction) else f"{self.step_fraction:.6f} stable"
 
 
@@ -59,10 +59,10 @@ def _logarithmic(u: FloatArray, low: float, high: float) -> FloatArray:
 
 
 def space_filling(count: int, seed: int) -> list[StabilityCase]:
-    """Cases from a scrambled Sobol sequence (Owen 1998) over the ranges of the map.
+    """Return cases from a scrambled Sobol sequence (Owen 1998) over the ranges of the map.
 
-    Stiffness, sizes, density and sampling interval are spread evenly over their logarithms; damping, friction and peak
-    acceleration reach down to 0. The seed is that of the scramble.
+    Stiffness, sizes, density and sampling interval are log-uniform; damping, friction and peak acceleration include 0.
+    `seed` is that of the scramble.
     """
     from scipy.stats import qmc
 
@@ -95,11 +95,11 @@ def space_filling(count: int, seed: int) -> list[StabilityCase]:
 
 
 def adversarial_cases(count: int, seed: int) -> list[StabilityCase]:
-    """Cases under the adversarial motions: blocks of ordinary stone and size, the rest from the whole range."""
+    """Return cases under the adversarial motions: blocks of ordinary size; other parameters from the whole range."""
     rows = []
     for number, motion in enumerate(ADVERSARIAL):
         for case in space_filling(count, seed + 1 + number):
-            # Ordinary sizes and stiff contacts, so that most cases get an answer instead of a refusal.
+            # Ordinary sizes and stiff contacts, so that most cases have an answer and few are refused.
             height = 0.1 * (case.height / 0.01) ** 0.4
             penetration = 2e-6 * (case.stiffness / 1e4) ** (1 / 3)
             stiffness = case.density * height * STANDARD_GRAVITY / (2.0 * penetration)
@@ -111,7 +111,7 @@ def adversarial_cases(count: int, seed: int) -> list[StabilityCase]:
 
 
 def motion_of_case(case: StabilityCase, number: int) -> Motion:
-    """The motion of a case; the noise is seeded with its number."""
+    """Return the motion of a case; `number` is the seed of the noise."""
     generator = np.random.Generator(np.random.PCG64([7, number]))
     peak, interval = case.peak, case.sampling_interval
     time = np.arange(SAMPLES, dtype=np.float64)
@@ -149,34 +149,34 @@ def motion_of_case(case: StabilityCase, number: int) -> Motion:
 
 
 SCENES: Final = ("gravestone", "three-tier", "against-a-wall", "boulder")
-"""Of config/scenes; the gravestone, too, in the general kernel."""
+"""Scenes of config/scenes; all of them, the gravestone included, run in the general kernel."""
 
 TOGETHER: Final = 8
-"""Cases that share all but friction, amplitude and side: the general kernel runs so many beside one another."""
+"""Number of cases that differ only in friction, amplitude and side; the general kernel runs them side by side."""
 
 SHARE_ABSOLUTE: Final = 1 / 3
-"""Share of the settings with K_n in N/m; the others have a share of the width as static penetration."""
+"""Share of the settings with K_n in N/m; in the others δ/B is given."""
 
 
 @dataclass(frozen=True)
 class SceneSetting:
-    """What `TOGETHER` cases of a scene share, and in what they differ."""
+    """Common and individual parameters of `TOGETHER` cases of a scene."""
 
     scene: str
     common: StabilityCase
-    """Contact, sizes and motion; its height is that of the reference element, its B/H a factor on the scene's own, its
-    peak that of the motion before the amplitudes, its friction unused."""
+    """Common contact, sizes and motion: height of the reference element, B/H as a factor on that of the scene, and peak
+    before the amplitudes; the friction is not used."""
     static_penetration: float
-    """δ/B of each contact; NaN where the stiffness is absolute."""
+    """δ/B of each contact; NaN if the stiffness is given in N/m."""
     friction: FloatArray
     amplitude: FloatArray
-    """On the motion."""
+    """Factors on the motion."""
     azimuth_deg: FloatArray
-    """0 or 180."""
+    """Azimuths: 0 or 180."""
 
 
 def scene_settings(per_scene: int, adversarial: int, seed: int) -> list[SceneSetting]:
-    """So many settings of each scene from the block's own sample, and of each under each adversarial motion."""
+    """Return `per_scene` space-filling settings of each scene, and `adversarial` for each adversarial motion."""
     found = []
     for number, scene in enumerate(SCENES):
         generator = np.random.Generator(np.random.PCG64([seed, number]))
@@ -184,7 +184,7 @@ def scene_settings(per_scene: int, adversarial: int, seed: int) -> list[SceneSet
         found += [_setting(scene, case, generator) for case in sample]
         for place, motion in enumerate(ADVERSARIAL):
             for case in space_filling(adversarial, seed + 100 * (number + 1) + place + 1):
-                # Ordinary sizes, so that most cases get an answer instead of running out of their budget.
+                # Ordinary sizes, so that most cases end within their budget.
                 interval = {"ten minutes": 0.05, "0.01 Hz sine": 0.05, "50 Hz sine": 0.002}.get(motion, 0.01)
                 ordinary = replace(
                     case, motion=motion, height=0.1 * (case.height / 0.01) ** 0.4, sampling_interval=interval
@@ -196,7 +196,7 @@ def scene_settings(per_scene: int, adversarial: int, seed: int) -> list[SceneSet
 def _setting(
     scene: str, case: StabilityCase, generator: np.random.Generator, softest: float = 1e-12, stiffest: float = 0.5
 ) -> SceneSetting:
-    # The stiffness of the block's case, 1e4 to 1e13 N/m, evenly spread over its logarithm, as a share of that range.
+    # Position of the stiffness of the block's case within the logarithmic range 1e4 to 1e13 N/m.
     share = np.log(case.stiffness / 1e4) / np.log(1e9)
     absolute = softest == 1e-12 and generator.random() < SHARE_ABSOLUTE
     factor = 1.0 if generator.random() < 0.5 else float(np.exp(generator.uniform(np.log(0.5), np.log(2.2))))
@@ -215,7 +215,7 @@ def _setting(
 
 
 def scene_of_setting(setting: SceneSetting, root: Path = Path()) -> Scene:
-    """The scene with the setting's density and contact law."""
+    """Return the scene with the density and contact law of the setting."""
     scene, case = load_scene(setting.scene, root), setting.common
     damping = {"damping": PAPER_DAMPING} if np.isnan(case.damping_ratio) else {"damping_ratio": case.damping_ratio}
     law = ContactLaw(between=("stone", "stone"), **damping)

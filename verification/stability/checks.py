@@ -1,9 +1,10 @@
-"""Whether an answer of the map holds, by checks that share no rule with the kernels.
+"""Checks of the answers of the stability map, which share no code with the kernels.
 
-An element of a scene has fallen for good where it can rest on another face, a rectangle at 90°. An overdamped stone
-that falls on its side creeps towards that angle and need not reach it. One that ends past its tipping angle, that has
-dropped or that has lost its support has fallen too. So there are two angles, between which both answers are right: what
-has turned farther than `lies_from` has fallen, what has turned less than `falls_from` has not.
+An element of a scene has fallen for good at the rotation at which it can rest on another face (a rectangle at 90°). An
+overdamped stone that falls on its side creeps towards this angle and need not reach it. An element that ends past its
+tipping angle, has dropped or has lost its support has fallen, too. So there are two angles: an element rotated by more
+than `fallen_above` must be marked as fallen, one rotated by less than `standing_below` must not; between them both
+flags are accepted.
 """
 
 from collections.abc import Sequence
@@ -27,22 +28,22 @@ from overturning.units import STANDARD_GRAVITY
 from verification.stability.cases import StabilityCase
 
 LEVEL: Final = 0.5 * np.pi
-"""Rotation that brings an upright face down, rad."""
+"""Rotation that turns an upright face down, rad."""
 
 ROUNDING: Final = 1e-6
-"""Of a rotation that is kept as a share of the critical angle in single precision."""
+"""Tolerance for a rotation that is stored as a share of α in single precision."""
 
 SMALL_SLIDE: Final = 1e-9
-"""Slip that a block at rest may show, per metre of its size: rounding."""
+"""Largest slip of a block at rest due to rounding, per metre of its size."""
 
 
 class Ending(IntEnum):
-    """How a case of the map ends."""
+    """Outcome of a case of the map."""
 
     RIGHT = 0
     """Computed, and every check holds."""
     AT_REST = 1
-    """Left out, and below both thresholds for the whole motion by an independent look at the motion."""
+    """Not simulated; an independent check finds the whole motion below both thresholds."""
     UNDECIDED = 2
     UNSTABLE = 3
     FAILED = 4
@@ -54,30 +55,30 @@ class Ending(IntEnum):
 
 
 class Bounds(NamedTuple):
-    """What a case can do, worked out from shapes, contacts and motion alone."""
+    """Bounds of a case, computed from shapes, contacts and motion only."""
 
     sunk: float
-    """Largest static penetration, m,"""
+    """Largest static penetration, m."""
     size: float
-    """the smallest side of an element, m, on which the penetration that the contact law allows depends,"""
+    """Smallest side of an element, m; the allowed penetration is a share of it."""
     width: float
-    """and the length beside which the static penetration of a stiff contact is small, m."""
+    """Width of a contact, m; for a stiff contact the static penetration is small compared with it."""
     demand: float
-    """Largest horizontal over vertical acceleration of the motion."""
+    """Largest ratio of horizontal to vertical acceleration, |a|/(g + a_up)."""
     rests: float
-    """Demand up to which nothing moves."""
+    """Demand below which nothing moves."""
     stands: float
-    """Demand below which nothing falls while contacts are stiff."""
+    """Demand below which nothing falls if contacts are stiff."""
     slides: float = np.inf
-    """Slip above which it has moved without motion, m."""
+    """Slip from which an element counts as moved in a case without shaking, m."""
 
 
 def contradiction(bounds: Bounds, found: Results, row: int, fits: bool) -> str:
-    """The first check that an answer does not hold; empty where all hold.
+    """Return the name of the first check that fails; empty if all hold.
 
-    A marked case must have no flag. A flag must come with energy balance, bounded penetration, finite numbers, and
-    agree with what rigid elements under this motion can do: below both thresholds they neither fall nor slide. Whether
-    its flags go with its rotations is given as `fits`.
+    A marked case must have no flag. A case with a flag must have balanced energy, bounded penetration and finite
+    numbers, and must agree with rigid elements: below both thresholds they neither fall nor slide. `fits` is True if
+    flags and rotations are consistent.
     """
     limit = MAX_PENETRATION * 0.5 * bounds.size
     if found.status[row] not in (Status.SIMULATED, Status.AT_REST):
@@ -106,7 +107,7 @@ def contradiction(bounds: Bounds, found: Results, row: int, fits: bool) -> str:
 
 
 def demand_of(motion: Motion) -> float:
-    """Largest abs(a)/(g + a_up) of the motion, towards north; infinite where the ground falls faster than the block."""
+    """Return the largest |a|/(g + a_up) towards north; infinite if the ground falls faster than g."""
     weight = STANDARD_GRAVITY + (np.zeros(motion.samples) if motion.up is None else motion.up)
     if (weight <= 0).any():
         return float("inf")
@@ -114,12 +115,12 @@ def demand_of(motion: Motion) -> float:
 
 
 def static_penetration(case: StabilityCase) -> float:
-    """Static penetration δ = m g/(2 K_n), m."""
+    """Return the static penetration δ = m g/(2 K_n), m."""
     return case.density * case.b_over_h * case.height**2 * STANDARD_GRAVITY / (2.0 * case.stiffness)
 
 
 def block_contradiction(case: StabilityCase, motion: Motion, found: Results) -> str:
-    """`contradiction` of a block; a fall below the threshold counts only of one that slides long before it rocks."""
+    """Return `contradiction` for a block; falls below the threshold are checked only if µ is below half of B/H."""
     width, ratio = case.b_over_h * case.height, case.b_over_h
     stands = ratio if case.friction < 0.5 * ratio else 0.0
     bounds = Bounds(
@@ -131,23 +132,23 @@ def block_contradiction(case: StabilityCase, motion: Motion, found: Results) -> 
 
 
 def scene_contradiction(prepared: Prepared, friction: float, motion: Motion, found: Results, row: int = 0) -> str:
-    """`contradiction` of a case of a scene at its size, with μ of all contacts, under the case's own motion."""
+    """Return `contradiction` for a case of a scene with one μ for all contacts."""
     size = min(item.size for item in prepared.placed if not item.fixed)
     bound = min(rocking_bound(prepared.placed), friction)
-    bounds = Bounds(deepest_at_rest(prepared), size, size, demand_of(motion), bound * (1 + 1e-9), bound)
+    bounds = Bounds(max_static_penetration(prepared), size, size, demand_of(motion), bound * (1 + 1e-9), bound)
     turned = found.peak_rotation[row] * prepared.rotation_unit[prepared.free]
     return contradiction(bounds, found, row, flags_fit(prepared, np.atleast_1d(found.overturned[row]) != 0, turned))
 
 
-def deepest_at_rest(prepared: Prepared) -> float:
-    """Largest static penetration, m: the weight that a pair carries, on both of its ends."""
+def max_static_penetration(prepared: Prepared) -> float:
+    """Return the largest static penetration, m: the weight carried by a pair, shared by its two ends."""
     return float(np.max(prepared.laws.carried / (2.0 * prepared.laws.normal), initial=0.0))
 
 
 def rocking_bound(placed: Sequence[PlacedElement]) -> float:
-    """Least |a|/(g + a_up) at which the rigid scene can start to rock: arm over height of each with all above it.
+    """Return the lowest |a|/(g + a_up) at which the rigid scene can rock: arm over height of an element with all above.
 
-    Worked out from the shapes alone, for scenes in which each element stands in the middle of one other.
+    Computed from the shapes only, for scenes in which each element stands on the middle of another.
     """
     free = sorted((item for item in placed if not item.fixed), key=lambda item: item.z)
     least = np.inf
@@ -167,24 +168,24 @@ def rocking_bound(placed: Sequence[PlacedElement]) -> float:
 
 
 def flags_fit(prepared: Prepared, fallen: NDArray[np.bool_], rotation: FloatArray) -> bool:
-    """Whether the flags of the free elements go with their largest absolute rotations, rad, cut at 90°."""
-    early = fallen & (rotation < falls_from(prepared) - ROUNDING)
-    missed = ~fallen & (rotation > lies_from(prepared) - ROUNDING)
+    """True if the flags of the free elements are consistent with their largest rotations, rad, limited to 90°."""
+    early = fallen & (rotation < standing_below(prepared) - ROUNDING)
+    missed = ~fallen & (rotation > fallen_above(prepared) - ROUNDING)
     return not (early | missed).any()
 
 
-def lies_from(prepared: Prepared) -> FloatArray:
-    """Rotation from which each free element of a scene surely has fallen, whichever way it turned, rad.
+def fallen_above(prepared: Prepared) -> FloatArray:
+    """Return the rotation from which each free element must be marked as fallen, to either side, rad.
 
-    A stone that lies level on a face of length L presses both ends in by δ = m g/(2 K_n). With the near end in by δ
-    the far end touches at asin(δ/L) before level: from there on the face bears on both ends. K_n is that of the
-    softest contact that the element can make. An element whose scene asks for a rotation has fallen at that itself, but
-    for 90° of one with an upright face. Results keep rotations up to 90° only; infinite where more is asked for.
+    A stone that lies level on a face of length L has a penetration δ = m g/(2 K_n) at both ends. With δ at the near end
+    the far end touches at asin(δ/L) before level; from there on the face bears on both ends. K_n is that of the softest
+    contact of the element. If the scene gives a rotation (`fallen_rotation_deg`), it is used itself, except 90° for an
+    element with an upright face. Results contain rotations up to 90° only: infinite for larger angles.
     """
-    angle = _asked(prepared)
+    angle = _fall_rotations(prepared)
     for place, index in enumerate(prepared.free):
         item = prepared.placed[index]
-        # The longest face that this rotation brings down.
+        # The longest face that this rotation turns down.
         length = max((length for turn, length in _faces(item) if abs(abs(turn) - angle[place]) < 1e-9), default=0.0)
         if length > 0.0:
             mine = [k for k, pair in enumerate(prepared.pairs) if index in pair[:2]]
@@ -193,10 +194,10 @@ def lies_from(prepared: Prepared) -> FloatArray:
     return np.where(angle > LEVEL, np.inf, angle)
 
 
-def falls_from(prepared: Prepared) -> FloatArray:
-    """Rotation below which no free element has fallen, rad: its tipping angle; 0 where it may lose its support."""
+def standing_below(prepared: Prepared) -> FloatArray:
+    """Return the rotation below which a free element stands, rad: its tipping angle; 0 if it may lose its support."""
     found = []
-    for index, asked in zip(prepared.free, _asked(prepared), strict=True):
+    for index, asked in zip(prepared.free, _fall_rotations(prepared), strict=True):
         item = prepared.placed[index]
         on_ground = all(prepared.placed[k].fixed for k in prepared.carriers[index])
         x, z = item.shape.vertices.T
@@ -206,16 +207,17 @@ def falls_from(prepared: Prepared) -> FloatArray:
     return np.array(found)
 
 
-def _asked(prepared: Prepared) -> FloatArray:
+def _fall_rotations(prepared: Prepared) -> FloatArray:
     items = [prepared.placed[index] for index in prepared.free]
     asked = [item.element.fallen_rotation_deg for item in items]
     return np.array([
-        max(_rests_at(item)) if angle is None else np.radians(angle) for item, angle in zip(items, asked, strict=True)
+        max(_rest_rotations(item)) if angle is None else np.radians(angle)
+        for item, angle in zip(items, asked, strict=True)
     ])  # fmt: skip
 
 
-def _rests_at(item: PlacedElement) -> tuple[float, float]:
-    """Least rotation either way, rad, at which an element can rest but as it stands: its centre is lowest there."""
+def _rest_rotations(item: PlacedElement) -> tuple[float, float]:
+    """Return the least rotation to either side, rad, at which an element can rest on another face."""
     tilts = [angle for angle, _ in _faces(item)]
     stable = np.array(
         [angle for angle in tilts if _height(item, angle) < min(_height(item, angle + d) for d in (-1e-6, 1e-6))]
@@ -226,7 +228,7 @@ def _rests_at(item: PlacedElement) -> tuple[float, float]:
 
 
 def _faces(item: PlacedElement) -> list[tuple[float, float]]:
-    """Rotation that brings each face down, rad, and the distance of its ends, m: two vertices that are lowest then."""
+    """Return the rotation that turns each face of the convex hull down, rad, and the length of the face, m."""
     found = []
     for first, second in combinations(item.shape.vertices, 2):
         x, z = second - first
@@ -237,6 +239,6 @@ def _faces(item: PlacedElement) -> list[tuple[float, float]]:
 
 
 def _height(item: PlacedElement, rotation: float) -> float:
-    """Height of the centre over the level on which an element stands when it is rotated, m."""
+    """Return the height of the centre above the lowest vertex of the rotated element, m."""
     x, z = item.shape.vertices.T
     return float((x * np.sin(rotation) - z * np.cos(rotation)).max())

@@ -1,4 +1,4 @@
-"""Where, over the dimensionless groups, an extreme case has an answer and where it is marked or refused."""
+"""Diagrams of the stability maps: outcomes of extreme cases over dimensionless groups."""
 
 from pathlib import Path
 from typing import Any, Final
@@ -44,7 +44,7 @@ _BINS: Final = 24
 
 
 def draw_map(rows: pd.DataFrame, path: Path) -> None:
-    """Draw every case as a point over four pairs of groups; what lies outside a panel stands at its edge."""
+    """Draw every case as a point over four pairs of groups; values outside a panel are drawn at its edge."""
     import matplotlib.pyplot as plt
 
     with style():
@@ -58,7 +58,7 @@ def draw_map(rows: pd.DataFrame, path: Path) -> None:
 
 
 def draw_scenes(rows: pd.DataFrame, path: Path) -> None:
-    """Draw every case of each scene over acceleration, by the scene's threshold of rocking, and three groups."""
+    """Draw every case of each scene over three groups and over acceleration relative to the threshold of rocking."""
     import matplotlib.pyplot as plt
 
     labels = _LABELS | {"acceleration_ratio": "a / (g · threshold)", "friction_ratio": "µ / threshold"}
@@ -79,8 +79,8 @@ def draw_scenes(rows: pd.DataFrame, path: Path) -> None:
 
 
 def _points(axis: Any, rows: pd.DataFrame, across: str, up: str, size: float) -> None:
-    # The kinds lie on one another in a fixed random order, so that none hides the others. Squares of one plain colour:
-    # with smoothed edges the picture inside the SVG is four times the bytes and shows no more.
+    # Points are drawn in a fixed random order, so that no kind hides the others. Squares without antialiasing: smoothed
+    # edges would make the image in the SVG four times as large.
     rows = rows[np.isfinite(rows[across]) & np.isfinite(rows[up])]
     rows = rows.iloc[np.random.Generator(np.random.PCG64(1)).permutation(len(rows))]
     colour_of = {int(ending): colour for _, endings, colour in _KINDS for ending in endings}
@@ -105,7 +105,7 @@ def _legend(figure: Any, rows: pd.DataFrame) -> None:
 
 
 def draw_shares(rows: pd.DataFrame, path: Path) -> None:
-    """Draw, along each group, the share of cases that end in each way."""
+    """Draw the shares of outcomes along each group."""
     import matplotlib.pyplot as plt
 
     with style():
@@ -113,13 +113,13 @@ def draw_shares(rows: pd.DataFrame, path: Path) -> None:
         for axis, group in zip(axes.ravel(), _LABELS, strict=False):
             low, high = _LIMITS[group]
             edges = np.geomspace(low, high, _BINS + 1)
-            known = rows[np.isfinite(rows[group])]  # a refused case may have no step
+            known = rows[np.isfinite(rows[group])]  # a refused case may have no time step
             place = np.clip(known[group], low, high * (1 - 1e-9))
             total = np.histogram(place, edges)[0]
             bottom = np.zeros(_BINS)
             for name, endings, colour in _KINDS:
                 counted = np.histogram(place[np.isin(known["ending"], endings)], edges)[0]
-                # Fewer than ten cases say nothing about a share.
+                # No share is drawn for fewer than ten cases.
                 top = bottom + np.where(total >= 10, counted / np.maximum(total, 1), 0.0)
                 if counted.any():
                     axis.stairs(top, edges, baseline=bottom, fill=True, color=colour, label=name)

@@ -1,4 +1,4 @@
-"""The stability maps: every case ends with a checked answer, with a mark, or with a refusal, and none is silent."""
+"""The stability maps: every case ends with a checked answer, a mark or a refusal; none may be silently wrong."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -36,18 +36,18 @@ from verification.stability.cases import (
 from verification.stability.checks import (
     Ending,
     block_contradiction,
-    deepest_at_rest,
+    max_static_penetration,
     rocking_bound,
     scene_contradiction,
     static_penetration,
 )
 
 BUDGET: Final = 1_000_000
-"""Block steps of a case of the map; fewer than a study's case may take, so that the map is made in minutes."""
+"""Budget of block steps of a case of the map; below that of a study, to limit the run time to minutes."""
 SCENE_BUDGET: Final = 300_000
-"""Steps of a case of a scene, fewer than a block's: each costs as much as some tens of a block's."""
+"""Budget of steps of a case of a scene; one step costs as much as some tens of block steps."""
 ADVERSARIAL_BUDGET: Final = 600_000
-"""Steps of a case of a scene under an adversarial motion."""
+"""Budget of steps of a case of a scene under an adversarial motion."""
 
 GROUPS: Final = ("penetration_ratio", "damping", "step_ratio", "acceleration_ratio", "friction_ratio")
 
@@ -81,7 +81,7 @@ MEANINGS: Final = _BOTH | {
     "acceleration_ratio": ("largest acceleration over g B/H", "1"),
     "friction_ratio": ("friction coefficient over B/H", "1"),
 }
-"""Long name and unit of the columns of the blocks' map,"""
+"""Long name and unit of the columns of the map of blocks."""
 SCENE_MEANINGS: Final = _BOTH | {
     "scene": ("scene", ""),
     "height": ("height of the reference element", "m"),
@@ -94,20 +94,20 @@ SCENE_MEANINGS: Final = _BOTH | {
     "acceleration_ratio": ("largest acceleration over g times the least threshold of rocking", "1"),
     "friction_ratio": ("friction coefficient over the least threshold of rocking", "1"),
 }
-"""and of the scenes'."""
+"""Long name and unit of the columns of the map of scenes."""
 
 
 def contact_of_case(case: StabilityCase) -> Contact:
-    """The contact of a case of the map."""
+    """Return the contact of a case of the map."""
     if np.isnan(case.damping_ratio):
         return Contact(stiffness=case.stiffness, damping=PAPER_DAMPING)
     return Contact(stiffness=case.stiffness, damping_ratio=case.damping_ratio)
 
 
 def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str, Any]:
-    """Run one case within some block steps and check its answer: a row of the map.
+    """Run one case within a budget of block steps and check its answer; return a row of the map.
 
-    The number is its place on the map; it seeds the noise.
+    `number` is the index of the case on the map; it is the seed of the noise.
     """
     motion, contact = motion_of_case(case, number), contact_of_case(case)
     row: dict[str, Any] = vars(case) | {
@@ -155,7 +155,7 @@ def _groups(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, 
 def _step_ratio(
     case: StabilityCase, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray | None = None
 ) -> float:
-    """Δt/Δt_stable of a case, from the highest eigenvalues of springs and dashpots; what was asked for if refused."""
+    """Return Δt/Δt_stable from the highest eigenvalues of springs and dashpots; the requested one if refused."""
     scheme = parse_scheme(case.scheme)
     try:
         per_sample = float(steps_per_sample(scheme, case.time_step, square, rate, interval, period)[0])
@@ -165,9 +165,9 @@ def _step_ratio(
 
 
 def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict[str, NDArray[Any]]:
-    """Run the cases of a setting and check their answers: columns of the map of scenes, shape (TOGETHER,).
+    """Run the cases of a setting and check their answers; return columns of the map of scenes, shape (TOGETHER,).
 
-    The number is its place on the map; it seeds the noise. Below `root` lies config/scenes.
+    `number` is the index of the setting on the map; it is the seed of the noise. `root` contains config/scenes.
     """
     case = setting.common
     scene, motion = scene_of_setting(setting, root), motion_of_case(setting.common, number)
@@ -201,7 +201,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
     rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
     if scene.single_block:
         block = run(scene, motion, cases, replace(numerics, general=False))
-        # The scene's ground ends somewhere, the block's does not.
+        # The ground of the scene is finite, that of the single block is not.
         there = found.peak_slip < 0.5 * prepared.placed[0].shape.width
         both = (found.overturned != INT8_MISSING) & (block.overturned != INT8_MISSING) & there
         rows["as_block"][both] = (found.overturned == block.overturned)[both]
@@ -216,7 +216,7 @@ def _scene_groups(setting: SceneSetting, prepared: Prepared | None, motion: Moti
     heave = 2.0 * np.sqrt(0.5 * laws.normal * laws.carried / STANDARD_GRAVITY)
     damping = laws.dashpot[loaded] / heave[loaded]
     groups = (
-        deepest_at_rest(prepared) / min(item.size for item in prepared.placed if not item.fixed),
+        max_static_penetration(prepared) / min(item.size for item in prepared.placed if not item.fixed),
         float(damping.max()) if damping.size else np.nan,
         _step_ratio(setting.common, np.array([prepared.square]), np.array([prepared.rate]), motion.sampling_interval),
         setting.amplitude * np.abs(motion.north).max() / (STANDARD_GRAVITY * bound),
@@ -232,7 +232,7 @@ def run_map(
     threads: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> pd.DataFrame:
-    """What `run_case` or `run_setting` makes of each item and its number, in their order, whatever the threads."""
+    """Apply `run_case` or `run_setting` to each item and its index; return the rows in order."""
     found: list[dict[str, Any]] = []
     with ThreadPoolExecutor(max_workers=threads) as pool:
         for one in pool.map(run, items, range(len(items))):

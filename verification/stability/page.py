@@ -12,7 +12,7 @@ from overturning.dem.numerics import BUDGET
 from overturning.model.contact import PRECISION_FLOOR
 from verification.stability.cases import ADVERSARIAL, SCENES
 from verification.stability.checks import Ending
-from verification.tables import Figure, markdown, wrapped
+from verification.tables import Figure, markdown, wrap_text
 
 STIFF: Final = 1e-5
 """δ/B below which contacts are stiff: here only extreme cases should be marked."""
@@ -73,7 +73,7 @@ def _blocks(rows: pd.DataFrame) -> str:
         lines.append((f"{low:g} to {high:g}", len(endings), *shares))
     by_penetration = markdown(("δ/B", "cases", *_HEADS), lines)
     budget = f"{len(rows)} cases with at most {rows.attrs['budget']:.3g} block steps each."
-    return f"{by_motion}\n\n{wrapped(f'{budget} {_summary(rows)}')}\n\n{by_penetration}"
+    return f"{by_motion}\n\n{wrap_text(f'{budget} {_summary(rows)}')}\n\n{by_penetration}"
 
 
 def _scenes(rows: pd.DataFrame) -> str:
@@ -90,7 +90,7 @@ def _scenes(rows: pd.DataFrame) -> str:
         "gravestones that stay on the ground were also run with the kernel for single blocks; "
         f"{(compared == 0).sum()} of them have a different flag there."
     )
-    return f"{_counted('scene', kinds, rows)}\n\n{wrapped(summary)}"
+    return f"{_counted('scene', kinds, rows)}\n\n{wrap_text(summary)}"
 
 
 def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
@@ -124,7 +124,7 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
         f"overturn if they tripped: `undecided`. Of the {int(undecided.sum())} such blocks, "
         f"{_percent(blocks['friction'][undecided] < 0.02)} have µ below 0.02.",
     ]
-    return "\n".join(wrapped(line, "- ") for line in lines)
+    return "\n".join(wrap_text(line, "- ") for line in lines)
 
 
 def _percent(chosen: "pd.Series[bool]") -> str:

@@ -1,4 +1,4 @@
-"""`python -m verification.work_precision --part PART --output TABLE.nc`: one part of error against run time."""
+"""`python -m verification.work_precision --part PART --output TABLE.nc`: measure one part of error against run time."""
 
 import sys
 from pathlib import Path
@@ -13,9 +13,9 @@ from verification.work_precision.parts import MEANINGS, PARTS, table_of
 
 def main(
     part: Annotated[str, typer.Option(help=", ".join(PARTS))],
-    output: Annotated[Path, typer.Option(help="table to make (NetCDF, CSV beside it)")],
+    output: Annotated[Path, typer.Option(help="table to write (NetCDF; also as CSV)")],
 ) -> None:
-    """Set the error of schemes, time steps, stiffnesses or engines against their run time."""
+    """Measure error and run time of schemes, time steps, stiffnesses or engines."""
     if part not in PARTS:
         raise ArgumentError(f"part: {part!r}; known: {', '.join(PARTS)}")
     rows = []

@@ -1,6 +1,6 @@
-"""Overturning boundaries: the B/H at which the flag changes, a measure of error that is continuous.
+"""Overturning boundaries: the B/H at which the flag changes, a continuous measure of error.
 
-Methods are given as arguments of `run_cases`, brackets as a share of B/H about a boundary that is nearly known.
+A method is given by arguments of `run_cases`, a bracket as a share of B/H around an approximate boundary.
 """
 
 import itertools
@@ -21,16 +21,16 @@ from verification.measures import Flags
 Method = Mapping[str, Any]
 
 HALVINGS: Final = 15
-"""Of the bracket of an overturning boundary: it is then known to 3e-7 of B/H."""
+"""Number of halvings of the bracket of a boundary, which is then known to 3e-7 of B/H."""
 
 AT_ONCE: Final = 3
-"""Halvings, at most, whose middles are run together to fill the kernel's columns; the answer is the same."""
+"""Largest number of halvings whose midpoints are run together, to fill the columns of the kernel; same result."""
 
 BRACKET: Final = 0.005
-"""Half the bracket's width, as a share of B/H, in which a method's boundary is looked for."""
+"""Half-width of the bracket in which the boundary of a method is searched, as a share of B/H."""
 
 RESOLUTION: Final = 2 * BRACKET / 2**HALVINGS
-"""Width of the last bracket, as a share of B/H: a smaller shift is not seen and comes out as 0."""
+"""Width of the last bracket, as a share of B/H; a smaller shift counts as 0."""
 
 
 class Boundary(NamedTuple):
@@ -45,9 +45,9 @@ class Boundary(NamedTuple):
 
 
 def boundaries(groups: Sequence[Group], flags: Flags, most: int) -> list[Boundary]:
-    """Where, along B/H, a falling block has a standing neighbour; at most so many in each group.
+    """Return the boundaries: falling cases whose neighbour in B/H stands, at most `most` in each group.
 
-    The cases of a group differ in B/H and agree in the rest; the flags are those of all groups in a row.
+    `flags` are those of all groups, in order.
     """
     found: list[Boundary] = []
     begin = 0
@@ -67,16 +67,16 @@ def boundaries(groups: Sequence[Group], flags: Flags, most: int) -> list[Boundar
     return found
 
 
-def located(
+def locate_boundaries(
     groups: Sequence[Group], where: Sequence[Boundary], usual: Method, finest: Method, bracket: float = BRACKET
 ) -> tuple[FloatArray, FloatArray]:
-    """The boundaries of a usual method and, within a bracket about them, those of a fine one, as B/H."""
-    near = bisect(groups, where, usual, *ends(where), 2 * HALVINGS)
+    """Return the boundaries (B/H) of the usual method, and those of a fine one within a bracket around them."""
+    near = bisect(groups, where, usual, *bracket_ends(where), 2 * HALVINGS)
     return near, bisect(groups, where, finest, near * (1 - bracket), near * (1 + bracket))
 
 
-def ends(where: Sequence[Boundary]) -> tuple[FloatArray, FloatArray]:
-    """B/H of the falling cases and of their standing neighbours."""
+def bracket_ends(where: Sequence[Boundary]) -> tuple[FloatArray, FloatArray]:
+    """Return B/H of the falling cases and of their standing neighbours."""
     return np.array([place.falling["b_over_h"] for place in where]), np.array([place.stands_at for place in where])
 
 
@@ -88,9 +88,9 @@ def bisect(
     high: FloatArray,
     halvings: int = HALVINGS,
 ) -> FloatArray:
-    """B/H at which the flag changes, by bisection of all boundaries together.
+    """Return the B/H at which the flag changes, by bisection of all boundaries together.
 
-    At `low` the block has to fall, at `high` to stand; where it does not, or they are NaN, NaN comes back.
+    The block must fall at `low` and stand at `high`; otherwise, or if they are NaN, the result is NaN.
     """
     known = np.isfinite(low) & np.isfinite(high)
     low, high = np.where(known, low, 1.0), np.where(known, high, 1.0)
@@ -101,7 +101,7 @@ def bisect(
     while halvings > 0:
         depth = min(together, halvings)
         halvings -= depth
-        # All middles that the next halvings may need: those of the intervals of a binary tree, level by level.
+        # All midpoints that the next halvings may need: a binary tree of intervals, level by level.
         lows, highs, middles = low[None], high[None], []
         for _ in range(depth):
             middle = 0.5 * (lows + highs)
@@ -120,7 +120,7 @@ def bisect(
 def _falls(
     groups: Sequence[Group], where: Sequence[Boundary], method: Method, b_over_h: FloatArray
 ) -> NDArray[np.bool_]:
-    """Whether blocks of other B/H fall at each boundary; shape (values, boundaries) as given."""
+    """Return True where blocks with the given B/H fall at each boundary; shape (values, boundaries)."""
     fell = np.zeros(b_over_h.shape, bool)
     for number, group in enumerate(groups):
         rows = [row for row, place in enumerate(where) if place.group == number]
@@ -142,10 +142,10 @@ def boundary_shift(
     right: FloatArray,
     bracket: float = BRACKET,
 ) -> float:
-    """Median shift of the overturning boundary as a share of B/H; a boundary out of reach counts as the bracket's half.
+    """Return the median shift of the boundary as a share of B/H; outside of the bracket it counts as the half-width.
 
-    The brackets lie about `near`, the same for the method and for the reference, `right`: where the flag changes more
-    than once within a bracket, both then look for the same change. The reference is NaN where it has none there.
+    Method and reference have the same brackets around `near`: if the flag changes more than once within one, both find
+    the same change. The reference `right` is NaN for a bracket without a boundary.
     """
     usable = np.isfinite(right)
     if not usable.any():

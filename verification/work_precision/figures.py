@@ -1,4 +1,4 @@
-"""Error against run time, log-log, one line per method, the default setting marked."""
+"""Log-log diagrams of error against run time: one line per method, the default setting marked."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +11,7 @@ from overturning.figures.style import DASHES, INK, SERIES, style
 from overturning.figures.write import save
 from overturning.model.contact import STATIC_PENETRATION
 from verification.work_precision.boundaries import RESOLUTION
-from verification.work_precision.page import over_steps
+from verification.work_precision.page import varies_steps_only
 
 _LOOK: Final = {
     name: ((*SERIES, INK)[index], (*DASHES, "-")[index], marker)
@@ -20,7 +20,7 @@ _LOOK: Final = {
     )
 }
 LEAST_ROTATION: Final = 1e-8
-"""Errors of peak rotation are drawn down to this, far below what springs and steps leave."""
+"""Smallest error of peak rotation that is drawn, far below the errors of springs and steps."""
 _LABELS: Final = {
     "wrong_flags": "wrong flags, share",
     "wrong_sides": "wrong sides, share",
@@ -36,19 +36,19 @@ _COUNTED: Final = {"wrong_flags": "cases", "wrong_sides": "fallen", "disagree": 
 
 
 def draw_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
-    """Draw the error of both schemes over time steps, and of springs over stiffness, on real records."""
+    """Draw the errors of both schemes over time steps, and of the springs over stiffness, on real records."""
     import matplotlib.pyplot as plt
 
     measures = ("wrong_flags", "wrong_sides", "rotation_error", "boundary_shift")
     with style():
         figure, axes = plt.subplots(len(measures), 2, figsize=(7.6, 9.6), sharex="col", squeeze=False)
         for column, (kind, friction) in enumerate((("rocking", "µ = 1 and 10"), ("sliding", "µ = 0.33 and 0.58"))):
-            over = rows[over_steps(rows, kind)]
+            over = rows[varies_steps_only(rows, kind)]
             springs = rows[(rows["cases_of"] == f"records, {kind}") & (rows["against"] == "stiffest springs")]
             for axis, measure in zip(axes[:, column], measures, strict=True):
                 _panel(axis, over, measure, springs=springs, first=column == 0)
                 axis.set_xlabel("")
-            limits = np.array([_decades(axis, 0) for axis in axes[:, column]])  # shared: the widest holds for all
+            limits = np.array([_decades(axis, 0) for axis in axes[:, column]])  # shared axis: use the widest limits
             axes[0, column].set_xlim(limits[:, 0].min(), limits[:, 1].max())
             axes[0, column].set_title(f"six records, {friction}")
             axes[-1, column].set_xlabel(_ACROSS["seconds_per_case"])
@@ -59,7 +59,7 @@ def draw_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
 
 
 def draw_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
-    """Draw the error of kernel, exact block and rigid-body engines against the rigid block's rocking and sliding."""
+    """Draw the errors of kernel, exact block and engines against rigid rocking and sliding."""
     import matplotlib.pyplot as plt
 
     own = np.isclose(rows["penetration_ratio"], STATIC_PENETRATION) | rows["penetration_ratio"].isna()
@@ -95,7 +95,7 @@ def _panel(
     springs: pd.DataFrame | None = None,
     first: bool = True,
 ) -> None:
-    """Draw a line per method, and one of springs over stiffness, in whole decades."""
+    """Draw one line per method, and one over stiffness, with axes in whole decades."""
     from matplotlib.ticker import NullFormatter
 
     for method in _LOOK:
@@ -116,7 +116,7 @@ def _panel(
 
 
 def _handles(methods: Mapping[str, str]) -> list[Any]:
-    """The legend: methods, and what hollow marks and rings mean."""
+    """Return the legend: methods, and the meaning of hollow marks and rings."""
     from matplotlib.lines import Line2D
 
     handles = [
@@ -143,7 +143,7 @@ def _line(axis: Any, rows: pd.DataFrame, across: str, measure: str, method: str)
         return
     x, y, default = rows[across].to_numpy(), rows[measure].to_numpy(), rows["default"].to_numpy() == 1
     none = (y == 0) & (measure in {*_COUNTED, "boundary_shift"})
-    # A logarithm has no zero: no wrong case is drawn, hollow, at half a case, a shift too small to see at half of that.
+    # A logarithmic axis has no zero: draw no wrong case as half a case, and a shift below the resolution as half of it.
     if measure in _COUNTED:
         y = np.where(none, 0.5, y) / np.maximum(rows[_COUNTED[measure]].to_numpy(), 1)
     y = np.where(none & (y == 0), 0.5 * RESOLUTION, y)
@@ -157,7 +157,7 @@ def _line(axis: Any, rows: pd.DataFrame, across: str, measure: str, method: str)
     axis.plot(x[default], y[default], marker="o", markersize=11, markerfacecolor="none", color=INK, **common)
     if method == "stiffness" and measure == "rotation_error":
         for left, top, delta in zip(x, y, rows["penetration_ratio"], strict=True):
-            # The last beside its mark, where no other line passes.
+            # The last label is next to its mark, where no other line passes.
             offset = (4, 5) if left < x.max() else (7, -3)
             axis.annotate(f"{delta:.0e}", (left, top), xytext=offset, textcoords="offset points", fontsize=7)
 

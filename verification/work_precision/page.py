@@ -1,4 +1,4 @@
-"""Error against run time as tables of the docs; all rows stand in verification/results/work-precision.csv."""
+"""Tables of error against run time in the docs; all rows are in verification/results/work-precision.csv."""
 
 from collections.abc import Mapping
 from typing import Any, Final
@@ -14,31 +14,31 @@ from verification.work_precision.boundaries import RESOLUTION
 from verification.work_precision.parts import SCHEMES
 
 ORDER_FRACTIONS: Final = (0.5, 0.05)
-"""Largest and smallest Δt/Δt_stable between which the order of convergence is read off."""
+"""Largest and smallest Δt/Δt_stable of the fit of the order of convergence."""
 
 SHOWN_FRACTIONS: Final = (1.0, 0.5, 0.12)
 SHOWN_ENGINE_STEPS: Final = (1 / 60, 1 / 240, 1 / 960, 1 / 3840)
-"""Time steps of the kernel, over the stable one, and of engines, s, that the docs show."""
+"""Time steps shown in the docs: of the kernel as Δt/Δt_stable, of the engines in s."""
 
 AGREEMENTS: Final = (0.9, 0.95, 0.97, 0.98, 0.99)
-"""Agreements at which times are compared."""
+"""Shares of agreeing cases at which times are compared."""
 COMPARED: Final = ("exact", "centred", "cundall", "pymunk", "MuJoCo", "Box2D")
 
 _ERRORS: Final = ("wrong flags (95 %)", "wrong sides (95 %)", "peak rotation", "boundary")
 
 
-def over_steps(rows: pd.DataFrame, kind: str) -> "pd.Series[bool]":
-    """The rows of a set of records in which the time step varies and the stiffness does not."""
+def varies_steps_only(rows: pd.DataFrame, kind: str) -> "pd.Series[bool]":
+    """Return True for rows of a set of records with the default stiffness and varying time step."""
     own = np.isclose(rows["penetration_ratio"], STATIC_PENETRATION)
     return (rows["cases_of"] == f"records, {kind}") & (rows["against"] == "finer step") & own
 
 
 def orders(rows: pd.DataFrame, between: tuple[float, float] = ORDER_FRACTIONS) -> dict[str, float]:
-    """Order of convergence of each scheme on each continuous measure, between two shares of the stable step."""
+    """Return the order of convergence of each scheme for each continuous measure between two Δt/Δt_stable."""
     high, low = between
     steps = (rows["step_fraction"] <= high) & (rows["step_fraction"] >= low)
     parts = [
-        (f"{kind}, {measure}", over_steps(rows, kind), measure)
+        (f"{kind}, {measure}", varies_steps_only(rows, kind), measure)
         for kind in ("rocking", "sliding")
         for measure in ("rotation_error", "boundary_shift")
     ]
@@ -51,7 +51,7 @@ def orders(rows: pd.DataFrame, between: tuple[float, float] = ORDER_FRACTIONS) -
 
 
 def bodies(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> dict[str, str]:
-    """The tables by mark."""
+    """Return the Markdown of each marker."""
     return {
         "steps": _steps(rows),
         "orders": _orders(found_orders, orders(rows, (1.0, 0.0))),
@@ -62,11 +62,11 @@ def bodies(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> dict[str, s
 
 
 def figures(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> list[Figure]:
-    """What the summary says: the default setting, and the least order of each scheme."""
+    """Return the figures of the summary: errors of the default setting, and the lowest order of each scheme."""
     default = rows[(rows["default"] == 1) & rows["method"].isin(SCHEMES)]
     made = []
     for kind in ("rocking", "sliding"):
-        (at,) = lines_of(default[over_steps(default, kind)])
+        (at,) = lines_of(default[varies_steps_only(default, kind)])
         made += [
             Figure(f"wrong flags against a far finer step, records, {kind}", 100 * at.wrong_flags / at.cases, "%"),
             Figure(f"wrong sides against a far finer step, records, {kind}", 100 * at.wrong_sides / at.fallen, "%"),
@@ -96,7 +96,7 @@ def _number(value: float, percent: bool = False) -> str:
 
 
 def _errors(at: Any) -> tuple[str, ...]:
-    """The cells under `_ERRORS`."""
+    """Return the cells of the columns `_ERRORS`."""
     return (
         _share(at.wrong_flags, at.cases),
         _share(at.wrong_sides, at.fallen),
@@ -110,14 +110,14 @@ def _marked(at: Any, text: str) -> str:
 
 
 def _shown(rows: pd.DataFrame) -> "pd.Series[bool]":
-    """Time steps that the docs show, and every stiffness."""
+    """Return True for rows with time steps that the docs show, of any stiffness."""
     steps, engine = rows["step_fraction"], rows["penetration_ratio"].isna()
     own = np.isclose(steps.to_numpy()[:, None], SHOWN_ENGINE_STEPS, rtol=1e-3, atol=0.0).any(axis=1)
     return (steps.isin(SHOWN_FRACTIONS).where(~engine, own) | (rows["method"] == "exact")).astype(bool)
 
 
 def equal_agreement(rows: pd.DataFrame) -> str:
-    """Least time with which each method agrees with the rigid block in as many cases; and the most it agrees in."""
+    """Return the lowest time at which each method reaches given agreements with the rigid block, and the highest."""
     of = rows[rows["cases_of"] == "records, no sliding"]
     agreement = 1.0 - of["disagree"] / of["shared"]
     most = {name: agreement[of["method"] == name].max() for name in COMPARED if (of["method"] == name).any()}
@@ -132,8 +132,8 @@ def equal_agreement(rows: pd.DataFrame) -> str:
 
 
 def _steps(rows: pd.DataFrame) -> str:
-    """Errors of both schemes against a far finer step."""
-    chosen = rows[(over_steps(rows, "rocking") | over_steps(rows, "sliding")) & _shown(rows)]
+    """Return the table of errors of both schemes against a far finer step."""
+    chosen = rows[(varies_steps_only(rows, "rocking") | varies_steps_only(rows, "sliding")) & _shown(rows)]
     lines = [
         (at.cases_of, _marked(at, at.method), f"{at.step_fraction:g}", f"{at.seconds_per_case:.2g}", *_errors(at))
         for at in lines_of(chosen)
@@ -142,7 +142,7 @@ def _steps(rows: pd.DataFrame) -> str:
 
 
 def _stiffness(rows: pd.DataFrame) -> str:
-    """Errors of the default scheme and step over stiffness."""
+    """Return the table of errors of the default scheme and step over stiffness."""
     ratio = rows["penetration_ratio"]
     several = ratio.notna() & ~np.isclose(ratio, STATIC_PENETRATION) & (rows["against"] == "finer step")
     names = {"finer step": "same springs, finer steps", "stiffest springs": "stiffest springs, finer steps"}
@@ -155,7 +155,7 @@ def _stiffness(rows: pd.DataFrame) -> str:
 
 
 def _rigid(rows: pd.DataFrame) -> str:
-    """Errors against rigid rocking and sliding, engines included."""
+    """Return the table of errors against rigid rocking and sliding, engines included."""
     head = (
         "cases",
         "method",
@@ -185,17 +185,17 @@ def _rigid(rows: pd.DataFrame) -> str:
 
 
 def _step(at: Any) -> str:
-    """How finely a method computes."""
+    """Return the label of a time step or order."""
     if at.method == "exact":
         return f"order {at.step_fraction:g}"
     return f"{at.step_fraction:g}" if np.isfinite(at.penetration_ratio) else f"1/{1 / at.step_fraction:.0f} s"
 
 
 def _orders(found: Mapping[str, float], over_all: Mapping[str, float]) -> str:
-    """Orders of convergence, within `ORDER_FRACTIONS` and over all steps."""
+    """Return the table of orders of convergence, within `ORDER_FRACTIONS` and over all steps."""
 
-    def said(value: float) -> str:
+    def order_text(value: float) -> str:
         return f"{value:.2f}" if np.isfinite(value) else "shifts below what bisection resolves"
 
-    lines = [(name.replace("_", " "), said(value), said(over_all[name])) for name, value in found.items()]
+    lines = [(name.replace("_", " "), order_text(value), order_text(over_all[name])) for name, value in found.items()]
     return markdown(("measure", "order", "over all steps"), lines)

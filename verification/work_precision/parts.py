@@ -1,7 +1,7 @@
-"""The parts of error against run time: schemes over time steps, springs over stiffness, the exact block, other engines.
+"""Error against run time: schemes over time steps, springs over stiffness, the exact block, and other engines.
 
-References are the kernel at a far finer step or with the stiffest springs, Housner's rocking block, the exact sliding
-block, and the balance of work and energy.
+The references are the kernel with a far finer step or with the stiffest springs, Housner's rocking block, the exact
+sliding block, and the balance of work and energy.
 """
 
 import itertools
@@ -22,48 +22,48 @@ from overturning.study.answers import compare
 from verification.engines import ENGINES, Engine, installed, side_of_block
 from verification.inputs import (
     Group,
+    every_nth_case,
+    every_nth_value,
     pulse_groups,
     record_groups,
     rigid_record_groups,
     slide_groups,
-    thinned,
-    thinned_values,
 )
 from verification.measures import Flags, answers, rotation_error
 from verification.reference.sliding import slide
-from verification.timing import measured
-from verification.work_precision.boundaries import boundaries, boundary_shift, located
+from verification.timing import time_run
+from verification.work_precision.boundaries import boundaries, boundary_shift, locate_boundaries
 
 Row = dict[str, Any]
 
 SCHEMES: Final = ("centred", "cundall")
 FRACTIONS: Final = (1.0, 0.9, 0.5, 0.25, 0.12, 0.06, 0.03, 0.01)
-"""Δt/Δt_stable."""
+"""Time steps, as Δt/Δt_stable."""
 LEAST_EXPLICIT: Final = 0.1
-"""Cundall's scheme is not run in finer steps: the springs set its longest, a fiftieth of the other's by default."""
+"""Smallest Δt/Δt_stable of Cundall's scheme; its stable step is 1/50 of that of the centred scheme by default."""
 PENETRATIONS: Final = (2e-3, 2e-4, 2e-5, 2e-6, STATIC_PENETRATION, 2e-8)
-"""δ/B."""
+"""Static penetrations, as δ/B."""
 AUTOMATIC: Final = AUTO_FRACTION[parse_scheme(DEFAULT_SCHEME)]
 FINEST: Final = 0.006
-"""Δt/Δt_stable of the reference, with the centred scheme."""
+"""Δt/Δt_stable of the reference, which uses the centred scheme."""
 THIN_BELOW, EVERY = 0.05, 3
-"""At finer steps every third case is run, so that the diagrams are made in minutes,"""
+"""Below this Δt/Δt_stable only every third case is run, to limit the run time to minutes."""
 LEAST_WITH_BOUNDARY: Final = 0.02
-"""and at still finer ones no boundary is looked for."""
+"""Below this Δt/Δt_stable no boundary is computed."""
 MOST: Final = 4
-"""Overturning boundaries of each record."""
+"""Largest number of boundaries for each record."""
 FINE_FOR_STIFFNESS: Final = 0.03
-"""Δt/Δt_stable of the references of other stiffnesses, whose errors are far below what the stiffness changes."""
+"""Δt/Δt_stable of the references with other stiffnesses; their errors are far below the effect of the stiffness."""
 WIDE_BRACKET: Final = 0.02
-"""Half the bracket, as a share of B/H, in which the boundary of another stiffness is looked for."""
+"""Half-width of the bracket for boundaries with other stiffnesses, as a share of B/H."""
 ENGINES_EVERY: Final = {"sine pulses": 5, "records, no sliding": 2}
-"""The engines run every so many of the cases: each takes a hundred times a case of the kernel, and more,"""
+"""The engines run every n-th case of a set, since a case takes at least a hundred times as long as in the kernel."""
 ENGINE_STEPS: Final = tuple(1 / 60 / 2**halved for halved in range(7))
-"""with these steps, s: 1 to 64 substeps of the 60th of a second for which such engines are made."""
+"""Time steps of the engines, s: 1 to 64 substeps of 1/60 s, their usual step."""
 ORDERS: Final = (2, 3, 4, 6, ORDER, 10)
-"""Orders of the exact block's series,"""
+"""Orders of the series of the exact block."""
 EXACT: Final = 16
-"""and that of the one that the others are compared with."""
+"""Order of the series of the reference."""
 
 MEANINGS: Final = {
     "cases_of": ("set of cases", ""),
@@ -93,13 +93,13 @@ MEANINGS: Final = {
 
 
 def table_of(rows: Sequence[Row]) -> pd.DataFrame:
-    """The table of rows; what was not measured is NaN."""
+    """Return the table of rows; columns that were not measured are NaN."""
     table = pd.DataFrame(rows, columns=list(MEANINGS))
     return table.astype({name: np.float64 for name, (_, unit) in MEANINGS.items() if unit})
 
 
 class Setting(NamedTuple):
-    """Scheme, share of its longest step, and static penetration over the width."""
+    """Scheme, time step as a share of its longest one, and static penetration over width."""
 
     scheme: str
     fraction: float
@@ -107,37 +107,37 @@ class Setting(NamedTuple):
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """Arguments of `run_cases`."""
+        """Return the arguments of `run_cases`."""
         contact = Contact(static_penetration=self.penetration)
         return {"scheme": self.scheme, "time_step": f"{self.fraction:g} stable", "model": gravestone(contact)}
 
     def row(self, cases_of: str, against: str, **columns: Any) -> Row:
-        """A row of the table."""
+        """Return a row of the table."""
         own = {"method": self.scheme, "step_fraction": self.fraction, "penetration_ratio": self.penetration}
         default = self == Setting(DEFAULT_SCHEME, AUTOMATIC)
         return {"cases_of": cases_of, "against": against, "default": default} | own | columns
 
     def run(self, groups: Sequence[Group]) -> tuple[Results, Row]:
-        """Results of a set, and what a case of it costs, as columns of the table."""
+        """Run a set; return its results, and the cost per case as columns of the table."""
         found, seconds = answers(groups, 3, **self.arguments)
         count = found.status.size
         return found, {"seconds_per_case": seconds / count, "block_steps_per_case": found.block_steps.sum() / count}
 
 
 def errors(found: Results, right: tuple[Flags, FloatArray]) -> Row:
-    """Counts and median error of peak rotation, as columns of the table."""
+    """Return counts and the median error of peak rotation, as columns of the table."""
     error = rotation_error(found.overturned, found.peak_rotation, *right)
-    return counted(found.overturned, right[0]) | {"rotation_error": error}
+    return error_counts(found.overturned, right[0]) | {"rotation_error": error}
 
 
-def counted(flags: Flags, right: Flags) -> Row:
-    """Counts as columns of the table."""
+def error_counts(flags: Flags, right: Flags) -> Row:
+    """Return counts as columns of the table."""
     found = compare(right, flags).model_dump()
     return {"wrong_flags": found.pop("flags"), "wrong_sides": found.pop("sides"), **found}
 
 
-def over_steps(least: float = 0.0, finest: bool = True) -> Iterator[Setting]:
-    """Both schemes over their steps, which are longer than some share of the stable one, with or without the finest."""
+def step_settings(least: float = 0.0, finest: bool = True) -> Iterator[Setting]:
+    """Yield both schemes with time steps above `least` of the stable one, with or without the finest."""
     for scheme in SCHEMES:
         fractions = [share for share in FRACTIONS if scheme != "cundall" or share >= LEAST_EXPLICIT]
         for fraction in fractions[: None if finest else -1]:
@@ -146,19 +146,19 @@ def over_steps(least: float = 0.0, finest: bool = True) -> Iterator[Setting]:
 
 
 def reference(groups: Sequence[Group], setting: Setting) -> tuple[Flags, FloatArray]:
-    """Flags and peak rotations."""
+    """Return flags and peak rotations of a setting."""
     found = answers(groups, **setting.arguments).results
     return found.overturned, found.peak_rotation.astype(np.float64)
 
 
 def against_finer_steps(kind: str) -> Iterator[Row]:
-    """Schemes over time steps, against the centred scheme at a far finer step, on six real records."""
+    """Measure schemes over time steps on six real records; the reference is the centred scheme at a far finer step."""
     groups, finest = record_groups(kind), Setting("centred", FINEST)
-    right, few = reference(groups, finest), thinned(groups, EVERY)
-    right_few = (thinned_values(groups, right[0], EVERY), thinned_values(groups, right[1], EVERY))
+    right, few = reference(groups, finest), every_nth_case(groups, EVERY)
+    right_few = (every_nth_value(groups, right[0], EVERY), every_nth_value(groups, right[1], EVERY))
     where = boundaries(groups, right[0], MOST)
-    near, exact = located(groups, where, {}, finest.arguments)
-    for setting in over_steps():
+    near, exact = locate_boundaries(groups, where, {}, finest.arguments)
+    for setting in step_settings():
         thin = setting.fraction < THIN_BELOW
         found, columns = setting.run(few if thin else groups)
         columns |= errors(found, right_few if thin else right)
@@ -168,17 +168,17 @@ def against_finer_steps(kind: str) -> Iterator[Row]:
 
 
 def over_stiffness(kind: str) -> Iterator[Row]:
-    """Springs over stiffness at the automatic step, against finer steps at the same stiffness and at the largest."""
+    """Measure stiffnesses at the automatic step; references: finer steps with the same and the largest one."""
     groups, stiffest = record_groups(kind), PENETRATIONS[-1]
     exact = {
         delta: reference(groups, Setting("centred", FINE_FOR_STIFFNESS, delta))
         for delta in PENETRATIONS
-        if delta != STATIC_PENETRATION  # that has a row among the steps
+        if delta != STATIC_PENETRATION  # included in the comparison of time steps
     }
     usual = Setting(DEFAULT_SCHEME, AUTOMATIC, stiffest).arguments
     slow = Setting("centred", 2 * FINE_FOR_STIFFNESS, stiffest).arguments
     where = boundaries(groups, answers(groups, **usual).results.overturned, MOST)
-    near, right = located(groups, where, usual, slow, WIDE_BRACKET)
+    near, right = locate_boundaries(groups, where, usual, slow, WIDE_BRACKET)
     for delta in PENETRATIONS:
         setting = Setting(DEFAULT_SCHEME, AUTOMATIC, delta)
         found, spent = setting.run(groups)
@@ -190,9 +190,9 @@ def over_stiffness(kind: str) -> Iterator[Row]:
 
 
 def energy_balance() -> Iterator[Row]:
-    """Mean residual of work and energy of cases that slide or rock, over time steps."""
-    groups = [part for kind in ("sliding", "rocking") for part in thinned(record_groups(kind), 6)]
-    for setting in over_steps(finest=False):
+    """Measure the mean residual of work and energy of cases that slide or rock, over time steps."""
+    groups = [part for kind in ("sliding", "rocking") for part in every_nth_case(record_groups(kind), 6)]
+    for setting in step_settings(finest=False):
         found = answers(groups, **setting.arguments).results
         simulated = found.status == 0
         residual = float(np.mean(found.energy_error[simulated]))
@@ -200,50 +200,50 @@ def energy_balance() -> Iterator[Row]:
 
 
 def exact_block(groups: Sequence[Group], order: int = EXACT, factor: float = 1.0) -> tuple[Flags, FloatArray]:
-    """Sides and peak rotations of Housner's rocking block in all cases, under motions so many times as strong."""
+    """Return sides and peak rotations of Housner's rocking block, under motions multiplied by `factor`."""
     found = [rocking(motion.times(factor), cases, order) for motion, cases in groups]
     return np.concatenate([one.overturned for one in found]), np.concatenate([one.peak_rotation for one in found])
 
 
-def robust(groups: Sequence[Group]) -> tuple[list[Group], tuple[Flags, FloatArray]]:
-    """The cases whose rigid answer does not change with the amplitude by ±1 %, and these answers."""
+def select_robust_cases(groups: Sequence[Group]) -> tuple[list[Group], tuple[Flags, FloatArray]]:
+    """Return the cases whose rigid answer does not change with the amplitude by ±1 %, and these answers."""
     flags, peaks = exact_block(groups)
     same = np.all([exact_block(groups, factor=factor)[0] == flags for factor in (0.99, 1.01)], axis=0)
     of_each = np.split(same, np.cumsum([group.cases.size for group in groups])[:-1])
-    kept = [group.taken(np.flatnonzero(own)) for group, own in zip(groups, of_each, strict=True)]
+    kept = [group.subset(np.flatnonzero(own)) for group, own in zip(groups, of_each, strict=True)]
     return kept, (flags[same], peaks[same])
 
 
 def rigid_sets() -> dict[str, list[Group]]:
-    """Blocks that cannot slide, by name of the set."""
+    """Return the sets of blocks that cannot slide, by name."""
     return {"sine pulses": pulse_groups(), "records, no sliding": rigid_record_groups()}
 
 
 def against_rigid_rocking() -> Iterator[Row]:
-    """Schemes over steps, the default one over stiffness, the exact block over orders, against Housner's block."""
+    """Compare schemes over steps and stiffness, and the exact block over orders, with Housner's block."""
     others = [Setting(DEFAULT_SCHEME, AUTOMATIC, delta) for delta in PENETRATIONS if delta != STATIC_PENETRATION]
     for name, every in rigid_sets().items():
-        groups, right = robust(every)
-        for setting in (*over_steps(0.05), *others):
+        groups, right = select_robust_cases(every)
+        for setting in (*step_settings(0.05), *others):
             found, spent = setting.run(groups)
-            beside = shared(name, groups, found.overturned, right[0])
-            yield setting.row(name, "rigid rocking", **spent, **errors(found, right), **beside)
+            common = engine_disagreement(name, groups, found.overturned, right[0])
+            yield setting.row(name, "rigid rocking", **spent, **errors(found, right), **common)
         for order in ORDERS:
-            (flags, peaks), seconds = measured(partial(exact_block, groups, order))
+            (flags, peaks), seconds = time_run(partial(exact_block, groups, order))
             own = {"method": "exact", "step_fraction": order, "seconds_per_case": seconds / flags.size}
-            own |= counted(flags, right[0]) | shared(name, groups, flags, right[0])
+            own |= error_counts(flags, right[0]) | engine_disagreement(name, groups, flags, right[0])
             own["rotation_error"] = rotation_error(flags, peaks, *right)
             yield {"cases_of": name, "against": "rigid rocking", "default": order == ORDER} | own
 
 
-def shared(name: str, groups: Sequence[Group], flags: Flags, right: Flags) -> Row:
-    """How many of the cases that the engines run too have another flag or side, as columns of the table."""
-    some, known = (thinned_values(groups, values, ENGINES_EVERY[name]) for values in (flags, right))
+def engine_disagreement(name: str, groups: Sequence[Group], flags: Flags, right: Flags) -> Row:
+    """Return the number of cases that the engines also run, and of those with another flag or side, as columns."""
+    some, known = (every_nth_value(groups, values, ENGINES_EVERY[name]) for values in (flags, right))
     return {"shared": some.size, "disagree": int((some != known).sum())}
 
 
 def against_exact_sliding() -> Iterator[Row]:
-    """Peak slip of squat blocks against the exact sliding block, over time steps."""
+    """Compare the peak slip of squat blocks with the exact sliding block, over time steps."""
     groups = slide_groups()
     exact = np.array([
         slide(group.wave(index), group.motion.sampling_interval, group.case(index)["friction"])[0]
@@ -251,26 +251,26 @@ def against_exact_sliding() -> Iterator[Row]:
         for index in range(group.cases.size)
     ])  # fmt: skip
     moved = exact > 1e-3
-    for setting in over_steps(finest=False):
+    for setting in step_settings(finest=False):
         found, spent = setting.run(groups)
         error = float(np.max(np.abs(found.peak_slip[moved].astype(np.float64) / exact[moved] - 1.0)))
         yield setting.row("sliding blocks", "exact sliding", **spent, cases=int(moved.sum()), slip_error=error)
 
 
 def engines_against_rigid_rocking() -> Iterator[Row]:
-    """Rigid-body engines that are installed, over their time steps, on the cases that cannot slide."""
+    """Compare installed engines, over their time steps, with Housner's block for cases that cannot slide."""
     engines, against = installed(ENGINES), {"against": "rigid rocking", "default": 0}
-    if not engines:  # a table without engines has one row that says so
+    if not engines:  # without engines the table has one row that states it
         yield {"cases_of": "sine pulses", "method": "no engine installed", **against}
         return
     for name, every in rigid_sets().items():
-        kept, right = robust(every)
-        few, flags = thinned(kept, ENGINES_EVERY[name]), thinned_values(kept, right[0], ENGINES_EVERY[name])
+        kept, right = select_robust_cases(every)
+        few, flags = every_nth_case(kept, ENGINES_EVERY[name]), every_nth_value(kept, right[0], ENGINES_EVERY[name])
         for (method, engine), step in itertools.product(engines.items(), ENGINE_STEPS):
-            sides, seconds = measured(partial(_sides, engine, few, step), 1, partial(_side, engine, few[0], 0, step))
+            sides, seconds = time_run(partial(_sides, engine, few, step), 1, partial(_side, engine, few[0], 0, step))
             own = {"method": method, "step_fraction": step, "seconds_per_case": seconds / sides.size}
             own |= {"shared": sides.size, "disagree": int((sides != flags).sum())}
-            yield {"cases_of": name, **against, **own, **counted(sides, flags)}
+            yield {"cases_of": name, **against, **own, **error_counts(sides, flags)}
 
 
 def _sides(engine: Engine, groups: Sequence[Group], step: float) -> Flags:
@@ -291,4 +291,4 @@ PARTS: Final[dict[str, Sequence[Callable[[], Iterator[Row]]]]] = {
     "energy": [energy_balance],
     "peers": [engines_against_rigid_rocking],
 }
-"""Parts that can be computed beside one another, each a table."""
+"""Measurements by part; each part is a table that can be computed independently."""

@@ -1,4 +1,4 @@
-"""What many tests expect: a refusal that names what is wrong, a command that ends well, and tools that are there."""
+"""Helpers: expected errors, exit status of commands, and required tools."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -22,7 +22,7 @@ def refused(kind: type[Exception], *words: str, brief: bool = False) -> Iterator
 
 
 def said(*words: object, status: int = 0) -> str:
-    """What `overturning` says, on both streams, where it ends with a status."""
+    """Run `overturning`, check its exit status, and return the output of both streams."""
     with redirect_stdout(StringIO()) as text, redirect_stderr(text), pytest.raises(SystemExit) as end:
         main([str(word) for word in words])
     assert (end.value.code or 0) == status, text.getvalue()

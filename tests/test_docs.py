@@ -1,4 +1,4 @@
-"""The documentation: short lines, links that lead somewhere, drawings that the script makes, places that exist."""
+"""The documentation: line length, links, drawings, and named files."""
 
 import base64
 import importlib.util
@@ -32,7 +32,7 @@ def prose(page: Path) -> str:
 
 
 def anchors(page: Path) -> set[str]:
-    """What links can point to: headings in lower case, without punctuation, blanks as hyphens."""
+    """Return the anchors of a page: headings in lower case, without punctuation, with hyphens for blanks."""
     found: set[str] = set()
     for heading in re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), flags=re.MULTILINE):
         slug = re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")

@@ -80,7 +80,7 @@ def test_the_package_imports_only_from_layers_above(name: str) -> None:
 
 
 OUTSIDE = ("verification", "tests.verification", "tests.workflow")
-"""What may use verification: itself, its tests, and tests that run whole studies as it does."""
+"""Folders that may import verification: itself, its tests, and tests that run whole studies."""
 
 
 def test_checks_of_the_kernel_and_tests_share_the_reference_solutions_alone() -> None:

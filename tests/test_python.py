@@ -1,4 +1,4 @@
-"""What a user meets in Python."""
+"""The Python interface."""
 
 import importlib.util
 import inspect

@@ -1,4 +1,4 @@
-"""From the wheel alone: a film in any folder, a project of one's own, records and studies of one's own."""
+"""Use of the wheel without the repository: a film in any folder, a new project, own records and studies."""
 
 import os
 import re

@@ -138,7 +138,7 @@ def test_a_block_slides_where_friction_is_less_than_its_slenderness() -> None:
 
 @pytest.mark.parametrize("space", [("--azimuth", "0"), ("--body",)])
 def test_times_are_those_of_the_file(tmp_path: Path, space: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
-    """One pulse from 4 s on of a raw file: the block fell at 38 s, behind 30 s of zeros that the filter puts there."""
+    """A pulse at 4 s of a raw file. Regression: the fall was reported at 38 s, after 30 s of zeros of the filter."""
     time = np.arange(1000) / 100
     wave = np.where((time > 4) & (time < 6), 600 * np.sin(2 * np.pi * (time - 4) / 2), 0.0)
     np.savetxt(tmp_path / "x.csv", np.column_stack([wave, 0.1 * wave]), fmt="%.3f", delimiter=",")
@@ -172,7 +172,7 @@ def test_times_are_those_of_the_file(tmp_path: Path, space: tuple[str, ...], mon
 
 
 def test_what_is_drawn_of_another_motion_than_the_record_says_so(tmp_path: Path) -> None:
-    """A block that falls under twice the record was drawn as falling under the record itself."""
+    """Regression: a fall under twice the record was drawn as a fall under the record itself."""
     figure = tmp_path / "response.svg"
     given = ("--record", "sine amplitude_gal=400 period_s=1", "--azimuth", "0", "--amplitude", "2")
     assert "pulse, sine pulse, motion × 2: B/H = 0.4" in run(*given, "--response", figure)

@@ -1,4 +1,4 @@
-"""Lines by which a step says how far it is."""
+"""Progress lines of a step."""
 
 import pytest
 

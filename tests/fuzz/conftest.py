@@ -8,7 +8,7 @@ import pytest
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """An empty folder to work in, beside which nothing may appear."""
+    """Empty working folder; nothing may be written outside of it."""
     inner = tmp_path / "inner"
     inner.mkdir()
     monkeypatch.chdir(inner)

@@ -1,4 +1,4 @@
-"""How input is spoilt, and the bounds in which it must be read or refused.
+"""Random corruption of input, and the limits within which it must be read or refused.
 
 Each reader has a share of FUZZ_SECONDS of processor time: of ten minutes in `make fuzz`, of some seconds in `make
 test-long`.
@@ -34,7 +34,7 @@ EVIL_WORDS = [
 
 
 def spoilt(content: bytes) -> st.SearchStrategy[bytes]:
-    """Whole content with a few bytes, runs, numbers or words changed, moved, multiplied or lost."""
+    """Content with a few bytes, runs, numbers or words changed, moved, multiplied or deleted."""
     pieces = st.one_of(
         st.binary(max_size=8),
         st.sampled_from([*EVIL_NUMBERS, *EVIL_WORDS]).map(lambda word: word.encode("utf-8", "surrogatepass")),
@@ -44,7 +44,7 @@ def spoilt(content: bytes) -> st.SearchStrategy[bytes]:
 
 
 def edited(content: bytes, edits: list[tuple[str, float, int, bytes]]) -> bytes:
-    """Content after edits: what is done, where (a share of its length), a length, and what is put there."""
+    """Return the content after edits (kind, position as a share of the length, length, inserted bytes)."""
     data = bytearray(content)
     for what, where, length, piece in edits:
         at = int(where * len(data))
@@ -71,7 +71,7 @@ def edited(content: bytes, edits: list[tuple[str, float, int, bytes]]) -> bytes:
 
 
 def leaves(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Every place in nested mappings and lists."""
+    """Yield every position in nested mappings and lists."""
     if path:
         yield path
     for key, value in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ():
@@ -111,7 +111,7 @@ def wrong_tree(data: dict[str, Any]) -> st.SearchStrategy[bytes]:
 
 
 def met(read: Callable[[], Any]) -> None:
-    """Read something within the bounds; an error of ours must be brief and plain."""
+    """Read a file within the limits; an error of this package must be short and plain."""
     try:
         with bounded():
             read()
@@ -124,7 +124,7 @@ def met(read: Callable[[], Any]) -> None:
 
 
 def fuzz(strategy: st.SearchStrategy[Any], test: Callable[[Any], None], examples: int = 25) -> None:
-    """Put examples to a test, in rounds of their own seeds, for a reader's share of the time."""
+    """Run a test on random examples, in rounds with different seeds, for a reader's share of the time."""
     end = sum(os.times()[:4]) + SECONDS / READERS  # of processor time, that of children too
     for turn in itertools.count():
         run = given(strategy)(lambda example: test(example))
@@ -141,7 +141,7 @@ def fuzz(strategy: st.SearchStrategy[Any], test: Callable[[Any], None], examples
 
 
 class _Scripts(HTMLParser):
-    """The scripts of a page, and what else would run."""
+    """Collects the scripts of a page, and other code that a browser would run."""
 
     def __init__(self) -> None:
         super().__init__()

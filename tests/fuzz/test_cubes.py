@@ -1,4 +1,4 @@
-"""Cubes from strangers, and names of theirs on a page."""
+"""Damaged cubes, and malicious names in pages."""
 
 import io
 import json
@@ -48,7 +48,7 @@ def cube(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 def look_at(path: Path) -> None:
-    """Look around in a cube from elsewhere, by the command; its page has two scripts, its data and its own."""
+    """Make the explorer page of a cube; it must contain exactly two scripts, the data and its own."""
     assert write_explorer  # imported, so that a child need not
     page = path.with_suffix(".html")
     page.unlink(missing_ok=True)
@@ -68,7 +68,7 @@ def look_at(path: Path) -> None:
 
 
 def in_a_child(read: Callable[[], Any]) -> str:
-    """Read in a process of its own, which a damaged file may bring down; what became of it."""
+    """Read in a separate process, which a damaged file may crash; return the outcome."""
     receiver, sender = os.pipe()
     child = os.fork()
     if not child:

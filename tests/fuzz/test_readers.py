@@ -1,4 +1,4 @@
-"""Input from strangers, spoilt at random: read or refused in a few lines, within 10 s and 1 GB, and nothing else."""
+"""Randomly corrupted input is read or refused in a few lines, within 10 s and 1 GB."""
 
 import itertools
 import random
@@ -137,7 +137,7 @@ def test_meshes(folder: Path) -> None:
 
 
 def test_dice_are_not_loaded() -> None:
-    """What spoils a file changes it nearly always, and not the rest of it."""
+    """Random corruption changes a file nearly always, and leaves the rest of it intact."""
     content, throw = bytes(range(256)) * 8, random.Random(3)
     edits = [(throw.choice("rdipxnt"), throw.random(), throw.randrange(400), b"12345678") for _ in range(200)]
     assert sum(edited(content, [edit]) != content for edit in edits) > 190

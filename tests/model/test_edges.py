@@ -1,4 +1,4 @@
-"""Which edge first, by hand."""
+"""First edge that a stone passes, by hand."""
 
 import numpy as np
 
@@ -30,7 +30,7 @@ def test_two_falls_of_which_one_time_is_missing_have_no_direction() -> None:
 
 
 def test_any_number_of_planes() -> None:
-    """A round column falls in the plane, of eighteen, that it leaves first."""
+    """A round column falls in that of eighteen planes which it leaves first."""
     time = np.random.default_rng(1).permutation(18).astype(float)
     fell, azimuth = first_edge(np.ones(18), time, 10.0 * np.arange(18))
     assert (fell, azimuth) == (1, 10 * np.flatnonzero(time == 0)[0])
@@ -46,7 +46,7 @@ def test_chances_of_nought_and_one_say_the_same_as_the_first_edge() -> None:
 
 
 def test_chances_by_hand() -> None:
-    """Half falls in the first plane, a fifth in the second: in a tenth both, over the edge that is first, or 5 to 2."""
+    """Probabilities ½ in the first plane and 1/5 in the second: 1/10 in both, over the first edge, or 5 to 2."""
     for first, second, shared in ((1.0, 2.0, 1.0), (2.0, 1.0, 0.0), (NAN, 1.0, 5 / 7)):
         over = edge_probabilities(np.array([[0.5], [0.2]]), np.array([[first], [second]]))
         np.testing.assert_allclose(over[:, 0], [0.4 + 0.1 * shared, 0.1 + 0.1 * (1 - shared)])

@@ -1,4 +1,4 @@
-"""The falls of each model, by hand."""
+"""Falls of each model, by hand."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ NAMES = ("falls", "direction_cosine", "direction_sine", "axis_cosine", "axis_sin
 
 
 def test_a_plane_falls_to_either_side_or_the_other_way() -> None:
-    """East or west: of three quarters of the members three fall east for each that falls west; north is not known."""
+    """¾ of the members fall, three towards the east for each towards the west; the northern case is missing."""
     cube = xr.Dataset(
         {
             "overturned": ("azimuth", [np.nan, 1.0, np.nan, -1.0]),
@@ -32,7 +32,7 @@ def test_a_plane_falls_to_either_side_or_the_other_way() -> None:
 
 
 def test_a_body_falls_towards_its_own_azimuth() -> None:
-    """It faces north and falls to the south-east, it faces 45° and stands; what it does at 60° is not known."""
+    """Facing north it falls to the south-east, facing 45° it stands; at 60° the outcome is missing."""
     cube = xr.Dataset(
         {"overturned": ("orientation", [1.0, 0.0, np.nan]), "fall_azimuth": ("orientation", [135.0, np.nan, np.nan])},
         {"orientation": [0, 45, 60]},
@@ -49,7 +49,7 @@ def test_a_body_falls_towards_its_own_azimuth() -> None:
 
 @pytest.mark.parametrize(("spread", "apart"), [(14.0, False), (16.0, True)])
 def test_members_of_a_body_fall_apart_beyond_15_degrees(spread: float, apart: bool) -> None:
-    """Half of them so far clockwise of north, half anticlockwise."""
+    """Half of the members fall clockwise of north, half anticlockwise, by the same angle."""
     cube = xr.Dataset(
         {
             "probability_falls": ("orientation", [1.0, 0.5]),

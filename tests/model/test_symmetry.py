@@ -1,4 +1,4 @@
-"""Which cell answers for which, by hand."""
+"""Cells that represent others by symmetry, by hand."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def test_planes(azimuth: list[float], asked: list[float], cell: list[int], mirro
 
 
 def test_bodies() -> None:
-    """A square of three orientations faces any way by quarter turns; one without symmetry does not; a column always."""
+    """A square with three orientations covers all by quarter turns; a body without symmetry does not; a column does."""
     found = nearest([0, 30, 60], [1, 121, 260, -29], 90.0)
     assert (found.cell.tolist(), found.turn_deg.tolist()) == ([0, 1, 0, 2], [0, 90, 270, 270])
     assert nearest([0, 30, 60], [200, 220, 359], 360.0).cell.tolist() == [2, 0, 0]

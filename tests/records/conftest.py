@@ -1,4 +1,4 @@
-"""What the tests of records need of their environment."""
+"""Fixtures for the tests of records."""
 
 import os
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Whole files of every text format, and the ways in which they are spoilt."""
+"""Valid files of every text format, and mutations that make them invalid."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -11,11 +11,11 @@ random = np.random.default_rng(5)
 COUNTS = [random.integers(-400_000, 400_000, 200) for _ in range(2)]
 STEPS = [np.round(random.normal(0, 500, 203)) for _ in range(2)]
 WHOLE = {form: (written.files(*STEPS), written.header) for form, written in FORMS.items()}
-"""Names and contents of the files of one record, of which the first is spoilt, and the number of its header lines."""
+"""Files of one record (name, content) and the number of header lines of the first, which is mutated."""
 
 
 UNCOUNTED = {"jma": ("last line missing", "a line of samples missing", "a line of samples twice", "cut at 90 %")}
-"""By form whose header states no count: damage between lines, which leaves a file that is whole as far as it says."""
+"""Mutations by format without a sample count in the header, after which the file still looks complete."""
 
 
 def on_lines(change: Callable[[list[str]], list[str]]) -> Callable[[str], bytes]:
@@ -23,7 +23,7 @@ def on_lines(change: Callable[[list[str]], list[str]]) -> Callable[[str], bytes]
 
 
 def sample_replaced(index: int, word: str) -> Callable[[list[str]], list[str]]:
-    """Put a word of the same width where the first number of a line is."""
+    """Replace the first number of a line by a word of the same width."""
 
     def change(lines: list[str]) -> list[str]:
         found = re.search(r"[+-]?\d*\.?\d+(E[+-]?\d+)?", lines[index])
@@ -202,14 +202,14 @@ OTHERWISE: dict[str, list[tuple[str, ...]]] = {
         ("STREAM: HNE", "STREAM: HN1"),
     ],
 }
-"""By form: what stands in its first file, and what could stand there instead."""
+"""Replacements in the first file, as (old text, new text), by format."""
 
 AT_ODDS = {
     "csmip1": (("/&", "  "), ("End of Data", "")),
     "cosmos": (("1: 340 deg", "1: H1"), ("     340", "     700")),
     "geonet": (("at 0.020 sec", "at 0.000 sec"), ("  0.0200", "  0.0000")),
 }
-"""What is wrong only where both are changed: no end mark, an axis that nothing states, an interval of zero."""
+"""Pairs of replacements that are wrong only together: no end mark, an unstated axis, an interval of zero."""
 
 PEAKS = {
     "knet": r"(Max\. Acc\. \(gal\)\s+)([\d.]+)",
@@ -223,11 +223,11 @@ PEAKS = {
     "cismid": r"(MAXIMUM ACCELERATION +: +-?)([\d.]+)",
     "esm": r"(PGA_CM/S\^2: )(\S+)",
 }
-"""Where the first peak is stated."""
+"""Text in front of the first stated peak, by format."""
 
 
 def corpus(form: str) -> Iterator[tuple[str, Callable[[str], bytes]]]:
-    """The ways in which a file of a form is spoilt, each with its name."""
+    """Return the mutations of a format by name."""
     first = next(iter(WHOLE[form][0].values()))
 
     def replaced(*changes: tuple[str, str]) -> Callable[[str], bytes]:

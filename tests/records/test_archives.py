@@ -1,4 +1,4 @@
-"""Archives that want to do harm: each is refused, in bounded time and memory, and nothing is written anywhere."""
+"""Malicious archives are refused in bounded time and memory, and nothing is written."""
 
 import gzip
 import io
@@ -44,7 +44,7 @@ def zip_of(members: dict[str, bytes]) -> bytes:
 
 
 def test_an_archive_with_all_volumes_gives_processed_accelerations_and_notes_on_the_rest(tmp_path):
-    """CESMD packs volumes 1, 2 and 3, PEER velocities and displacements, ESM both: such archives were refused whole."""
+    """Regression: archives with several volumes (CESMD) or velocities (PEER, ESM) were refused."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
     (second,) = FORMS["csmip2"].files(*steps).values()
     (first,) = FORMS["csmip1"].files(*steps).values()
@@ -97,7 +97,7 @@ def test_velocities_in_an_archive_of_accelerations_are_left_out(tmp_path, form, 
 
 @pytest.mark.parametrize("pack", [zip_of, tar_of])
 def test_members_that_systems_and_agencies_add_do_not_refuse_an_archive(tmp_path, pack):
-    """A Mac's resource files, its folder settings, plots of NIED, and documents, which are zip files themselves."""
+    """Resource files and folder settings of macOS, plots of NIED, and documents (zip files themselves)."""
     wave = 100.0 * np.sin(np.arange(1000) / 10)
     text = csmip_text({"360 Deg": (360, wave), "90 Deg": (90, 0.5 * wave)}, 100, volume=2).encode()
     resource = b"\0\5\x16\7\0\2\0\0Mac OS X        " + bytes(60)
@@ -115,7 +115,7 @@ def test_members_that_systems_and_agencies_add_do_not_refuse_an_archive(tmp_path
 
 
 def test_a_folder_skips_spectra_and_velocities_next_to_accelerations(tmp_path, capsys):
-    """CESMD's V3 was listed as refused next to the V2 that was read, and the exit status was 1."""
+    """Regression: CESMD's V3 was reported as refused next to the V2 that was read, with exit status 1."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
     (second,) = FORMS["csmip2"].files(*steps).values()
     spectra, folder = "RESPONSE AND FOURIER AMPLITUDE SPECTRA\n" + "1.0\n" * 50, tmp_path / "ce"
@@ -145,7 +145,7 @@ SEARCH_RESULTS = """PEER Ground Motion Database
 
 
 def test_an_archive_of_peer_is_read_in_spite_of_its_table_of_search_results(tmp_path):
-    """The whole archive was refused, because the table is no record."""
+    """Regression: the archive was refused because the table in it is not a record."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
     files = {name: text.encode() for name, text in FORMS["peer"].files(*steps).items()}
     path = tmp_path / "peer.zip"
@@ -162,7 +162,7 @@ def test_an_archive_of_peer_is_read_in_spite_of_its_table_of_search_results(tmp_
 
 
 def test_an_archive_with_an_unreadable_file_named_as_its_records_is_refused(tmp_path):
-    """A damaged vertical component must not be left out as a table that comes with the records."""
+    """A damaged vertical component must not be skipped like a table that comes with the records."""
     steps = np.random.default_rng(3).integers(-999, 999, (3, 210))
     files = [text.encode() for text in FORMS["peer"].files(*steps).values()]
     path = tmp_path / "peer.zip"
@@ -232,7 +232,7 @@ def test_harmful_archives_are_refused(tmp_path, name):
 
 
 def bomb(kind: str) -> bytes:
-    """Far more bytes, or files, than anybody needs."""
+    """Archives with too many bytes or files."""
     zeros = b"\0" * 10_000_000
     buffer = io.BytesIO()
     if kind == "zip":
@@ -258,7 +258,7 @@ def test_bombs_stay_within_a_gigabyte_and_ten_seconds_of_processor_time(tmp_path
 
 
 def test_sizes_are_counted_and_not_believed():
-    """A zip whose directory says ten bytes and whose member holds more is cut off by zipfile's own check or by ours."""
+    """A zip member with more bytes than the ten stated in the directory is refused."""
     data = bytearray(zip_of({"T.NS": b"\0" * 1000}))
     central = data.index(b"PK\x01\x02")
     data[central + 24 : central + 28] = (10).to_bytes(4, "little")

@@ -83,11 +83,11 @@ LABELLED = RecordEntry(
     epicentre_longitude_deg=172.1,
     licence="CC-BY",
 )
-"""A line of the record table that says all that it can of a record besides its samples."""
+"""Line of the record table with every column that does not affect the samples."""
 
 
 def test_labels_are_all_columns_that_change_no_sample(tmp_path):
-    """Every other column is for the reader of the files; what is read is the same whatever the labels say."""
+    """The other columns are for the reader; labels do not affect the samples."""
     assert {name for name in RecordEntry.model_fields if getattr(LABELLED, name) not in ("", None, False, 0.0)} == {
         *LABELS, "id", "source", "format",
     }  # fmt: skip

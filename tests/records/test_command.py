@@ -1,4 +1,4 @@
-"""`overturning records` as a user calls it."""
+"""The commands `overturning records …`."""
 
 import numpy as np
 import pytest

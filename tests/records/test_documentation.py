@@ -1,4 +1,4 @@
-"""docs/formats.md names every format, column, step and pulse that there is."""
+"""docs/formats.md names every format, column, processing step and pulse."""
 
 import re
 from pathlib import Path

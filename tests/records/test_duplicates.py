@@ -1,4 +1,4 @@
-"""The same samples twice: under two ids, in two formats, with other rates, digits and axes."""
+"""Duplicate records: the same samples under two ids, formats, rates, precisions or axes."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -72,7 +72,7 @@ def test_another_motion_is_no_copy(name):
 
 
 def test_the_correlation_is_that_of_the_whole_motion():
-    """Of a sum of two orthogonal motions a and b, with a share s of b, it is 1/√(1 + s²)."""
+    """The correlation of a with a + s b is 1/√(1 + s²) for orthogonal motions a and b."""
     other = np.array(OTHER) - np.array([NORTH, EAST]) * (
         np.vdot([NORTH, EAST], OTHER) / np.vdot([NORTH, EAST], [NORTH, EAST])
     )
@@ -98,7 +98,7 @@ def test_the_shipped_records_are_all_different():
 
 
 def test_two_formats_of_one_motion_in_a_study(tmp_path):
-    """PEER's seven digits of g, and columns in Gal with two decimals: two records of two earthquakes until now."""
+    """Regression: PEER's seven digits of g and columns in Gal with two decimals counted as two records."""
     for axis, wave in (("0", NORTH), ("90", EAST)):
         (tmp_path / f"a{axis}.AT2").write_text(peer_text(wave / 9.80665, 0.01, axis))
     np.savetxt(tmp_path / "b.csv", 100 * np.column_stack([NORTH, EAST]), fmt="%.2f", delimiter=",")

@@ -1,4 +1,4 @@
-"""Which earthquake a record belongs to."""
+"""Assignment of records to earthquakes."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -62,7 +62,7 @@ def test_an_origin_time_that_is_none_is_refused(tmp_path: Path, text: str) -> No
 
 
 def test_one_name_with_two_origins_is_two_earthquakes() -> None:
-    """Foreshock and mainshock of Kumamoto, 28 h apart; a record without an origin counts as the first and is named."""
+    """Kumamoto foreshock and mainshock, 28 h apart; a record without origin is assigned to the first, with a note."""
     found = decided(
         entry("fore", "Kumamoto 2016", origin_time="2016-04-14T12:26:36Z"),
         entry("main", "Kumamoto 2016", origin_time="2016-04-15T16:25:06Z"),
@@ -166,7 +166,7 @@ def test_a_start_that_is_no_date_and_time_is_named(start: str) -> None:
 
 
 def test_the_shipped_records_keep_their_earthquakes() -> None:
-    """Each name of the table is one earthquake, and none resembles another."""
+    """Each name in the record table is one earthquake, and no name resembles another."""
     entries = read_catalogue(TABLE)
     found = earthquakes_of(entries.values())
     assert found.labels == tuple(one.event for one in entries.values())
@@ -236,5 +236,5 @@ def test_records_check_and_records_add_print_it(tmp_path: Path) -> None:
     ],
 )
 def test_distances_along_great_circles(first: tuple[float, float], second: tuple[float, float], degrees: float) -> None:
-    """Of so many degrees of a sphere of 6371 km: along the equator, a meridian, and from 60° N over the pole."""
+    """Arcs of given angles on a sphere of 6371 km: along the equator, a meridian, and over the pole from 60° N."""
     assert distance_km(first, second) == pytest.approx(6371 * np.pi * degrees / 180, rel=1e-9)

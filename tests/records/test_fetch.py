@@ -1,4 +1,4 @@
-"""Fetching from a small server on the loopback address that also fails, stalls and lies."""
+"""Downloads from a server on the loopback address that also fails, stalls and sends wrong data."""
 
 import threading
 from collections.abc import Iterator
@@ -161,7 +161,7 @@ def test_fdsn_waveforms_and_metadata_make_a_record(server, tmp_path):
 
 
 def test_fdsn_reports_missing_parts_of_the_window(server, tmp_path):
-    """The server has 10 s; of a window whose shock lies outside of them nothing was said."""
+    """Regression: the server has 10 s of the requested window, and the missing part was not reported."""
     told = []
     length = COUNTS[0].size / 100
     later = {"start": str(START - 7), "end": str(START + length + 4)}

@@ -48,7 +48,7 @@ A, B, C = STEPS / 10
 
 
 def put(folder, files: dict[str, str] | str, **declared) -> Record:
-    """Write files and read them, or a text as a file of its own."""
+    """Write files (or one text as a file) and read them."""
     files = {"x.txt": files} if isinstance(files, str) else files
     for name, text in files.items():
         (folder / name).write_text(text)
@@ -104,7 +104,7 @@ def test_any_samples_written_are_read_back(form, samples):
 
 @pytest.mark.parametrize("form", [form for form in FORMS if form not in UNCOUNTED])
 def test_a_file_longer_than_its_header_promises_is_read_to_the_promise(tmp_path, form):
-    """Ten samples more than the 200 of the header, behind those of the first component."""
+    """Ten samples more than the 200 of the header, after those of the first component."""
     written = FORMS[form]
     files, longer = (written.files(*samples) for samples in (STEPS[:, :200], STEPS))
     first = next(iter(files))
@@ -122,7 +122,7 @@ def test_a_file_longer_than_its_header_promises_is_read_to_the_promise(tmp_path,
 
 @pytest.mark.parametrize("form", [form for form, written in FORMS.items() if written.peak])
 def test_every_header_peak_is_compared(tmp_path, form):
-    """Samples doubled behind the header's back are refused, and read only on trust."""
+    """A file with twice the samples of its header is refused, and read only if trusted."""
     written = FORMS[form]
     files = written.files(*STEPS)
     for name, text in written.files(*(2 * STEPS)).items():
@@ -161,7 +161,7 @@ def test_the_japanese_trios_of_peer_have_north_east_and_up_by_their_names(tmp_pa
 
 
 def test_the_borehole_trios_of_peer_are_refused_until_they_are_declared(tmp_path):
-    """NS1, EW1 and UD1 of KiK-net are of the sensor in the borehole; they were read as of the surface."""
+    """Regression: NS1, EW1 and UD1 of KiK-net (borehole) were read as surface components."""
     named = {"EW1": A, "NS1": B, "UD1": C}
     files = {f"x_{axis}.AT2": peer_text(x / 1000, 0.01, axis) for axis, x in named.items()}
     with refused(RecordError, "of the borehole sensor"):
@@ -175,7 +175,7 @@ def test_the_borehole_trios_of_peer_are_refused_until_they_are_declared(tmp_path
     "axes", [("90", "360", "HNQ"), ("HN1", "HN2", "HN3"), ("H1", "H2", "H3"), ("NS", "EW", "third")]
 )
 def test_a_third_axis_of_unknown_name_is_left_out_with_a_note_or_used_as_declared(tmp_path, axes):
-    """Every trio with a name that nobody knows was refused, and neither up, down nor none helped."""
+    """Regression: components with an unknown third axis were refused, whatever `vertical_sense` was."""
     files = {f"x_{axis}.AT2": peer_text(x / 1000, 0.01, axis) for axis, x in zip(axes, (A, B, C), strict=True)}
     known = parse_axis(axes[0])[0] is not None
     turn = {} if known else {"azimuths_deg": (90, 0)}
@@ -227,7 +227,7 @@ def test_the_location_of_a_channel_identifies_a_borehole(tmp_path, form, place):
 
 @pytest.mark.parametrize("form", ["cosmos", "csmip2"])
 def test_channels_of_several_places_in_a_structure_are_no_record(tmp_path, form):
-    """The north of the roof with the east of the third floor was a record, and nothing was said."""
+    """Regression: north of the roof and east of the third floor made a record without a note."""
     (written,) = FORMS[form].files(*STEPS).values()
 
     def text(*places: str) -> str:
@@ -254,7 +254,7 @@ def test_channels_of_several_places_in_a_structure_are_no_record(tmp_path, form)
 
 
 def test_files_of_two_places_of_one_station_are_refused_with_both_and_each_is_a_record_of_its_own(tmp_path):
-    """CESMD's CHAN001.V2…: footing and deck were one record; a free field beside a bridge made all channels none."""
+    """Regression (CESMD CHAN001.V2…): footing and deck made one record; a free-field channel made all unreadable."""
     channels = {"90 Deg": (90, A), "360 Deg": (360, B), "Up": (0, C)}
 
     def write(first: int, place: str, axes: dict[str, tuple[int, np.ndarray]]) -> None:
@@ -278,7 +278,7 @@ def test_files_of_two_places_of_one_station_are_refused_with_both_and_each_is_a_
 
 
 def test_csmip_volume_2_states_filter_event_and_origin_and_its_axis_twice(tmp_path):
-    """As the headers of 1983 and of today have them: ramps or corners, the event's name, the agency behind ORIGIN."""
+    """Headers of 1983 and of today: ramps or corners, name of the event, agency after ORIGIN."""
     text = csmip_text({"90 Deg": (90, A), "360 Deg": (360, B)}, 100, volume=2)
     record = put(tmp_path, text)
     assert record.extra["agency_processing"] == "band-pass filter .30 to 40.00 Hz"
@@ -311,7 +311,7 @@ def test_cwa_has_its_columns_in_any_order_and_sense(tmp_path):
 
 
 def test_jma_in_shift_jis_with_lines_filled_up_and_columns_in_any_order(tmp_path):
-    """As the site and as a spreadsheet write it; ``SAMPLING FREQ`` and years of two digits are in older files."""
+    """Files from the web site and from a spreadsheet; older ones have ``SAMPLING FREQ`` and two-digit years."""
     text = jma_text(A, B, C)
     (tmp_path / "a.csv").write_bytes(text.encode("shift_jis").replace(b"\n", b"\r\n"))
     record = read_path(tmp_path / "a.csv")
@@ -348,7 +348,7 @@ def test_csmnc_of_wenchuan_has_no_time_of_the_recorder_and_may_be_corrected(tmp_
     ],
 )
 def test_cismid_is_processed_where_its_comments_name_a_filter(tmp_path, comment, processed):
-    """What is taken as processed keeps its noise of long periods."""
+    """A file that counts as processed keeps its long-period noise."""
     record = put(tmp_path, cismid_text(A, B, C).replace("BASELINE CORRECTED", comment))
     assert record.extra["processed"] == processed
 
@@ -373,7 +373,7 @@ def test_nsmn_is_in_the_code_page_of_the_place(tmp_path):
 
 @pytest.mark.parametrize("name", ["Chi-Chi, Taiwan", "Chi-Chi, Taiwan-06", "Northridge-01"])
 def test_peer_names_of_earthquakes_may_have_commas(tmp_path, name):
-    """Main shock and aftershocks were all of "Chi-Chi", at stations such as "Taiwan-06, 9/25/1999, TCU065"."""
+    """Regression: main shock and aftershocks were all "Chi-Chi", at stations like "Taiwan-06, 9/25/1999, TCU065"."""
     title = f"{name}, 9/25/1999, TCU065, Taichung"
     files = {f"{axis}.AT2": peer_text(A * 1e-3, 0.01, axis).replace("Test-01, 1/17/1994, Test Receiving Sta", title)
              for axis in ("000", "090")}  # fmt: skip
@@ -402,7 +402,7 @@ def test_csmip_compares_the_sense_of_a_vertical_axis_with_its_code(tmp_path, axi
 
 @pytest.mark.parametrize("begins", ["Sta Cha:  {}", "Sta Chan:  {}", "Sta Chan   {}"])
 def test_cosmos_compares_the_axis_in_the_text_with_its_code(tmp_path, begins):
-    """After `Sta Cha:`, as in its own files, the text was not read: the code alone counted."""
+    """Regression: the axis in the text after `Sta Cha:` was not read, only the code."""
 
     def text(**codes: int) -> str:
         axes = {name: (codes.get(name.split()[0], code), x) for (name, code), x in zip(TURNED, (A, B, C), strict=True)}
@@ -425,7 +425,7 @@ def test_cosmos_compares_the_unit_in_the_text_with_its_code(tmp_path):
 
 @pytest.mark.parametrize(("clock", "start"), [("UTC", OF_COSMOS["start"]), ("GMT", OF_COSMOS["start"]), ("PDT", None)])
 def test_cosmos_starts_by_a_clock_of_utc_alone(tmp_path, clock, start):
-    """Local time was taken for UTC, seven hours early."""
+    """Regression: local time was read as UTC, seven hours early."""
     text = cosmos_text({name: (code, x) for (name, code), x in zip(TURNED, (A, B, C), strict=True)}, 0.01)
     assert put(tmp_path, text.replace("20:53:04.400 UTC", f"20:53:04.400 {clock}")).start == start
 
@@ -441,7 +441,7 @@ def test_cosmos_starts_by_a_clock_of_utc_alone(tmp_path, clock, start):
     ],
 )
 def test_names_of_stations_keep_their_letters(name, encoding):
-    """Shift-JIS made VIﾑA of VIÑA."""
+    """Regression: VIÑA in Latin-1 was decoded as Shift-JIS, VIﾑA."""
     source = SourceFile("x.v1", f"STATION {name} 1".encode(encoding))
     assert source.text == f"STATION {name} 1"
 
@@ -455,7 +455,7 @@ def test_bhrc_ends_each_component_with_a_mark(tmp_path):
 
 
 def test_an_interval_that_contradicts_the_header_s_length_is_refused(tmp_path):
-    """210 samples of 10 ms, which a header with another interval made a record of twice the length."""
+    """Regression: 210 samples of 10 ms had twice the length because of another interval in the header."""
     texts = [esm_text(A, 0.01, "HNE"), esm_text(B, 0.01, "HNN"), unam_text({"N00E": A, "N90E": B})]
     stated = ("SAMPLING_INTERVAL_S: 0.01", "SAMPLING_INTERVAL_S: 0.01", "/0.01/")
     wrong = [text.replace(old, old.replace("1", "2")) for text, old in zip(texts, stated, strict=True)]
@@ -494,7 +494,7 @@ def uneven(step: float, size: int) -> np.ndarray:
 
 
 def test_usc_is_resampled_to_even_times_with_a_note(tmp_path):
-    """Sines of 2 and 7 Hz at uneven times come out as they are at even ones; above 100 Hz nothing comes through."""
+    """Sines of 2 and 7 Hz at uneven times are resampled correctly; frequencies above 100 Hz are removed."""
     time = uneven(0.00423, 7000)
     first, second = (9 * np.sin(2 * np.pi * f * time) for f in (2.0, 7.0))
     record = put(tmp_path, {"x.s0a": usc_text({"N28W": first}, time), "x.e0a": usc_text({"S62W": second}, time)})
@@ -613,7 +613,7 @@ def test_components_of_two_stations_or_earthquakes_are_no_record(tmp_path, this,
 
 
 def test_different_agency_filters_are_listed_per_component(tmp_path):
-    """The corners of the first were said to be those of all."""
+    """Regression: the corner frequencies of the first component were reported for all."""
     files = {f"x{axis}.AT2": peer_text(x / 1000, 0.01, axis, header="old") for axis, x in (("N", A), ("E", B))}
     assert provenance(put(tmp_path, files))["agency"] == "band-pass filter 0.1 to 30.0 Hz"
     files["xE.AT2"] = files["xE.AT2"].replace("HP=0.1 Hz", "HP=0.4 Hz")
@@ -631,7 +631,7 @@ def test_components_of_two_locations_of_a_station_of_esm_are_no_record(tmp_path)
 
 @pytest.mark.parametrize(("axes", "told"), [(("5", "90"), False), (("10", "85"), True), (("350", "280"), True)])
 def test_axes_far_from_a_right_angle_are_noted(tmp_path, axes, told):
-    """One azimuth of two that is wrong by up to 26° turned the motion, and nothing was said."""
+    """Regression: one azimuth with an error of up to 26° rotated the motion without a note."""
     record = put(tmp_path, pair(A, B, axes))
     first, second = (np.radians(float(axis)) for axis in axes)
     for samples, azimuth in ((A, first), (B, second)):
@@ -667,7 +667,7 @@ def test_declarations_that_a_file_contradicts_are_ignored_with_a_note(tmp_path):
     ],
 )
 def test_location_and_flags_of_smc_are_noted(tmp_path, stated, words):
-    """Its integers 18, 25, 27 and 28, which nobody read; some files count longitude to the west."""
+    """Integers 18, 25, 27 and 28 of the header, which were ignored; some files count longitude to the west."""
     files = {f"x{n}.smc": smc_text(x, 100, axis, **stated) for n, (x, axis) in enumerate([(A, "0"), (B, "90")])}
     notes = put(tmp_path, files).notes
     assert any(words in note for note in notes) if words else notes == []
@@ -725,7 +725,7 @@ def test_all_reasons_against_a_record_are_given_at_once(tmp_path):
 
 
 def test_a_fault_normal_pulse_keeps_its_sense(tmp_path):
-    """N60E positive comes out of S60W recorded negative: the flip that would turn every gravestone round."""
+    """Samples recorded towards S60W give the opposite motion towards N60E."""
     check(put(tmp_path, pair(-A, B, ("240", "150"))), *turned(A * MG, 60, B * MG, 150), rtol=1e-6)
 
 

@@ -193,7 +193,7 @@ def test_an_archive_of_many_stations_asks_which(tmp_path):
 
 
 def test_corrections_of_the_table_turn_the_sensor(tmp_path):
-    """A sensor whose north points to N7W where magnetic north is 5° east of true: its azimuths are −2 and 88."""
+    """A sensor whose north is N7W of magnetic north, which is 5° east of true north: azimuths −2 and 88."""
     write_knet_set(tmp_path, "T", NORTH, EAST)
     entry = RecordEntry(id="t", format="kik-net", source="T", orientation_correction_deg=-7, magnetic_declination_deg=5)
     record = read_record(entry, tmp_path)
@@ -204,7 +204,7 @@ def test_corrections_of_the_table_turn_the_sensor(tmp_path):
 
 
 def test_declared_azimuths_replace_those_of_the_files_with_a_note(tmp_path):
-    """Files come in the order of their names, EW before NS, so that 0 and 90 exchange the components."""
+    """Files are sorted by name, EW before NS, so declared azimuths 0 and 90 would exchange the components."""
     write_knet_set(tmp_path, "T", NORTH, EAST)
     record = read_record(RecordEntry(id="t", format="kik-net", source="T", azimuths_deg=(0, 90)), tmp_path)
     assert record.notes == [
@@ -229,7 +229,7 @@ def test_a_record_in_several_files_has_the_hash_of_their_hashes_and_the_table_s_
 @pytest.mark.parametrize("end", ["", "\n"])
 @pytest.mark.parametrize("count", [8, 24])
 def test_the_last_line_is_whole_where_it_ends_or_is_flush(count, end):
-    """A single line has none before it to be flush with; a line with its end need not be flush."""
+    """The width of a line is compared with the one before; a single line, or one with a line end, is not."""
     text = knet_text(NORTH[:count]).rstrip("\n")
     if end and count > 8:
         text = text[: text.rindex("\n") + 1] + " ".join(text[text.rindex("\n") :].split())

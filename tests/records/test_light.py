@@ -1,4 +1,4 @@
-"""A reading job per record starts many times: what it does not need it does not import."""
+"""A job that reads a record imports only what it needs, since it is started for each record."""
 
 import subprocess
 import sys

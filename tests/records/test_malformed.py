@@ -95,7 +95,7 @@ def test_marks_of_other_systems_do_no_harm(tmp_path, form):
 
 @pytest.mark.parametrize("form", WHOLE)
 def test_random_damage_ends_in_a_named_error_or_a_record(form):
-    """Bytes changed, lost, added and moved: whatever comes, no other exception."""
+    """Random changes, losses, additions and moves of bytes cause only the documented exceptions."""
     throw = dice.Random(form)
     letters = b"0123456789 .-+EeNaf*\n\r\t,:/()=|#\x00\xff\x80ABCD"
     texts = {name: text.encode() for name, text in WHOLE[form][0].items()}
@@ -125,7 +125,7 @@ def test_random_damage_ends_in_a_named_error_or_a_record(form):
 
 
 def binary_files(folder: Path, form: str) -> tuple[Path, Path]:
-    """The file to spoil and the one that goes with it."""
+    """The file to mutate, and the one that belongs to it."""
     if form == "miniseed":
         other = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
         counts = [np.repeat(c, 10) for c in COUNTS]

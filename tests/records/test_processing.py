@@ -53,7 +53,7 @@ def test_drift_is_detected_at_the_end_of_velocity_and_displacement() -> None:
 
 @pytest.mark.parametrize("zone", ["Asia/Tokyo", "America/Los_Angeles"])
 def test_a_start_of_no_zone_is_in_utc_wherever_the_machine_stands(monkeypatch, zone) -> None:
-    """Of a `Record` of Python; it was taken for the machine's own time, and turned by nine hours in Japan."""
+    """Regression: the start of a `Record` made in Python was read as local time, nine hours off in Japan."""
     monkeypatch.setenv("TZ", zone)
     time.tzset()
     try:
@@ -111,7 +111,7 @@ def test_filters_pass_a_sine_with_the_square_of_butterworth_s_gain_and_no_shift(
 
 
 def test_a_high_pass_filter_leaves_no_drift_and_shifts_the_start():
-    """An offset and a ramp in acceleration: 18 m of displacement without the filter, millimetres with it."""
+    """Offset and ramp in acceleration give 18 m of displacement without the filter, and millimetres with it."""
     done = process(record(sine(1.0) + 0.01), [Highpass(corner_hz=0.2, order=2)])
     velocity = integrate(done.north, DT)
     displacement = integrate(velocity, DT)
@@ -123,7 +123,7 @@ def test_a_high_pass_filter_leaves_no_drift_and_shifts_the_start():
 
 @pytest.mark.parametrize("offset", [0.3, -0.05])
 def test_a_high_pass_filter_makes_no_step_of_an_offset(offset):
-    """Its steps at the ends would add as much velocity again."""
+    """Without the taper, the steps at the ends would double the velocity."""
     shaken = sine(1.0) * np.hanning(TIME.size)
     for first in ([], [RemoveMean()], [RemoveMean(), Taper(length_s=2.0)], [Detrend(order=0)]):
         speed = integrate(process(record(shaken + offset), [*first, Highpass(corner_hz=0.1)]).north, DT)
@@ -132,7 +132,7 @@ def test_a_high_pass_filter_makes_no_step_of_an_offset(offset):
 
 @pytest.mark.parametrize("step", [Lowpass(corner_hz=20), *(Resample(sampling_interval_s=s) for s in (0.004, 0.02))])
 def test_no_step_makes_spikes_of_an_offset_at_the_ends(step):
-    """Of an offset of 50 Gal the zeros beside it made 15 to 25 Gal there, the peak of a weak motion."""
+    """Regression: the zeros next to an offset of 50 Gal caused spikes of 15 to 25 Gal."""
     weak = 0.01 * sine(1.0)
     for steps in ([step, RemoveMean()], [RemoveMean(), step]):
         done = process(record(weak + 0.5), steps).north
@@ -141,7 +141,7 @@ def test_no_step_makes_spikes_of_an_offset_at_the_ends(step):
 
 
 def test_a_push_between_rest_and_rest_is_no_offset():
-    """Its filter is that of its own samples between zeros."""
+    """The result is the filtered record with zeros on both sides."""
     pulse = np.where(np.abs(TIME - TIME[-1] / 2) < 5.0, 1.0, 0.0)
     done = process(record(pulse), [Highpass(corner_hz=0.1)]).north
     between_zeros = np.pad(pulse, (done.size - pulse.size) // 2)
@@ -164,7 +164,7 @@ def test_boore_2001_takes_away_the_offsets_that_were_put_in():
 
 
 def test_a_baseline_without_effect_is_noted() -> None:
-    """A velocity whose line is zero before the record begins has no step in it; the report said it was corrected."""
+    """Regression: a fitted line that is zero before the record removes nothing, but was reported as a correction."""
     sunk = sine(2.0) + np.where(TIME < 0.05, 5.0, 0.01)  # the line at the end is zero 25 s before the first sample
     stepped = sine(2.0) + np.where(TIME > 20, 0.01, 0.0)
     done = process(record(sunk, stepped), [Baseline(fit_from_s=55)])

@@ -1,4 +1,4 @@
-"""Real files, where the environment has them: read to the figures of their own headers and of their README."""
+"""Real files, if available, are read to the values of their headers and README."""
 
 import os
 from datetime import datetime

@@ -62,7 +62,7 @@ def test_sensors_of_two_locations_are_no_record(tmp_path):
 
 
 def test_an_accelerometer_and_a_velocity_sensor_make_no_record(tmp_path):
-    """Of one station and location; north of one and east of the other passed for a record of either."""
+    """Regression: north of one station or location and east of another made a record."""
     metadata = write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0), "BNE": (90.0, 0.0), "HNE": (90.0, 0.0)})
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "BNE": E})
     with refused(RecordError, "components of 'BN' and 'HN'; they are not of one record"):
@@ -106,7 +106,7 @@ def test_a_location_code_of_blanks_is_a_sensor_of_its_own(tmp_path):
     ],
 )
 def test_components_of_two_places_and_one_without_a_start_are_no_record(tmp_path, words, values, why):
-    """Words of SAC's header: NZYEAR, STLA and STLO, KNETWK. The undated was laid beside the other's first sample."""
+    """Header words NZYEAR, STLA and STLO, KNETWK. Regression: an undated component was aligned at its first sample."""
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
     header = bytearray(paths[1].read_bytes())
     for word, value in zip(words, values, strict=True):
@@ -120,7 +120,7 @@ def test_components_of_two_places_and_one_without_a_start_are_no_record(tmp_path
 
 
 def test_a_channel_that_breaks_off_before_the_strong_motion_is_refused(tmp_path):
-    """All three were cut to what the shortest one has: 4 Gal of a motion of 100, and reading it said nothing."""
+    """Regression: all components were cut to the shortest one without a note, 4 Gal of a motion of 100."""
     write_inventory(tmp_path / "s.xml", CHANNELS)
     rise = np.linspace(0, 1, N.size) ** 2
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N * rise, "HNE": E * rise, "HNZ": (Z * rise)[:100]})
@@ -280,7 +280,7 @@ def test_sac_of_velocity_or_of_a_borehole_by_its_header_is_refused(tmp_path, key
     [(85, 2, "a spectrum"), (85, 3, "a spectrum"), (85, 4, "x and y"), (105, 0, "uneven times"), (86, 50, "volts")],
 )
 def test_sac_that_is_no_even_series_of_accelerations_is_refused(tmp_path, word, value, words):
-    """Words 85, 86 and 105 of the header: IFTYPE, IDEP and LEVEN; what it holds was read as samples."""
+    """Header words 85, 86 and 105 (IFTYPE, IDEP, LEVEN). Regression: such files were read as accelerations."""
     paths = [write_sac(tmp_path / f"{name}.sac", N / 1e5, name, 0.0, 90.0) for name in ("HNN", "HNE")]
     for path in paths:
         header = bytearray(path.read_bytes())
@@ -301,7 +301,7 @@ def test_sac_takes_its_unit_from_stationxml(tmp_path, unit, scale):
 
 
 def test_the_scale_in_a_sac_header_is_not_applied_with_a_note(tmp_path):
-    """Word 3, SCALE, which the format has and its own programs do not use; obspy's traces, times it, were others."""
+    """Header word 3, SCALE, is not used by SAC itself; obspy multiplies by it."""
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
     plain = read_path(paths, Declarations(unit="gal"))
     assert plain.notes == []
@@ -407,7 +407,7 @@ def test_columns_that_contradict_the_declaration_are_refused(tmp_path, text, col
     ],
 )
 def test_headings_that_contradict_the_declaration_are_noted(tmp_path, headings, told):
-    """East declared as north turned every direction, and nothing was said of the headings that had it right."""
+    """Regression: east declared as north was accepted without a note, although the heading contradicted it."""
     path = tmp_path / "x.csv"
     path.write_text(f"{headings}\n" + "".join(f"{n / 100},{n},{-2 * n}\n" for n in range(250)))
     record = read_path(path, Declarations(columns="time:s north:gal 90:gal", processed=True))
@@ -456,7 +456,7 @@ SCEC = "#    time(sec)      E-W({0})      N-S({0})      U-D({0})"
     ],
 )
 def test_headings_behind_a_hash_and_on_several_lines_are_read(tmp_path, headings, columns, told):
-    """Swapped axes and other units passed where the heading stood behind #, and a second heading was refused."""
+    """Regression: headings after # were ignored, and a second heading was refused."""
     separator = ";" if ";" in headings else "\t"
     rows = [separator.join(map(str, (n, n * n % 7, -2 * n, 3 * n))) for n in range(250)]
     path = tmp_path / "x.bbp"
@@ -476,7 +476,7 @@ def test_headings_behind_a_hash_and_on_several_lines_are_read(tmp_path, headings
 )
 @pytest.mark.parametrize("mark", ["# ", ""])
 def test_columns_with_a_heading_of_another_quantity_are_refused(tmp_path, unit, mark):
-    """SCEC's .vel.bbp was read as accelerations of 22 Gal."""
+    """Regression: SCEC's .vel.bbp (velocity) was read as accelerations of 22 Gal."""
     path = tmp_path / "a.vel.bbp"
     path.write_text(f"{mark}time (s)\tN-S{unit}\tE-W{unit}\n" + "".join(f"{n / 100}\t{n}\t{-n}\n" for n in range(250)))
     declared = {"columns": "time:s north:gal east:gal", "processed": True}
@@ -486,7 +486,7 @@ def test_columns_with_a_heading_of_another_quantity_are_refused(tmp_path, unit, 
 
 
 def test_one_file_per_component_is_declared_by_the_names_of_the_files(tmp_path):
-    """Three files of one column had no way in; of two, one axis was taken by azimuths against its own column."""
+    """Regression: one file per component could not be declared."""
     axes = {"n": N / 1e3, "e": E / 1e3, "z": Z / 1e3}
     for stem in ("a", "b"):
         for axis, samples in axes.items():

@@ -23,7 +23,7 @@ CHANNELS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
 
 @pytest.mark.parametrize("factor", [10.0, 2.0, 1.06, 0.1])
 def test_a_gain_that_its_stages_contradict_is_refused(tmp_path, factor):
-    """A factor of ten in every acceleration was read with a line of warning."""
+    """Regression: a gain wrong by a factor of ten only gave a warning."""
     metadata = write_inventory(tmp_path / "s.xml", CHANNELS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     assert read_path(waves).notes == []
@@ -39,7 +39,7 @@ def test_a_gain_that_its_stages_contradict_is_refused(tmp_path, factor):
 
 
 def test_two_epochs_that_fit_and_differ_are_refused(tmp_path):
-    """An epoch without an end: obspy takes the first that fits, here a gain of a quarter of the right one."""
+    """An epoch without an end: obspy uses the first that fits, here with a quarter of the correct gain."""
     older, newer = (obspy.read_inventory(write_inventory(tmp_path / "s.xml", CHANNELS, gain=g)) for g in (1e5, 4e5))
     for inventory, year in ((older, 1990), (newer, 2000)):
         for channel in inventory[0][0]:
@@ -61,7 +61,7 @@ def test_two_epochs_that_fit_and_differ_are_refused(tmp_path):
 
 
 def test_an_epoch_that_ends_while_the_trace_goes_on_is_refused(tmp_path):
-    """A new gain 2 s after the first sample counted for nothing; an old epoch's end without a new one is no change."""
+    """Regression: a gain that changes 2 s after the start was ignored. The end of an epoch alone is no change."""
     older, newer = (obspy.read_inventory(write_inventory(tmp_path / "s.xml", CHANNELS, gain=g)) for g in (1e5, 4e5))
     for channel in older[0][0]:
         channel.end_date = START + 2
@@ -106,7 +106,7 @@ def test_a_negative_gain_reverses_the_polarity_with_a_note(tmp_path):
 
 @pytest.mark.parametrize(("code", "unit"), [("HN", "M/S**2"), ("HH", "M/S")])
 def test_a_response_without_stages(tmp_path, code, unit):
-    """The gain alone will do for an accelerometer; a velocity sensor needs its stages: "list index out of range"."""
+    """An accelerometer needs only the gain, a velocity sensor its stages (regression: IndexError)."""
     path = write_inventory(tmp_path / "s.xml", {f"{code}N": (0.0, 0.0), f"{code}E": (90.0, 0.0)}, unit=unit)
     inventory = obspy.read_inventory(path)
     for channel in inventory[0][0]:
@@ -163,7 +163,7 @@ def test_an_unknown_orientation_is_not_read_as_north(tmp_path, text):
 
 
 def test_channel_codes_name_the_axes_if_sac_and_stationxml_do_not(tmp_path):
-    """SAC as obspy writes it has no CMPAZ; azimuths in the order of the file names made HNE north."""
+    """SAC files from obspy have no CMPAZ. Regression: azimuths in the order of file names made HNE north."""
     files = {
         code: write_sac(tmp_path / f"T.{code}.sac", x / 1e5, code, None, None)
         for code, x in zip(CHANNELS, (N, E, Z), strict=True)
@@ -228,7 +228,7 @@ def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_pa
 
 
 def test_a_warning_of_obspy_is_a_note_on_the_file(tmp_path, monkeypatch):
-    """It reached the terminal raw, with a path of the machine and a line of obspy's code."""
+    """Regression: obspy's warning was printed with its path and source line."""
     write_inventory(tmp_path / "s.xml", CHANNELS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     merge = obspy.Stream.merge

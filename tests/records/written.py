@@ -1,4 +1,4 @@
-"""One record of three components in every text format: how it is written, and what must be read back."""
+"""One record of three components in every text format, and the values that must be read back."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -36,7 +36,7 @@ G = 9.80665
 
 @dataclass(frozen=True)
 class Written:
-    """A text format: whole numbers of its smallest step in, files out, and what the record must state."""
+    """Text format: function that writes files from multiples of its smallest step, and expected metadata."""
 
     write: Callable[..., dict[str, str]]  # first and second axis and, but for ``up`` None, vertical samples
     step: float  # smallest difference of two samples in the unit of the file
@@ -53,7 +53,7 @@ class Written:
         return self.write(*(np.round(x * self.step, 6) for x in samples))
 
     def north_east(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """By projecting onto each axis's own direction (right angles only), not by the package's solver; m/s²."""
+        """Expected values, m/s², by projection onto the axes (right angles only), without the solver of the package."""
         angles = np.radians(self.axes)
         return (
             self.step * self.unit * np.array([f(angles[0]) * first + f(angles[1]) * second for f in (np.cos, np.sin)])
@@ -204,4 +204,4 @@ FORMS: dict[str, Written] = {
          "origin_time": "2016-10-30T06:40:18Z"},
     ),
 }  # fmt: skip
-"""By name; what is not among the formats' names in the record table is a volume or an age of one."""
+"""Formats by name; names that are not in the record table are volumes or versions of a format."""

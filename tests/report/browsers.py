@@ -73,7 +73,7 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 def answers(kind: str, pages: dict[str, tuple[str, str]], profile: Path) -> dict[str, Any]:
-    """What async scripts return, each inside its page, by name; the test is skipped where there is no such browser."""
+    """Run async scripts inside their pages and return their results by name; skip the test without a browser."""
     programs, options = PROGRAMS[kind]
     program = next((found for name in programs if (found := shutil.which(name))), None)
     if program is None:

@@ -1,4 +1,4 @@
-"""What the report says of its convergence check, and of the spread over the neighbourhood of each case."""
+"""Sentences of the report on the convergence check and on disagreement between members."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -106,7 +106,7 @@ def test_what_was_not_run_again() -> None:
 
 
 def test_beside_the_exact_rigid_block() -> None:
-    """Of 200 cells 3 have another flag and 5 of those that fall in both another side; of 160 undivided ones 1 and 2."""
+    """3 of 200 cells change their flag and 5 their side; among the 160 with agreeing members 1 and 2."""
     assert "rigid" not in text_of(section())
     counts = COUNTS | {"flags": 3, "sides": 5, "sides_undivided": 2, "sides_agreed": 1}
     shown = section(members=24, rigid=counts | {"cells": 200})
@@ -139,7 +139,7 @@ def test_a_count_of_all_cells_has_no_sampling_interval() -> None:
 
 
 def test_sides_that_change_although_all_members_agree_have_a_row() -> None:
-    """Of 29 falls that change sides 21 are of cases whose members all fall, and 10 of cases whose members fall one way.
+    """21 of 29 falls that change sides are in cases whose members all fall, 10 in cases whose members fall one way.
 
     That they are divided over the side the flags alone do not show.
     """
@@ -167,7 +167,7 @@ def test_the_share_of_falls_in_space_that_go_elsewhere_under_nearly_the_same_mot
 
 
 def test_of_no_case_nothing_is_told() -> None:
-    """Of no cells all had the rigid block's flag, and of no undivided neighbourhood 0.0 % changed."""
+    """Regression: shares of zero cells were printed, such as "all" or 0.0 %."""
     none = COUNTS | {"undivided": 0, "flags_undivided": 0}
     told = text_of(section(members=24, rigid=none | {"cells": 200})).partition("Blocks of µ")[2].partition("\n")[0]
     assert "is not divided" not in told

@@ -170,7 +170,7 @@ def late() -> xr.Dataset:
 def said(
     request: pytest.FixtureRequest, rendered: tuple[str, bytes], hostile: Path, tmp_path_factory: Any
 ) -> dict[str, Any]:
-    """What each page answers, in each browser."""
+    """Return the results of each page in each browser."""
     film = two_panels()
     time = np.arange(0, 1.2, 0.01)
     motion = Motion(7.0 * np.sin(2 * np.pi * time), 3.0 * np.sin(2 * np.pi * time), sampling_interval=0.01)

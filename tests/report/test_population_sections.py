@@ -1,4 +1,4 @@
-"""What the sections on a cemetery and on soft ground say of rates that are known."""
+"""Sections on cemeteries and soft ground for known fall rates."""
 
 import json
 from collections.abc import Callable

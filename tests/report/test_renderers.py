@@ -53,7 +53,7 @@ def drawn(pages: bytes) -> int:
 
 
 def shown_on_page(page: str) -> str:
-    """What can be read on a page, its descriptions of figures too."""
+    """Return the readable text of a page, with the descriptions of figures."""
     body = page[page.index("<body>") :]
     seen = re.findall(r'(?:aria-label|alt)="([^"]*)"', body)
     body = re.sub(r"<svg.*?</svg>|<script.*?</script>", "", body, flags=re.DOTALL)

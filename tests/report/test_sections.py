@@ -1,4 +1,4 @@
-"""What the sections say of results that are made in memory."""
+"""Sections of the report for results made in memory."""
 
 import json
 import re
@@ -170,7 +170,7 @@ def test_alignment_by_shape_is_the_mean_over_earthquakes(report: Report, one_rec
 def test_an_earthquake_whose_falls_go_every_way_counts_in_the_alignment_by_shape(
     report: Report, one_record: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of three earthquakes with falls one has cos 2Δ = 0.5 and an axis, one 0.02 and none, one nothing that counts."""
+    """Three earthquakes with falls: one with cos 2Δ = 0.5 and an axis, one with 0.02 and none, one not counted."""
     dims = ("event", "b_over_h", "friction")
     values = {"cosine": [0.5, 0.02, np.nan], "axis": [30.0, np.nan, np.nan], "falls": [True] * 3}
     axes = xr.Dataset({name: (dims, np.tile(np.reshape(one, (3, 1, 1)), (1, 3, 1))) for name, one in values.items()})
@@ -193,7 +193,7 @@ def test_only_of_a_scene_that_is_its_own_mirror_image_the_halves_of_a_map_mirror
 
 
 def test_maps_in_which_nothing_falls_do_not_stand_first(one_record: Make) -> None:
-    """Of six records with an earthquake each the first stands in the map; where all do, the first four are shown."""
+    """Six records of six earthquakes: the first has a place on the map; if all have, the first four are shown."""
     results = one_record(6)
     cube = results.cube.assign_coords(event=("record", list("abcdef")))
     for stands, first in ((0, [1, 2, 3, 4]), (slice(None), [0, 1, 2, 3])):
@@ -275,7 +275,7 @@ def test_a_record_without_names_is_called_by_its_id(one_record: Make) -> None:
     ],
 )
 def test_opposite_azimuths_are_one_axis(one_record: Make, azimuth: list[float], period: float, one: bool) -> None:
-    """Of a scene without mirror image, too, where they are two cases: its falls could go along no other axis."""
+    """The same for a scene without mirror symmetry, whose falls could have no other axis."""
     results = one_record()
     cube = results.cube.isel(azimuth=[0, 1]).assign_coords(azimuth=("azimuth", azimuth, {"period": period}))
     assert replace(results, cube=cube).one_axis is one

@@ -1,4 +1,4 @@
-"""Synthetic cubes whose answer is known."""
+"""Synthetic cubes with known answers."""
 
 from collections.abc import Callable, Sequence
 
@@ -64,7 +64,7 @@ def lognormal_curve(
     measure: tuple[str, str] = ("PGA", "g"),
     most: float = 2.0,
 ) -> Fragility:
-    """The curve of shares that keep to one, of eight earthquakes, from an intensity of 0.1 to the most."""
+    """Fall rates of eight earthquakes that follow one fragility curve, from an intensity of 0.1 on."""
     x = np.tile(np.geomspace(0.1, most, 20), 4)
     return fragility(name, measure, x, norm.cdf(np.log(x / median) / spread), np.repeat(list("abcdefgh"), 10))
 

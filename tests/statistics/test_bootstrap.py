@@ -1,4 +1,4 @@
-"""Means over earthquakes and their intervals, by hand and beside scipy."""
+"""Means over earthquakes and their intervals, compared with hand computation and SciPy."""
 
 import math
 
@@ -54,7 +54,7 @@ def test_the_tail_is_that_of_hesterbergs_table() -> None:
 
 
 def test_the_interval_of_the_fewest_holds_a_mean_in_19_of_20_samples() -> None:
-    """The plain percentile of eight holds it in 88 %."""
+    """The plain percentile interval for eight earthquakes covers the mean in 88 %."""
     generator, held = np.random.default_rng(1), 0
     for seed in range(1000):
         low, high = bootstrap(mean_of_sample, generator.normal(size=FEWEST_EARTHQUAKES), draws=1000, seed=seed)
@@ -63,13 +63,13 @@ def test_the_interval_of_the_fewest_holds_a_mean_in_19_of_20_samples() -> None:
 
 
 def test_each_end_rests_on_several_resamples() -> None:
-    """At 99 % a tail of eight holds 1 in 10,000 resamples: of 100 the ends would be the extremes."""
+    """At 99 % and n = 8, a tail has 1 in 10,000 resamples; with 100 resamples the bounds would be the extremes."""
     few, many = (bootstrap(mean_of_sample, MEANS, level=0.99, draws=draws) for draws in (100, 300_000))
     assert few == pytest.approx(many, abs=0.03)
 
 
 def test_a_share_on_which_all_earthquakes_agree_has_its_exact_bound() -> None:
-    """By SciPy's Clopper–Pearson bounds of n of n earthquakes; the bootstrap gave an interval without width."""
+    """Compared with SciPy's Clopper–Pearson bound for n of n; a bootstrap would give an interval of zero width."""
     for n in (1, 4, 11):
         exact = stats.binomtest(n, n, alternative="greater").proportion_ci(0.95, method="exact")
         assert unanimous_share_interval(np.ones(n)) == pytest.approx((exact.low, 1.0))

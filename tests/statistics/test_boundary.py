@@ -48,7 +48,7 @@ def test_falls_beyond_the_grid(make_cube, sector) -> None:
 
 
 def test_no_boundary_above_the_largest_known_outcome(make_cube, sector) -> None:
-    """Towards 60° what falls up to B/H 0.3 was not told above: the boundary lies above 0.3, not above 0.5."""
+    """Towards 60° outcomes above B/H 0.3 are missing: the boundary lies above 0.3, not above 0.5."""
     cube = make_cube(sector(60, 20))
     untold = (cube["azimuth"] % 180 == 60) & (cube["b_over_h"] > 0.3)
     bounds = boundary(cube.assign(overturned=cube["overturned"].where(~untold)))
@@ -108,7 +108,7 @@ def test_missing_outcomes_do_not_count_as_falls(make_cube) -> None:
 
 
 def test_a_plane_without_known_outcomes_is_not_the_hardest(make_cube) -> None:
-    """Up to B/H = 0.3 ± 0.1 all fall: three times as easily along 60° as across, whatever plane 30 does."""
+    """Blocks fall up to B/H = 0.3 ± 0.1, along 60° more easily than across; a missing plane does not matter."""
     cube = make_cube(lambda a, _, s, __: np.where(s <= 0.3 + 0.1 * np.cos(np.radians(2 * (a - 60))), 1, 0))
     cube["overturned"][{"azimuth": cube["azimuth"] % 180 == 30}] = np.nan
     easiest = easiest_azimuth(boundary(cube), cube["b_over_h"])

@@ -1,4 +1,4 @@
-"""Groups of records by what describes them."""
+"""Groups of records by their coordinates."""
 
 import numpy as np
 import pytest

@@ -150,7 +150,7 @@ def test_the_common_axis_of_unit_vectors_is_tested_as_by_rayleigh(angles: list[f
 
 
 def test_two_vectors_have_a_common_axis_by_their_angle() -> None:
-    """Of two unit vectors the resultant is longer the smaller their angle, which is uniform up to 180°."""
+    """For two unit vectors the p-value follows from their angle, which is uniform up to 180°."""
     for angle in (4.0, 30.0, 120.0):
         found = common_axis_test(np.cos(np.radians([0, angle])), np.sin(np.radians([0, angle])))
         assert found.p_value == pytest.approx(angle / 180, abs=0.02)
@@ -185,7 +185,7 @@ def test_a_common_axis_is_found_where_there_is_one_and_seldom_where_there_is_non
 def test_shares_of_sectors_by_hand(
     angles: list[float], weight: list[float] | None, wide: float, shares: dict[int, float]
 ) -> None:
-    """24 sectors of 15°, the first from −7.5° to 7.5°; several degrees are shared out by their overlap with each."""
+    """24 sectors of 15°, the first from −7.5° to 7.5°; a step of several degrees is distributed by overlap."""
     found = sector_shares(angles, None if weight is None else np.array(weight), wide)
     expected = np.zeros(24)
     expected[list(shares)] = list(shares.values())

@@ -16,10 +16,10 @@ GROUPS = {1: "with a velocity pulse", 0: "without (control)"}
 CLUSTERS = {1: [2, 1, 1, 1, 1, 1, 1, 2, 1, 2, 1], 0: [2, 2, 1, 2, 1, 2, 1, 2, 1]}
 """Records of each earthquake of the default study with a pulse (11 earthquakes) and without (9)."""
 NUMBERS = {1: list(range(11)), 0: [0, 3, 5, 7, 8, 9, 11, 12, 13]}
-"""Which earthquakes these are: six have records in both groups."""
+"""Index of the earthquake of each record; six earthquakes have records in both groups."""
 SLENDERNESS = (0.2, 0.3, 0.4)
 HALF_WIDTHS = (10, 20, 30, 40)
-"""Degrees on either side of its axis within which a block falls."""
+"""Half-width of the azimuths in which a block falls about its axis, degrees."""
 SCATTER = 0.7
 """Standard deviation of the doubled axes of the blocks of a record, rad: with it a record has a resultant of 0.7."""
 REPLICATES = 1600
@@ -28,7 +28,7 @@ TOGETHER = 50
 
 
 class DataSet(NamedTuple):
-    """Summaries of both groups by name, and their difference where it was asked for."""
+    """Summaries of both groups by name, and optionally their difference."""
 
     groups: dict[str, AxisSummary]
     difference: Mean | None
@@ -45,7 +45,7 @@ def rule_of(axes_deg: np.ndarray, half_width: int) -> Rule:
 
 
 def expected_alignment(kappa: float) -> float:
-    """E cos 2Δ of von Mises' distribution, a normal scatter, and planes that are spread evenly over a sector."""
+    """Expected cos 2Δ for a von Mises distribution, a normal scatter, and planes uniform in a sector."""
     wide = 2 * np.radians(HALF_WIDTHS)
     return float(iv(2, kappa) / iv(0, kappa) * np.exp(-(SCATTER**2) / 2) * np.mean(np.sin(wide) / wide))
 
@@ -69,7 +69,7 @@ def synthetic_cube(generator: np.random.Generator, kappa: float) -> xr.Dataset:
 
 @cache
 def data_sets(kappa: float) -> list[DataSet]:
-    """Summaries, as the report has them, of data sets of one κ; 0 is isotropic."""
+    """Summaries of data sets with one κ, computed as in the report; κ = 0 is isotropic."""
     generator, found = np.random.default_rng(42), list[DataSet]()
     for _ in range(REPLICATES // TOGETHER):
         groups = axes_by_group(synthetic_cube(generator, kappa))
@@ -88,7 +88,7 @@ def data_sets(kappa: float) -> list[DataSet]:
 @pytest.mark.parametrize("pulse", [1, 0])
 @pytest.mark.parametrize("kappa", [0.0, 1.0, 3.0])
 def test_intervals_of_the_alignment_hold_the_truth(kappa: float, pulse: int) -> None:
-    """The plain percentile held it in 88 to 92 %, and found a preference where there is none in 9 %."""
+    """The plain percentile interval covered 88 to 92 %, and showed a false preference in 9 %."""
     found, truth = [one.groups[GROUPS[pulse]].alignment for one in data_sets(kappa)], expected_alignment(kappa)
     assert {one.n for one in found} == {len(CLUSTERS[pulse])}
     assert np.mean([one.value for one in found]) == pytest.approx(truth, abs=0.02)
@@ -107,7 +107,7 @@ def test_intervals_of_the_difference_of_groups_hold_the_truth(kappa: float) -> N
 @pytest.mark.long
 @pytest.mark.parametrize("group", GROUPS.values())
 def test_a_mean_axis_is_given_where_there_is_one(group: str) -> None:
-    """Without a test 93 % of isotropic data sets had one; κ = 3 of directions leaves a mean cos 2Δ of 0.31."""
+    """Without a test 93 % of isotropic data sets had an axis; κ = 3 of directions gives a mean cos 2Δ of 0.31."""
     given = {kappa: np.mean([np.isfinite(one.groups[group].axis_deg) for one in data_sets(kappa)]) for kappa in (0, 3)}
     assert given[0] <= 0.07
     assert given[3] >= 0.25

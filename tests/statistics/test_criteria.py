@@ -1,4 +1,4 @@
-"""The field's criteria against closed forms and the rocking block; their scores against counts by hand."""
+"""Published criteria compared with closed forms and the rocking block; their scores counted by hand."""
 
 import math
 from collections.abc import Callable
@@ -65,7 +65,7 @@ def test_branches_of_kaneko_and_hayashi_meet(height: float, slender: float) -> N
 
 
 def one_sine(factors: Any, ratio: float, height: float, slender: float) -> np.ndarray:
-    """Sides to which the rocking block falls under sines of so many times West's acceleration and ω = ratio p."""
+    """Return the sides of the rocking block under sines of given multiples of West's acceleration, ω = ratio p."""
     period = 2 * math.pi / (ratio * float(frequency_parameter(height, slender)))
     motion = Motion(np.sin(2 * math.pi * np.arange(801) / 800), np.zeros(801), sampling_interval=period / 800)
     return rocking(
@@ -74,7 +74,7 @@ def one_sine(factors: Any, ratio: float, height: float, slender: float) -> np.nd
 
 
 def pulse_factor(criterion: Any, ratio: float, height: float, slender: float) -> float:
-    """Multiple of West's acceleration at which a block falls by a criterion under a one-sine pulse of ω = ratio p."""
+    """Return the multiple of West's acceleration from which a criterion predicts a fall for a sine with ω = ratio p."""
     pgv_over_pga = 2 / (ratio * float(frequency_parameter(height, slender)))
     return float(criterion(height, slender, pgv_over_pga)) / (9.80665 * slender)
 
@@ -193,7 +193,7 @@ FIRST, SECOND = "Kaneko–Hayashi", "pulse, one impact"
 def scores_where_the_first_is_right(
     make_cube: Callable[..., xr.Dataset], generator: np.random.Generator, odds: tuple[float, float]
 ) -> CriteriaScores:
-    """Scores of 14 earthquakes; where the two criteria differ, the first is right as often as a beta deviate says."""
+    """Scores of 14 earthquakes; if the two criteria differ, the first is right with a beta-distributed probability."""
     azimuth = np.arange(0, 180, 15)
     kind = generator.integers(4, size=(14, azimuth.size))
     right = generator.random(kind.shape) < generator.beta(*odds, size=(14, 1))
@@ -211,7 +211,7 @@ def scores_where_the_first_is_right(
 
 @pytest.mark.long
 def test_equal_criteria_are_not_ranked_and_different_ones_are(make_cube: Callable[..., xr.Dataset]) -> None:
-    """Whichever had more skill was said to predict best, of two alike as well."""
+    """Regression: the criterion with the higher skill was called the best even if two were equal."""
     generator = np.random.default_rng(42)
     alike = [scores_where_the_first_is_right(make_cube, generator, (2, 2)) for _ in range(400)]
     assert {one.best.name for one in alike} == {FIRST, SECOND}
@@ -225,7 +225,7 @@ def test_equal_criteria_are_not_ranked_and_different_ones_are(make_cube: Callabl
 
 
 def test_blocks_of_which_nearly_all_stand_hardly_count(make_cube: Callable[..., xr.Dataset]) -> None:
-    """The weight of a block is f(1 − f): by hand for one of which half falls and one of which 1 in 50 does."""
+    """The weight of a block is f(1 − f): by hand for f = 1/2 and f = 1/50."""
     azimuth = np.arange(0, 180, 3.6)
     strong = np.arange(50) < 25
     pga = STANDARD_GRAVITY * np.where(strong, 0.9, 0.25)

@@ -193,7 +193,7 @@ def test_a_rose_of_planes_weighs_earthquakes_and_shows_blocks_that_just_fall(mak
 @pytest.mark.parametrize("step", [5, 10, 15, 20, 30, 45])
 @pytest.mark.parametrize("from_normal", [False, True])
 def test_a_rose_of_falls_every_way_is_round_whatever_the_step_of_the_azimuths(make_cube, step, from_normal) -> None:
-    """Of azimuths 10° apart every other sector held two, of those 30° apart every other none."""
+    """Regression: with a step of 10° every second sector had two azimuths, with 30° every second none."""
 
     def every_way(azimuth: np.ndarray, _: np.ndarray, __: np.ndarray, friction: np.ndarray) -> np.ndarray:
         return np.where(friction < 0.5, 1, -1) * np.where(azimuth < 180, 1, -1)
@@ -220,7 +220,7 @@ def test_aligned_and_scattered(axes) -> None:
 
 
 def test_bootstrap_interval_covers() -> None:
-    """Of samples from a known distribution about nine tenths of the 90 % intervals hold its mean axis."""
+    """For samples from a known distribution about 90 % of the 90 % intervals cover the mean axis."""
     generator, held = np.random.default_rng(5), 0
     for _ in range(200):
         angle = np.degrees(generator.vonmises(math.radians(40), 4.0, size=12)) / 2

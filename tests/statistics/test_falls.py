@@ -1,4 +1,4 @@
-"""Falls by azimuth, shares, mean directions and axes of cubes whose answer is known; falls of elements."""
+"""Falls by azimuth, shares, mean directions and axes of cubes with known answers; falls of elements."""
 
 import numpy as np
 import pytest
@@ -148,7 +148,7 @@ def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
 
 
 def test_the_ends_of_a_part_of_the_circle_do_not_stand_for_the_rest_of_it(make_cube, sector) -> None:
-    """Of twelve planes from 30 to 85° those from 40° on fall, each once."""
+    """Of twelve planes from 30° to 85°, those from 40° on fall, each counted once."""
     part = np.arange(30, 90, 5)
     assert plane_weight(part) == pytest.approx(np.full(12, 1 / 12))
     assert plane_weight(part, whole_circle=True)[[0, 1, -1]] == pytest.approx([65 / 180, 5 / 180, 65 / 180])
@@ -159,7 +159,7 @@ def test_the_ends_of_a_part_of_the_circle_do_not_stand_for_the_rest_of_it(make_c
 
 
 def test_two_parts_of_the_circle_stand_for_themselves_only() -> None:
-    """Azimuths near both faces of a stone: the ends of both parts count like their middles."""
+    """A study of azimuths near both faces of a stone: the end planes of both parts have full weight."""
     both = [*range(0, 25, 5), *range(90, 115, 5)]
     assert plane_weight(both) == pytest.approx(np.full(10, 1 / 10))
     not_computed, step = gaps_of(both)
@@ -236,7 +236,7 @@ def test_not_a_cube() -> None:
 
 
 def test_something_falls_where_any_element_does() -> None:
-    """Of five cases one has no outcome; in the others none, the lintel, a pillar before it, and the pillar fall."""
+    """One of five cases has no outcome; in the others fall: nothing, the lintel, a pillar before it, the pillar."""
     flags = np.array([[[0, 0], [0, 1], [-1, 1], [1, 0], [np.nan, np.nan]]])
     times = np.array([[[np.nan, np.nan], [np.nan, 3.0], [1.0, 2.0], [5.0, np.nan], [np.nan, np.nan]]])
     dims = ("record", "azimuth", "element")

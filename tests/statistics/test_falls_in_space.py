@@ -1,4 +1,4 @@
-"""Falls in space: each number against one worked out by hand or by another library."""
+"""Falls of the 3-D model, compared with hand computation or another library."""
 
 from collections.abc import Sequence
 
@@ -34,7 +34,7 @@ DIMENSIONS = ("record", "orientation", "height", "b_over_h", "aspect", "friction
 def space_cube(
     seed: int = 1, events: Sequence[str] = EVENTS, spread: float = 30.0, normals: np.ndarray = NORMALS
 ) -> xr.Dataset:
-    """Blocks that fall, two of three, about 20° clockwise of the fault normal or the other way."""
+    """Two of three blocks fall, about 20° clockwise of the fault normal or opposite to it."""
     generator = np.random.default_rng(seed)
     shape = (len(events), 6, 2, 3, 1, 2)
     normals = normals[: len(events)]
@@ -253,7 +253,7 @@ def test_a_reference_known_of_few_records_is_not_closest_by_those_alone() -> Non
 
 
 def test_every_part_of_the_slenderness_is_reported_whatever_its_interval_says() -> None:
-    """Of six parts two have an interval that excludes 0; reporting these alone would be a selection."""
+    """Two of six parts have an interval that excludes 0; reporting only these would be a selection."""
     parts, names = ["B/H 0.1", "B/H 0.2", "B/H 0.3"], ("with a velocity pulse", "without (control)")
     heads = [
         [Mean(9, 0.1, -0.2, 0.4), Mean(9, 0.5, 0.2, 0.8), Mean(9, 0.11, -0.1, 0.3), Mean(8, -0.12, -0.4, 0.2)],

@@ -1,4 +1,4 @@
-"""Lognormal curves found again in shares made from them, and OpenQuake's format read by another program's rules."""
+"""Fits recover the lognormal curves of synthetic shares; files follow the rules of OpenQuake."""
 
 import configparser
 import csv
@@ -37,7 +37,7 @@ def test_counts_of_stones_that_fell() -> None:
 
 
 def test_a_curve_is_found_where_strong_records_fell_nothing() -> None:
-    """Rates of 64 stones under 28 records; full steps go to and fro for ever. The maximum is by SciPy's BFGS."""
+    """Rates of 64 stones under 28 records, for which full Newton steps oscillate; reference: SciPy's BFGS."""
     pga = [
         *(0.413, 0.432, 0.287, 0.426, 0.368, 0.504, 0.623, 0.728, 0.680, 0.640, 0.214, 0.722, 0.261, 0.422, 0.635),
         *(0.677, 0.265, 1.053, 0.385, 0.489, 0.498, 1.400, 0.752, 0.417, 0.289, 0.433, 0.898, 0.316),
@@ -77,7 +77,7 @@ def test_the_interval_is_that_of_all_samples_of_earthquakes() -> None:
 
 
 def functions_of(curves: list[Fragility], folder: Path) -> list[ElementTree.Element]:
-    """The functions of curves as OpenQuake reads them."""
+    """Return the functions of curves as OpenQuake reads them."""
     write_openquake(curves, folder / "f.xml", "gravestones")
     return ElementTree.parse(folder / "f.xml").getroot()[0].findall(f"{NRML}fragilityFunction")
 
@@ -126,7 +126,7 @@ def test_formats(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("between", "within"), [(0.5, 0.3), (0.15, 0.45), (0.0, 0.4)])
 def test_spread_of_records_is_separated_from_that_of_stones(between: float, within: float) -> None:
-    """60 records that each are so much stronger than their intensity says, 200 stones that each take so much more.
+    """60 records with random effects on the intensity, and 200 stones with random capacities.
 
     The median that every record has is drawn; the standard error of a spread of 60 values is 9 % of it.
     """

@@ -1,4 +1,4 @@
-"""A cube of half of the azimuths says the same as the whole one: φ and φ + 180° are one plane."""
+"""Half of the azimuths give the same statistics as all: φ and φ + 180° are one plane."""
 
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -134,14 +134,14 @@ def test_a_stone_before_a_wall_does_not_fall_against_it() -> None:
 
 
 def test_falls_of_stones_turned_every_way_before_walls_go_where_they_go() -> None:
-    """Those that face 180 to 355 fall backwards, towards 0 to 175, the others stand: nothing falls elsewhere."""
+    """Stones that face 180° to 355° fall backwards, towards 0° to 175°; the others stand."""
     prediction = SitePrediction(before_a_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), background=0)
     density = prediction.density()
     assert density[prediction.azimuth < 180].sum() == pytest.approx(1)
 
 
 def test_half_a_circle_leaves_the_other_half_of_a_scene_missing() -> None:
-    """Of one that faces 250, in the gap of 185° between 175 and 0, there is no answer."""
+    """A stone that faces 250°, in the gap of 185° between 175° and 0°, has no answer."""
     half = before_a_wall(np.ones_like, AZIMUTH[FIRST])
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
     assert SitePrediction(half, background=0).sides(stone).tolist() == [0.5, *[0.125] * 4]

@@ -80,7 +80,7 @@ def test_intervals_hold_the_truth_and_estimates_are_unbiased_for_14_earthquakes(
 
 
 def test_no_interval_if_the_fit_depends_on_one_earthquake() -> None:
-    """All that falls is of one earthquake, or a predictor varies in one alone."""
+    """All falls are in one earthquake, or a predictor varies in one earthquake only."""
     x, event = np.linspace(-1, 1, 40), np.arange(40) // 4
     falls = np.where(event == 5, np.arange(40) % 2, 0)
     fit = logistic_fit(x[:, None], falls, event)
@@ -134,7 +134,7 @@ def test_the_note_states_why_a_fit_fails(outcome: list[int], word: str) -> None:
 
 @pytest.mark.parametrize("earthquakes", [1, 2, 7, 8])
 def test_few_earthquakes_give_no_interval(earthquakes: int) -> None:
-    """Fewer than eight give none anywhere."""
+    """Fewer than eight earthquakes give no interval."""
     fit = logistic_fit(np.array(TEMPERATURE)[:, None], DISTRESS, np.arange(23) % earthquakes)
     assert np.isfinite(fit.coefficient).all()
     assert np.isfinite([fit.low, fit.high]).all() == (earthquakes == 8)

@@ -1,4 +1,4 @@
-"""Shares of divided cells against closed forms at known probabilities."""
+"""Shares of cells in which members disagree, compared with closed forms at known probabilities."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from overturning.study.ensemble import is_converged
 
 @pytest.mark.parametrize("chances", [(0.02, 0.0), (0.05, 0.05), (0.3, 0.0), (0.1, 0.85), (0.5, 0.45), (0.97, 0.02)])
 def test_shares_of_divided_cells_do_not_hang_on_which_runs_were_left_out(chances: tuple[float, float]) -> None:
-    """Of many cells of known chances; the first batch says in closed form how many are divided.
+    """Estimates for many cells with known probabilities; the first batch has a closed form.
 
     Counted over the runs of each cell, its stopping is part of the share: 0.48 in place of 0.34 for (0.1, 0.85).
     """
@@ -51,6 +51,6 @@ def test_shares_of_divided_cells_do_not_hang_on_which_runs_were_left_out(chances
     [(0, 0, 0, 0), (3, 0, 1, 0), (8, 0, 0, 0), (5, 1, 1, 1), (4, 4, 0, 1), (2, 1, 1, 0), (2, 2, 1, 0), (1, 4, 1, 1)],
 )
 def test_statistics_of_eight_runs(towards: int, away: int, parts: int, both: int) -> None:
-    """By the words: divided where some fall and some stand; to both sides where more than half fall, some each way."""
+    """Members disagree if some fall and some stand; falls to both sides need more than half of the members to fall."""
     assert runs_disagree(np.array(towards), np.array(away), 8) == parts
     assert falls_to_both_sides(np.array(towards), np.array(away), 8) == both

@@ -92,7 +92,7 @@ def test_the_record_itself_and_a_known_factor_are_needed(cubes: dict[str, Path])
 
 
 def test_a_figure_of_a_factor_names_it_and_takes_no_measures_of_the_record_as_it_is(cubes: dict[str, Path]) -> None:
-    """Falls under a motion of twice the record stood at the record's own PGA."""
+    """Regression: falls under twice the record were plotted at the PGA of the record itself."""
     path = cubes["three"]
     write_intensity(check_study(SMALL, "test"), [RECORD], path.with_name("intensity.nc"))
     with overturning.open_cube(path, amplitude=2.0) as twice, overturning.open_cube(path) as once:

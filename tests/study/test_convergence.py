@@ -1,4 +1,4 @@
-"""A part of a study run again: what is chosen, what is counted, and that it is the same each time."""
+"""The convergence check: its sample, its counts, and its reproducibility."""
 
 import json
 from dataclasses import dataclass, replace
@@ -77,7 +77,7 @@ def test_choice_has_the_wanted_size_no_mirrored_cell_and_none_twice() -> None:
 
 
 def reported(settings: Study, found: Convergence, folder: Path) -> tuple[Any, ...]:
-    """What the report says of an outcome, by way of its file."""
+    """Return the sentences of the report on an outcome, read from its file."""
     write_result(found, folder / "convergence.json")
     outcome = read_convergence(folder / "convergence.json")
     read: Any = SimpleNamespace(model=Planes(), study=settings, convergence=outcome)
@@ -87,7 +87,7 @@ def reported(settings: Study, found: Convergence, folder: Path) -> tuple[Any, ..
 
 
 def paragraphs(blocks: tuple[Any, ...]) -> list[str]:
-    """Its paragraphs, without the note below the table."""
+    """Return the paragraphs of the report, without the note below the table."""
     return [block.text for block in blocks[:-1] if isinstance(block, Paragraph)]
 
 
@@ -289,7 +289,7 @@ def row_of_two(**keys: object) -> Study:
 
 
 def test_sliding_blocks_and_other_shapes_have_no_rigid_reference() -> None:
-    """Without such a cell no cube is read."""
+    """No cube is read if there is no such cell."""
     nowhere = Path("nowhere.nc")
     assert read_rigid(nowhere, study(friction=[0.33, 0.99])) is None
     assert read_rigid(nowhere, study(friction=[1.0], b_over_h=[1.0, 1.5])) is None

@@ -1,4 +1,4 @@
-"""The research crate of a folder of results: what it names is there, as its hash says, and the profile holds."""
+"""Research crate of a folder of results: files, hashes and conformance to the profile."""
 
 import importlib.util
 import json
@@ -109,7 +109,7 @@ def test_a_file_that_has_gone_is_named(tmp_path: Path) -> None:
 def test_the_profile_holds(
     crate: dict[str, dict[str, Any]], folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """Of RO-Crate 1.1, by roc-validator; the words of the crate are looked up in what `rocrate` brings, not online."""
+    """The crate is valid RO-Crate 1.1 (roc-validator); its terms are looked up offline, in the package `rocrate`."""
     if importlib.util.find_spec("rocrate_validator") is None:
         lacking("roc-validator is not installed (`make crate`)")
     from rocrate_validator import models, services

@@ -1,4 +1,4 @@
-"""Doubts of `study check`: values in another unit, and none about the studies that come with the package."""
+"""`study check` doubts values in another unit, and none of the shipped studies."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The ensemble: its members, the cells it runs, and what it finds."""
+"""The ensemble: members, cells that are run, and results."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -294,7 +294,7 @@ def test_a_cube_with_settled_cells_is_found_again_bit_for_bit(tmp_path: Path) ->
 
 
 def _stopped(probability: float, widest: float, batches: list[int]) -> dict[tuple[int, int], float]:
-    """How likely the rule ends with so many falls of so many members, exactly, where each falls by itself."""
+    """Return the exact probability that the stopping rule ends with k falls of n members."""
     going, ended, size = {0: 1.0}, {}, 0
     for batch in batches:
         size += batch
@@ -313,7 +313,7 @@ def _stopped(probability: float, widest: float, batches: list[int]) -> dict[tupl
 
 
 def test_the_stated_interval_covers_the_probability_at_least_as_often_as_that_of_sixteen_members() -> None:
-    """At known probabilities, without drawing lots; and it is nowhere wider than stated."""
+    """Exact coverage at known probabilities, without random numbers; intervals are never wider than stated."""
     coverage, error, widest = {}, {}, {}
     for batches in ([16], [8, 8, 8]):
         covered, square, widths = [], [], [0.0]

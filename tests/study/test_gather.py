@@ -1,4 +1,4 @@
-"""Parts to a cube: every cell in its place, nothing missing unseen."""
+"""Gathering of parts into a cube: every cell in its place, and missing parts are detected."""
 
 import subprocess
 import sys

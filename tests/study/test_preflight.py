@@ -1,4 +1,4 @@
-"""Preflight: what would end a run is found before it starts."""
+"""Preflight check: errors that would stop a run are found before it starts."""
 
 import json
 import re
@@ -36,7 +36,7 @@ def mine(record: str, **more: Any) -> Any:
 
 
 def told(study: Any) -> tuple[str, ...]:
-    """What is said of the records of a study."""
+    """Return the notes on the records of a study."""
     return check_records(study, check_files(study, "mine.yaml")[0])
 
 
@@ -122,7 +122,7 @@ SITE = {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity
 def test_study_check_finds_that_the_package_for_soil_is_missing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, key: str
 ) -> None:
-    """None in sys.modules makes the import fail, as on a machine without pystrata."""
+    """None in sys.modules makes the import fail, as if pystrata were not installed."""
     monkeypatch.setitem(sys.modules, "pystrata", None)
     pulse = {"use": [], "pulses": {"p1": "sine amplitude_gal=300 period_s=1 azimuth_deg=60"}}
     site = {"site": SITE} if key == "site" else {"variants": {"soil": {"site": SITE}, "flat": {"vertical": False}}}

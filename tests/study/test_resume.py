@@ -1,4 +1,4 @@
-"""Going on after an earlier run: one run at a time, damage taken away, times put right."""
+"""Resuming an earlier run: lock, damaged files and file times."""
 
 import os
 import subprocess
@@ -67,7 +67,7 @@ def test_only_damaged_and_incomplete_files_are_removed(tmp_path: Path) -> None:
 
 
 def test_files_of_a_record_that_is_no_longer_in_the_study_are_removed_and_no_others(tmp_path: Path) -> None:
-    """Every file that a run writes for a record goes; what a user has put there, and what is outside, stays."""
+    """Files that a run writes for a record are removed; files of the user, and files outside, stay."""
     results, outside = tmp_path / "results" / "mine", tmp_path / "elsewhere"
     of_record = (
         *("read/{}.nc", "read/soft/{}.nc", "motion/{}.nc", "motion/soft/{}.nc"),

@@ -54,7 +54,7 @@ def changed(base: dict[str, Any], path: tuple[str, ...], value: Any) -> dict[str
 
 
 def answers(check: Any, base: dict[str, Any], path: tuple[str, ...]) -> list[str]:
-    """What is answered to each wrong value of a key, line by line."""
+    """Return the lines of the error for each wrong value of a key."""
     lines: list[str] = []
     for value in WRONG:
         try:

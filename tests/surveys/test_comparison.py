@@ -304,7 +304,7 @@ def test_only_missing_values_are_reported_missing(site, given: dict[str, float],
 
 
 def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(site) -> None:
-    """All that is of directions is the same without such stones; before, they stood."""
+    """Stones with unknown direction do not affect statistics of directions (regression: they counted as standing)."""
     stones = [*draw(20, 60, 30, 3), Stone(False, math.nan, False, count=4)]
     lost = Stone(True, math.nan, False, count=5, b_over_h=0.2, face_azimuth_deg=60.0)
     without, found = compare_survey(stones, site), compare_survey([*stones, lost], site)
@@ -336,7 +336,7 @@ def test_a_survey_without_falls(make_cube) -> None:
 
 @pytest.mark.parametrize("background", [0.0, 0.05])
 def test_stones_that_never_fall_in_the_study_are_counted(make_cube, background: float) -> None:
-    """Up to B/H 0.3 all fall; what the prediction says of the others it does not know from the study."""
+    """All blocks fall up to B/H 0.3; for larger B/H the prediction is an extrapolation."""
     site = make_cube(lambda azimuth, _, shape, *_rest: np.where(azimuth < 180, 1, -1) * (shape < 0.35))
     slender, stout, faced = fallen(10), fallen(200, b_over_h=0.45), fallen(80, b_over_h=0.45, face_azimuth_deg=80.0)
     found = [compare_survey(list(stones), site, background=background) for stones in ((slender, stout), (stout, faced))]

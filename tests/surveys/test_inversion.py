@@ -1,4 +1,4 @@
-"""From surveys back to the motion: on a library of which the outcome is known by rule, and on stones in the kernel."""
+"""Estimation of the motion from surveys: with a library of known outcomes, and with simulated stones."""
 
 import math
 from dataclasses import replace
@@ -63,13 +63,13 @@ def inversion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Inversion:
 
 
 def column(size: tuple[float, float], azimuth: float = math.nan, count: int = 1) -> Stone:
-    """A column that fell towards an azimuth, or stood."""
+    """Return a column that fell towards an azimuth, or stood."""
     height, shape = size
     return Stone(math.isfinite(azimuth), azimuth, False, count, b_over_h=shape, height=height, round=True)
 
 
 def test_motions_with_equal_ids_are_distinguished(tmp_path: Path) -> None:
-    """Of a record on rock and on soil the figure had one bar, and the table two lines of one name."""
+    """Regression: for a record on rock and on soil the figure had one bar, and the table two lines with one name."""
     paths = [tmp_path / name for name in ("a.nc", "soft/a.nc", "b.nc")]
     for path, peak in zip(paths, (3.0, 5.0, 4.0), strict=True):
         write_motion(pulse(path.stem, peak), path)

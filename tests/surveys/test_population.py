@@ -1,4 +1,4 @@
-"""Fall rates of a population whose stones are known."""
+"""Fall rates of populations with known stones."""
 
 from dataclasses import replace
 
@@ -117,7 +117,7 @@ def cells(values: np.ndarray, **grid: list[float]) -> xr.Dataset:
 
 
 def stones_of(*size: float, count: int = 1) -> Stones:
-    """Like stones of height, B/H, µ and face, with even lots."""
+    """Return equal stones of a height, B/H, µ and face, with evenly spaced random numbers."""
     lot = np.tile((np.arange(count) + 0.5) / count, (3, 1))
     return Stones(*(np.full(count, value) for value in size), lot)
 
@@ -147,7 +147,7 @@ def test_stones_without_an_answer_have_no_rate() -> None:
 
 
 def test_rotated_in_space_by_hand() -> None:
-    """Of four square stones one falls, one is shifted, one rotated, one both; turned by 90° they are the same."""
+    """Four square stones: one falls, one is shifted, one rotated, one both; rotation by 90° changes nothing."""
     values = {"overturned": [1, 0, 0, 0], "fall_azimuth": [40, np.nan, np.nan, np.nan], "residual_twist": [np.nan, 2,
     -30, 30],
               "residual_slip_north": [9, 0.03, 0, 0.03], "residual_slip_east": [9, 0.04, 0, 0.04]}  # fmt: skip

@@ -1,4 +1,4 @@
-"""A comparison that is written comes back."""
+"""A stored comparison is read back unchanged."""
 
 import math
 from pathlib import Path

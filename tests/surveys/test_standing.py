@@ -1,4 +1,4 @@
-"""What has stood, against closed forms and quadrature."""
+"""Survival of stones, compared with closed forms and quadrature."""
 
 import math
 from collections.abc import Callable
@@ -95,7 +95,7 @@ def tables(tmp_path: Path) -> tuple[Path, Path]:
 
 @pytest.fixture
 def stood(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
-    """What `overturning stood` says of curves, a hazard and so many years."""
+    """Return the output of `overturning stood` for curves, a hazard and a number of years."""
 
     def said(*files: Path, years: float, stones: Path | None = None) -> str:
         with pytest.raises(SystemExit):

@@ -44,7 +44,7 @@ Statistic = Callable[[Results], object]
 
 
 def stones_of(results: Results) -> list[object]:
-    """What a report says of the elements and variants of a scene, and their roses."""
+    """Read the sections of a report on elements and variants of a scene, and their roses."""
     stones = {name: results.reference_cube(name) for name in results.cubes}
     (name, one), (_, other) = stones.items()
     said = [

@@ -1,4 +1,4 @@
-"""What was measured reaches its files and the marks in the docs, and the same bytes each time."""
+"""Measured figures are written to files and between the markers in the docs, reproducibly."""
 
 from functools import partial
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Small studies, each in a checkout of its own; questions about plans are asked of Snakemake in this process."""
+"""Small studies in separate checkouts; plans are computed by Snakemake in this process."""
 
 import logging
 import re
@@ -28,7 +28,7 @@ friction: [0.33, 1.0]
 
 
 class Plan(logging.Handler):
-    """Takes from Snakemake's events which rules it would carry out, by which commands, and what it warns of."""
+    """Logging handler that collects planned rules, commands and warnings from Snakemake's events."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -63,7 +63,7 @@ class Checkout(Project):
         return self.plan(**config).rules
 
     def plan(self, look: bool = True, file: str | None = "", **config: Any) -> Plan:
-        """What a run would do with some keys of the study changed; raises what would stop it, or one of its steps."""
+        """Return the plan of a run with some keys of the study changed; raise the errors of the run or its steps."""
         from snakemake.api import SnakemakeApi
         from snakemake.logging import logger
         from snakemake.settings import types

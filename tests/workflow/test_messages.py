@@ -1,4 +1,4 @@
-"""What a run says: in the words of the steps, by the logger plugin that the default profile chooses."""
+"""Messages of a run, by the logger plugin of the default profile."""
 
 import fcntl
 import logging
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.workflow
 
 
 class TestInterface(TestLogHandlerBase):
-    """What Snakemake asks of any logger plugin."""
+    """Requirements of Snakemake for a logger plugin."""
 
     __test__ = True
 
@@ -214,7 +214,7 @@ def test_missing_files_of_a_user_are_named_with_where_they_are(tmp_path: Path) -
 def test_a_missing_package_for_soil_is_named_before_anything_runs(
     checkout: Checkout, monkeypatch: pytest.MonkeyPatch, key: str
 ) -> None:
-    """None in sys.modules makes the import fail, as on a machine without pystrata."""
+    """None in sys.modules makes the import fail, as if pystrata were not installed."""
     monkeypatch.setitem(sys.modules, "pystrata", None)
     site = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 760}}
     with pytest.raises(WorkflowError, match=r"study\.yaml: .*site: soil layers need pystrata.*pip install"):

@@ -1,7 +1,7 @@
 """Cundall's scheme for a 3-D body, the reference for the centred scheme (docs/method.md).
 
-Inside ``with enable_cundall():`` bodies accept the scheme "cundall". As in 2-D it uses central differences: springs at the
-whole step, dashpots half a step earlier. Momenta are known at half steps, positions at whole steps. The angular
+Inside ``with enable_cundall():`` bodies accept the scheme "cundall". As in 2-D it uses central differences: springs at
+the whole step, dashpots half a step earlier. Momenta are known at half steps, positions at whole steps. The angular
 momentum in space changes only by the moment of the contact forces. The rotation of a step uses the angular velocity in
 its middle, for which the body is first rotated by half of the step with the angular velocity at its start. The forces
 of opposite vertices are summed first. Between samples, where the package reads the state, momenta are stored at whole

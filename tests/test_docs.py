@@ -71,7 +71,7 @@ def test_no_measured_percentage_is_typed_by_hand(page):
 
 
 @each_page
-def test_links_lead_somewhere(page):
+def test_links_have_targets(page):
     for target in re.findall(r"\]\(([^)\s]+)\)", prose(page)):
         if re.match(r"[a-z]+:", target):
             continue
@@ -91,7 +91,7 @@ def test_the_readme_leads_to_every_page_and_the_pages_to_every_table():
     ] == []
 
 
-def test_the_readme_says_what_it_is_then_shows_it_then_how_to_start_and_what_was_found():
+def test_readme_has_its_parts_in_order():
     text = PAGES[0].read_text(encoding="utf-8")
     places = [text.index(part) for part in ("rotates", "![", "    make run ", "    make test ", "<!-- found:end -->")]
     assert places == sorted(places)
@@ -99,7 +99,7 @@ def test_the_readme_says_what_it_is_then_shows_it_then_how_to_start_and_what_was
 
 
 @each_page
-def test_marks_of_made_tables_come_in_pairs(page):
+def test_table_markers_come_in_pairs(page):
     text = page.read_text(encoding="utf-8")
     begins, ends = (re.findall(rf"^<!-- ([\w-]+):{side} -->$", text, flags=re.MULTILINE) for side in ("begin", "end"))
     assert begins == ends

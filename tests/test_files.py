@@ -14,7 +14,7 @@ from tests.expect import said
 
 
 @pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "full"), RuntimeError("NetCDF: HDF error")])
-def test_a_full_disk_is_said_with_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception) -> None:
+def test_full_disk_error_names_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception) -> None:
     monkeypatch.setattr(files.shutil, "disk_usage", lambda _: SimpleNamespace(free=1000))
     with pytest.raises(OSError, match=r"cube\.nc") as found, atomic_write(tmp_path / "cube.nc"):
         raise error
@@ -22,7 +22,7 @@ def test_a_full_disk_is_said_with_the_file(tmp_path: Path, monkeypatch: pytest.M
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_command_line_says_it_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_command_line_reports_file_errors_in_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError(errno.EROFS, "Read-only file system", "config/schema.json")
 
@@ -31,7 +31,7 @@ def test_the_command_line_says_it_in_a_sentence(monkeypatch: pytest.MonkeyPatch)
     assert text == "error: config/schema.json: read-only file system; choose a folder that you may write to\n"
 
 
-def test_an_interrupt_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupt_gives_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     def stopped(*_: object) -> None:
         raise KeyboardInterrupt
 
@@ -82,13 +82,13 @@ def test_a_folder_that_is_not_there_is_not_made(tmp_path: Path) -> None:
         ("a: 1:30.5\n", "line 1: YAML reads 1:30.5 as 90.5; write it without colons"),
     ],
 )
-def test_what_yaml_would_take_for_something_else_is_refused(tmp_path: Path, text: str, said: str) -> None:
+def test_ambiguous_yaml_values_are_refused(tmp_path: Path, text: str, said: str) -> None:
     (tmp_path / "s.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError, match=re.escape(f"s.yaml, {said}")):
         read_mapping(tmp_path / "s.yaml", "study", "see there")
 
 
-def test_what_yaml_takes_for_what_it_is_stays(tmp_path: Path) -> None:
+def test_unambiguous_yaml_values_are_kept(tmp_path: Path) -> None:
     text = "a: &x {b: 0, c: 0.5, d: -7, e: 1e3, f: .5, g: 1.5e+3, h: 0x10}\ni: {<<: *x, b: 1}\nj: .inf\n"
     (tmp_path / "s.yaml").write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
     data = read_mapping(tmp_path / "s.yaml", "study", "see there")

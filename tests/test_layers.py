@@ -83,7 +83,7 @@ OUTSIDE = ("verification", "tests.verification", "tests.workflow")
 """Folders that may import verification: itself, its tests, and tests that run whole studies."""
 
 
-def test_checks_of_the_kernel_and_tests_share_the_reference_solutions_alone() -> None:
+def test_tests_import_only_references_from_verification() -> None:
     for name in modules():
         others = {other for other in imports(name) if not other.startswith("verification.reference.")}
         packages = {other.partition(".")[0] for other in others}
@@ -93,7 +93,7 @@ def test_checks_of_the_kernel_and_tests_share_the_reference_solutions_alone() ->
             assert "verification" not in packages, name
 
 
-def test_no_import_runs_in_a_circle() -> None:
+def test_there_are_no_circular_imports() -> None:
     try:
         TopologicalSorter({name: imports(name) for name in modules()}).prepare()
     except CycleError as error:

@@ -60,7 +60,7 @@ def test_names_versions_and_help() -> None:
 
 
 @pytest.mark.parametrize("face", [Motion, Motion.sine, Motion.from_obspy, overturning.Contact, overturning.simulate])
-def test_the_keywords_that_are_known_are_those_that_one_can_give(face: Callable[..., Any]) -> None:
+def test_known_keywords_match_the_signatures(face: Callable[..., Any]) -> None:
     """Neither `self` nor `cls`, which Python gives."""
     with pytest.raises(ArgumentError, match=r"frobnicate: no keyword of .*; known are ") as found:
         face(frobnicate=1)
@@ -88,12 +88,12 @@ def test_every_public_name_is_in_the_reference() -> None:
         (lambda: overturning.read([]), "paths: none; name the files"),
     ],
 )
-def test_what_is_no_model_case_or_list_gets_a_sentence(call: Callable[[], Any], message: str) -> None:
+def test_wrong_argument_types_give_plain_errors(call: Callable[[], Any], message: str) -> None:
     with refused(ArgumentError, message, brief=True):
         call()
 
 
-def test_a_stream_where_a_motion_belongs_gets_a_sentence() -> None:
+def test_stream_in_place_of_motion_gives_a_plain_error() -> None:
     from obspy import Stream
 
     with pytest.raises(ArgumentError, match=r"an obspy Stream; convert it with Motion\.from_obspy"):
@@ -144,7 +144,7 @@ def cube_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return cube_of(settings, records, folder)
 
 
-def test_a_cube_is_opened_by_a_string_and_asked_by_the_name_of_a_record(cube_file: Path) -> None:
+def test_cube_opens_from_string_and_selects_by_record_id(cube_file: Path) -> None:
     inside = xr.open_dataset(cube_file, decode_timedelta=False)
     for asked, known in (({"amplitude": 2.0}, "amplitude 2; known: 1"), ({"element": "roof"}, "'roof'; known: stone")):
         with pytest.raises(ResultError, match=f"no .*{known}"):
@@ -157,7 +157,7 @@ def test_a_cube_is_opened_by_a_string_and_asked_by_the_name_of_a_record(cube_fil
     assert inside["record"].to_numpy().tolist() == [0, 1]
 
 
-def test_a_part_of_a_cube_that_was_saved_is_what_it_was(tmp_path: Path) -> None:
+def test_saved_part_of_a_cube_keeps_its_meaning(tmp_path: Path) -> None:
     grid = {"azimuth": {"step": 180}, "b_over_h": [0.2, 0.4], "height": [0.6], "ensemble": {"members": 0}}
     cube = overturning.run_study([WAVE], scene="three-tier", amplitude=[1, 2], **grid)
     cube.to_netcdf(tmp_path / "whole.nc")
@@ -172,7 +172,7 @@ def test_a_part_of_a_cube_that_was_saved_is_what_it_was(tmp_path: Path) -> None:
         assert "motion × 2" in overturning.plot.polar(twice).get_suptitle()
 
 
-def test_a_record_does_wherever_a_motion_does() -> None:
+def test_record_is_accepted_in_place_of_a_motion() -> None:
     record, azimuth = pulse(), [0.0, 30.0]
     motion = Motion.of(record)
     for draw in (fourier_spectrum, response_spectrum):
@@ -188,7 +188,7 @@ def test_a_record_does_wherever_a_motion_does() -> None:
     assert both.sel(record="motion-2").sizes["azimuth"] == 4
 
 
-def test_a_motion_and_a_record_say_what_they_are_and_how_the_ground_moves() -> None:
+def test_repr_of_motion_and_record() -> None:
     record = pulse()  # a cycle of 6 sin(2πt/T) with T = 0.8 s: its velocity ends at 0, and comes to 6 T/π
     motion = Motion.of(record)
     assert repr(motion) == "<Motion: 400 samples of 0.01 s, north and east, horizontal peak 6.26 m/s²>"
@@ -201,7 +201,7 @@ def test_a_motion_and_a_record_say_what_they_are_and_how_the_ground_moves() -> N
 
 
 @pytest.mark.parametrize("up", [None, 0.1])
-def test_a_motion_goes_to_obspy_and_comes_back(up: float | None) -> None:
+def test_motion_survives_conversion_to_obspy_and_back(up: float | None) -> None:
     wave = Motion.sine(6.0, 0.8, azimuth_deg=60)
     motion = Motion(wave.north, wave.east, None if up is None else up * wave.north, sampling_interval=0.005)
     stream = motion.to_obspy()
@@ -294,7 +294,7 @@ def test_a_cube_under_soil_of_its_own_is_shown_with_its_own_motions(cube_file: P
         overturning.plot.plane(soft)
 
 
-def test_what_is_made_of_a_variant_says_so_and_leaves_the_study_its_page(
+def test_output_of_a_variant_is_labelled_and_separate(
     cube_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     settings = study(ensemble={"members": 0}, variants={"stiff": {"contact": {"damping_ratio": 1}}})
@@ -346,7 +346,9 @@ def test_a_figure_is_as_wide_as_asked_for_and_so_are_its_letters(
         assert float(drawing[1]) == pytest.approx(across * 9 / 6, rel=1e-3)
 
 
-def test_letters_that_do_not_fit_are_told(cube_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_text_that_does_not_fit_gives_a_warning(
+    cube_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     words = ["figure", "boundary", str(cube_file), "--record", "b", "-o", str(tmp_path / "b.pdf"), "--width", "80mm"]
     for font, told in (("4", False), ("12", True)):
         assert drawn(*words, "--font", font) == 0
@@ -368,7 +370,7 @@ def test_letters_that_do_not_fit_are_told(cube_file: Path, tmp_path: Path, capsy
         (("polar", "--record", "b", "--width", "20mm", "--font", "30"), "the text leaves no room"),
     ],
 )
-def test_a_wrong_word_of_a_figure_is_answered(
+def test_wrong_figure_options_give_plain_errors(
     cube_file: Path, tmp_path: Path, words: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert drawn("figure", words[0], str(cube_file), *words[1:], "-o", str(tmp_path / "a.svg")) == 1
@@ -503,7 +505,7 @@ def test_help_shows_a_signature_that_can_be_read(name: str) -> None:
         assert len(text) < 900
 
 
-def test_one_thing_has_one_word_on_the_command_line_in_python_and_in_a_study() -> None:
+def test_same_names_in_commands_python_and_studies() -> None:
     def names(*kinds: type) -> set[str]:
         return {field.name for kind in kinds for field in fields(kind)}
 
@@ -522,7 +524,7 @@ def test_one_thing_has_one_word_on_the_command_line_in_python_and_in_a_study() -
 @pytest.mark.parametrize(
     ("name", "value"), [("friction", "x"), ("height", ["tall"]), ("azimuth_deg", [[0], [1, 2]]), ("b_over_h", {"a": 1})]
 )
-def test_what_is_no_row_of_numbers_is_named(name: str, value: object) -> None:
+def test_invalid_arrays_are_named(name: str, value: object) -> None:
     given: dict[str, Any] = {"azimuth_deg": [0.0]} | {name: value}
     with pytest.raises(ArgumentError, match=rf"^{name}: .* it must be a number or a row of numbers$"):
         overturning.simulate(Motion.sine(6.0, 1.0), **given)

@@ -45,14 +45,14 @@ def overturning(wheel: Path, folder: Path, *words: str, check: bool = True) -> s
     return run(wheel, folder, "-m", "overturning.cli", *words, check=check)
 
 
-def test_what_init_says_can_be_typed(tmp_path: Path) -> None:
+def test_commands_printed_by_init_work(tmp_path: Path) -> None:
     go = said("init", tmp_path / "my stones").splitlines()[1]
     done = subprocess.run(["sh", "-c", f"{go} && ls"], capture_output=True, text=True, check=True)
     assert "config" in done.stdout
 
 
 @pytest.mark.parametrize(("folder", "name"), [("mine", "mine"), ("My stones, 2nd", "my-stones-2nd"), ("墓石", "study")])
-def test_the_study_of_a_new_project_has_the_name_of_its_folder(
+def test_new_study_is_named_after_its_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, folder: str, name: str
 ) -> None:
     text = said("init", tmp_path / folder)
@@ -64,7 +64,7 @@ def test_the_study_of_a_new_project_has_the_name_of_its_folder(
     assert "no answer" not in checked
 
 
-def test_the_readme_of_a_new_project_names_files_that_are_there(tmp_path: Path) -> None:
+def test_readme_of_a_new_project_names_existing_files(tmp_path: Path) -> None:
     said("init", tmp_path / "mine")
     readme = tmp_path / "mine" / "config" / "README.md"
     text = readme.read_text(encoding="utf-8")
@@ -77,7 +77,7 @@ def test_the_readme_of_a_new_project_names_files_that_are_there(tmp_path: Path) 
     assert "docs/formats.md has the formats." in text
 
 
-def test_the_wheel_is_whole(wheel: Path, tmp_path: Path) -> None:
+def test_wheel_is_complete(wheel: Path, tmp_path: Path) -> None:
     for package in ("overturning", "snakemake_logger_plugin_overturning"):
         where = run(wheel, tmp_path, "-c", f"import {package}; print({package}.__file__)").stdout.strip()
         assert where.startswith(str(wheel))
@@ -97,7 +97,7 @@ def test_the_wheel_is_whole(wheel: Path, tmp_path: Path) -> None:
     assert not list(project.rglob("__pycache__"))
 
 
-def test_a_project_of_ones_own(wheel: Path, tmp_path: Path) -> None:
+def test_new_project(wheel: Path, tmp_path: Path) -> None:
     said = overturning(wheel, tmp_path, "init", "mine").stdout
     assert "snakemake --cores 2" in said
     folder = tmp_path / "mine"
@@ -111,7 +111,7 @@ def test_a_project_of_ones_own(wheel: Path, tmp_path: Path) -> None:
     assert "exists and is not empty" in again.stderr
 
 
-def test_a_record_and_a_study_of_ones_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_own_record_and_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said("init", tmp_path / "mine")
     monkeypatch.chdir(tmp_path / "mine")
     rows = "\n".join(f"{0.01 * n:.2f},{100 * (n % 50 == 7)},{50 * (n % 40 == 3)}" for n in range(400))

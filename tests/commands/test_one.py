@@ -51,7 +51,7 @@ def test_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert figure.read_text(encoding="utf-8").startswith("<?xml")
 
 
-def test_no_minus_stands_before_zero(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rounded_zero_has_no_minus_sign(monkeypatch: pytest.MonkeyPatch) -> None:
     """A slip of −0.04 mm is 0.0 cm to one decimal: whatever is printed with decimals has the sign of what is left."""
     import overturning.dem.trajectory as module
 
@@ -79,7 +79,7 @@ def test_the_package_runs_as_a_module(words: tuple[str, ...]) -> None:
     assert wrong.stderr.startswith("error: ")
 
 
-def test_help_lists_the_steps_of_the_workflow_apart() -> None:
+def test_help_lists_workflow_steps_separately() -> None:
     """Every rule's command is in the second list and no command for users is."""
     done = subprocess.run([sys.executable, "-m", "overturning", "--help"], capture_output=True, text=True, check=True)
     first, steps = done.stdout.split("Steps of the workflow (run by Snakemake):")
@@ -123,13 +123,13 @@ IN_SPACE = (*AT_RINALDI, "--body")
         ),
     ],
 )
-def test_what_is_wrong_is_named(given: tuple[str, ...], message: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_errors_name_the_wrong_value(given: tuple[str, ...], message: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(Path(TABLE).parents[1])
     assert message in (text := run(*given, status=1))
     assert "Traceback" not in text
 
 
-def test_a_block_slides_where_friction_is_less_than_its_slenderness() -> None:
+def test_block_slides_if_friction_is_below_b_over_h() -> None:
     """A block at rest can tip only where µ is at least B/H: below it slides, however strong the motion."""
     given = ("--record", "sine amplitude_gal=400 period_s=1", "--azimuth", "0", "--b-over-h", "0.3", "--friction")
     assert "motion along N: stands (largest rotation 0.00 α); slipped" in run(*given, "0.1")
@@ -137,7 +137,9 @@ def test_a_block_slides_where_friction_is_less_than_its_slenderness() -> None:
 
 
 @pytest.mark.parametrize("space", [("--azimuth", "0"), ("--body",)])
-def test_times_are_those_of_the_file(tmp_path: Path, space: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_times_are_counted_from_the_start_of_the_file(
+    tmp_path: Path, space: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A pulse at 4 s of a raw file. Regression: the fall was reported at 38 s, after 30 s of zeros of the filter."""
     time = np.arange(1000) / 100
     wave = np.where((time > 4) & (time < 6), 600 * np.sin(2 * np.pi * (time - 4) / 2), 0.0)
@@ -171,7 +173,7 @@ def test_times_are_those_of_the_file(tmp_path: Path, space: tuple[str, ...], mon
     assert times["--raw"] == pytest.approx(times["--processed"], abs=0.3)
 
 
-def test_what_is_drawn_of_another_motion_than_the_record_says_so(tmp_path: Path) -> None:
+def test_figure_states_the_factor_on_the_record(tmp_path: Path) -> None:
     """Regression: a fall under twice the record was drawn as a fall under the record itself."""
     figure = tmp_path / "response.svg"
     given = ("--record", "sine amplitude_gal=400 period_s=1", "--azimuth", "0", "--amplitude", "2")
@@ -181,13 +183,13 @@ def test_what_is_drawn_of_another_motion_than_the_record_says_so(tmp_path: Path)
     assert "Kaikoura 2016, motion × 0.1, vertical motion left out: B/H = 0.4" in text
 
 
-def test_the_slip_of_a_stone_of_a_stack_is_that_on_what_carries_it() -> None:
+def test_slip_in_a_stack_is_relative_to_the_support() -> None:
     """The lowest base slides on the ground by 9 mm, the shaft on the upper base by a third of a millimetre."""
     given = ("--record", "sine amplitude_gal=600 period_s=1 cycles=3", "--azimuth", "0", "--friction", "0.3")
     assert "slipped 0.0 cm by the end (shaft)" in run(*given, "--scene", "three-tier")
 
 
-def test_a_scene_with_its_own_friction_says_so(tmp_path: Path) -> None:
+def test_friction_set_by_the_scene_is_reported(tmp_path: Path) -> None:
     scene = tmp_path / "icy.yaml"
     scene.write_text(
         """name: icy
@@ -214,7 +216,7 @@ def test_a_body(tmp_path: Path) -> None:
     assert "tilt of the axis" in figure.read_text(encoding="utf-8")
 
 
-def test_of_a_gate_that_comes_down_everything_is_counted(tmp_path: Path) -> None:
+def test_all_elements_of_a_falling_gate_are_counted(tmp_path: Path) -> None:
     """Both pillars of 0.3 m x 2.2 m lie, the lintel on them."""
     scene = tmp_path / "gate.yaml"
     scene.write_text(

@@ -354,7 +354,7 @@ def test_slip_of_a_stone_on_others_is_relative_to_the_ground() -> None:
     assert slips.get_ylabel() == "slip over ground, cm"
 
 
-def test_a_pdf_that_is_made_smaller_has_that_width_and_the_letters_of_the_figure(tmp_path: Path) -> None:
+def test_smaller_pdf_has_the_given_width_and_font_size(tmp_path: Path) -> None:
     figure = Figure(figsize=(4, 3))
     figure.add_axes((0.1, 0.1, 0.8, 0.8)).set_title("µ, φ")
     with style():

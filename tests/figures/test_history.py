@@ -26,7 +26,7 @@ def raw(up: bool = True) -> Record:
 
 
 @pytest.mark.parametrize("up", [True, False])
-def test_it_says_what_was_done_and_is_the_same_each_time(tmp_path, up):
+def test_page_states_the_processing_and_is_reproducible(tmp_path, up):
     before = raw(up)
     after = process(before, [RemoveMean(), Highpass(corner_hz=0.2)])
     pages = [tmp_path / "a.svg", tmp_path / "b.svg"][: 1 + up]
@@ -55,7 +55,7 @@ def test_it_says_what_was_done_and_is_the_same_each_time(tmp_path, up):
     assert len(text) < 400_000
 
 
-def test_a_record_left_alone_shows_one_line_and_nothing_taken_away(tmp_path):
+def test_unprocessed_record_shows_one_line_and_no_removed_part(tmp_path):
     with style():
         alone = raw()
         save(history_figure(alone, alone), tmp_path / "a.svg")
@@ -81,7 +81,7 @@ def test_response_spectra_over_all_azimuths_of_a_motion_along_one(up):
     assert lines["RotD100"][0] == pytest.approx(100, rel=0.02)
 
 
-def test_response_spectra_out_of_the_file_of_intensities_are_those_computed_here(tmp_path):
+def test_response_spectra_from_intensity_file_match_computed_ones(tmp_path):
     one = raw()
     study = check_study({"name": "a", "records": {"use": [one.record_id]}, "azimuth": {"step": 90}}, "test")
     write_intensity(study, [one], tmp_path / "i.nc")
@@ -101,7 +101,7 @@ def test_the_envelope_keeps_every_peak_and_the_order_of_time():
     assert time.size <= 2 * BINS
 
 
-def test_processed_samples_lie_where_they_were():
+def test_processed_samples_keep_their_times():
     done = process(raw(), [Highpass(corner_hz=0.2), Cut(start_s=20, end_s=60)])
     assert time_shift(done) == pytest.approx(-15 + 20)
     whole = process(raw(), [Highpass(corner_hz=0.2)])

@@ -48,7 +48,7 @@ def cube() -> xr.Dataset:
     )
 
 
-def test_cells_meet_half_way_and_close_around_the_compass() -> None:
+def test_cells_meet_half_way_and_cover_the_circle() -> None:
     np.testing.assert_allclose(cell_edges(np.array([0.1, 0.2, 0.4])), [0.05, 0.15, 0.3, 0.5])
     edges = np.degrees(azimuth_edges(np.array([0.0, 90.0, 100.0, 270.0])))
     np.testing.assert_allclose(edges, [-45, 45, 95, 185, 315])

@@ -136,7 +136,7 @@ def test_meshes(folder: Path) -> None:
     fuzz(st.one_of([st.tuples(st.just(form), spoilt(whole)) for form, whole in MESHES.items()]), read)
 
 
-def test_dice_are_not_loaded() -> None:
+def test_random_corruption_changes_files() -> None:
     """Random corruption changes a file nearly always, and leaves the rest of it intact."""
     content, throw = bytes(range(256)) * 8, random.Random(3)
     edits = [(throw.choice("rdipxnt"), throw.random(), throw.randrange(400), b"12345678") for _ in range(200)]

@@ -7,7 +7,7 @@ from overturning.model.edges import edge_probabilities, first_edge
 NAN = np.nan
 
 
-def test_the_edge_that_is_passed_first_decides() -> None:
+def test_edge_passed_first_decides() -> None:
     #        both, second first | both, first first | one | the other | neither | no time needed where one falls
     falls = [[1, 1, 1, 0, 0, 1], [1, 1, 0, 1, 0, 0]]
     time = [[3.0, 2.0, 9.0, NAN, NAN, NAN], [2.5, 2.5, NAN, 1.0, NAN, NAN]]
@@ -17,13 +17,13 @@ def test_the_edge_that_is_passed_first_decides() -> None:
     np.testing.assert_array_equal(azimuth, [90, 0, 0, 90, NAN, 0])
 
 
-def test_missing_stays_missing_and_is_never_said_to_stand() -> None:
+def test_missing_outcome_never_counts_as_standing() -> None:
     fell, azimuth = first_edge([[NAN, NAN, NAN], [0, 1, NAN]], [[NAN] * 3, [NAN, 2.0, NAN]], np.zeros((2, 3)))
     assert np.isnan(fell).all()
     assert np.isnan(azimuth).all()
 
 
-def test_two_falls_of_which_one_time_is_missing_have_no_direction() -> None:
+def test_two_falls_with_a_missing_time_have_no_direction() -> None:
     fell, azimuth = first_edge([[1], [1]], [[NAN], [2.0]], [[0.0], [90.0]])
     assert fell.tolist() == [1]
     assert np.isnan(azimuth).all()
@@ -36,7 +36,7 @@ def test_any_number_of_planes() -> None:
     assert (fell, azimuth) == (1, 10 * np.flatnonzero(time == 0)[0])
 
 
-def test_chances_of_nought_and_one_say_the_same_as_the_first_edge() -> None:
+def test_probabilities_0_and_1_match_the_first_edge() -> None:
     generator = np.random.default_rng(2)
     falls, time = generator.integers(0, 2, (2, 500)).astype(float), generator.permutation(1000).reshape(2, 500) * 0.01
     fell, azimuth = first_edge(falls, time, np.array([[0.0], [90.0]]) * np.ones((2, 500)))
@@ -45,7 +45,7 @@ def test_chances_of_nought_and_one_say_the_same_as_the_first_edge() -> None:
     assert (over[:, fell == 1].argmax(axis=0) * 90 == azimuth[fell == 1]).all()
 
 
-def test_chances_by_hand() -> None:
+def test_probabilities_by_hand() -> None:
     """Probabilities ½ in the first plane and 1/5 in the second: 1/10 in both, over the first edge, or 5 to 2."""
     for first, second, shared in ((1.0, 2.0, 1.0), (2.0, 1.0, 0.0), (NAN, 1.0, 5 / 7)):
         over = edge_probabilities(np.array([[0.5], [0.2]]), np.array([[first], [second]]))

@@ -48,7 +48,7 @@ def test_a_body_falls_towards_its_own_azimuth() -> None:
 
 
 @pytest.mark.parametrize(("spread", "apart"), [(14.0, False), (16.0, True)])
-def test_members_of_a_body_fall_apart_beyond_15_degrees(spread: float, apart: bool) -> None:
+def test_members_beyond_15_degrees_disagree(spread: float, apart: bool) -> None:
     """Half of the members fall clockwise of north, half anticlockwise, by the same angle."""
     cube = xr.Dataset(
         {
@@ -63,5 +63,5 @@ def test_members_of_a_body_fall_apart_beyond_15_degrees(spread: float, apart: bo
     assert found["apart"].values.tolist() == [apart, False]
 
 
-def test_the_report_has_words_for_every_model() -> None:
+def test_report_supports_every_model() -> None:
     assert set(WORDS) == {Planes, Body}

@@ -106,7 +106,7 @@ S = [[0, 0], [3, 0], [3, 2], [1, 2], [1, 3], [3, 3], [3, 4], [0, 4], [0, 1.5], [
     ],
     ids=["L", "cross", "S"],
 )
-def test_what_rectangles_make_up_by_parallel_axes(
+def test_polygons_of_rectangles_match_parallel_axis_theorem(
     points: list[list[float]], parts: list[tuple[float, float, float, float, int]]
 ) -> None:
     """Rectangles b × h about (x, z), added or cut out: A = Σ b h, J = Σ b h ((b² + h²)/12 + d²) (Huygens–Steiner)."""

@@ -37,7 +37,7 @@ def test_bodies() -> None:
     assert not found.mirrored.any()
 
 
-def test_what_a_grid_need_not_compute() -> None:
+def test_repeated_cells_of_a_grid() -> None:
     planes = mirrored_planes(representatives(np.array([0, 30, 180, 210, 359, 0]), 180.0), 180.0)
     assert planes.cell.ravel().tolist() == [0, 1, 0, 1, 4, 0]
     assert planes.mirrored.ravel().tolist() == [False, False, True, True, False, False]
@@ -47,7 +47,7 @@ def test_what_a_grid_need_not_compute() -> None:
     assert bodies.turn_deg[:, 0].tolist() == [0, 0, 0, 90, 90, 90]
 
 
-def test_periods_that_no_number_holds_exactly() -> None:
+def test_periods_without_exact_float_value() -> None:
     """The turns of a prism of seven sides, each 360/7 degrees, are one orientation."""
     turns = 10 + np.arange(7) * 360 / 7
     assert representatives(turns, 360 / 7).cell.ravel().tolist() == [0] * 7
@@ -64,6 +64,6 @@ def test_periods_that_no_number_holds_exactly() -> None:
         ([37], [1.0]),
     ],
 )
-def test_a_plane_stands_for_half_the_way_to_its_neighbours(planes: list[float], weights: list[float]) -> None:
+def test_weight_of_a_plane_is_half_the_gap_to_its_neighbours(planes: list[float], weights: list[float]) -> None:
     """By hand, of the half circle of 180°, that goes on from its last plane to its first."""
     np.testing.assert_allclose(plane_weight(planes, whole_circle=True), weights, rtol=1e-12)

@@ -194,7 +194,7 @@ def test_jma_and_spectrum_intensity_agree_with_pyshindo(rinaldi):
 
 if sys.version_info >= (3, 12):
 
-    def test_the_numbers_of_pyshindo_are_still_its_own(rinaldi):
+    def test_stored_pyshindo_values_match_the_package(rinaldi):
         pyshindo = peer("pyshindo")
         motion = three(rinaldi)
         gal = np.column_stack([motion.north, motion.east, motion.up]) * 100

@@ -138,7 +138,7 @@ def test_a_fall_in_an_unknown_direction_is_the_sum_of_all_ways(inversion: Invers
     assert answers[0].fit > 0.1
 
 
-def test_a_survey_of_which_everything_fell_gets_no_upper_bound(inversion: Inversion) -> None:
+def test_survey_with_only_falls_has_no_upper_bound(inversion: Inversion) -> None:
     asked = inversion.answer("ruin.csv", [column(size, 0, 6) for size in SIZES])
     low, high = asked.posterior.interval(asked.posterior.pgv)
     assert low > 0.6
@@ -151,7 +151,7 @@ def test_a_survey_of_which_everything_fell_gets_no_upper_bound(inversion: Invers
     assert "less than any motion here" in cautions(stood)[0]
 
 
-def test_a_survey_of_which_everything_fell_states_no_axis(inversion: Inversion) -> None:
+def test_survey_with_only_falls_has_no_axis(inversion: Inversion) -> None:
     """Its directions agree closely, and yet simulated ones held the truth no more often than arcs laid at random.
 
     An arc of 162° laid without knowledge holds a random axis in 162/180 = 90 %, as it says.
@@ -233,7 +233,7 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_motion_that_is_in_no_library_lies_within_the_bounds(tmp_path: Path) -> None:
+def test_motion_outside_the_library_lies_within_the_bounds(tmp_path: Path) -> None:
     """Columns under the record of Parachute Test Site at about 87 cm/s, asked among records of other earthquakes only.
 
     Synthetic pulses in planes, with a plain likelihood, gave 152.3 to 152.8 cm/s "with 90 % probability".
@@ -287,7 +287,7 @@ def test_sizes_that_are_not_computed_are_refused() -> None:
             StoneKind.of(stone)  # without its height it would be computed as one of 0.6 to 0.9 m
 
 
-def test_the_fault_of_each_stone_is_named_with_its_file() -> None:
+def test_error_of_each_stone_names_its_file() -> None:
     sizes = ((24.0, 2), (1.0, 3), (20.0, 4))
     stones = [Stone(False, math.nan, False, height=height, line=line) for height, line in sizes]
     with pytest.raises(ArgumentError, match=r"(?s)ruin\.csv line 2: height_m 24; .*ruin\.csv line 4: height_m 20; "):
@@ -329,7 +329,7 @@ def test_the_library_has_each_motion_once() -> None:
         candidates(alone=True)
 
 
-def test_the_file_gives_the_posterior_back(tmp_path: Path, inversion: Inversion) -> None:
+def test_posterior_is_read_back_from_file(tmp_path: Path, inversion: Inversion) -> None:
     asked = Inversion(inversion.responses, fixed=0.1).answer("ruin.csv", [column(SIZES[0], 0), column(SIZES[1])])
     write_inversion(asked, tmp_path / "motion.nc")
     back = read_inversion(tmp_path / "motion.nc")

@@ -64,7 +64,7 @@ def test_a_stone_falls_in_the_plane_of_the_pulse() -> None:
     assert np.abs(np.sin(np.radians(strong.azimuth[0]))) == pytest.approx([1, 1])
 
 
-def test_rate_against_stones_one_by_one() -> None:
+def test_rate_matches_stones_simulated_one_by_one() -> None:
     """The cube's cells, a few B/H, heights and µ of a grid, give the rate of the stones themselves."""
     population = Population(width=Spread(low=0.1, high=0.3), face=0, face_spread=0, stones=1024)
     motion = pulse(4.0, 0.8)
@@ -88,7 +88,7 @@ def test_rate_against_stones_one_by_one() -> None:
     assert np.abs(np.sin(np.radians(found["fall_axis"]))) == pytest.approx([0], abs=1e-9)
 
 
-def test_a_stone_slides_along_the_vector_of_the_shaking_so_no_plane_tells_that_it_is_shifted() -> None:
+def test_2d_model_underestimates_sliding_in_3d() -> None:
     """µ = 0.3, B/H = 0.8, half a sine of 0.28 g along both axes, 0.4 g together: by Coulomb it slides in space."""
     along = 0.28 * STANDARD_GRAVITY * np.sin(np.pi * np.arange(101) / 100)
     motion = Motion(along, along, sampling_interval=INTERVAL)
@@ -102,7 +102,7 @@ def test_a_stone_slides_along_the_vector_of_the_shaking_so_no_plane_tells_that_i
     assert np.isnan(planes["shift_interval"]).all()
 
 
-def test_places_between_two_of_the_grid_are_linear_in_the_mean() -> None:
+def test_mean_between_grid_cells_is_linear() -> None:
     lot = (np.arange(1000) + 0.5) / 1000
     place = random_neighbours(np.array([0.2, 0.4, 1.0]), np.full(1000, 0.55), lot)
     assert set(place) == {1, 2}
@@ -122,7 +122,7 @@ def stones_of(*size: float, count: int = 1) -> Stones:
     return Stones(*(np.full(count, value) for value in size), lot)
 
 
-def test_a_stone_that_rocks_takes_no_friction_at_which_its_cell_slides() -> None:
+def test_rocking_stone_uses_no_sliding_cell() -> None:
     """µ = 0.5 is between 0.33 and 0.58: above B/H = 0.4 it rocks as at 0.58, below 0.55 it slides as at 0.33."""
     values = np.zeros((4, 1, 2, 3))
     values[:, :, :, 1] = 1  # only at µ = 0.58 it falls
@@ -132,7 +132,7 @@ def test_a_stone_that_rocks_takes_no_friction_at_which_its_cell_slides() -> None
 
 
 @pytest.mark.parametrize("flag", [1, 0, np.nan])
-def test_a_stone_of_which_one_plane_is_unknown_is_unknown(flag: float) -> None:
+def test_stone_with_a_missing_plane_has_no_outcome(flag: float) -> None:
     """Plane 0 falls, stands or is unknown, plane 90 is unknown: a fall over its edge may have come first."""
     found = stone_outcomes(cells(np.reshape([flag, np.nan], (2, 1, 1, 1))), stones_of(0.6, 0.4, 0.7, 0.0))
     assert (found.known.item(), found.fell.item()) == (False, False)

@@ -197,7 +197,7 @@ def class_and_hazard(folder: Path, first: float) -> tuple[Path, Path]:
     return curves, hazard
 
 
-def test_one_stone_of_a_class_that_stands_is_a_strong_one(tmp_path: Path, stood: Callable[..., str]) -> None:
+def test_standing_stones_of_a_class_are_the_strong_ones(tmp_path: Path, stood: Callable[..., str]) -> None:
     """Under the largest hazard that is named 5 % of stones stand, each through earthquakes drawn one by one."""
     text = stood(*class_and_hazard(tmp_path, 0.01), years=800, stones=tmp_path / "survey.csv")
     row = next(line for line in text.splitlines() if line.startswith("  all "))

@@ -24,7 +24,7 @@ def test_surveys_under_one_earthquake_are_no_independent_samples() -> None:
     assert few.high - few.low > 4 * 2 * binomial
 
 
-def test_the_interval_over_earthquakes_holds_the_truth() -> None:
+def test_interval_over_earthquakes_covers_the_true_value() -> None:
     """Coverage under an earthquake varies by a beta distribution of mean 0.9, over 19 earthquakes of 20 surveys."""
     generator, held = np.random.default_rng(7), 0
     for _ in range(120):
@@ -34,7 +34,7 @@ def test_the_interval_over_earthquakes_holds_the_truth() -> None:
     assert held / 120 > 0.88
 
 
-def test_where_all_agree_the_bound_is_exact_and_of_few_there_is_none() -> None:
+def test_unanimous_bound_is_exact_and_few_earthquakes_have_none() -> None:
     low, high = share_interval(surveys([1.0] * 9), "holds")
     assert high == 1.0
     assert low**9 == pytest.approx(0.05)

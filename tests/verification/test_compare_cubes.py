@@ -50,7 +50,7 @@ def test_cubes_of_other_values_are_not_compared() -> None:
         changes(OLD, new)
 
 
-def test_what_is_firm_ends_at_another_flag_around_the_circle() -> None:
+def test_neighbours_are_compared_around_the_circle() -> None:
     # Beside the first azimuth of B/H 0.3 lies the last one, which stands: neither its fall nor the second's is firm.
     found = changes(OLD, cube([[1, 0], [1, 1], [1, 0], [1, 0]]))
     assert (found["flags changed"], found["of them where the neighbours agree"]) == ("1", "0")
@@ -67,7 +67,7 @@ def test_in_space_neighbours_also_fall_the_same_way() -> None:
     assert found["of these where the neighbours agree"] == "0 of 2"
 
 
-def test_records_are_compared_that_both_have() -> None:
+def test_only_common_records_are_compared() -> None:
     other = cube([[0, 0]] * 4, record="b")
     assert changes(xr.concat([other, OLD], "record"), OLD) == changes(OLD, OLD)
 

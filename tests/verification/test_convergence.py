@@ -103,7 +103,7 @@ def test_boundary_lies_between_its_cases_and_the_flag_changes_there() -> None:
         assert ((run_cases(groups[0].motion, cases).overturned != 0) == falls).all()
 
 
-def test_a_boundary_that_was_not_found_stays_unknown() -> None:
+def test_missing_boundary_stays_missing() -> None:
     groups = [decaying_sine()]
     where = boundaries(groups, answers(groups).results.overturned, 2)
     low, high = bracket_ends(where)

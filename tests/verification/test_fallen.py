@@ -53,7 +53,7 @@ def test_flags_that_do_not_fit_the_rotations_are_found(turned_deg: list[float], 
     assert scene_contradiction(prepared, 0.7, pulse(6.0), answer) == ("" if fits else "flag and rotation")
 
 
-def test_a_softer_contact_lies_flat_earlier_as_its_springs_say() -> None:
+def test_softer_contact_lies_flat_at_a_smaller_rotation() -> None:
     """A block of B x H lying on its side: m g/2 on each end of a face of length H, δ/B where it stands."""
     for share in (1e-4, 1e-2):
         law = ContactLaw(between=("stone", "stone"), static_penetration=share)
@@ -78,7 +78,7 @@ def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
     assert not flags_fit(prepared, np.array([True]), np.array([0.09]))
 
 
-def test_a_scene_that_asks_for_another_rotation_gets_it() -> None:
+def test_fallen_rotation_of_the_scene_is_used() -> None:
     scene = shipped("gravestone")
     tips = np.degrees(np.arctan(0.4))
     for asked, drop, early, lying in ((60.0, None, tips, 60.0), (120.0, None, tips, np.inf), (90.0, 0.2, 0.0, 90.0)):

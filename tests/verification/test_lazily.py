@@ -107,7 +107,7 @@ def peak(statistic: Statistic, folder: Path) -> int:
 
 
 @pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, names in STATISTICS.items() for name in names])
-def test_a_record_more_takes_little_memory(
+def test_additional_record_needs_little_memory(
     kind: str, name: str, folders: dict[str, list[Path]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cube_module, "IN_MEMORY", 0)  # these are as small as tests must be

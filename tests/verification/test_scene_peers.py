@@ -50,7 +50,7 @@ def test_flags_agree_within_the_engines_mutual_disagreement() -> None:
         assert min((what(rigid) != what(other)).mean() for other in (pymunk, box2d)) < mutual
 
 
-def test_the_kept_answers_are_the_engines() -> None:
+def test_stored_answers_match_the_engines() -> None:
     if find_spec("pymunk") is None or find_spec("Box2D") is None:
         lacking("pymunk and Box2D are not installed (`make peers`); their kept answers are compared above")
     kept = pd.read_csv(TABLE)

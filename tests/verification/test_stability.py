@@ -43,7 +43,7 @@ def test_no_case_is_silent_and_the_bounds_are_kept() -> None:
 
 
 @pytest.mark.parametrize("name", ADVERSARIAL)
-def test_adversarial_motions_are_what_they_are_called(name: str) -> None:
+def test_adversarial_motions_match_their_names(name: str) -> None:
     case = next(case for case in adversarial_cases(8, 1) if case.motion == name and case.peak > 0)
     motion = motion_of_case(case, 0)
     match name:
@@ -84,7 +84,7 @@ def test_the_checks_find_a_wrong_answer() -> None:
         assert block_contradiction(SOUND, motion, Results(**vars(found) | change)) == reason
 
 
-def test_what_numbers_cannot_hold_is_refused_by_name() -> None:
+def test_too_stiff_contacts_are_refused_by_name() -> None:
     outcome = run_case(replace(SOUND, stiffness=1e18), 0)
     assert outcome["ending"] == Ending.REFUSED
     assert outcome["reason"] == "stiffness"

@@ -94,7 +94,7 @@ def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_a_scene_that_its_weight_presses_in_too_far_is_marked(name: str) -> None:
+def test_scene_with_too_soft_contacts_is_marked(name: str) -> None:
     """Also where nothing moves, and where the faces have passed one another: 8 widths deep."""
     for penetration in (0.6, 8.0):
         law = ContactLaw(between=("stone", "stone"), static_penetration=penetration)
@@ -120,7 +120,7 @@ DIFFER = (
 
 
 @pytest.mark.parametrize("stone", DIFFER, ids=lambda stone: str(stone[0]))
-def test_where_the_kernels_have_other_flags_they_go_to_one_limit(stone: tuple[Any, ...]) -> None:
+def test_kernels_converge_to_the_same_flags(stone: tuple[Any, ...]) -> None:
     """With Cundall's scheme they compute one motion; with their centred ones the same fall once the step is fine.
 
     These stones slide by many times their widths, two of them to the side other than that to which they tip.

@@ -26,7 +26,7 @@ from verification.tables import (
 from verification.work_precision import page as error_page
 
 
-def test_table_reads_back_and_is_the_same_each_time(tmp_path: Path) -> None:
+def test_table_is_read_back_and_reproducible(tmp_path: Path) -> None:
     rows = pd.DataFrame({"a": [1.0, np.nan], "b": ["x", ""], "c": np.array([1, -128], np.int8)})
     meanings = {name: (name, "1") for name in rows}
     for name in ("one", "two"):
@@ -59,7 +59,7 @@ def test_pages_change_between_their_marks_only(tmp_path: Path) -> None:
     assert "newer" in pages[0].read_text(encoding="utf-8"), "what has its marks is published all the same"
 
 
-def test_figures_measured_again_take_the_place_of_the_old_ones(tmp_path: Path) -> None:
+def test_new_figures_replace_old_ones(tmp_path: Path) -> None:
     path = tmp_path / "exactness.csv"
     write_figures([Figure("speed", 3.0, "x"), Figure("cases", 20_000)], path)
     assert write_figures([Figure("speed", 2.5, "x")], path, keep=True) == read_figures(path)

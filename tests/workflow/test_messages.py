@@ -67,7 +67,7 @@ def event(handler: LogHandler, text: str = "", level: int = logging.INFO, **abou
     handler.emit(record)
 
 
-def test_errors_in_the_words_of_the_steps(
+def test_errors_of_steps_are_printed_unchanged(
     handler: LogHandler, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     event(handler, event=LogEvent.RUN_INFO, stats={"sweep": 2, "read": 1, "total": 3})
@@ -115,7 +115,7 @@ def test_errors_in_the_words_of_the_steps(
         ),
     ],
 )
-def test_what_stops_a_run_before_it_begins(
+def test_errors_found_before_a_run(
     handler: LogHandler,
     text: str,
     said: str,
@@ -131,7 +131,7 @@ def test_what_stops_a_run_before_it_begins(
     assert capsys.readouterr().err == said
 
 
-def test_of_what_goes_well_only_the_results_are_named(handler: LogHandler, capsys: pytest.CaptureFixture[str]) -> None:
+def test_successful_run_prints_only_its_results(handler: LogHandler, capsys: pytest.CaptureFixture[str]) -> None:
     for text in ("Building DAG of jobs...", "Select jobs to execute...", "Complete log(s): x"):
         event(handler, text)
     event(handler, "sweep 7", event=LogEvent.JOB_FINISHED, job_id=7)
@@ -143,7 +143,7 @@ def test_of_what_goes_well_only_the_results_are_named(handler: LogHandler, capsy
     assert err == "damaged: x\n"
 
 
-def test_who_stops_a_run_is_not_told_of_failures(handler: LogHandler, capsys: pytest.CaptureFixture[str]) -> None:
+def test_interrupted_run_reports_no_failures(handler: LogHandler, capsys: pytest.CaptureFixture[str]) -> None:
     event(handler, event=LogEvent.RUN_INFO, stats={"sweep": 2, "total": 2})
     event(handler, "Terminating processes on user request, this might take some time.")
     event(handler, "Error in rule sweep", logging.ERROR, event=LogEvent.JOB_ERROR, rule_name="sweep", log=[], jobid=3)
@@ -151,7 +151,7 @@ def test_who_stops_a_run_is_not_told_of_failures(handler: LogHandler, capsys: py
     assert capsys.readouterr().err == ("Stopped; finished results are kept, and the same command resumes the run.\n")
 
 
-def test_with_verbose_snakemake_speaks_for_itself(capsys: pytest.CaptureFixture[str]) -> None:
+def test_verbose_run_shows_snakemake_output(capsys: pytest.CaptureFixture[str]) -> None:
     event(handler_of(verbose=True), "Building DAG of jobs...")
     assert capsys.readouterr().err == "Building DAG of jobs...\n"
 
@@ -227,7 +227,7 @@ def test_a_wrong_key_is_named(checkout: Checkout) -> None:
         checkout.planned(frictoin=[1.0])
 
 
-def test_a_key_that_stands_twice_is_named(tmp_path: Path) -> None:
+def test_duplicate_key_is_named(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path / "twice", SMALL + "friction: [0.5]\n")
     with pytest.raises(WorkflowError, match=r"study\.yaml, line 8: friction is given twice; keep one"):
         checkout.planned()
@@ -271,9 +271,7 @@ def test_another_workflow_uses_it_as_a_module(tmp_path: Path) -> None:
     assert {"sweep", "report"} <= checkout.planned()
 
 
-def test_a_step_that_fails_is_told_first_and_last_without_its_command(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_failed_step_is_reported_first_and_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     checkout = Checkout(tmp_path / "failing", SMALL.replace("rinaldi, petrolia", "rinaldi"))
     programs = tmp_path / "bin"
     programs.mkdir()

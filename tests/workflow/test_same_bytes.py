@@ -26,9 +26,7 @@ def slurm() -> Iterator[Future[list[Run]]]:
         yield pool.submit(on_slurm, SMALL, 2)
 
 
-def test_one_core_killed_and_injured_and_resumed_in_another_folder_ends_in_the_bytes_of_two_cores(
-    finished: Checkout, tmp_path: Path
-) -> None:
+def test_resumed_run_has_the_same_bytes(finished: Checkout, tmp_path: Path) -> None:
     """In one piece, where the other was in two chunks; after the cube the steps are carried out in this process."""
 
     def killed(place: Checkout, _dice: random.Random, _seconds: float) -> None:

@@ -39,7 +39,7 @@ def test_the_crate_names_all_that_was_made_with_its_hash(finished: Checkout) -> 
     assert {"#record-rinaldi", "#record-petrolia", "study.yaml", "cube.nc", "motion/rinaldi.nc"} <= crate.keys()
 
 
-def test_report_cube_and_crate_name_no_clock_no_host_no_path(finished: Checkout) -> None:
+def test_results_contain_no_time_host_or_path(finished: Checkout) -> None:
     report = (finished.results / "report.html").read_text(encoding="utf-8")
     with open_cube(finished.results / "cube.nc") as cube:
         text = report + repr(dict(cube.attrs))
@@ -176,7 +176,7 @@ def test_a_result_that_was_deleted_is_made_again(
         kept.rename(path)
 
 
-def test_of_further_records_these_alone_are_swept_and_figures_wait_for_their_own_parts(finished: Checkout) -> None:
+def test_additional_records_run_alone(finished: Checkout) -> None:
     use = ["rinaldi", "petrolia", "sylmar", "tcu065", "izmit", "duzce", "erzincan", "lucerne", "sturno", "tcu102"]
     plan = finished.plan(records={"use": use})
     swept = {line.partition(" --motion ")[2].split()[0] for line in plan.commands if "overturning sweep " in line}
@@ -190,7 +190,7 @@ def test_of_further_records_these_alone_are_swept_and_figures_wait_for_their_own
     assert not any("cube.nc" in line for line in of_records)
 
 
-def test_a_record_taken_out_of_the_study_leaves_no_file_behind(finished: Checkout, tmp_path: Path) -> None:
+def test_removed_record_leaves_no_files(finished: Checkout, tmp_path: Path) -> None:
     checkout = finished.copy_to(tmp_path / "checkout")
     before = {str(path.relative_to(checkout.results)) for path in checkout.results.rglob("*") if path.is_file()}
     of_record = {name for name in before if "petrolia" in name}
@@ -204,9 +204,7 @@ def test_a_record_taken_out_of_the_study_leaves_no_file_behind(finished: Checkou
     assert not plan.rules & {"read", "sweep"}
 
 
-def test_a_changed_title_and_a_figure_that_has_gone_make_its_kind_and_report_and_nothing_else(
-    finished: Checkout, tmp_path: Path
-) -> None:
+def test_changed_title_remakes_only_the_report(finished: Checkout, tmp_path: Path) -> None:
     """The figure is one of those of which Snakemake does not know how many there are."""
     checkout = finished.copy_to(tmp_path / "checkout")
     before = bytes_of(checkout.results)
@@ -222,7 +220,7 @@ def test_a_changed_title_and_a_figure_that_has_gone_make_its_kind_and_report_and
     assert b"Another title" in after["report.html"]
 
 
-def test_the_package_alone_has_the_bytes_of_the_workflow(finished: Checkout, tmp_path: Path) -> None:
+def test_package_and_workflow_give_the_same_bytes(finished: Checkout, tmp_path: Path) -> None:
     run = without_snakemake(finished.copy_to(tmp_path / "checkout"), "whole")
     assert run.sha256 == sha256(finished.cube.read_bytes()).hexdigest()
     assert len(list(finished.results.glob("sweep/*/*.nc"))) == 4, "the default profile keeps parts"

@@ -77,7 +77,7 @@ def test_fetch_errors_take_one_line(arguments, capsys, tmp_path):
     assert capsys.readouterr().err.startswith("error: ")
 
 
-def test_a_file_of_the_other_sensor_than_declared_is_not_passed_over(capsys, tmp_path):
+def test_file_of_another_sensor_than_declared_is_not_skipped(capsys, tmp_path):
     path = columns_file(tmp_path / "x.csv")
     words = ("--columns", "time:s north:gal east:gal", "--processed", "--sensor")
     assert run("records", "check", path, *words, "surface") == 0
@@ -155,7 +155,7 @@ def test_check_and_add_take_the_other_files_of_the_record(tmp_path, capsys):
     assert read_catalogue(table)["z"].source == "z.mseed s.xml"
 
 
-def test_add_prints_the_notes_of_check_and_names_a_motion_that_is_there(tmp_path, capsys):
+def test_add_prints_the_notes_of_check_and_names_duplicates(tmp_path, capsys):
     time = np.arange(3000) / 100
     for name, more in (("a", 0), ("b", 5)):
         wave = np.random.default_rng(4).normal(0, 50, (2, time.size)) * np.exp(-(((time - 15) / 4) ** 2))
@@ -213,7 +213,7 @@ def test_add_keeps_the_records_that_come_with_the_package(tmp_path, capsys, monk
     assert "id 'rinaldi' is there already" in capsys.readouterr().err
 
 
-def test_a_unit_that_cannot_be_is_refused_with_the_one_that_can(tmp_path, capsys):
+def test_impossible_unit_is_refused_with_a_possible_one(tmp_path, capsys):
     path = columns_file(tmp_path / "x.csv")
     given = ("records", "check", "--raw", path)
     assert run(*given, "--columns", "time:s north:g east:g") == 1
@@ -226,7 +226,7 @@ def test_a_unit_that_cannot_be_is_refused_with_the_one_that_can(tmp_path, capsys
     assert "trusted although peak acceleration 300 g" in capsys.readouterr().out
 
 
-def test_columns_are_declared_raw_or_processed_and_never_called_an_agency_s(tmp_path, capsys):
+def test_columns_must_be_declared_raw_or_processed(tmp_path, capsys):
     path = columns_file(tmp_path / "x.csv", offset=5.0)
     given = ("records", "check", path, "--columns", "time:s north:gal east:gal")
     assert run(*given) == 1

@@ -70,7 +70,7 @@ def test_two_dead_horizontals_with_a_vertical_are_refused(tmp_path):
     assert read_columns(columns(path, 0.02 * NORTH, 0.02 * EAST, UP), declared).notes == []
 
 
-def test_an_axis_that_dies_while_the_ground_moves_is_named(tmp_path):
+def test_axis_that_dies_during_the_motion_is_named(tmp_path):
     """East stands from 6 s on, where its last sample was; north has its peak at 8 s."""
     path = columns(tmp_path / "x.csv", NORTH, np.where(TIME < 6.0, EAST, EAST[600]))
     (note,) = read_columns(path, processed=False).notes
@@ -87,7 +87,7 @@ def test_a_dead_vertical_is_named(tmp_path):
     assert read_columns(columns(tmp_path / "x.csv", NORTH, EAST, UP), declared).notes == []
 
 
-def test_a_clipped_axis_is_named_with_its_samples_at_the_rail(tmp_path):
+def test_clipped_axis_is_named_with_its_number_of_samples(tmp_path):
     clipped = np.clip(NORTH, -1.0, 1.0)
     at_rail = [run.size for run in np.split(clipped, np.flatnonzero(np.diff(clipped)) + 1) if abs(run[0]) == 1.0]
     count = sum(size for size in at_rail if size >= 3)

@@ -54,7 +54,7 @@ def test_an_origin_time_reads_the_same_in_any_zone() -> None:
 
 
 @pytest.mark.parametrize("text", ["1989", "1989-10-18", "10/18/1989 00:04", "1989-02-30T00:04:15"])
-def test_an_origin_time_that_is_none_is_refused(tmp_path: Path, text: str) -> None:
+def test_invalid_origin_time_is_refused(tmp_path: Path, text: str) -> None:
     table = tmp_path / "r.tsv"
     table.write_text(f"id\tsource\torigin_time\na\tx\t{text}\n")
     with pytest.raises(ConfigError, match=r"line 2: column origin_time .*: give date and time in UTC, like 2016"):
@@ -159,7 +159,7 @@ def test_a_start_without_a_zone_is_in_utc() -> None:
 
 
 @pytest.mark.parametrize("start", ["1994-01-17", "noon"])
-def test_a_start_that_is_no_date_and_time_is_named(start: str) -> None:
+def test_invalid_start_is_named(start: str) -> None:
     record = Record("r", np.zeros(3), np.zeros(3), None, 0.01, start=start)
     with pytest.raises(ArgumentError, match=f"record r: start '{start}', .*: give date and time in UTC, like 2016"):
         earthquakes_of([record])

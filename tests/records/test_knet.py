@@ -216,7 +216,7 @@ def test_declared_azimuths_replace_those_of_the_files_with_a_note(tmp_path):
     assert same.notes == []
 
 
-def test_a_record_in_several_files_has_the_hash_of_their_hashes_and_the_table_s_is_compared(tmp_path):
+def test_hash_of_several_files_is_compared_with_the_table(tmp_path):
     paths = write_knet_set(tmp_path, "T", NORTH, EAST, UP)
     own = [hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(paths)]
     joint = hashlib.sha256("".join(own).encode("ascii")).hexdigest()
@@ -228,7 +228,7 @@ def test_a_record_in_several_files_has_the_hash_of_their_hashes_and_the_table_s_
 
 @pytest.mark.parametrize("end", ["", "\n"])
 @pytest.mark.parametrize("count", [8, 24])
-def test_the_last_line_is_whole_where_it_ends_or_is_flush(count, end):
+def test_truncated_last_line_is_detected(count, end):
     """The width of a line is compared with the one before; a single line, or one with a line end, is not."""
     text = knet_text(NORTH[:count]).rstrip("\n")
     if end and count > 8:

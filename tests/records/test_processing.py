@@ -52,7 +52,7 @@ def test_drift_is_detected_at_the_end_of_velocity_and_displacement() -> None:
 
 
 @pytest.mark.parametrize("zone", ["Asia/Tokyo", "America/Los_Angeles"])
-def test_a_start_of_no_zone_is_in_utc_wherever_the_machine_stands(monkeypatch, zone) -> None:
+def test_start_without_zone_is_utc_on_every_machine(monkeypatch, zone) -> None:
     """Regression: the start of a `Record` made in Python was read as local time, nine hours off in Japan."""
     monkeypatch.setenv("TZ", zone)
     time.tzset()
@@ -149,7 +149,7 @@ def test_a_push_between_rest_and_rest_is_no_offset():
     np.testing.assert_allclose(done, signal.sosfiltfilt(sections, between_zeros, padtype=None), atol=1e-12)
 
 
-def test_boore_2001_takes_away_the_offsets_that_were_put_in():
+def test_boore_2001_removes_known_offsets():
     """Offsets of 0.05 m/s² from 20 to 25 s and of 0.002 afterwards: the scheme's own model, so it finds them."""
     motion = sine(2.0)
     offset = np.where((TIME >= 20) & (TIME < 25), 0.05, 0.0) + np.where(TIME >= 25, 0.002, 0.0)

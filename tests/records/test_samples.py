@@ -51,7 +51,7 @@ def test_smc_three_files_make_one_record():
     assert np.abs(record.east).max() * 100 == pytest.approx(70.44, abs=0.01)
 
 
-def test_csmip_channels_that_stop_apart_are_cut_to_the_common_part():
+def test_csmip_channels_of_different_length_are_cut():
     record = read_path(SAMPLES / "CICLC.v1")
     assert record.north.size == 31932
     assert record.processing[0]["left_out_s"] == pytest.approx(2.58)

@@ -251,7 +251,7 @@ def test_the_depth_in_the_stationxml_identifies_a_borehole(tmp_path, depth, sens
         (("HHN", "HHE"), {"HHN": (0, 0), "HHE": (90, 0)}, ["is of a velocity sensor by its code", "in M/S**2"]),
     ],
 )
-def test_miniseed_whose_stationxml_is_not_its_own_is_refused(tmp_path, channels, stationxml, words):
+def test_miniseed_with_a_wrong_stationxml_is_refused(tmp_path, channels, stationxml, words):
     files = [write_mseed(tmp_path / "a.mseed", dict(zip(channels, (N, E), strict=True)))]
     if stationxml:
         files.append(write_inventory(tmp_path / "a.xml", stationxml))
@@ -279,7 +279,7 @@ def test_sac_of_velocity_or_of_a_borehole_by_its_header_is_refused(tmp_path, key
     ("word", "value", "words"),
     [(85, 2, "a spectrum"), (85, 3, "a spectrum"), (85, 4, "x and y"), (105, 0, "uneven times"), (86, 50, "volts")],
 )
-def test_sac_that_is_no_even_series_of_accelerations_is_refused(tmp_path, word, value, words):
+def test_sac_other_than_even_accelerations_is_refused(tmp_path, word, value, words):
     """Header words 85, 86 and 105 (IFTYPE, IDEP, LEVEN). Regression: such files were read as accelerations."""
     paths = [write_sac(tmp_path / f"{name}.sac", N / 1e5, name, 0.0, 90.0) for name in ("HNN", "HNE")]
     for path in paths:
@@ -508,7 +508,7 @@ def test_one_file_per_component_is_declared_by_the_names_of_the_files(tmp_path):
 
 
 @pytest.mark.parametrize(("word", "width"), [("*8", 0), ("*8F10", 10), ("*8F10.3", 10)])
-def test_values_that_go_on_over_lines_are_read_in_their_order(tmp_path, word, width):
+def test_values_continued_over_lines_are_read_in_order(tmp_path, word, width):
     """Eight values a line, in columns that touch where they are of fixed width, and the last line shorter."""
     for axis, samples in (("n", N), ("e", E)):
         cells = [f"{v / 1e3:.3f}".rjust(width) if width else f"{v / 1e3:.3f} " for v in samples[:403]]

@@ -60,7 +60,7 @@ def two(low: float, high: float, n: int = 3) -> Any:
     return results(Mean(n, 0.35, low, high), pulse=NORMAL, control=EITHER)
 
 
-def test_axes_that_no_earthquake_has_are_not_drawn() -> None:
+def test_no_axis_figure_without_axes() -> None:
     made = results(all=NOTHING)
     made.figures = Path("figures")
     assert axes_shown(made) is None, "it was a plot without a point"
@@ -152,7 +152,7 @@ def test_a_share_is_compared_with_that_of_a_variant_earthquake_by_earthquake(sta
     assert "too few" in alone
 
 
-def test_what_vertical_motion_changes_is_asked_of_the_records_that_have_one() -> None:
+def test_vertical_question_uses_records_with_vertical_motion() -> None:
     """The others, the same with and without, made a difference of ten points one of five, with as many earthquakes."""
     own, primary = [0.9, 0.5, 0.6, 0.3], Primary(statistic="share", against="other")
     said = shares(primary, own, [0.8, 0.4, 0.6, 0.3], vertical=[1, 1, 0, 0])
@@ -162,7 +162,7 @@ def test_what_vertical_motion_changes_is_asked_of_the_records_that_have_one() ->
     assert "None of these records has vertical motion" in shares(primary, own, own, vertical=[0] * 4)
 
 
-def test_planes_near_the_fault_normal_are_told_from_those_near_the_fault() -> None:
+def test_planes_near_fault_normal_and_fault_are_separated() -> None:
     """The normal is 60°: 30, 60, 90 and their opposites lie nearer to it than 45°, of which four of six fall."""
     azimuth = np.arange(0, 360, 30)
     falls = [float(one in (30, 60, 210, 240, 330)) for one in azimuth]
@@ -233,7 +233,7 @@ def test_two_settings_compared_case_by_case() -> None:
     assert contrast_told(Contrast(*[unknown] * 5), "here", "there") == ("In no case is the outcome known under both.",)
 
 
-def test_what_falls_follow_and_how_sure_that_is() -> None:
+def test_followed_reference_and_its_interval() -> None:
     sure, against, open_ = (Mean(9, *values) for values in ((0.5, 0.2, 0.7), (-0.4, -0.6, -0.1), (0.1, -0.3, 0.5)))
     velocity, normal = "peak velocity", "fault normal"
     references = {(velocity, True): [sure] * 3, (velocity, False): [open_, against, sure], (normal, True): [open_] * 3}

@@ -53,7 +53,7 @@ def warnings(shown: Section) -> list[Caution]:
     return [block for block in shown.blocks if isinstance(block, Caution)]
 
 
-def test_what_changed_and_what_was_refused() -> None:
+def test_processing_table_lists_changes_and_refusals() -> None:
     shown = section()
     assert numbers(text_of(shown).splitlines()[1])[:2] == ["200", "9,000"]
     assert "variants" not in text_of(shown)
@@ -90,13 +90,13 @@ def test_it_warns_above_one_percent() -> None:
         ({"changed": 7, "looked_at": 1, "chaotic": 1}, ["7", "1", "0", "0", "1"]),
     ],
 )
-def test_what_finer_steps_settle_and_what_nothing_decides(settling: dict[str, int], told: list[str]) -> None:
+def test_decided_and_chaotic_cases_are_counted(settling: dict[str, int], told: list[str]) -> None:
     text = text_of(section(settling={"settled": 0, "chaotic": 0, "block_steps": 50} | settling))
     about = text.partition("With finer steps")[2].partition("\n")[0]
     assert numbers(about.replace(f"1 + {AMPLITUDE_PERTURBATION:g}", "")) == told
 
 
-def test_what_was_not_run_again() -> None:
+def test_reason_for_missing_repetition() -> None:
     assert "The variants were not run again." in text_of(section(variants=("bouncy",)))
     assert "verification.cost" in text_of(section(chosen=50))
     none = section(chosen=0, finer=run_again(cases=0, fallen=0, flags=0, flags_undivided=0))
@@ -153,7 +153,7 @@ def test_sides_that_change_although_all_members_agree_have_a_row() -> None:
     assert not any("falls one way" in text for text in column(tables(section())[0], "what changed"))
 
 
-def test_the_share_of_falls_in_space_that_go_elsewhere_under_nearly_the_same_motion() -> None:
+def test_share_of_3d_falls_with_unstable_azimuth() -> None:
     moving = {"falls": 60, "moved": 15, "stood": 2, "weight": 50.0, "weight_moved": 4.0, "block_steps": 100}
     results = results_of(members=8, amplitude=moving)
     results.model = Body()
@@ -166,7 +166,7 @@ def test_the_share_of_falls_in_space_that_go_elsewhere_under_nearly_the_same_mot
     assert "elsewhere under motions" not in dependence(results_of(members=8)).text
 
 
-def test_of_no_case_nothing_is_told() -> None:
+def test_no_sentence_about_zero_cases() -> None:
     """Regression: shares of zero cells were printed, such as "all" or 0.0 %."""
     none = COUNTS | {"undivided": 0, "flags_undivided": 0}
     told = text_of(section(members=24, rigid=none | {"cells": 200})).partition("Blocks of µ")[2].partition("\n")[0]

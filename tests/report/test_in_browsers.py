@@ -234,7 +234,7 @@ def test_dragging_and_keys_turn_a_body_in_space(said: dict[str, Any]) -> None:
 
 
 @pytest.mark.browser
-def test_the_explorer_says_what_the_cube_has(said: dict[str, Any]) -> None:
+def test_explorer_shows_the_values_of_the_cube(said: dict[str, Any]) -> None:
     whole, around = cube(), said["explorer"]
 
     def expected(azimuth: int, ratio: int) -> str:

@@ -67,7 +67,7 @@ def test_rates_with_intervals_by_record_and_no_turn_from_planes(cemetery: Result
     assert "stand shifted" not in said(population(replace(cemetery, cube=cube, populations={"nominal": found})))
 
 
-def test_planes_that_were_not_computed_are_said_beside_the_rates(cemetery: Results) -> None:
+def test_missing_planes_are_noted_with_the_rates(cemetery: Results) -> None:
     assert "No plane" not in said(population(cemetery))
     part = replace(cemetery, cube=cemetery.cube.isel(azimuth=slice(0, 6)))
     told = "No plane between 75° and 180° was computed: a face that looks there falls as in the nearest plane."

@@ -66,7 +66,7 @@ def test_vertical_peaks_stand_beside_the_horizontal_ones_where_there_are_any(ope
     assert column(tables(records(replace(opened, intensity=up)))[0], "vertical PGA, Gal") == ["1840", "–"]
 
 
-def test_the_processing_is_told(opened: Results) -> None:
+def test_processing_is_described(opened: Results) -> None:
     effect = {"pga": [5.0, 4.0], "pgv": [2.0, 0.5], "pgd": [100.0, 0.1]}
     account = {
         "data": "raw",
@@ -115,7 +115,7 @@ def test_cells_and_their_outcomes_are_counted(report: Report, opened: Results) -
     assert "No outcome is missing." in text_of(section(report, "Answer"))
 
 
-def test_a_fall_normal_to_the_fault_is_said(one_record: Make) -> None:
+def test_fall_normal_to_the_fault_is_stated(one_record: Make) -> None:
     made = build_report(one_record(8))
     alignment = text_of(made.blocks[0]).splitlines()[1]
     (axes,) = [
@@ -167,7 +167,7 @@ def test_alignment_by_shape_is_the_mean_over_earthquakes(report: Report, one_rec
     assert set(column(four, "earthquakes with falls, all records")) <= {"4", "0"}
 
 
-def test_an_earthquake_whose_falls_go_every_way_counts_in_the_alignment_by_shape(
+def test_isotropic_earthquake_counts_in_alignment_by_shape(
     report: Report, one_record: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Three earthquakes with falls: one with cos 2Δ = 0.5 and an axis, one with 0.02 and none, one not counted."""
@@ -242,13 +242,13 @@ def test_no_falls(one_record: Make) -> None:
         (2, {"vertical": 1}, "Vertical motion is in 2 of 2 records.", "the others none"),
     ],
 )
-def test_what_is_said_of_odd_results(one_record: Make, copies: int, values: Any, said: str, not_said: str) -> None:
+def test_sentences_on_unusual_results(one_record: Make, copies: int, values: Any, said: str, not_said: str) -> None:
     text = text_of(build_report(one_record(copies, **values)))
     assert said in text
     assert not_said not in text
 
 
-def test_a_fault_normal_under_whose_record_nothing_falls_is_not_said_to_be_unknown(one_record: Make) -> None:
+def test_fault_normal_without_falls_is_not_called_unknown(one_record: Make) -> None:
     results = one_record(2)
     cube = results.cube.assign(fault_normal=("record", [60.0, np.nan]))
     for name in ("overturned", "probability_towards", "probability_away"):
@@ -297,7 +297,7 @@ def test_some_outcomes_missing(one_record: Make) -> None:
     assert "the share of the cases whose outcome is known that overturn, a mean" in text_of(answer(own))
 
 
-def test_merged_and_doubtful_earthquakes_are_said(opened: Results) -> None:
+def test_merged_and_doubtful_earthquakes_are_listed(opened: Results) -> None:
     said = ["'A 1989' and 'B' are one earthquake (one event_id, e1)", "'C' and 'D' resemble each other"]
     cube = opened.cube.assign_attrs(earthquakes=json.dumps(said))
     assert f"{said[0]}. {said[1]}. Records of one earthquake" in text_of(answer(replace(opened, cube=cube)))
@@ -312,7 +312,7 @@ def test_vertical_motion_is_counted(one_record: Make) -> None:
     assert " 1 record has vertical motion, the others none." in text
 
 
-def test_vertical_motion_that_the_study_leaves_out_is_not_said_to_be_lacking(one_record: Make) -> None:
+def test_omitted_vertical_motion_is_not_called_missing(one_record: Make) -> None:
     results = one_record(2, vertical=0)
     results.intensity["pga_vertical"][:] = [1.5, np.nan]
     without = results.study.simulation.model_copy(update={"vertical": False})
@@ -382,7 +382,7 @@ def test_a_variant_of_the_same_scene_is_no_other_scene(one_record: Make, monkeyp
     assert [name.endswith(", level") for name in column(tables(found)[0], "scene")] == [False, True]
 
 
-def test_settings_are_told_apart_by_what_they_differ_in(opened: Results) -> None:
+def test_variants_are_labelled_by_their_differences(opened: Results) -> None:
     paper, bare = Variant(contact=ContactSettings(damping=3500)), Variant(vertical=False)
     both = paper.model_copy(update={"vertical": False})
     given = {"paper": paper, "bare": bare, "both": both}
@@ -395,7 +395,7 @@ def test_settings_are_told_apart_by_what_they_differ_in(opened: Results) -> None
     }
 
 
-def test_an_ensemble_of_all_cells_is_not_said_to_be_near_a_change(one_record: Make) -> None:
+def test_ensemble_of_all_cells_is_described_correctly(one_record: Make) -> None:
     results = one_record()
     everywhere = results.study.ensemble.model_copy(update={"where": "everywhere"})
     assert "Each cell near a change of flag (" in text_of(ensemble(results))
@@ -439,7 +439,7 @@ def test_a_mean_is_not_given_where_falls_go_every_way(opened: Results) -> None:
     assert cells[:4] == ("210°", "1.00", "30°", "1.00"), "a direction has a head, an axis has none"
 
 
-def test_a_scene_of_several_stones_is_not_said_to_be_one_block(one_record: Make) -> None:
+def test_scene_of_several_stones_is_not_called_a_block(one_record: Make) -> None:
     block, stack = (text_of(method(of_study(one_record(), scene=load_scene(f)))) for f in ("shaft-alone", "three-tier"))
     for sentence in ("A rigid block on a base", "or be a stack of several"):
         assert sentence in block

@@ -55,7 +55,7 @@ def test_it_has_the_sections_of_space_and_none_of_planes(folder: Path) -> None:
         assert render_html(build_report(results)) == page
 
 
-def test_turns_of_cylinders_are_said_to_be_those_of_bodies_that_roll(folder: Path) -> None:
+def test_twist_of_cylinders_is_noted_as_rolling(folder: Path) -> None:
     with open_results(folder) as results:
         assert "rolls on its rim" not in repr(twists(results))
         assert "rolls on its rim" in repr(twists(of_study(results, body=BodySettings(plan="circle"))))

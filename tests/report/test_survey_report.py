@@ -103,7 +103,7 @@ def test_the_answer_of_several_surveys_names_each(surveyed: Path) -> None:
     assert ".csv" not in alone
 
 
-def test_planes_that_were_not_computed_are_said_beside_a_prediction(surveyed: Path) -> None:
+def test_missing_planes_are_noted_with_a_prediction(surveyed: Path) -> None:
     result = read_survey(surveyed / "survey" / "1.json")
     with open_cube(surveyed / "cube.nc") as cube:
         whole, part = azimuth_gap_label(cube), azimuth_gap_label(cube.isel(azimuth=slice(0, 6)))
@@ -112,13 +112,13 @@ def test_planes_that_were_not_computed_are_said_beside_a_prediction(surveyed: Pa
     assert said in text_of(survey_section(result, gaps=part))
 
 
-def test_half_a_circle_is_all_of_what_is_its_own_mirror_image_alone() -> None:
+def test_half_circle_is_complete_only_with_mirror_symmetry() -> None:
     for period, said in ((180.0, ""), (360.0, "between 165° and 360°")):
         azimuth = ("azimuth", np.arange(0, 180, 15), {"period": period})
         assert azimuth_gap_label(xr.Dataset(coords={"azimuth": azimuth})) == said
 
 
-def test_the_terminal_says_the_same(
+def test_terminal_output_matches_the_report(
     surveyed: Path, reported: tuple[str, bytes], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run("survey", str(surveyed / "any-way.csv"), "--cube", str(surveyed / "cube.nc")) == 0

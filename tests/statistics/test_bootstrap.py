@@ -53,7 +53,7 @@ def test_the_tail_is_that_of_hesterbergs_table() -> None:
     assert expanded_tail(10**6) == pytest.approx(0.025, abs=1e-5)
 
 
-def test_the_interval_of_the_fewest_holds_a_mean_in_19_of_20_samples() -> None:
+def test_interval_for_eight_earthquakes_covers_95_percent() -> None:
     """The plain percentile interval for eight earthquakes covers the mean in 88 %."""
     generator, held = np.random.default_rng(1), 0
     for seed in range(1000):

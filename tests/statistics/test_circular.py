@@ -159,7 +159,7 @@ def test_two_vectors_have_a_common_axis_by_their_angle() -> None:
 
 
 @pytest.mark.parametrize("count", [8, 14])
-def test_a_common_axis_is_found_where_there_is_one_and_seldom_where_there_is_none(count: int) -> None:
+def test_power_and_size_of_the_common_axis_test(count: int) -> None:
     """Doubled axes of von Mises' κ = 3, and isotropic ones, with resultants of 0.3 to 0.9."""
     generator, found = np.random.default_rng(42), {}
     for kappa, samples in ((0.0, 1000), (3.0, 300)):

@@ -99,7 +99,7 @@ def test_intervals_of_the_alignment_hold_the_truth(kappa: float, pulse: int) -> 
 
 @pytest.mark.long
 @pytest.mark.parametrize("kappa", [0.0, 1.0, 3.0])
-def test_intervals_of_the_difference_of_groups_hold_the_truth(kappa: float) -> None:
+def test_intervals_of_group_differences_cover_the_true_value(kappa: float) -> None:
     found = [one.difference for one in data_sets(kappa) if one.difference is not None]
     assert np.mean([one.low <= 0 <= one.high for one in found]) >= 0.92
 

@@ -94,7 +94,7 @@ def test_pulse_after_one_impact_is_near_that_of_the_rocking_block(ratio: float) 
     assert 0.98 <= factor / first <= 1.11
 
 
-def test_every_criterion_asks_for_at_least_the_acceleration_of_rocking() -> None:
+def test_every_criterion_needs_the_acceleration_of_rocking() -> None:
     ratio = np.geomspace(0.02, 0.5, 30)
     for criterion in CRITERIA:
         assert (criterion.acceleration(0.6, 0.3, ratio) >= west_acceleration(0.3) * (1 - 1e-12)).all()

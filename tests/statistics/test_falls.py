@@ -58,7 +58,7 @@ def test_integer_and_float_flags_are_equivalent() -> None:
     assert float(fall_shares(whole)) == pytest.approx(2 / 4)
 
 
-def test_an_outcome_changes_where_the_next_one_is_known_and_another() -> None:
+def test_changes_need_two_known_outcomes() -> None:
     flags = line([0, 90, 180, 270], [1, 1, np.nan, 0])
     assert flag_changes_between_neighbours(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
     assert flag_changes_between_neighbours(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
@@ -147,7 +147,7 @@ def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
     assert fall_means(extra)["mean_axis"].values == pytest.approx(fall_means(regular)["mean_axis"].values, abs=0.01)
 
 
-def test_the_ends_of_a_part_of_the_circle_do_not_stand_for_the_rest_of_it(make_cube, sector) -> None:
+def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube, sector) -> None:
     """Of twelve planes from 30° to 85°, those from 40° on fall, each counted once."""
     part = np.arange(30, 90, 5)
     assert plane_weight(part) == pytest.approx(np.full(12, 1 / 12))
@@ -158,7 +158,7 @@ def test_the_ends_of_a_part_of_the_circle_do_not_stand_for_the_rest_of_it(make_c
     assert plane_weight([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), "no part of a finer grid"
 
 
-def test_two_parts_of_the_circle_stand_for_themselves_only() -> None:
+def test_two_partial_circles_have_no_extra_weight() -> None:
     """A study of azimuths near both faces of a stone: the end planes of both parts have full weight."""
     both = [*range(0, 25, 5), *range(90, 115, 5)]
     assert plane_weight(both) == pytest.approx(np.full(10, 1 / 10))
@@ -170,7 +170,7 @@ def test_two_parts_of_the_circle_stand_for_themselves_only() -> None:
 @pytest.mark.parametrize(
     ("part", "last"), [(range(0, 175, 5), 170), (range(0, 165, 15), 150), ([0, 45, 90], 90), ([30, 90], 90)]
 )
-def test_a_grid_of_which_one_plane_was_not_computed_is_a_part(part, last: float) -> None:
+def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> None:
     """A range that ends a step too soon, since its end is excluded."""
     not_computed, step = gaps_of(list(part))
     assert np.flatnonzero(not_computed).tolist() == [len(part) - 1]

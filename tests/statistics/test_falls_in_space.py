@@ -119,7 +119,7 @@ def test_a_rose_is_the_mean_of_its_earthquakes(from_normal: bool) -> None:
     assert np.isnan(rose.low).all()  # of four earthquakes there is no interval
 
 
-def test_falls_whose_direction_is_chance_do_not_turn_the_mean_nor_fill_the_rose() -> None:
+def test_falls_in_random_directions_do_not_affect_mean_or_rose() -> None:
     """Half of the falls go 30° as their members do; the others' nominal azimuth is 120°, and their members go any way.
 
     The truth is known: falls have one direction, 30°, in which all of the rose lies but for what chance leaves. Counted
@@ -218,7 +218,7 @@ def test_the_radial_direction_is_that_of_the_great_circle_at_the_station() -> No
     assert np.abs(apart).max() < 0.3
 
 
-def test_falls_towards_the_epicentre_follow_the_radial_axis_against_its_head() -> None:
+def test_falls_towards_the_epicentre_align_with_the_radial_axis() -> None:
     cube = space_cube()
     radial = np.array([0.0, 90.0, 180.0, 270.0, 0.0])
     east, north = np.sin(np.radians(radial)), np.cos(np.radians(radial))
@@ -237,7 +237,7 @@ def test_falls_towards_the_epicentre_follow_the_radial_axis_against_its_head() -
     assert ("radial direction", True) not in found.means
 
 
-def test_a_reference_known_of_few_records_is_not_closest_by_those_alone() -> None:
+def test_closest_reference_is_known_for_all_records() -> None:
     """Falls go along the fault normal of the one record that has one, and 30° from the peak velocity of the others."""
     cube = space_cube(normals=np.array([40.0, *[np.nan] * 4]))
     azimuth = np.broadcast_to(np.full(5, 40.0).reshape(-1, 1, 1, 1, 1, 1), cube["overturned"].shape)
@@ -252,7 +252,7 @@ def test_a_reference_known_of_few_records_is_not_closest_by_those_alone() -> Non
     assert follow_answer({"all records": found}, [])[0].endswith("with the fault normal 1.00 over 1 earthquake.")
 
 
-def test_every_part_of_the_slenderness_is_reported_whatever_its_interval_says() -> None:
+def test_every_range_of_slenderness_is_reported() -> None:
     """Two of six parts have an interval that excludes 0; reporting only these would be a selection."""
     parts, names = ["B/H 0.1", "B/H 0.2", "B/H 0.3"], ("with a velocity pulse", "without (control)")
     heads = [

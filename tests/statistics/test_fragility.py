@@ -36,7 +36,7 @@ def test_counts_of_stones_that_fell() -> None:
     assert (median, spread) == pytest.approx((0.6, 0.4), rel=0.05)
 
 
-def test_a_curve_is_found_where_strong_records_fell_nothing() -> None:
+def test_fit_converges_if_strong_records_overturn_nothing() -> None:
     """Rates of 64 stones under 28 records, for which full Newton steps oscillate; reference: SciPy's BFGS."""
     pga = [
         *(0.413, 0.432, 0.287, 0.426, 0.368, 0.504, 0.623, 0.728, 0.680, 0.640, 0.214, 0.722, 0.261, 0.422, 0.635),
@@ -141,7 +141,7 @@ def test_spread_of_records_is_separated_from_that_of_stones(between: float, with
     assert found == pytest.approx((between / math.hypot(between, within)) ** 2, abs=0.06)
 
 
-def test_records_under_which_all_stones_do_the_same_differ_by_the_record_alone() -> None:
+def test_uniform_outcomes_are_record_to_record_variance() -> None:
     x = np.geomspace(0.2, 2, 40)
     share = (norm.ppf((np.random.default_rng(2).permutation(40) + 0.5) / 40) < np.log(x / 0.6) / 0.5).astype(float)
     fit = lognormal_fit(x, share)

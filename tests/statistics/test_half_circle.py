@@ -133,7 +133,7 @@ def test_a_stone_before_a_wall_does_not_fall_against_it() -> None:
     assert forwards + right == pytest.approx(1)
 
 
-def test_falls_of_stones_turned_every_way_before_walls_go_where_they_go() -> None:
+def test_directions_of_stones_in_front_of_walls() -> None:
     """Stones that face 180° to 355° fall backwards, towards 0° to 175°; the others stand."""
     prediction = SitePrediction(before_a_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), background=0)
     density = prediction.density()

@@ -62,7 +62,7 @@ def earthquakes_of(generator: np.random.Generator, count: int) -> tuple[np.ndarr
 
 
 @pytest.mark.long
-def test_intervals_hold_the_truth_and_estimates_are_unbiased_for_14_earthquakes() -> None:
+def test_intervals_cover_and_estimates_are_unbiased() -> None:
     """The sandwich with Student's t held it in 89 to 91 %, and the slope on ln PGA came out 5 to 11 % too large.
 
     The truth is the fit to 4,000 earthquakes, of which the effects of earthquakes are a part.
@@ -92,7 +92,7 @@ def test_no_interval_if_the_fit_depends_on_one_earthquake() -> None:
     assert np.isnan(fit.low).all()
 
 
-def test_clustered_errors_do_not_change_when_clusters_repeat_themselves() -> None:
+def test_repeating_a_cluster_changes_no_error() -> None:
     x, y = np.array(TEMPERATURE)[:, None], np.array(DISTRESS)
     single = logistic_fit(x, y, np.arange(23))
     double = logistic_fit(np.repeat(x, 3, axis=0), np.repeat(y, 3), np.repeat(np.arange(23), 3))

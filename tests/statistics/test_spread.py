@@ -10,7 +10,7 @@ from overturning.study.ensemble import is_converged
 
 
 @pytest.mark.parametrize("chances", [(0.02, 0.0), (0.05, 0.05), (0.3, 0.0), (0.1, 0.85), (0.5, 0.45), (0.97, 0.02)])
-def test_shares_of_divided_cells_do_not_hang_on_which_runs_were_left_out(chances: tuple[float, float]) -> None:
+def test_shares_of_disagreement_do_not_depend_on_stopping(chances: tuple[float, float]) -> None:
     """Estimates for many cells with known probabilities; the first batch has a closed form.
 
     Counted over the runs of each cell, its stopping is part of the share: 0.48 in place of 0.34 for (0.1, 0.85).

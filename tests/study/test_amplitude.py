@@ -37,7 +37,7 @@ def cubes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return {name: cube_of(check_study(SMALL | more, name), [RECORD], folder / name) for name, more in several.items()}
 
 
-def test_progress_never_goes_back_whichever_factor_it_is_at_and_ends_at_the_whole(tmp_path: Path) -> None:
+def test_progress_increases_to_the_total_over_all_factors(tmp_path: Path) -> None:
     told: list[float] = []
     settings = check_study(SMALL | {"amplitude": [0.5, 1, 2]}, "test")
     numerics = numerics_of(settings, progress=lambda done, whole: told.append(done / whole))

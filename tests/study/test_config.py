@@ -22,7 +22,7 @@ def test_range_includes_its_stop_without_rounding_dust() -> None:
     assert Range(start=0.1, stop=0.6, step=0.05).values() == tuple(n / 20 for n in range(2, 13))
 
 
-def test_azimuths_exclude_the_full_turn_and_take_others_in() -> None:
+def test_azimuths_exclude_360_and_include_additional_ones() -> None:
     assert AzimuthRange(step=90).values() == (0.0, 90.0, 180.0, 270.0)
     assert AzimuthRange(step=90, also=(330.0, 360.0, -45.0)).values() == (0.0, 90.0, 180.0, 270.0, 315.0, 330.0)
 
@@ -210,7 +210,7 @@ def test_record_that_is_not_in_the_table() -> None:
         entries_of(study, "mine.yaml", CONFIG.parent)
 
 
-def test_a_record_that_is_sought_in_the_wrong_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_record_missing_in_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     study = check_study({"name": "small", "records": {"use": ["my-own"]}}, "mine.yaml")
     with pytest.raises(ConfigError, match="there is none here but the package's: run in the study's project"):
@@ -318,7 +318,7 @@ def test_a_step_for_a_record_that_the_study_lacks_is_named(tmp_path: Path) -> No
     "timed",
     [{"step": "cut", "start_s": 5}, {"step": "baseline", "fit_from_s": 5}, {"step": "remove_mean", "first_s": 5}],
 )
-def test_times_after_a_start_that_nobody_knows_are_refused(timed: dict[str, object]) -> None:
+def test_times_after_an_unknown_start_are_refused(timed: dict[str, object]) -> None:
     auto = {"step": "highpass", "corner_hz": "auto"}
     with refused(
         ConfigError, "processing", f"{timed['step']} after highpass with corner_hz auto", "before it, or give"

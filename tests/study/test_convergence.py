@@ -369,7 +369,7 @@ def test_the_command_checks_a_scene_for_the_report(tmp_path: Path) -> None:
     assert all(outcome.flags <= 1 for outcome in found.finer.outcomes)
 
 
-def test_a_case_is_divided_where_some_members_fall_and_others_stand(tmp_path: Path) -> None:
+def test_members_disagree_if_some_fall_and_some_stand(tmp_path: Path) -> None:
     # The last cell has no ensemble; the third falls in every member, now to one side and now to the other.
     towards, away = np.array([0.0, 0.25, 0.75, 1.0, np.nan]), np.array([0.0, 0.25, 0.25, 0.0, np.nan])
     shape = (1, 5, 1, 1, 1)
@@ -386,7 +386,7 @@ def test_a_case_is_divided_where_some_members_fall_and_others_stand(tmp_path: Pa
     assert apart == {0: False, 1: True, 2: True, 3: False, 4: False}
 
 
-def test_members_in_space_are_apart_where_their_directions_spread(tmp_path: Path) -> None:
+def test_3d_members_disagree_if_their_directions_spread(tmp_path: Path) -> None:
     """All members fall: one way, 10° and 40° to either side of a mean; then some stand; no member was run."""
     half = np.radians([0.0, 10.0, 40.0])
     falls = np.array([1.0, 1.0, 1.0, 0.5, np.nan])

@@ -99,7 +99,7 @@ def test_without_clock_or_chance_nor_path(crate: dict[str, dict[str, Any]], fold
     assert str(folder).encode() not in text
 
 
-def test_a_file_that_has_gone_is_named(tmp_path: Path) -> None:
+def test_missing_file_is_named(tmp_path: Path) -> None:
     cube = cube_of(study(records={"use": ["a"]}), [pulse("a")], tmp_path)
     with pytest.raises(ResultError, match=r"report\.html: no such file; run the study again"):
         write_crate(study(records={"use": ["a"]}), tmp_path, [cube, tmp_path / "report.html"])

@@ -194,9 +194,7 @@ def test_spread_is_that_of_the_members_run_one_by_one(motion: Motion, nominal: d
 
 
 @pytest.mark.parametrize(("name", "most"), [("MAX_MOTION_SAMPLES", 2 * 8 * 400), ("MAX_MEMBER_CASES", 2 * 8 * 10)])
-def test_directions_are_run_in_pieces_that_hold_no_more_than_they_may(
-    motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int
-) -> None:
+def test_pieces_respect_the_memory_limit(motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int) -> None:
     """Eight members under 400 samples in each of six directions of ten cells: two directions at a time may be."""
     grid = GRID.replace_rows(height=np.array([0.6, 1.2]), friction=np.array([1.0]))
     members = draw_members(Ensemble(members=8))
@@ -272,7 +270,7 @@ def test_a_cell_stops_by_its_own_members(motion: Motion, nominal: dict[str, np.n
             assert alone[variable.name].item() == some[variable.name][place].item()
 
 
-def test_a_cube_with_settled_cells_is_found_again_bit_for_bit(tmp_path: Path) -> None:
+def test_recheck_reproduces_converged_cells(tmp_path: Path) -> None:
     study = check_study(
         {
             "name": "few", "records": {"use": ["pulse"]}, "azimuth": {"start": 0, "stop": 360, "step": 60},
@@ -312,7 +310,7 @@ def _stopped(probability: float, widest: float, batches: list[int]) -> dict[tupl
     return ended
 
 
-def test_the_stated_interval_covers_the_probability_at_least_as_often_as_that_of_sixteen_members() -> None:
+def test_stopping_rule_covers_as_well_as_sixteen_members() -> None:
     """Exact coverage at known probabilities, without random numbers; intervals are never wider than stated."""
     coverage, error, widest = {}, {}, {}
     for batches in ([16], [8, 8, 8]):

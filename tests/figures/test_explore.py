@@ -2,6 +2,7 @@
 
 import base64
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import xarray as xr
 
 from overturning.figures import explore
 from overturning.figures.explore import explorer_data, write_explorer
+from overturning.study.load import check_study
 
 DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction")
 BAD = "</script><script>window.hurt = 1</script>"
@@ -112,9 +114,9 @@ def test_map_of_a_3d_body_ends_at_the_first_ring_without_falls() -> None:
     np.testing.assert_array_equal(decoded(data, "flag", "i1", shape), whole["overturned"])
     np.testing.assert_allclose(decoded(data, "azimuth", "<u2", shape) * 0.01, whole["fall_azimuth"], atol=0.00501)
     np.testing.assert_allclose(decoded(data, "rotation", "<u2", shape) * 0.01, whole["peak_tilt"], atol=0.00501)
-    assert [record["rings"] for record in data["records"]] == [3, 3]
-    whole["overturned"][1, 2, 0, 3, 1, 0] = np.nan  # and farther where it may fall
-    assert [record["rings"] for record in explorer_data(whole)["records"]] == [3, 5]
+    assert data["rings"] == 3
+    whole["overturned"][1, 2, 0, 3, 1, 0] = np.nan  # and farther where it may fall, on one scale for all records
+    assert explorer_data(whole)["rings"] == 5
     assert (data["space"], data["degrees"]) == (True, [True])
 
 
@@ -128,6 +130,50 @@ def test_rotations_without_a_critical_angle_are_in_degrees() -> None:
     assert data["degrees"] == [True]
     found = decoded(data, "rotation", "<u2", tuple(both.sizes[name] for name in DIMENSIONS)) * data["steps"]["rotation"]
     np.testing.assert_allclose(found, both["peak_rotation"][..., 1], atol=0.00501)  # 65.5° were the largest
+
+
+def test_page_opens_on_a_fall_in_every_run_among_falls_in_every_run() -> None:
+    """The clear case is the stoutest whose neighbours all fall, too; not a stouter one that falls alone."""
+    whole = cube(ratios=6, heights=1, frictions=1)
+    for name in ("overturned", "probability_towards", "probability_away"):
+        whole[name][:] = 0.0
+    for name in ("overturned", "probability_towards"):
+        whole[name][1, [11, 0, 1], 0, :4] = 1.0  # across north: the neighbours of 0° are 330° and 30°
+        whole[name][:, 6, 0, 5] = 1.0
+        whole[name][0, 4:7, 0, :2] = 1.0
+    whole["probability_towards"][0, 4, 0, 0] = 0.9
+    data = explorer_data(whole)
+    assert data["shown"]["record"] == 1
+    assert data["records"][1]["clear"] == [0, 2]
+    whole["probability_towards"][1, [11, 0, 1]] = np.nan  # nothing is known of runs that were not made
+    whole["probability_away"][1, [11, 0, 1]] = np.nan
+    assert explorer_data(whole)["records"][1]["clear"] == [6, 5]
+    whole["overturned"][:], whole["probability_towards"][:] = 0.0, 0.0
+    whole["probability_towards"][0, 3, 0, 2] = 0.25  # nothing falls in every run: the likeliest fall
+    assert explorer_data(whole)["records"][0]["clear"] == [3, 2]
+
+
+def test_times_span_the_falls_of_each_record_and_gaps_are_not_computed() -> None:
+    whole = cube(records=3)
+    whole["overturning_time"][:] = whole["overturning_time"].where(whole["record"] != 2)
+    data = explorer_data(whole.isel(azimuth=[0, 1, 2]))
+    for index in (0, 1):
+        falls = whole["overturning_time"][index, :3].to_numpy()
+        np.testing.assert_allclose(data["records"][index]["times"], [np.nanmin(falls), np.nanmax(falls)], atol=1e-6)
+    assert data["records"][2]["times"] is None
+    known = [azimuth for azimuth, there in zip(data["direction"], data["computed"], strict=True) if there]
+    assert known == [0, 30, 60, 180, 210, 240]
+    assert len(known) < len(data["direction"])
+
+
+def test_title_question_and_report_are_those_of_the_study(tmp_path: Path) -> None:
+    study = check_study({"name": "a", "title": "Named", "question": "Where to?", "records": {"use": ["r0"]}}, "study")
+    for report in ("report.html", ""):
+        write_explorer(cube(), tmp_path / "look.html", study, report)
+        text = (tmp_path / "look.html").read_text(encoding="utf-8")
+        assert "<h1>Named</h1>" in text
+        assert "Where to?" in text
+        assert re.findall(r'href="([^"]*)"', text) == [report] * bool(report)
 
 
 def test_page_of_the_default_study_is_small_and_reproducible(tmp_path: Path) -> None:

@@ -27,9 +27,9 @@ const until = async (holds) => {
   if (!holds()) throw new Error(`did not come true: ${holds}`); };
 const press = (on, key) => on.dispatchEvent(new KeyboardEvent("keydown", {key, bubbles: true, cancelable: true}));
 const set = (box, value, kind) => { box.value = value; box.dispatchEvent(new Event(kind)); };
-const onPhone = async (look, before = () => {}) => {
+const onPhone = async (look, before = () => {}, address = "") => {
   const frame = document.createElement("iframe");
-  Object.assign(frame, {width: 390, height: 800, src: location.pathname + "?plain"});
+  Object.assign(frame, {width: 390, height: 800, src: location.pathname + "?plain" + address});
   frame.style = "border: 0; padding: 0; position: fixed; left: 0";
   document.body.append(frame);
   await new Promise((done) => frame.addEventListener("load", done));

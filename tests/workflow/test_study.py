@@ -75,7 +75,7 @@ AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore"} | LAST
             {"site": {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 760}}},
             {"read", "describe", "rotate", "sweep"} | AFTER_SWEEP,
         ),
-        ({"title": "Other", "question": "Where?"}, LAST),
+        ({"title": "Other", "question": "Where?"}, {"explore", *LAST}),
         ({"primary": {"statistic": "fall_rate"}, "population": {"stones": 16}}, {"fragility", *LAST}),
         ({"processing": [{"step": "remove_mean"}]}, {"read", "describe", "rotate", "sweep"} | AFTER_SWEEP),
         ({"verification": "none"}, AFTER_SWEEP - {"convergence"}),

@@ -14,10 +14,12 @@ rule explore:
     resources:
         mem_mb=1000,
     params:
-        study=settings(*CUBE_KEYS, figures=("height", "friction")),
+        study=settings(*CUBE_KEYS, "title", "question", figures=("height", "friction")),
+        report=Path(REPORT).name,
         sources=sources(*DRAWING),
     shell:
-        "overturning explore {input.cube} --output {output.page} --study {params.study:q} > {log} 2>&1"
+        "overturning explore {input.cube} --output {output.page} --study {params.study:q}"
+        " --report {params.report} > {log} 2>&1"
 
 
 # Every number of the report, as data.

@@ -16,11 +16,18 @@ def explore(
     study: Annotated[
         str | None,
         typer.Option(
-            help="study file or JSON that chooses the block shown first (default: study.yaml next to the cube)"
+            help="study file or JSON with title, question and block shown first (default: study.yaml next to it)"
         ),
     ] = None,
+    report: Annotated[
+        str | None,
+        typer.Option(help="address of the report to link to (default: report.html if it is next to the page)"),
+    ] = None,
 ) -> None:
-    """Write an interactive page with the maps of a cube, the outcome of each cell, and the command for its film."""
+    """Write an interactive page with the maps of a cube, the outcome of each cell, and the command for its film.
+
+    The address of the page holds the cell that is pinned: `explore.html#record=rinaldi&azimuth=30&b_over_h=0.3`.
+    """
     from overturning.figures.explore import write_explorer
     from overturning.files import check_output
     from overturning.study.cube import open_cube, record_number
@@ -32,5 +39,7 @@ def explore(
     with open_cube(cube, element=None) as data:
         names = dict.fromkeys(record or data["record_id"].to_numpy().astype(str).tolist())
         chosen = data.isel(record=[record_number(data, name) for name in names])
-        write_explorer(chosen, path, study_from(study) if study else None)
+        beside = path.with_name("report.html")
+        link = report if report is not None else beside.name if beside.is_file() else ""
+        write_explorer(chosen, path, study_from(study) if study else None, link)
     print(path)

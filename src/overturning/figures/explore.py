@@ -1,6 +1,5 @@
 """Explorer page of a cube: a map of each block, the outcome of the selected cell, and the command that films it."""
 
-import base64
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -10,16 +9,33 @@ from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.figures.cells import azimuth_edges, cell_edges, close_circle, trim_empty_rings
+from overturning.figures.cells import (
+    azimuth_edges,
+    cell_edges,
+    close_circle,
+    simulated_azimuths,
+    slenderness_edges,
+    trim_empty_rings,
+)
+from overturning.figures.explore_cells import (
+    ALPHA_STEP,
+    AZIMUTH_STEP,
+    DEGREE_STEP,
+    PROBABILITY_STEPS,
+    clear_case,
+    encoded_cells,
+    ensemble_of,
+    probabilities,
+)
 from overturning.figures.maps import COLOURS
 from overturning.figures.page import embedded_json, page, template
-from overturning.figures.style import DARKEST, FALLS, FAULT, MISSING, OTHER_SIDE, STANDS
+from overturning.figures.style import FAULT, HATCH_COLOUR, MISSING, PROBABILITY, STANDS
 from overturning.files import write_text
 from overturning.labels import variant_label
 from overturning.model.falls import model_of
-from overturning.model.planes import fall_probability, period_of
+from overturning.model.planes import period_of
 from overturning.model.symmetry import PLANE_PERIOD
-from overturning.study.cube import shown_block, study_of
+from overturning.study.cube import presented_study, shown_block, study_of
 from overturning.study.film_options import film_options
 from overturning.study.preflight import MAX_CELLS_PER_PAGE
 from overturning.study.scenes import scene_of
@@ -28,30 +44,17 @@ from overturning.study.schema import Study
 if TYPE_CHECKING:
     import xarray as xr
 
-PROBABILITY_STEPS: Final = 240
-"""Number of steps of a probability from 0 to 1 in the page's data, in which the largest integer means missing.
-
-Shares of 8, 16 and 24 runs are represented exactly. Other shares are rounded, but only 0 becomes 0 and only 1
-becomes 1.
-"""
-
-_TIME_STEP: Final = 1e-2
-"""Smallest step of times, s."""
-
-_AZIMUTH_STEP: Final = 1e-2
-"""Step of azimuths, degrees."""
-
-_ROTATION: Final = {"azimuth": "peak_rotation", "orientation": "peak_tilt"}
-"""Name of the rotation variable, by the direction of the model."""
-
-_ALPHA_STEP: Final = 1e-3
-"""Step of rotations in units of the critical angle α."""
-
-_DEGREE_STEP: Final = 1e-2
-"""Step of rotations in degrees."""
-
 _HUES: Final = 72
 """Number of colours for the azimuths of falls."""
+
+_SCRIPTS: Final = (
+    "page.js",
+    "explore_cells.js",
+    "explore_maps.js",
+    "explore_colours.js",
+    "explore_address.js",
+    "explore.js",
+)
 
 
 def explorer_data(
@@ -69,7 +72,7 @@ def explorer_data(
         Function that receives the number and the cells of each record and stores them; the returned data then does not
         contain them.
     study : Study, optional
-        Study whose `figures` settings choose the block shown first; by default `shown_block` chooses it.
+        Study whose title, question and `figures` the page shows; by default the `presented_study`.
 
     Returns
     -------
@@ -79,55 +82,77 @@ def explorer_data(
     """
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
-    model, records, longest = model_of(cube), [], 0.0
+    model, study = model_of(cube), presented_study(cube, study)
     degrees = _rotations_in_degrees(cube, one.sizes["element"])
-    turn_step = _DEGREE_STEP if any(degrees) else _ALPHA_STEP
-    names = [one[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event")]
-    for index, (key, station, event) in enumerate(zip(*names, strict=True)):
+    turn_step = DEGREE_STEP if any(degrees) else ALPHA_STEP
+    first = _initial_selection(one, study)
+    records, rings, clear = [], 1, []
+    for index in range(one.sizes["record"]):
         part = one.isel(record=[index]).load()
         part = close_circle(part) if model.one_component else part
-        cells, rings = _cells(part, turn_step)
-        longest = float(np.fmax(longest, part["overturning_time"].max()))
-        name = ", ".join(text for text in (station, event) if text) or key
-        normal = float(part["fault_normal"][0])
-        about = {"id": key, "name": name, "normal": None if np.isnan(normal) else round(normal, 6), "rings": rings}
+        chance = probabilities(part)
+        shown = trim_empty_rings(part, chance["towards"] + chance["away"], abs(part["overturned"]))
+        rings = max(rings, shown.sizes["b_over_h"])
+        clear.append(clear_case(part.isel({"record": 0, "aspect": 0, **first}), model.one_component))
+        about, cells = {**_record_data(part), "clear": clear[-1].cell}, encoded_cells(part, chance, turn_step)
         if store_cells is None:
             about["cells"] = cells
         else:
             store_cells(index, cells)
         records.append(about)
-    sized = {name: part[name].to_numpy().astype(np.float64) for name in (model.direction, "b_over_h")}
-    if model.one_component:
-        edges = azimuth_edges(sized["azimuth"])
-    else:
-        turn = sized["orientation"]
-        edges = cell_edges(turn) if turn.size > 1 else turn + np.array([-2.5, 2.5])
+    direction = part[model.direction].to_numpy().astype(np.float64)
     return {
-        "title": _title(one),
+        "title": _title(one, study),
+        "question": study.question if study else "",
         "space": not model.one_component,
         "mirrors": not model.one_component or period_of(cube) == PLANE_PERIOD,
         "records": records,
-        "direction": _plain(sized[model.direction]),
+        "rings": rings,
+        "direction": _plain(direction),
+        "computed": np.isin(direction, simulated_azimuths(cube) if model.one_component else direction).tolist(),
         **{name: _plain(one[name].to_numpy()) for name in ("height", "b_over_h", "aspect", "friction")},
         "element": [str(name) for name in one["element"].to_numpy()],
-        "shown": _initial_selection(one, study),
+        "shown": {"record": max(range(len(clear)), key=lambda k: clear[k].clarity), "aspect": 0, **first},
         "degrees": degrees,
-        "directionEdges": _plain(edges),
-        "radiusEdges": _plain(cell_edges(sized["b_over_h"])),
-        "steps": {"rotation": turn_step, "azimuth": _AZIMUTH_STEP, "chance": 1 / PROBABILITY_STEPS},
-        "longest": longest,
-        "ensemble": "probability_towards" in one or "probability_falls" in one,
+        "directionEdges": _plain(_direction_edges(direction, model.one_component)),
+        "radiusEdges": _plain(slenderness_edges(part["b_over_h"].to_numpy().astype(np.float64))),
+        "steps": {"rotation": turn_step, "azimuth": AZIMUTH_STEP, "chance": 1 / PROBABILITY_STEPS},
+        "ensemble": ensemble_of(one) is not None,
         "film": film_options(cube),
         "colours": {
-            "falls": FALLS, "other": OTHER_SIDE, "stands": STANDS, "missing": MISSING, "fault": FAULT,
-            "darkest": DARKEST, "azimuths": [to_hex(COLOURS((place + 0.5) / _HUES)) for place in range(_HUES)],
+            "probability": PROBABILITY, "stands": STANDS, "hatch": HATCH_COLOUR, "missing": MISSING, "fault": FAULT,
+            "azimuths": [to_hex(COLOURS((place + 0.5) / _HUES)) for place in range(_HUES)],
         },
     }  # fmt: skip
 
 
-def _title(one: "xr.Dataset") -> str:
+def _record_data(part: "xr.Dataset") -> dict[str, Any]:
+    """Return id, name, fault normal (degrees) and range of the times of falls (s) of the record of a dataset."""
+    key, station, event = (str(part[name].item()) for name in ("record_id", "station", "event"))
+    normal, times = float(part["fault_normal"][0]), part["overturning_time"].to_numpy().astype(np.float64)
+    return {
+        "id": key,
+        "name": ", ".join(text for text in (station, event) if text) or key,
+        "normal": None if np.isnan(normal) else round(normal, 6),
+        "times": _plain(np.array([np.nanmin(times), np.nanmax(times)])) if np.isfinite(times).any() else None,
+    }
+
+
+def _plain(values: NDArray[Any]) -> list[float]:
+    return [round(float(value), 9) for value in values]
+
+
+def _direction_edges(direction: FloatArray, planar: bool) -> FloatArray:
+    """Return the edges of the cells along the direction: radians of azimuths, degrees of orientations."""
+    if planar:
+        return azimuth_edges(direction)
+    return cell_edges(direction) if direction.size > 1 else direction + np.array([-2.5, 2.5])
+
+
+def _title(one: "xr.Dataset", study: Study | None) -> str:
     """Return the title of the page: study, variant, and the element to which heights and B/H refer."""
-    return ", ".join(filter(None, [str(one.attrs.get("title", "")), *variant_label(one), *_reference_note(one)]))
+    title = (study.title if study else "") or str(one.attrs.get("title", ""))
+    return ", ".join(filter(None, [title, *variant_label(one), *_reference_note(one)]))
 
 
 def _initial_selection(one: "xr.Dataset", study: Study | None) -> dict[str, int]:
@@ -153,78 +178,25 @@ def _rotations_in_degrees(cube: "xr.Dataset", elements: int) -> list[bool]:
     return list(np.atleast_1d(unknown.any([name for name in unknown.dims if name != "element"]).to_numpy()).tolist())
 
 
-def _cells(one: "xr.Dataset", turn_step: float) -> tuple[dict[str, Any], int]:
-    """Return the encoded cells of one record, with rotations in units of `turn_step`, and its number of B/H rings."""
-    model = model_of(one)
-    order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
+def explorer_page(data: dict[str, Any], report: str = "") -> str:
+    """Return the explorer page (HTML) for `explorer_data`; it is reproducible and loads only files of the records.
 
-    def values(found: "xr.DataArray") -> FloatArray:
-        return np.asarray(found.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
-
-    chance = fall_probability(one)
-    ensemble = one.get("probability_falls", one.get("probability_towards"))
-    if "probability_falls" in one:
-        chance["towards"] = one["probability_falls"].fillna(chance["towards"])
-    # The probability is missing where the ensemble was not run: the map then shows the flag of the cell itself.
-    known = chance if ensemble is None else chance.where(ensemble.notnull())
-    time = values(one["overturning_time"])
-    time_step = max(_TIME_STEP, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1))  # 16 bits must hold it
-    cells = {
-        "flag": _base64(np.nan_to_num(values(one["overturned"]), nan=2.0).astype("i1")),
-        "rotation": _packed(values(one[_ROTATION[model.direction]]), turn_step, "<u2"),
-        "time": _packed(time, time_step, "<u2"),
-        "timeStep": time_step,
-        **{
-            name: _packed(_clip_away_from_certainty(values(known[name])), 1 / PROBABILITY_STEPS, "u1")
-            for name in ("towards", "away")
-        },
-    }
-    if not model.one_component:
-        cells["azimuth"] = _packed(values(one["fall_azimuth"]), _AZIMUTH_STEP, "<u2")
-    shown = trim_empty_rings(one, chance["towards"] + chance["away"], abs(one["overturned"]))
-    return cells, shown.sizes["b_over_h"]
-
-
-def _plain(values: NDArray[Any]) -> list[float]:
-    return [round(float(value), 9) for value in values]
-
-
-def _base64(values: NDArray[Any]) -> str:
-    return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")
-
-
-def _packed(values: FloatArray, step: float, kind: str) -> str:
-    """Return values as base64-encoded integers in units of `step`.
-
-    The largest integer stands for missing; larger values are clipped to the second largest.
+    It has a link to a report if the address of one is given.
     """
-    largest = np.iinfo(kind).max
-    whole = np.where(np.isnan(values), largest, np.minimum(np.rint(np.nan_to_num(values) / step), largest - 1))
-    return _base64(whole.astype(kind))
+    script = "".join(map(template, _SCRIPTS))
+    shown = {name: data[name] for name in ("title", "question", "space", "mirrors", "ensemble")}
+    return page("explore.html.j2", template("explore.css"), script, data, report=report, **shown)
 
 
-def _clip_away_from_certainty(chance: FloatArray) -> FloatArray:
-    """Clip probabilities between 0 and 1 by one of `PROBABILITY_STEPS`, so that rounding does not make them certain."""
-    return np.where(
-        (chance > 0) & (chance < 1), np.clip(chance, 1 / PROBABILITY_STEPS, 1 - 1 / PROBABILITY_STEPS), chance
-    )
-
-
-def explorer_page(data: dict[str, Any]) -> str:
-    """Return the explorer page (HTML) for `explorer_data`; it is reproducible and loads only files of the records."""
-    script = "".join(map(template, ("page.js", "explore_maps.js", "explore.js")))
-    return page("explore.html.j2", template("explore.css"), script, data, title=data["title"])
-
-
-def write_explorer(cube: "xr.Dataset", path: Path, study: Study | None = None) -> None:
+def write_explorer(cube: "xr.Dataset", path: Path, study: Study | None = None, report: str = "") -> None:
     """Write the explorer page of a cube to a .html file.
 
     If the cube has more than `MAX_CELLS_PER_PAGE` cells, those of each record go into a separate file,
     ``NAME-records/0.js`` and so on next to ``NAME.html``, which the page loads when the record is selected. See
-    `explorer_data` for the study.
+    `explorer_data` for the study, and `explorer_page` for the report.
     """
     if cube["overturned"].size <= MAX_CELLS_PER_PAGE:
-        write_text(path, explorer_page(explorer_data(cube, study=study)))
+        write_text(path, explorer_page(explorer_data(cube, study=study), report))
         return
     folder = path.with_name(f"{path.stem}-records")
 
@@ -232,4 +204,4 @@ def write_explorer(cube: "xr.Dataset", path: Path, study: Study | None = None) -
         write_text(folder / f"{index}.js", f"explorerRecord({index},{embedded_json(cells)});\n")
 
     data = explorer_data(cube, store_cells, study)
-    write_text(path, explorer_page({**data, "folder": folder.name}))
+    write_text(path, explorer_page({**data, "folder": folder.name}, report))

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 # Okabe & Ito's palette, safe for colour blindness; the chosen colours also differ in lightness, for print in grey.
 INK: Final = "#222222"
 FALLS: Final = "#c44a00"
-DARKEST: Final = "#6e2300"
-OTHER_SIDE: Final = "#b9d3ea"
 STANDS: Final = "#e6e6e4"
 HATCH_COLOUR: Final = "#a3a3a3"
 PROBABILITY: Final = ((0.0, "#ffffff"), (0.1, "#fadfc8"), (0.4, "#e8955a"), (0.7, "#c44a00"), (1.0, "#6e2300"))

@@ -223,18 +223,29 @@ def study_of(cube: "xr.Dataset") -> Study:
     return check_study(json_attribute(cube, "study", dict), "study in the cube")
 
 
+def presented_study(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
+    """Return the study whose title, question and figures a page of a cube shows; None if the cube belongs to no study.
+
+    It is the given study, otherwise that of the configuration next to the cube if it has the same name, otherwise that
+    in the cube, which has no title and no question.
+    """
+    if study is not None:
+        return study
+    if "study" not in cube.attrs:
+        return None
+    own, path = study_of(cube), Path(cube.encoding.get("source", "")).with_name(CONFIGURATION)
+    return beside if path.is_file() and (beside := load_study(path)).name == own.name else own
+
+
 def shown_block(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
     """Return height and friction of the block that figures show first, as a selection with one value per dimension.
 
-    The block is set by `figures` of the study (not given: of the configuration next to the cube), with the first
-    height and the last friction as defaults. No selection is made along a dimension that the cube holds only in part,
-    or if the cube belongs to no study.
+    The block is set by `figures` of the `presented_study`, with the first height and the last friction as defaults. No
+    selection is made along a dimension that the cube holds only in part, or if the cube belongs to no study.
     """
-    if study is None and "study" not in cube.attrs:
+    own = presented_study(cube, study)
+    if own is None:
         return {}
-    own, said = study or study_of(cube), Path(cube.encoding.get("source", "")).with_name(CONFIGURATION)
-    if study is None and said.is_file() and (beside := load_study(said)).name == own.name:
-        own = beside
     chosen = own.figures.height or own.height[0], own.figures.friction
     block = {"height": chosen[0], "friction": own.friction[-1] if chosen[1] is None else chosen[1]}
     whole = (name for name in block if cube.sizes.get(name) == len(getattr(own, name)) and block[name] in cube[name])

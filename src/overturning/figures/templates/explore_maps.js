@@ -10,6 +10,16 @@ const compass = {
     context.arc(x, x, Math.max(0, cube.radiusEdges[b]) * scale, to, from, true);
     context.closePath();
   },
+  // Adds the border of a cell with the next B/H (outer), or with the next azimuth, to the path.
+  border: function (context, width, a, b, outer) {
+    const x = width / 2, scale = this.reach(width), low = cube.radiusEdges[b] * scale;
+    const high = cube.radiusEdges[b + 1] * scale, turn = cube.directionEdges[a + 1];
+    const s = Math.sin(turn), c = Math.cos(turn), from = cube.directionEdges[a] - TURN / 4;
+    context.moveTo(x + s * high, x - c * high);
+    if (outer) context.arc(x, x, high, turn - TURN / 4, from, true);
+    else context.lineTo(x + s * low, x - c * low);
+  },
+  closed: cube.directionEdges[A] - cube.directionEdges[0] > TURN - 1e-6,
   place: function (x, y, width) {
     const first = cube.directionEdges[0], angle = Math.atan2(x - width / 2, width / 2 - y) - first;
     return [(angle % TURN + TURN) % TURN + first, Math.hypot(x - width / 2, y - width / 2) / this.reach(width)];
@@ -33,10 +43,12 @@ const compass = {
       context.lineWidth = 0.7;
       context.fillText(text, x + Math.sin(sector) * tick * scale, x - Math.cos(sector) * tick * scale);
     }
-    context.beginPath();
-    context.strokeStyle = INK;
-    context.arc(x, x, rim * scale, 0, TURN);
-    context.stroke();
+    for (const [colour, edge] of [["#777777", Math.max(0, cube.radiusEdges[0])], [INK, rim]]) {
+      context.beginPath();
+      context.strokeStyle = colour;
+      context.arc(x, x, edge * scale, 0, TURN);
+      context.stroke();
+    }
     if (normal !== null) for (const turn of [0, Math.PI]) {
       const angle = normal / 360 * TURN + turn, s = Math.sin(angle), c = Math.cos(angle);
       context.strokeStyle = C.fault;
@@ -61,6 +73,12 @@ const plane = {
     context.beginPath();
     context.rect(from, top, x(cube.directionEdges[a + 1]) - from, y(cube.radiusEdges[b]) - top);
   },
+  border: function (context, width, a, b, outer) {
+    const { x, y } = this.spans(width), right = x(cube.directionEdges[a + 1]), top = y(cube.radiusEdges[b + 1]);
+    context.moveTo(right, top);
+    context.lineTo(outer ? x(cube.directionEdges[a]) : right, outer ? top : y(cube.radiusEdges[b]));
+  },
+  closed: false,
   place: function (px, py, width) {
     const { x, y } = this.spans(width), e = cube.directionEdges, r = cube.radiusEdges;
     return [e[0] + (px - x(e[0])) / (x(e[A]) - x(e[0])) * (e[A] - e[0]),
@@ -99,6 +117,20 @@ const plane = {
     context.fillText("B/H", 0, TOP + 4);
   },
 };
+// Draws the borders between cells that are inside, by a function of their indices, and those that are not. Nothing is
+// drawn next to a cell for which it returns null.
+function drawEdges(context, width, colour, wide, inside) {
+  context.beginPath();
+  for (let a = 0; a < A; a++) for (let b = 0; b < rings(); b++) {
+    const beside = a + 1 < A ? a + 1 : kind.closed ? 0 : -1, here = inside(a, b);
+    const differs = other => here !== null && other !== null && here !== other;
+    if (b + 1 < rings() && differs(inside(a, b + 1))) kind.border(context, width, a, b, true);
+    if (beside >= 0 && differs(inside(beside, b))) kind.border(context, width, a, b, false);
+  }
+  context.strokeStyle = colour;
+  context.lineWidth = wide;
+  context.stroke();
+}
 // Azimuth of the radius labels: half-way between two named azimuths, with the fewest falls, not at the fault normal.
 function freeSector(normal) {
   let best = 0, least = Infinity;
@@ -112,3 +144,17 @@ function freeSector(normal) {
   }
   return best / 360 * TURN;
 }
+function line(context, x, y, x2, y2) {
+  context.beginPath();
+  context.moveTo(x, y);
+  context.lineTo(x2, y2);
+  context.stroke();
+}
+function arrow(context, x, y, angle, length) {
+  const s = Math.sin(angle) * length / 2, c = -Math.cos(angle) * length / 2;
+  line(context, x - s, y - c, x + s, y + c);
+  for (const turn of [angle + 2.6, angle - 2.6]) {
+    line(context, x + s, y + c, x + s + Math.sin(turn) * length * 0.35, y + c - Math.cos(turn) * length * 0.35);
+  }
+}
+const kind = cube.space ? plane : compass;

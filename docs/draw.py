@@ -1,7 +1,7 @@
 """Draw the diagrams of these pages: docs/images/block.svg, clock.svg, data.svg and nearest-faces.svg.
 
-Usage: python docs/draw.py [FOLDER]. One pen for all of them; the files are the same bytes each time (a test compares
-them). The nearest faces are those that the package itself finds.
+Usage: python docs/draw.py [FOLDER]. The files are reproducible (a test compares them). The nearest faces are found
+by the package itself.
 """
 
 import math
@@ -21,7 +21,7 @@ STONE, GROUND = "#f4ead9", "#d9d9d6"
 
 
 def block() -> Pen:
-    """The block, its state and forces, and the plan with the azimuth."""
+    """Draw the block, its state and forces, and the plan with the azimuth."""
     pen = Pen(960, 340, "The block with B, H, alpha and R; rotation, forces and penetration; the azimuth in plan")
     for x, words in ((140, "Shape"), (460, "State and forces, in the vertical plane"), (810, "Plan")):
         pen.text((x, 22), words, bold=True)
@@ -126,7 +126,7 @@ WHOLE, LONG, SHORT, FINE = "#e9e9e6", "#cfe3f0", "#f6c9a0", FALLS
 
 
 def clock() -> Pen:
-    """The clock of the centred scheme: which steps are refused, and which are taken around a change of contact."""
+    """Draw the clock of the centred scheme: rejected and accepted steps around a change of contact."""
     pen = Pen(960, 345, "Whole steps, shorter steps around a change of contact, and whole steps again")
     unit, left, top = 150.0, 30.0, 66.0
     zoom, origin, low = 800.0, 80.0, 222.0
@@ -165,7 +165,7 @@ def clock() -> Pen:
     ):
         a, b = origin + zoom * start, origin + zoom * end
         pen.arc(((a + b) / 2, low), (b - a) / 2, 90, -90, colour=FAULT, dash="4 3", flat=2 * height / (b - a))
-    pen.text((origin + 150, low - 30), "refused: a contact would change", anchor="start", colour=FAULT, size=12)
+    pen.text((origin + 150, low - 30), "rejected: a contact would change", anchor="start", colour=FAULT, size=12)
     at = origin + zoom * (change - 1)
     pen.line((at, low - 5), (at, low + 44), width=2.2)
     pen.text((at - 6, low + 52), "the change, in a finest step", size=12, anchor="end")
@@ -184,7 +184,7 @@ def clock() -> Pen:
 
 
 def _band(pen: Pen, start: float, end: float, top: float, height: float, colour: str, step: float) -> None:
-    """A stretch of time filled with steps of one length."""
+    """Draw a period filled with steps of one length."""
     pen.shape([(start, top), (end, top), (end, top + height), (start, top + height)], fill=colour, width=0.8)
     if step < 2:
         return
@@ -198,7 +198,7 @@ def _brace(pen: Pen, start: float, end: float, top: float, words: str) -> None:
 
 
 def data() -> Pen:
-    """The way of the data through the package, from record files to the report."""
+    """Draw the flow of the data through the package, from record files to the report."""
     pen = Pen(960, 216, "From record files to motion.nc, the parts of the sweep, cube.nc and the report")
     top, low, half = 40, 138, 58
     boxes = {
@@ -264,7 +264,7 @@ def _pair(*elements: dict) -> tuple[PlacedElement, PlacedElement]:
 
 
 def faces() -> Pen:
-    """Which faces of two elements are nearest, and which vertices are tested."""
+    """Draw the nearest faces of two elements and the vertices that are tested."""
     pen = Pen(960, 230, "Nearest faces of two elements and the vertices that are tested")
     for index, (title, elements) in enumerate(PANELS.items()):
         a, b = _pair(*elements)
@@ -295,7 +295,7 @@ DRAWINGS = {"block.svg": block, "clock.svg": clock, "data.svg": data, "nearest-f
 
 
 def main(folder: Path = IMAGES) -> None:
-    """Draw and write all of them."""
+    """Draw and write all diagrams."""
     for name, draw in DRAWINGS.items():
         draw().save(folder / name)
 

@@ -1,4 +1,4 @@
-"""What the documentation site is made of beside its pages: tables from the package, formulas, and the notebook, run.
+"""Hooks of the documentation site: tables from the package, formulas, and the executed notebook.
 
 `python docs/hooks.py` runs the notebook and keeps in it what its cells show.
 """
@@ -26,14 +26,14 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Fill in the tables, and take away links to what is no page of the site."""
+    """Fill in the tables, and remove links to files that are not pages of the site."""
     markdown = re.sub(r"<!-- made: (\w+) -->", lambda found: TABLES[found[1]](), markdown)
     markdown = markdown.replace("](../config/README.md", "](reference/config.md")
     return re.sub(r"\[([^\]]+)\]\(\.\./(?!formats|method|reference|scenes)[^)]*\)", r"\1", _lists(markdown))
 
 
 def _lists(markdown: str) -> str:
-    """Markdown whose list items hold what stands below them: the site wants four spaces, where the forge takes three.
+    """Indent the content of list items by four spaces, as the site requires; the forge accepts three.
 
     Code that stands by itself is left alone.
     """
@@ -45,20 +45,20 @@ def _lists(markdown: str) -> str:
 
 
 def on_page_content(content: str, **_: Any) -> str:
-    """Set formulas as MathML, and give cells of a table that hold a sentence the room for it."""
+    """Convert formulas to MathML, and widen table cells that contain a sentence."""
     content = re.sub(r'(?<=<div class="formula">)(.*?)(?=</div>)', _formula, content, flags=re.DOTALL)
     return re.sub(r"<td>(?=[^<]{40})", '<td class="sentence">', content)
 
 
 def _formula(found: re.Match[str]) -> str:
-    """The equations of a formula, which stand side by side where there is room."""
+    """Return the equations of a formula, which are shown side by side if there is room."""
     from latex2mathml.converter import convert
 
     return "".join(convert(part.strip(), display="block") for part in html.unescape(found[1]).split(r"\qquad"))
 
 
 def commands() -> str:
-    """Every command with its own help."""
+    """Return every command with its help."""
     import click
     import typer
 
@@ -79,28 +79,28 @@ def commands() -> str:
 
 
 def keys() -> str:
-    """The keys of a study."""
+    """Return the table of the keys of a study."""
     from overturning.study.document import tables
 
     return tables()["keys"]
 
 
 def columns() -> str:
-    """The columns of the record table."""
+    """Return the table of the columns of the record table."""
     from overturning.study.document import tables
 
     return tables()["columns"]
 
 
 def variables() -> str:
-    """The variables of the cube, those of the ensemble too."""
+    """Return the table of the variables of a cube, the ensemble included."""
     from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES
 
     return _table((*VARIABLES, *PLANE_ENSEMBLE_VARIABLES))
 
 
 def space() -> str:
-    """The variables of a cube in space."""
+    """Return the table of the variables of a 3-D cube."""
     from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, FACE_VARIABLES
 
     return _table((*BODY_VARIABLES, *FACE_VARIABLES, *BODY_ENSEMBLE_VARIABLES))
@@ -115,7 +115,7 @@ TABLES = {"commands": commands, "keys": keys, "columns": columns, "variables": v
 
 
 def executed(path: Path) -> dict[str, Any]:
-    """A notebook with what its cells show now, run in order; figures as Jupyter shows them."""
+    """Run the cells of a notebook in order and return it with their current output."""
     notebook: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     space: dict[str, Any] = {"__name__": "__main__"}
     for count, cell in enumerate((one for one in notebook["cells"] if one["cell_type"] == "code"), 1):
@@ -133,7 +133,7 @@ def executed(path: Path) -> dict[str, Any]:
 
 
 def _run(source: str, space: dict[str, Any]) -> tuple[str, Any]:
-    """What a cell prints, and the value of its last line where that is an expression."""
+    """Run a cell; return its printed output, and the value of its last line if it is an expression."""
     tree = ast.parse(source)
     last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
     printed = io.StringIO()
@@ -144,7 +144,7 @@ def _run(source: str, space: dict[str, Any]) -> tuple[str, Any]:
 
 
 def notebook_page(path: Path) -> str:
-    """A notebook as a page, with what its cells show now."""
+    """Return a notebook as a page, with its current output."""
     parts = []
     for cell in executed(path)["cells"]:
         source = "".join(cell["source"])

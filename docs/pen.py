@@ -1,4 +1,4 @@
-"""A pen that writes SVG: one style for all the drawings of `draw.py`, and the same bytes each time."""
+"""SVG writer with one style for all diagrams of `draw.py`; its bytes are reproducible."""
 
 import math
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ Point = tuple[float, float]
 
 
 class Pen:
-    """Writes shapes and words as SVG, in pixels, y downwards."""
+    """Writer of shapes and text as SVG, in pixels, y downwards."""
 
     def __init__(self, width: float, height: float, title: str) -> None:
         self.parts = [
@@ -35,7 +35,7 @@ class Pen:
         dash: str = "",
         close: bool = True,
     ) -> None:
-        """A polygon, or an open line."""
+        """Draw a polygon or an open line."""
         name = "polygon" if close else "polyline"
         places = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
         dashed = f' stroke-dasharray="{dash}"' if dash else ""
@@ -44,25 +44,25 @@ class Pen:
         )
 
     def line(self, *points: Point, colour: str = INK, width: float = 1.2, dash: str = "") -> None:
-        """An open line."""
+        """Draw an open line."""
         self.shape(points, stroke=colour, width=width, dash=dash, close=False)
 
     def dot(self, at: Point, radius: float = 3, fill: str = INK, stroke: str = INK) -> None:
-        """A dot or, filled with paper, a ring."""
+        """Draw a dot, or a ring if it is filled with the paper colour."""
         self.parts.append(
             f'<circle cx="{at[0]:.1f}" cy="{at[1]:.1f}" r="{radius:g}" fill="{fill}" '
             f'stroke="{stroke}" stroke-width="1.5"/>'
         )
 
     def head(self, tip: Point, angle: float, colour: str = INK, size: float = 8) -> None:
-        """The head of an arrow that points along an angle, rad, counted from +x towards +y."""
+        """Draw the head of an arrow along an angle, rad, from +x towards +y."""
         sides = [(tip[0] - size * math.cos(angle + d), tip[1] - size * math.sin(angle + d)) for d in (-0.4, 0.4)]
         self.shape([tip, *sides], fill=colour, stroke=colour, width=0.5)
 
     def arrow(
         self, start: Point, tip: Point, colour: str = INK, width: float = 1.6, both: bool = False, dash: str = ""
     ) -> None:
-        """A straight arrow, with a head at its tip or at both ends."""
+        """Draw a straight arrow, with a head at its tip or at both ends."""
         angle = math.atan2(tip[1] - start[1], tip[0] - start[0])
         short = (tip[0] - 5 * math.cos(angle), tip[1] - 5 * math.sin(angle))
         self.line(start, short, colour=colour, width=width, dash=dash)
@@ -81,7 +81,7 @@ class Pen:
         dash: str = "",
         flat: float = 1.0,
     ) -> None:
-        """An arc between two azimuths, degrees clockwise from up, with a head at its end, `flat` times as high."""
+        """Draw an arc between azimuths (degrees clockwise from up) with head at its end; `flat` scales its height."""
         steps = max(8, int(abs(end - start) / 4))
         angles = [math.radians(start + (end - start) * i / steps) for i in range(steps + 1)]
         points = [(centre[0] + radius * math.sin(a), centre[1] - flat * radius * math.cos(a)) for a in angles]
@@ -93,7 +93,7 @@ class Pen:
     def text(
         self, at: Point, words: str, anchor: str = "middle", colour: str = INK, size: float = 13, bold: bool = False
     ) -> None:
-        """Words; a letter or ``{letters}`` after ``_`` is lowered."""
+        """Write text; a letter or ``{letters}`` after ``_`` is a subscript."""
         weight = ' font-weight="bold"' if bold else ""
         self.parts.append(
             f'<text x="{at[0]:.1f}" y="{at[1]:.1f}" text-anchor="{anchor}" fill="{colour}" '

@@ -58,7 +58,7 @@ FIGURES: Final[dict[str, Callable[[Path], str]]] = {
     "eighth-step-flags": partial(eighth_step_figures, "{1:.1f} %"),
     "eighth-step-time": partial(eighth_step_figures, "{2:.1f}"),
     "planes-right": partial(table_cell, "in-space.csv", _PLANES, "{:.0f} %"),
-    "planes-right-beside": partial(
+    "planes-right-near": partial(
         table_cell, "in-space.csv", f"{_PLANES}, a neighbour in B/H has another flag", "{:.0f} %"
     ),
     "planes-other-edge": partial(

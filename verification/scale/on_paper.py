@@ -29,17 +29,15 @@ NEEDED: Final = {
 
 
 def plan_study(records: int) -> ResourceUse:
-    """Plan a study with `records` copies of one record, and measure resource use and the longest command."""
+    """Plan a study of so many records, synthetic pulses of different amplitude, and measure its longest command."""
     with tempfile.TemporaryDirectory(prefix="scale-") as name:
-        names = [f"record-{number:05d}" for number in range(records)]
-        # Few cases per record, so that the check of disk space passes; planning does not depend on their number.
-        study = {"name": "scale", "records": {"use": names}, "verification": "none", "b_over_h": [0.3]}
+        pulses = {
+            f"record-{number:05d}": f"sine amplitude_gal={300 + number} period_s=1 azimuth_deg=60"
+            for number in range(records)
+        }
+        # Few cases of each, which planning does not count, so that the disk would hold them.
+        study = {"name": "scale", "records": {"pulses": pulses}, "verification": "none", "b_over_h": [0.3]}
         project = Project(Path(name) / "project", json.dumps(study), "--dry-run", "--printshellcmds")
-        table = project.folder / "config" / "records.tsv"
-        head, *rows = table.read_text(encoding="utf-8").splitlines()
-        one = next(row for row in rows if row.startswith("rinaldi\t"))
-        made = [one.replace("rinaldi", each, 1) for each in names]
-        table.write_text("\n".join([head, *made]) + "\n", encoding="utf-8")
         how = project.command("--set-scatter", f"sweep={CHUNKS}", file="")
         return run_program(**how, begins=b"Shell command: ", stderr=subprocess.DEVNULL)
 

@@ -5,5 +5,5 @@ from pathlib import Path
 
 SAMPLES = Path(os.environ.get("OVERTURNING_SAMPLE_RECORDS", Path(__file__).parents[2].parent / "shared" / "records"))
 
-# The folder of real files is no part of the project, so where skipping is forbidden its tests are not collected at all.
+# The folder of real files is not part of the project. Where skipping is forbidden, its tests are not collected.
 collect_ignore = ["test_samples.py"] if "OVERTURNING_NO_SKIP" in os.environ and not SAMPLES.is_dir() else []

@@ -148,7 +148,7 @@ def test_check_and_add_take_the_other_files_of_the_record(tmp_path, capsys):
     entry = read_catalogue(table)["x"]
     assert sorted(entry.source.split()) == sorted(files)
     assert read_record(entry, folder).up is not None
-    # Of MiniSEED the StationXML goes with it.
+    # MiniSEED needs its StationXML.
     write_inventory(there / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
     write_mseed(there / "z.mseed", {"HNN": np.int64(1000 * A), "HNE": np.int64(1000 * B)})
     assert run("records", "add", there / "z.mseed", "--table", table, "--folder", folder) == 0
@@ -257,7 +257,7 @@ def test_check_is_recursive_and_skips_files_that_are_no_records(tmp_path, capsys
     assert run("records", "check", inside / "good.V2A", tmp_path / "a" / "study.yaml") == 0
     assert "1 (study.yaml)" in capsys.readouterr().out
     assert "1 read, 0 refused" in out
-    # A place near the epicentre's is no name of the station's.
+    # A name near that of the epicentre does not name the station.
     assert "TEST (-42.6194, 173.0536); earthquake of 2016 November 13 11:02:56 UT (epicentre 5 km south-west" in out
     (tmp_path / "none").mkdir()
     (tmp_path / "none" / "event.json").write_text("{}")

@@ -79,7 +79,7 @@ def test_the_correlation_is_that_of_the_whole_motion():
     other *= np.linalg.norm([NORTH, EAST]) / np.linalg.norm(other)
     mixed = record("b", *(np.array([NORTH, EAST]) + 0.3 * other))
     found = correlation(*map(fingerprint, (record("a", NORTH, EAST), mixed)))
-    assert found == pytest.approx(1 / np.sqrt(1.09), abs=0.02)  # of the 10 s about the peak
+    assert found == pytest.approx(1 / np.sqrt(1.09), abs=0.02)  # number of samples in the 10 s around the peak
 
 
 def test_pulses_and_motions_of_python_may_be_alike():

@@ -152,7 +152,7 @@ def test_starts_raise_doubts_about_names() -> None:
 
 def test_a_start_without_a_zone_is_in_utc() -> None:
     still = np.zeros(3)
-    starts = ("1994-01-17T12:31:00", "1994-01-17T12:30:30+00:00", "1994-01-17T14:40:00")  # beside `Record`: in UTC
+    starts = ("1994-01-17T12:31:00", "1994-01-17T12:30:30+00:00", "1994-01-17T14:40:00")  # `Record` treats it as UTC
     records = [Record(f"r{n}", still, still, None, 0.01, start=start, event=f"E{n}") for n, start in enumerate(starts)]
     assert len(earthquakes_of(records[:2]).doubtful) == 1
     assert earthquakes_of(records[1:]).doubtful == ()

@@ -58,7 +58,7 @@ def test_a_complete_file_is_not_requested_again(server, tmp_path):
     server.mode["file"] = ["cut", "cut"]
     get(server, tmp_path / "got")
     begins = [int(r.removeprefix("bytes=").removesuffix("-") or 0) for _, r in server.seen]
-    # Up to a block of what had come may be lost with the connection.
+    # Up to one block of received data may be lost with the connection.
     assert begins[0] == 0 < len(BODY) // 2 - download.BLOCK <= begins[1] < begins[2]
 
 
@@ -155,7 +155,7 @@ def test_fdsn_waveforms_and_metadata_make_a_record(server, tmp_path):
     asked = len([p for p, _ in server.seen if p.endswith("query")])
     ask(server, folder)
     assert len([p for p, _ in server.seen if p.endswith("query")]) == asked == 2
-    for other in ({"channel": "HHZ"}, {"location": "20"}):  # another sensor is not what is there already
+    for other in ({"channel": "HHZ"}, {"location": "20"}):  # another sensor is not a duplicate
         ask(server, folder, **other)
     assert len([p for p, _ in server.seen if p.endswith("query")]) == 6
 

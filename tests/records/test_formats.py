@@ -78,7 +78,7 @@ def test_every_format_gives_its_samples_and_header_fields(tmp_path, form):
         undeclared = read_path(next(tmp_path.iterdir()))
         assert undeclared.up is None
         assert "does not say whether up or down" in undeclared.extra["notes"][0]
-    # Of a record in several files the others are found beside the first.
+    # The other files of a record are found next to the first.
     record = read_path(next(tmp_path.iterdir()), written.declared)
     up = None if "up" in written.stated else STEPS[2] * written.step * written.unit
     check(record, *written.north_east(*STEPS[:2]), up, rtol=1e-8)

@@ -41,7 +41,7 @@ def test_surface_and_borehole_are_distinguished_and_have_their_own_gains(tmp_pat
     assert surface.station == "TTRH02"
     with pytest.raises(RecordError, match="borehole"):
         read_path(top, Declarations(sensor="borehole"))
-    assert surface.notes == []  # the other sensor's is a record of its own
+    assert surface.notes == []  # the other sensor gives a separate record
     mixed = read_path([*(path for path in top if ".UD" not in path.name), *(p for p in deep if ".UD" in p.name)])
     assert mixed.up is None
     assert mixed.notes == ["axis 'UD1' left out: TTRH02X.UD1 is of the borehole sensor"]
@@ -106,7 +106,7 @@ def test_each_of_the_two_networks_is_called_by_its_name(tmp_path):
         folder.mkdir()
         first = write_knet_set(folder, "TST0010102031305", NORTH, EAST, kik=kik)[0]
         assert f"\n  {name}, raw: TST001" in CliRunner().invoke(app, ["records", "check", str(folder)]).output
-        for declared in (name, "kik-net", "auto"):  # tables of before have one name for both
+        for declared in (name, "kik-net", "auto"):  # older tables have one name for both
             record = read_record(RecordEntry(id="x", format=declared, source="TST0010102031305"), folder)
             assert record.source == f"{name} TST0010102031305"
         with refused(RecordError, "not a K-NET ASCII file" if kik else "not a GeoNet"):
@@ -124,7 +124,7 @@ def test_missing_files_are_named_with_source_and_folder(tmp_path):
 
 def test_one_component_alone_is_refused(tmp_path):
     north, east = write_knet_set(tmp_path, "T", NORTH, EAST)
-    assert read_path(north).north.size == NORTH.size  # its sister lies beside it
+    assert read_path(north).north.size == NORTH.size  # the other component is in the same folder
     east.unlink()
     with pytest.raises(RecordError, match="two horizontal"):
         read_path(north)

@@ -36,7 +36,7 @@ def sine(frequency: float) -> np.ndarray:
 def test_drift_is_detected_at_the_end_of_velocity_and_displacement() -> None:
     """One cycle of 1 m/s² and 1 s: v = (1 − cos 2πt)/2π ends at 0, its peak is 1/π m/s; then the same back."""
     cycle = np.where(TIME < 1, np.sin(2 * np.pi * TIME), 0.0)
-    swing = np.where(TIME < 2, cycle - np.roll(cycle, 100), 0.0)  # there and back: nothing stays
+    swing = np.where(TIME < 2, cycle - np.roll(cycle, 100), 0.0)  # forward and backward pulse: no residual displacement
     assert drift(record(swing, swing)) == ""
     # An offset of c for 60 s ends the velocity at 60 c: 1 % of 1/π with c = 5.3e-5, 5 % with 2.65e-4.
     little, more = (record(swing, swing + share / np.pi / 60) for share in (0.01, 0.05))

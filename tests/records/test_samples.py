@@ -56,7 +56,7 @@ def test_csmip_channels_of_different_length_are_cut():
     assert record.north.size == 31932
     assert record.processing[0]["left_out_s"] == pytest.approx(2.58)
     assert "trusted" not in record.extra
-    # the numbers of the files' own headers, .3442498 and .5107992 g
+    # values in the headers of the files, .3442498 and .5107992 g
     assert np.abs(record.east).max() / 9.80665 == pytest.approx(0.3442498, rel=1e-5)
     assert np.abs(record.north).max() / 9.80665 == pytest.approx(0.5107992, rel=1e-5)
 

@@ -56,7 +56,7 @@ def test_sensors_of_two_locations_are_no_record(tmp_path):
     mixed = write_mseed(tmp_path / "x.mseed", {"00.HNN": N, "10.HNE": E})
     with refused(RecordError, "components of '00' and '10'; they are not of one record"):
         read_path(mixed)
-    # The first sensor has lost its north, and took that of the second.
+    # Regression: the first sensor lacks its north component and used that of the second.
     write_mseed(tmp_path / "x.mseed", {"00.HNE": E, "00.HNZ": Z, "10.HNE": E, "10.HNN": N, "10.HNZ": Z})
     assert [len(finding.components) for finding in check_paths([tmp_path]) if finding.record] == [3]
 
@@ -222,7 +222,7 @@ def test_the_origin_of_a_sac_file_is_relative_to_its_reference_time(tmp_path):
     record = read_path(paths, Declarations(unit="gal"))
     first, origin = (np.datetime64(text.rstrip("Z")) for text in (record.start, record.extra["origin_time"]))
     assert first - origin == np.timedelta64(2, "s")
-    for path in paths:  # without a reference time (words 70 to 75) nothing is known of either
+    for path in paths:  # without a reference time (words 70 to 75) both are unknown
         header = bytearray(path.read_bytes())
         header[280:304] = struct.pack("<6i", *[-12345] * 6)
         path.write_bytes(bytes(header))

@@ -50,7 +50,7 @@ def test_two_epochs_that_fit_and_differ_are_refused(tmp_path):
     with refused(RecordError, f"HNE {what}", f"HNN {what}", "gain 100000", "1990-01-01", "gain 400000", "--trust-data"):
         read_path(waves)
     trusted = read_path(waves, Declarations(trust_data=True))
-    np.testing.assert_allclose(trusted.north, N / 4e5, rtol=1e-12)  # of the epoch that began last
+    np.testing.assert_allclose(trusted.north, N / 4e5, rtol=1e-12)  # gain of the epoch that began last
     assert all(what in text for text in trusted.extra["trusted"][:2])
     for channel in older[0][0]:
         channel.end_date = obspy.UTCDateTime(2000, 1, 1)

@@ -39,12 +39,12 @@ class Written:
     """Text format: function that writes files from multiples of its smallest step, and expected metadata."""
 
     write: Callable[..., dict[str, str]]  # first and second axis and, but for ``up`` None, vertical samples
-    step: float  # smallest difference of two samples in the unit of the file
+    step: float  # smallest step of samples, in the unit of the file
     unit: float  # m/s²
-    axes: tuple[float, float]  # azimuths of the first two
-    header: int  # lines before the samples of the first component
+    axes: tuple[float, float]  # azimuths of the first two axes
+    header: int  # header lines of the first component
     interval: float
-    stated: dict[str, Any] = field(default_factory=dict)  # fields of the record, or of its ``extra``
+    stated: dict[str, Any] = field(default_factory=dict)  # expected fields of the record, or of its ``extra``
     peak: bool = True  # whether the header states it
     declared: Declarations | None = None
 

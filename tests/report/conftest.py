@@ -59,7 +59,7 @@ def one_record(opened: Results) -> Callable[..., Results]:
         for name, value in values.items():
             cube[name] = xr.zeros_like(cube[name]) + value
         intensity = opened.intensity.isel(record=chosen, azimuth=azimuth).load()
-        # The figures of a study that is not there are only named.
+        # Figures of a missing study are only named.
         return replace(opened, cube=cube, cubes={"nominal": cube}, intensity=intensity)
 
     return make

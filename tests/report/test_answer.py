@@ -88,7 +88,7 @@ def test_the_verdict_is_that_of_the_primary_statistic() -> None:
     assert "no earthquake" in alignment_sentences(results(pulse=NOTHING, control=NORMAL), primary=True)[0]
     across = results(all=summary(80.0, 5.0, -0.9, -0.5))
     assert "closer to the fault than" in alignment_sentences(across, primary=True)[0]
-    # Where another statistic is the primary one, alignment gives no verdict.
+    # If another statistic is primary, the alignment gives no verdict.
     (other,) = alignment_sentences(across, primary=False)
     assert other.startswith("Secondary")
     assert "closer" not in other
@@ -245,7 +245,7 @@ def test_followed_reference_and_its_interval() -> None:
     assert "leaves out 0" in best
     assert numbers(closer) == ["0.50", "0.20", "0.70"]
     assert closer.startswith("They lie closer")
-    # Opposite ends of slender and stouter blocks are not taken together to none.
+    # Falls of slender and stout blocks to opposite ends are not averaged to zero.
     assert numbers(ends) == ["1", "−1", "−0.40", "−0.60", "−0.10", "9", "0.50", "0.20", "0.70", "9"]
     assert re.findall("slender: .*, against it; stout: .*, with it", ends)
     (text,) = follow_sentences({"all records": ReferenceAlignment(references, (velocity, normal), [open_])}, ["a", "b"])
@@ -264,7 +264,7 @@ def test_followed_reference_and_its_interval() -> None:
 
 def test_numbers() -> None:
     assert (percent(0.351), percent(0.351, 1), percent(NAN)) == ("35\u00a0%", "35.1\u00a0%", "–")
-    # What is neither nothing nor all is not said to be; a sum's rounding is neither.
+    # A share that is neither 0 nor 1 is not printed as such; rounding of a sum does not matter.
     least = {0.004: "0.4", 0.005: "0.5", 0.0051: "1", 4e-5: "0.004", 0.9949: "99", 0.996: "99.6", 0.99996: "99.996"}
     assert {share: percent(share) for share in least} == {share: f"{text}\u00a0%" for share, text in least.items()}
     assert (percent(0.99996, 1), percent(1 / 3000, 1)) == ("99.996\u00a0%", "0.03\u00a0%")

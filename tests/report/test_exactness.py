@@ -127,7 +127,7 @@ def test_a_count_of_all_cells_has_no_sampling_interval() -> None:
     assert shown_intervals[0] == "0.27 to 3.57\u00a0%", "2 of a random 200 keep theirs"
     drawn = tables(section(members=24, rigid=COUNTS | {"cells": 201}))[0]
     assert "all cells" not in column(drawn, "95 % interval")
-    # So it is where every computed cell of a small study was run again.
+    # The same if every computed cell of a small study was repeated.
     settling = {"changed": 7, "looked_at": 7, "settled": 4, "chaotic": 1, "block_steps": 50}
     every = results_of(chosen=200, computed=200, settling=settling)
     assert column(tables(convergence(every))[0], "95 % interval")[:2] == ["all cells", "all cells"]
@@ -159,7 +159,7 @@ def test_share_of_3d_falls_with_unstable_azimuth() -> None:
     results.model = Body()
     for text in (dependence(results).text, text_of(convergence(results))):
         about = text.partition(" Of 60 falls ")[2].partition(" of the weight")[0]
-        # 25 % of the falls, which direction statistics give 8 % of the weight.
+        # 25 % of the falls, with 8 % of the weight in direction statistics.
         assert numbers(about) == ["25.0", "15.8", "37.2", "30", "1", "8.0"]
     results.study.ensemble.members = 0
     assert "count them in full" in dependence(results).text
@@ -200,7 +200,7 @@ def test_the_line_below_the_answer() -> None:
     assert isinstance(spring, Caution)
     assert "Do not trust single cells (How exact" in spring.text, "its springs are those of its weight"
     assert dependence(results_of(chosen=0)) is None
-    # Which way they fall is told first. What the neighbourhood is divided on counts, but does not warn; the others are
+    # Sides come first. Cells with disagreeing members count, but cause no warning; the others are
     # a share of such cases.
     outcomes = run_again(flags=5, flags_undivided=1, sides=10)
     divided = dependence(results_of(members=24, stiffer=outcomes, finer=outcomes))

@@ -155,5 +155,5 @@ def test_the_report_sorts_plays_and_fits(said: dict[str, Any], report: Report) -
     assert page["films"] == sum(isinstance(block, FilmBlock) for block in each_block(report)) >= 1
     assert page["title"] == BAD
     assert "hurt" not in page
-    # On a phone nothing is wider than the screen but what scrolls by itself.
+    # On a phone only scrollable elements are wider than the screen.
     assert page["wide"] <= 390

@@ -124,7 +124,7 @@ def test_the_share_of_motions_that_keep_the_rule_counts_earthquakes_and_the_miss
     assert "is of that degree in 75 % (38 to 100) of 8 motions, 8 records of 8 earthquakes, higher in 25 %" in text
     assert "with 0.1 for the vertical component of that degree in 38 %" in text
     assert "the instrumental intensity is 6.4 in the median" in text
-    # Of three components: nothing to add.
+    # With three components nothing is added.
     results.intensity["jma_intensity"] = results.intensity["jma_intensity_horizontal"]
     text = said(population(results))
     assert "75 % (38 to 100) of 8 motions" in text
@@ -191,7 +191,7 @@ def test_soft_ground_in_a_sentence(cemetery: Results) -> None:
     several = of_study(linear, variants={"clay": Variant(site=hard), "soft": soft})
     several = replace(several, populations=results.populations | {"soft": clay}, cubes=linear.cubes | {"soft": settled})
     count = len(cemetery.names)
-    # Soils whose layers are alike are told apart.
+    # Soils with equal layers are distinguished.
     both_said = said(ground(several))
     assert f"Every iteration of the {count} motions converged. clay: 20 m of soil (150 m/s) is linear" in both_said
     assert "40 % through clay: 20 m of soil (150 m/s), the axis" in both_said

@@ -94,7 +94,7 @@ def test_names_from_files_are_text(everything: Report) -> None:
     assert film is not None
     assert json.loads(film[1]) == {"title": HARM}
     written = sum(text == HARM for text in texts(everything))
-    # What stands in the place of a film is for paper only; the title, a link, and a heading in the contents stand
+    # The replacement of a film is for paper only; the title, a link, and a heading in the contents appear
     # twice.
     assert shown_on_page(page).count(HARM.splitlines()[0]) == written
     assert sum(text == HARM for text in paper_texts(paper_data(everything, {}))) >= written

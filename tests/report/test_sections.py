@@ -222,7 +222,7 @@ def test_maps_where_coordinates_are_known(one_record: Make) -> None:
 def test_no_falls(one_record: Make) -> None:
     report = build_report(one_record(overturned=0.0, probability_towards=0.0, probability_away=0.0))
     assert "No block overturned" in text_of(report)
-    # No table of nothing but dashes.
+    # No table that contains only dashes.
     assert "Rayleigh" not in text_of(report)
     assert "Where blocks fall" not in titles(report)
     assert len(tables(section(report, "Records"))) == 1
@@ -347,7 +347,7 @@ def test_published_values(one_record: Make) -> None:
     told_first = text_of(answer(of_study(results, asks="survey")))
     assert told_first.splitlines()[1].startswith("Primary statistic, fixed beforehand: the alignment of fall axes")
     assert "Over all its azimuths and sizes the block overturns" in told_first
-    # At which friction is said where they are not found at every one.
+    # The friction is named if outcomes are not reproduced at every one.
     cube, still = results.cube, 0.0 * results.cube["overturned"]
     low = xr.concat([cube.assign(overturned=still, friction=[0.5]), cube], "friction", data_vars="minimal")
     tall = xr.concat([cube.assign(friction=[0.5]), cube], "friction", data_vars="minimal").assign_coords(height=[1.2])
@@ -417,7 +417,7 @@ def test_the_fit(opened: Results, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_mean_is_not_given_where_falls_go_every_way(opened: Results) -> None:
     azimuth = np.arange(0, 360, 30)
-    # One fall in every plane, of one shape to one side and of the other to the other.
+    # One fall in every plane; the two shapes fall to opposite sides.
     side = np.where(azimuth < 180, 1.0, -1.0)[:, None] * [1.0, -1.0]
     dims = ("record", "azimuth", "height", "b_over_h", "friction")
     uniform = xr.Dataset(

@@ -15,7 +15,7 @@ from overturning.statistics.boundary import boundary, easiest_azimuth, last_cros
         ([0, 0, 0, 0, 0.25, 1], 0.5 + 0.1 * 0.25 / 0.75, True),
         ([0, 0, 0, 0, 0, 0], np.nan, False),
         ([1, 1, 1, 1, 1, 1], np.nan, True),
-        # Neighbours of a gap are joined across it, and the last that is known is the end.
+        # Neighbours of a gap are joined across it; the last known value is the end.
         ([1, np.nan, 0, 0, np.nan, np.nan], 0.2, False),
         ([0, 1, np.nan, np.nan, np.nan, np.nan], 0.15, True),
         ([np.nan] * 6, np.nan, False),

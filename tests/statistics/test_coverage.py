@@ -111,6 +111,6 @@ def test_a_mean_axis_is_given_where_there_is_one(group: str) -> None:
     given = {kappa: np.mean([np.isfinite(one.groups[group].axis_deg) for one in data_sets(kappa)]) for kappa in (0, 3)}
     assert given[0] <= 0.07
     assert given[3] >= 0.25
-    # Where one is given, its interval holds the true axis.
+    # If an axis is given, its interval covers the true one.
     axes = [one.groups[group] for one in data_sets(3) if np.isfinite(one.groups[group].axis_deg)]
     assert np.mean([abs(one.axis_deg) <= one.half_width_deg for one in axes]) >= 0.9

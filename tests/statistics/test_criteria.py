@@ -122,7 +122,7 @@ def test_falls_by_wests_formula_are_predicted_by_it(make_cube) -> None:
     assert (west.name, blind.name) == ("West", SLENDERNESS_ONLY)
     assert (west.skill, west.within) == (Mean(8, 1.0, 1.0, 1.0),) * 2
     assert all(one.skill.value < 1 and one.within.value < 1 for one in others)
-    # Within a block the motion alone tells: what knows nothing of it cannot.
+    # Within a block only the motion differs, so a rule without motion has no skill.
     assert blind.within.value == pytest.approx(0.0)
     assert found.blocks[0.6, 0.1][0].falls == pytest.approx(np.mean(pga >= 0.1 * STANDARD_GRAVITY))
     assert len(found.blocks) == 8
@@ -149,7 +149,7 @@ def test_rules_are_ranked_within_blocks_with_the_slenderness_rule(make_cube) -> 
     assert (found.best.name, found.best.within.value) == ("pulse, one impact", pytest.approx(1.0))
     # All earthquakes are alike, so that each difference is certain.
     assert all(lead.low > 0 for lead in found.leads.values())
-    # By hand: hits less false alarms of each block of which some fall and some stand, and their mean by f(1 − f).
+    # By hand: hits minus false alarms for each block with falls and stands, averaged with weights f(1 − f).
     skills = {}
     for name, rule in ((one.name, one.acceleration) for one in CRITERIA):
         said = {each: pga >= np.array([float(rule(0.6, each, one)) for one in ratio]) for each in falls}
@@ -229,7 +229,10 @@ def test_blocks_of_which_nearly_all_stand_hardly_count(make_cube: Callable[..., 
     azimuth = np.arange(0, 180, 3.6)
     strong = np.arange(50) < 25
     pga = STANDARD_GRAVITY * np.where(strong, 0.9, 0.25)
-    falls = {0.3: strong, 0.8: np.arange(50) == 30}  # West: right of the first, wrong of the only fall of the other
+    falls = {
+        0.3: strong,
+        0.8: np.arange(50) == 30,
+    }  # West: correct for the first earthquake, wrong for the only fall of the other
 
     def rule(at: np.ndarray, _: np.ndarray, slender: np.ndarray, __: np.ndarray) -> np.ndarray:
         place = np.rint(at / 3.6).astype(int)

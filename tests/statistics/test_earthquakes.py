@@ -88,9 +88,13 @@ def test_only_marginal_blocks_count_and_weights_follow_the_resultant(make_cube) 
     assert (summary.alignment.n, summary.with_axis, summary.closer_to_normal) == (4, 3, 2)
     assert summary.alignment.value == pytest.approx(np.mean(np.real(doubled)))
     by_shape = axes_by_earthquake(cube, "b_over_h")
-    assert by_shape["falls"].sum("event").values.tolist() == [4, 4, 0]  # the slender fall everywhere, and tell nothing
+    assert by_shape["falls"].sum("event").values.tolist() == [
+        4,
+        4,
+        0,
+    ]  # slender blocks fall everywhere and do not indicate a direction
     assert by_shape["axis"].count("event").values.tolist() == [0, 3, 0]
-    # A record under which no block only just falls says what all of its falls say: nothing, as they go every way.
+    # A record without marginal blocks counts with all its falls, which are isotropic.
     (alone,) = axes_by_earthquake(cube.isel(record=[0], b_over_h=[0]))["resultant"].values
     assert alone == pytest.approx(0.0, abs=1e-9)
 

@@ -71,7 +71,7 @@ def test_blocks_near_the_boundary_fall_in_some_planes_and_in_at_most_half() -> N
     data = xr.Dataset({"overturned": (("azimuth", "b_over_h"), flags)}, coords={"azimuth": [0, 45, 90, 135]})
     assert informative_blocks(data).values.tolist() == [False, True, False, False]
     assert informative_blocks(data.isel(azimuth=[0, 1, 3])).values.tolist() == [False, True, False, False]
-    # Where none only just falls all count.
+    # Without marginal blocks all falls count.
     assert informative_blocks(data.isel(azimuth=[0, 1, 3], b_over_h=[2])).values.tolist() == [True]
 
 

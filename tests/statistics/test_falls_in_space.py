@@ -312,7 +312,7 @@ def test_the_plane_is_counted_right() -> None:
     assert np.isnan(found["flag_beside"]), "no neighbour"
     each = plane_agreement(plane_counts(cube), "record")["flag"].to_numpy()
     assert each == pytest.approx([1, 1, 0, 1, 0, 1, np.nan, np.nan], nan_ok=True)
-    # Along B/H space has 1 1 0 0 ? 0: the second and third differ from a neighbour, of which the planes have one right.
+    # Along B/H the 3-D flags are 1 1 0 0 ? 0: the second and third differ from a neighbour; 2-D has one right.
     row = (
         cube.isel(record=[0] * 6, b_over_h=0, drop=True).rename(record="b_over_h").expand_dims("record").copy(deep=True)
     )

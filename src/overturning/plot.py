@@ -126,13 +126,14 @@ def boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
 
 @_cube_figure
 def rose(cube: "xr.Dataset") -> "Figure":
-    """Draw roses of the fall directions, from north and from the fault normal, with and without a velocity pulse."""
+    """Draw a rose of the fall axes, from the fault normal if it is known, with and without a velocity pulse."""
     from overturning.figures.content import check_falls
     from overturning.figures.rose import rose_figure
+    from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 
     def draw(whole: "xr.Dataset") -> "Figure":
         check_falls(whole, "rose")
-        return rose_figure(whole)
+        return rose_figure(whole, {name: summarise_axes(found) for name, found in axes_by_group(whole).items()})
 
     return _figure_of_all_records(cube, draw)
 
@@ -152,7 +153,7 @@ def earthquakes(cube: "xr.Dataset") -> "Figure":
 
 @_cube_figure
 def axes(cube: "xr.Dataset") -> "Figure":
-    """Draw the fall axes relative to the fault normal, by earthquake, and their means with confidence intervals."""
+    """Draw the alignment of falls with the fault normal by earthquake, and its means with confidence intervals."""
     from overturning.figures.alignment import axes_figure
     from overturning.figures.content import check_axes
     from overturning.statistics.earthquakes import axes_by_group, summarise_axes
@@ -160,7 +161,7 @@ def axes(cube: "xr.Dataset") -> "Figure":
     def draw(whole: "xr.Dataset") -> "Figure":
         groups = axes_by_group(whole)
         summaries = {name: summarise_axes(found) for name, found in groups.items()}
-        check_axes(whole, groups, summaries)
+        check_axes(whole, groups)
         return axes_figure(groups, summaries)
 
     return _figure_of_all_records(cube, draw)

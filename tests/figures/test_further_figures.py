@@ -30,9 +30,8 @@ from overturning.figures.write import has_overlapping_text, save
 from overturning.model.scene import load_scene
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
-from overturning.statistics.bootstrap import Mean
 from overturning.statistics.boundary import boundary
-from overturning.statistics.earthquakes import AxisSummary, axes_by_earthquake, summarise_axes
+from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
 from overturning.statistics.logistic import PREDICTORS, LogisticFit, overturning_fit
 from overturning.surveys.comparison import compare_survey
 from overturning.surveys.rose import survey_figure
@@ -93,20 +92,6 @@ def hodograph() -> Figure:
 def axes() -> Figure:
     found = axes_by_earthquake(cube())
     return axes_figure({"all records": found}, {"all records": summarise_axes(found)})
-
-
-def test_interval_of_a_mean_axis_wraps_at_90_degrees() -> None:
-    """70° ± 40° reaches from 30° to 110°, which is −70° as an axis."""
-    found = xr.Dataset({"axis": ("event", [70.0]), "resultant": ("event", [0.5])}, {"event": ["an earthquake"]})
-    nan = float("nan")
-    summary = AxisSummary(1, Mean(1, nan, nan, nan), 70.0, 40.0, 1, 0)
-    (panel, *_) = axes_figure({"all": found}, {"all": summary}).axes
-    spans = [tuple(line.get_xdata()) for line in panel.lines if len(set(line.get_xdata())) == 2]
-    assert (30.0, 90.0) in spans
-    assert (-90.0, -70.0) in spans
-    untold = AxisSummary(1, Mean(1, nan, nan, nan), 70.0, nan, 1, 0)
-    (panel, *_) = axes_figure({"all": found}, {"all": untold}).axes
-    assert (-90, 90) not in [tuple(line.get_xdata()) for line in panel.lines]
 
 
 def site() -> Figure:
@@ -279,15 +264,6 @@ def test_fit_without_intervals_is_drawn() -> None:
     over_west = np.log(pga / 100 / (9.80665 * shape))
     rows = np.stack(np.broadcast_arrays(over_west, np.log(ratio), np.log(shape), np.log(height)), axis=1)
     np.testing.assert_allclose(fit.probability(rows), 0.5, rtol=1e-9)
-
-
-def test_rose_from_the_fault_normal_states_its_number_of_earthquakes() -> None:
-    def titles(normals: list[float]) -> list[str]:
-        figure = rose_figure(cube().assign_coords(fault_normal=("record", normals)))
-        return [axes.get_title() for axes in figure.axes]
-
-    assert titles([30.0] * 5)[1] == "from the fault normal"
-    assert titles([30.0, 40.0] + 3 * [np.nan])[1] == "2 earthquakes, from the fault normal"
 
 
 def test_station_at_the_epicentre_has_no_direction() -> None:

@@ -60,7 +60,7 @@ def two(low: float, high: float, n: int = 3) -> Any:
     return results(Mean(n, 0.35, low, high), pulse=NORMAL, control=EITHER)
 
 
-def test_no_axis_figure_without_axes() -> None:
+def test_an_alignment_that_no_earthquake_has_is_not_drawn() -> None:
     made = results(all=NOTHING)
     made.figures = Path("figures")
     assert axes_shown(made) is None, "it was a plot without a point"

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.errors import ArgumentError
-from overturning.statistics.earthquakes import AxisSummary, ReferenceAlignment
+from overturning.statistics.earthquakes import ReferenceAlignment
 from overturning.statistics.falls import overturns
 from overturning.statistics.logistic import LEAST_PGA
 from overturning.units import GAL
@@ -26,10 +26,9 @@ def check_falls(cube: xr.Dataset, kind: str) -> None:
         raise ArgumentError(f"{kind}: nothing to draw: {count}; choose stronger records, or smaller B/H")
 
 
-def check_axes(cube: xr.Dataset, groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]) -> None:
-    """Raise an ArgumentError if no earthquake, nor any mean over earthquakes, has a fall axis relative to a fault."""
-    axes = [data["axis"].to_numpy() for data in groups.values()]
-    if np.isfinite(np.concatenate([*axes, [one.axis_deg for one in summaries.values()]])).any():
+def check_axes(cube: xr.Dataset, groups: dict[str, xr.Dataset]) -> None:
+    """Raise an ArgumentError if no earthquake has falls and a known fault normal."""
+    if any(bool(data["cosine"].notnull().any()) for data in groups.values()):
         return
     check_falls(cube, "axes")
     if not bool(cube["fault_normal"].notnull().any()):
@@ -37,7 +36,7 @@ def check_axes(cube: xr.Dataset, groups: dict[str, xr.Dataset], summaries: dict[
             "axes: nothing to draw: the fault strike of no record is known; enter fault_strike_deg in the record table "
             "and run the study again"
         )
-    why = "no record with a known fault strike has a fall axis"
+    why = "no record with a known fault strike has falls"
     raise ArgumentError(f"axes: nothing to draw: {why}; use more records, or draw the figure rose")
 
 

@@ -11,7 +11,6 @@ from matplotlib.patches import Rectangle
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels, logarithmic
 from overturning.motion.jma_intensity import SURVEY_RULE
-from overturning.statistics.bootstrap import Mean
 from overturning.statistics.fragility import Fragility
 from overturning.statistics.fragility_files import is_openquake_measure
 
@@ -63,22 +62,6 @@ def fall_rate_figure(
     for panel in panels[:, 0]:
         panel.set_ylabel("fall rate, %", fontsize=8)
     caption(figure, "Fall rate of the population", first, 1)
-    return figure
-
-
-def contrast_figure(shares: Mapping[str, Sequence[Mean]], b_over_h: FloatArray) -> Figure:
-    """Draw the share of cases that overturn against B/H, a line with confidence intervals for each setting."""
-    figure, panels = grid(1, 1, 4.6, 3.0)
-    axes, apart = panels[0, 0], 0.06 * float(np.diff(b_over_h).min(initial=0.05))
-    for place, (name, means) in enumerate(shares.items()):
-        value, low, high = 100.0 * np.array([(mean.value, mean.low, mean.high) for mean in means]).T
-        x, colour = b_over_h + (2 * place - 1) * apart, SERIES[(1, 0)[place % 2]]
-        axes.vlines(x, low, high, color=colour, linewidth=1.0)
-        axes.plot(x, value, "oD"[place % 2] + "-", color=colour, markersize=4, linewidth=1.2, label=name)
-    axes.set_ylim(-2, 102)
-    axes.grid(True, axis="y")
-    labels(axes, "B/H", "cases that overturn, %")
-    caption(figure, "", axes, 2)
     return figure
 
 

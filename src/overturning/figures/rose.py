@@ -1,33 +1,96 @@
-"""Rose diagrams of fall azimuths, for a whole study and by earthquake."""
+"""Rose diagrams of fall directions and axes, for a whole study and by earthquake."""
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from overturning.figures.style import FALLS, FAULT, INK, compass, grid, mark_fault_normal, radius_ticks
+from overturning.figures import style
+from overturning.figures.style import FALLS, FAULT, INK, PAGE_WIDTH, compass, grid, mark_fault_normal, radius_ticks
+from overturning.statistics.circular import SECTORS
+from overturning.statistics.earthquakes import AxisSummary
 from overturning.statistics.roses import Rose, rose_of, study_roses
 
 ROSES_IN_A_ROW: Final = 4
+
+PALE: Final = "#f3cdb0"
+"""Colour of the interval of a sector."""
+
+_MEAN_AXIS: Final[dict[str, Any]] = {"color": INK, "linewidth": 2.2, "solid_capstyle": "butt", "clip_on": False}
+_RIM: Final = 1.08
+"""Radius of the mark of a mean axis, in units of the radius of the rose."""
 
 
 def draw_rose(axes: Any, rose: Rose, top: float | None = None) -> None:
     """Draw one rose; the area of a sector is proportional to its share, so that large shares do not look too large.
 
-    Radii are square roots of shares, also for the intervals. The axis ends at radius ``top``, by default at `rim`.
+    Radii are square roots of shares. The interval of a sector runs from a white line to the edge of its pale part. A
+    rose of axes is half of a disk, with 0° at its top. The axis ends at radius ``top``, by default at `rim`.
     """
     compass(axes)
-    width = 2.0 * np.pi / rose.shares.size
-    centres = np.arange(rose.shares.size) * width
-    axes.bar(centres, np.sqrt(rose.shares), width=width, color=FALLS, edgecolor="white", linewidth=0.4, zorder=3)
-    for angle, low, high in zip(centres, rose.low, rose.high, strict=True):
-        if np.isfinite(low):
-            axes.plot([angle, angle], np.sqrt([low, high]), color=INK, linewidth=0.9, zorder=4)
     top = top or rim(rose)
-    levels = [level for level in (0.01, 0.05, 0.1, 0.2, 0.4, 0.8) if 0.25 * top < np.sqrt(level) <= top]
-    radius_ticks(axes, top, {float(np.sqrt(level)): f"{100 * level:.0f}\u00a0%" for level in levels}, zorder=6)
-    axes.set_rlabel_position(_label_azimuth(rose))
+    centres = np.arange(rose.shares.size) * 2.0 * np.pi / SECTORS
+    values = [rose.shares, rose.low, rose.high]
+    if rose.axial:  # the sector across the top has one half at either end
+        axes.set(thetamin=-90.0, thetamax=90.0)
+        centres = np.append(centres, centres - np.pi)
+        values = [np.tile(one, 2) for one in values]
+    share, low, high = (np.sqrt(one) for one in values)
+    known = np.isfinite(low)
+    look = {"width": 2.0 * np.pi / SECTORS, "edgecolor": "white", "linewidth": 0.4}
+    axes.bar(centres, share, color=FALLS, zorder=3, **look)
+    axes.bar(centres[known], (high - share)[known], bottom=share[known], color=PALE, zorder=3, **look)
+    for angle, radius in zip(centres[known], low[known], strict=True):
+        across = angle + np.linspace(-np.pi, np.pi, 5) / SECTORS
+        axes.plot(across, np.full(5, radius), color="white", linewidth=1.1, solid_capstyle="butt", zorder=4)
+    shown = list[float]()  # labels of the radius, not so close that they overlap
+    for level in (0.8, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01):
+        if 0.25 * top < np.sqrt(level) <= min(top, *(np.sqrt(one) - 0.27 * top for one in shown), top):
+            shown.append(level)
+    radius_ticks(axes, top, {float(np.sqrt(level)): f"{100 * level:.0f}\u00a0%" for level in shown[::-1]}, zorder=6)
+    axes.yaxis.grid(True, linewidth=0.4)
+    if rose.axial:
+        _axis_frame(axes, rose.from_normal)
+    else:
+        axes.set_rlabel_position(_label_azimuth(rose))
+
+
+def _axis_frame(axes: Any, from_normal: bool) -> None:
+    """Label the angles of a rose of axes, from the fault normal or from north."""
+    names = ("along\nfault", "−45°", "across the fault (normal)", "45°", "along\nfault")
+    names = names if from_normal else ("W", "NW", "N", "NE", "E")
+    axes.set_xticks(np.radians([-90, -45, 0, 45, 90]), names, fontsize=8)
+    axes.tick_params(axis="x", pad=10)
+    axes.set_rlabel_position(-90.0)
+    if from_normal:
+        top = axes.get_ylim()[1]
+        axes.plot([0, 0], [0.93 * top, 1.03 * top], color=FAULT, linewidth=2.6, zorder=5, clip_on=False)
+        axes.set_ylim(0.0, top)
+
+
+def mark_mean_axis(axes: Any, axis_deg: float, half_width_deg: float) -> None:
+    """Mark a mean axis, and its interval as an arc, at the rim of a rose of axes; nothing if the axis is NaN.
+
+    An arc that leaves the half disk at one end enters it at the other.
+    """
+    if not np.isfinite(axis_deg):
+        return
+    top = axes.get_ylim()[1]
+    axes.plot(np.radians([axis_deg, axis_deg]), [(_RIM - 0.05) * top, (_RIM + 0.05) * top], **_MEAN_AXIS)
+    for low, high in arcs(axis_deg, half_width_deg) if np.isfinite(half_width_deg) else ():
+        angles = np.radians(np.linspace(low, high, 60))
+        axes.plot(angles, np.full(60, _RIM * top), **_MEAN_AXIS | {"linewidth": 1.4})
+    axes.set_ylim(0.0, top)
+
+
+def arcs(axis_deg: float, half_width_deg: float) -> list[tuple[float, float]]:
+    """Return the arcs, degrees from −90 to 90, of an axis ± its half-width; an axis has a period of 180°."""
+    ends = ((axis_deg - half_width_deg + turn, axis_deg + half_width_deg + turn) for turn in (-180.0, 0.0, 180.0))
+    clipped = ((max(-90.0, low), min(90.0, high)) for low, high in ends)
+    return [(low, high) for low, high in clipped if low < high]
 
 
 def rim(*roses: Rose) -> float:
@@ -45,25 +108,37 @@ def _label_azimuth(rose: Rose) -> float:
     return float(between[int(np.argmin(near))])
 
 
-def rose_figure(cube: xr.Dataset) -> Figure:
-    """Draw the roses of a study (`study_roses`) on one scale: azimuths from north, and from the fault normal if known.
+def rose_figure(cube: xr.Dataset, summaries: Mapping[str, AxisSummary] | None = None) -> Figure:
+    """Draw the rose of each group of records of a study (`study_roses`), on one scale.
 
-    If the study has records with and without a velocity pulse, each group has its own column.
+    `summaries` by group: a group with a mean axis has it, and its 95 % interval, at the rim.
     """
-    roses = study_roses(cube)
-    rows = 1 if any(below is None for _, below in roses.values()) else 2
-    figure, panels = grid(rows, len(roses), max(3.3 * len(roses), 4.2), 3.5 * rows + 0.4, polar=True)
-    top = rim(*(rose for pair in roses.values() for rose in pair if rose is not None))
-    for (name, found), column in zip(roses.items(), panels.T, strict=True):
-        (upper, *lower), (rose, relative) = column, found
-        draw_rose(upper, rose, top)
-        upper.set_title(f"{name}\n{rose.title}, from north", pad=4)
-        if relative is not None:
-            draw_rose(lower[0], relative, top)
-            fault_frame(lower[0])
-            of = "" if relative.earthquakes == rose.earthquakes else f"{relative.title}, "
-            lower[0].set_title(f"{of}from the fault normal", pad=4)
+    roses, means = study_roses(cube), summaries or {}
+    width = max(3.3 * len(roses), 4.3)
+    axial = all(rose.axial for rose in roses.values())
+    figure, panels = grid(1, len(roses), width, 2.75 if axial else 4.3, polar=True)
+    top = rim(*roses.values())
+    for (name, rose), axes in zip(roses.items(), panels[0], strict=True):
+        draw_rose(axes, rose, top)
+        frame = "" if rose.from_normal else ", from north"
+        axes.set_title(f"{name}\n{rose.title}{frame}", pad=12, fontsize=9)
+        if rose.from_normal and name in means:
+            mark_mean_axis(axes, means[name].axis_deg, means[name].half_width_deg)
+    marked = any(
+        np.isfinite(means[name].axis_deg) for name, rose in roses.items() if rose.from_normal and name in means
+    )
+    style.caption(figure, "", columns=1 if width < 5 else 2, first=_marks(list(roses.values()), marked))
     return figure
+
+
+def _marks(roses: list[Rose], mean_axis: bool) -> list[Any]:
+    """Return the marks of the legend of roses."""
+    marks = [style.patch(FALLS, "share of the falls (area)")]
+    if any(np.isfinite(rose.low).any() for rose in roses):
+        marks.append(style.patch(PALE, "95 % interval of each sector by itself, from the white line"))
+    if mean_axis:
+        marks.append(Line2D([], [], **_MEAN_AXIS, label="mean axis with its 95 % interval"))
+    return marks
 
 
 def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
@@ -76,24 +151,14 @@ def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
     shown = {name: found for name, found in roses.items() if found[0].falls}
     columns = min(ROSES_IN_A_ROW, max(1, len(shown)))
     rows = max(1, -(-len(shown) // columns))
-    figure, panels = grid(rows, columns, max(2.1 * columns, 4.2), 2.35 * rows + 0.3, len(shown), polar=True)
+    figure, panels = grid(rows, columns, max(PAGE_WIDTH / 4 * columns, 4.2), 2.0 * rows + 0.2, len(shown), polar=True)
     top = rim(*(rose for rose, _ in shown.values()))
     for axes, (name, (rose, members)) in zip(panels.flat, shown.items(), strict=False):
         draw_rose(axes, rose, top)
-        axes.tick_params(axis="y", labelsize=6)
+        axes.tick_params(axis="both", labelsize=7)
         axes.set_xticklabels(["N", "", "E", "", "S", "", "W", ""])
         for normal in cube["fault_normal"].to_numpy()[members]:
             mark_fault_normal(axes, float(normal), label=None)
         count = int(members.sum())
         axes.set_title(f"{name}\n{count} record{'s' * (count != 1)}", fontsize=8, pad=3, parse_math=False)
     return figure
-
-
-def fault_frame(axes: Any) -> None:
-    """Label a rose whose azimuths count from the fault normal."""
-    compass(axes, ("normal", "45°", "90°", "135°", "normal", "225°", "270°", "315°"), pad=5)
-    for label, text in zip(axes.get_xticklabels(), axes.get_xticks(), strict=True):
-        label.set_fontsize(7.5)
-        if np.isclose(text % np.pi, 0.0):
-            label.set_color(FAULT)
-    mark_fault_normal(axes, 0.0, label=None)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.figures.rose import draw_rose, rim
-from overturning.figures.style import INK, SERIES, grid
+from overturning.figures.style import INK, PAGE_WIDTH, SERIES, grid
 from overturning.model.geometry import place_elements
 from overturning.model.scene import Scene
-from overturning.statistics.roses import rose_of
+from overturning.statistics.roses import study_rose
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,13 +58,13 @@ def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
 
 
 def element_roses_figure(cubes: Mapping[str, "xr.Dataset"]) -> "Figure":
-    """Draw roses of fall azimuths (`rose_of`) on one scale, one for each named cube of a single element."""
+    """Draw the `study_rose` of each named cube of a single element, on one scale."""
     columns = min(len(cubes), 3)
     rows = -(-len(cubes) // columns)
-    figure, panels = grid(rows, columns, 3.0 * columns, 3.3 * rows, len(cubes), polar=True)
-    roses = {name: rose_of(cube) for name, cube in cubes.items()}
+    figure, panels = grid(rows, columns, max(PAGE_WIDTH / 3 * columns, 3.3), 2.4 * rows, len(cubes), polar=True)
+    roses = {name: study_rose(cube) for name, cube in cubes.items()}
     top = rim(*roses.values())
     for axes, (name, rose) in zip(panels.ravel(), roses.items(), strict=False):
         draw_rose(axes, rose, top)
-        axes.set_title(f"{name}\n{rose.title}", pad=4, parse_math=False)
+        axes.set_title(f"{name}\n{rose.title}", pad=12, fontsize=9, parse_math=False)
     return figure

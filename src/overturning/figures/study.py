@@ -30,7 +30,7 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, writ
         summaries = {name: summarise_axes(axes) for name, axes in groups.items()}
         write(axes_figure(groups, summaries), folder / "axes")
         _draw_maps(cube, folder / "maps")
-        write(rose_figure(cube), folder / "rose")
+        write(rose_figure(cube, summaries), folder / "rose")
         if not model_of(cube).one_component:
             write(earthquake_roses_figure(cube), folder / "earthquakes")
             slender = cube["b_over_h"].to_numpy().astype(np.float64)

@@ -60,8 +60,9 @@ _MEANS: Final = (
 )
 
 _ROSE: Final = (
-    "Each earthquake counts once, its records alike; the area of a sector is its mean share, the line across its rim "
-    "the 95 % interval by bootstrap over earthquakes."
+    "Each earthquake counts once, its records alike; the area of a sector is its mean share, with a 95 % interval by "
+    "bootstrap over earthquakes for each sector by itself. In half a disk opposite directions are one axis; at its rim "
+    "the mean axis with its 95 % interval, where there is one."
 )
 
 WORDS: Final[dict[type[Model], Words]] = {

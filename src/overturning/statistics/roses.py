@@ -1,4 +1,4 @@
-"""Roses: shares of falls by sector, from north and from the fault normal, as means over earthquakes."""
+"""Roses: shares of falls by sector, of directions or axes, from north or the fault normal, means over earthquakes."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -19,7 +19,7 @@ from overturning.statistics.falls import falls_towards, informative_blocks
 
 @dataclass(frozen=True)
 class Rose:
-    """Shares of falls by sector, shape (SECTORS,).
+    """Shares of falls by sector of 360° / SECTORS, centred on 0°, ascending over a circle, or half of it for axes.
 
     Attributes
     ----------
@@ -31,6 +31,8 @@ class Rose:
         Ends of the intervals; NaN if there are none.
     earthquakes : int
         Number of earthquakes with falls.
+    from_normal : bool
+        True if angles count from the fault normal, False if from north.
     """
 
     falls: int
@@ -38,6 +40,12 @@ class Rose:
     low: FloatArray
     high: FloatArray
     earthquakes: int
+    from_normal: bool = False
+
+    @property
+    def axial(self) -> bool:
+        """True if falls in opposite directions are in one sector: the rose covers half of a circle."""
+        return self.shares.size < SECTORS
 
     @property
     def title(self) -> str:
@@ -74,13 +82,16 @@ def _azimuth_width(azimuth: FloatArray) -> float:
     return 0.0 if azimuth.size <= 2 or abs(in_a_sector - round(in_a_sector)) < 1e-9 else step
 
 
-def rose_of(cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95, draws: int = 2000) -> Rose:
+def rose_of(
+    cube: xr.Dataset, *, from_normal: bool = False, axial: bool = False, level: float = 0.95, draws: int = 2000
+) -> Rose:
     """Compute the rose of nominal falls of the `informative_blocks` of a cube, which is read one record at a time.
 
     A fall in the 3-D model counts with its `direction_weight`, which is small if the fall changes direction under
     nearly the same motion. Shares of a record (each plane counts once) are averaged over the records of an earthquake,
-    and then over earthquakes, with intervals from `bootstrap`. ``from_normal`` measures azimuths from the fault normal
-    and uses the records that have one. If the azimuth step does not divide a sector, falls are spread over the step.
+    and then over earthquakes, with intervals from `bootstrap` for each sector by itself. ``from_normal`` measures
+    azimuths from the fault normal and uses the records that have one. ``axial`` adds opposite sectors. If the azimuth
+    step does not divide a sector, falls are spread over the step.
     """
     zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
@@ -93,19 +104,30 @@ def rose_of(cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95,
             wide = _azimuth_width(azimuth) if planes else 0.0
             shares[row] = sector_shares(azimuth - zero[row], weight, wide)
             total += round(counts.sum()) if planes else counts.size
+    if axial:
+        shares = shares[:, : SECTORS // 2] + shares[:, SECTORS // 2 :]
     fell = np.isfinite(shares[:, 0])
     means = event_means(shares[fell], events[fell])
-    nowhere = np.full(SECTORS, np.nan)
     if means.size == 0:
-        return Rose(0, np.zeros(SECTORS), nowhere, nowhere, 0)
+        nowhere = np.full(shares.shape[1], np.nan)
+        return Rose(0, np.zeros(nowhere.size), nowhere, nowhere, 0, from_normal)
     # All sectors use the same bootstrap samples, since the seed is the same.
     ends = [bootstrap(mean_of_sample, column, level=level, draws=draws) for column in means.T]
     low, high = np.array(ends).T
-    return Rose(total, means.mean(axis=0), low, high, len(means))
+    return Rose(total, means.mean(axis=0), low, high, len(means), from_normal)
 
 
-def study_roses(cube: xr.Dataset) -> dict[str, tuple[Rose, Rose | None]]:
-    """Compute roses by group of records: relative to north, and to the fault normal (None if no record has one)."""
-    groups, known = record_groups(cube), np.isfinite(cube["fault_normal"].to_numpy()).any()
-    chosen = {name: cube.isel(record=np.flatnonzero(members)) for name, members in groups.items()}
-    return {name: (rose_of(one), rose_of(one, from_normal=True) if known else None) for name, one in chosen.items()}
+def study_rose(cube: xr.Dataset) -> Rose:
+    """Compute the rose of all records of a cube: from the fault normal if one is known, otherwise from north.
+
+    The sign of a fault normal is arbitrary, and a block in a plane falls along it, so both have roses of axes. Only a
+    3-D study without any fault normal has a rose of directions.
+    """
+    known = bool(np.isfinite(cube["fault_normal"].to_numpy()).any())
+    return rose_of(cube, from_normal=known, axial=known or model_of(cube).one_component)
+
+
+def study_roses(cube: xr.Dataset) -> dict[str, Rose]:
+    """Compute the `study_rose` of each group of records."""
+    groups = record_groups(cube)
+    return {name: study_rose(cube.isel(record=np.flatnonzero(members))) for name, members in groups.items()}

@@ -53,7 +53,7 @@ _FILES: Final = {
     "figures/illustrative/*": ("Case {stem}", "Of a case to watch, chosen by rule."),
     "figures/survey/*": ("Survey {stem}", "Observed and predicted stones."),
     "figures/rose.*": ("Rose", "Azimuths of the falls of all records."),
-    "figures/axes.*": ("Axes", "Fall axes by earthquake, relative to the fault."),
+    "figures/axes.*": ("Axes", "Alignment of falls with the fault normal, by earthquake."),
     "figures/plane.*": ("Plane", "Falls over peak acceleration and velocity."),
     "figures/follow.*": ("What falls follow", "Falls relative to peaks, pulse, fault normal and epicentre."),
     "figures/earthquakes.*": ("Roses by earthquake", "Azimuths of the falls of each earthquake."),

@@ -115,16 +115,15 @@ def half_width(summary: AxisSummary) -> str:
 
 
 def axes_shown(results: Results) -> Figure | None:
-    """The fall axes of the earthquakes, drawn; none where no earthquake has one."""
-    if not any(one.with_axis for one in results.axes.values()):
+    """The alignment of each earthquake and its mean, drawn; none where no earthquake has falls and a known fault."""
+    if not any(one.alignment.n for one in results.axes.values()):
         return None
     caption = (
-        f"Fall axis of each earthquake relative to its fault normal, over {results.words.blocks}; the point grows "
-        "with how strongly the axes agree. Below, the mean over earthquakes, with its bootstrap interval where "
-        "there are enough. Which side of the fault normal counts as positive is arbitrary, so only axes are compared."
+        f"Alignment of the falls of each earthquake with its fault normal, over {results.words.blocks}, and the mean "
+        "over earthquakes with its 95 % interval where there are enough: 1 if all fall across the fault, −1 if all "
+        "fall along it, 0 if neither."
     )
-    alt = "fall axis of each earthquake relative to its fault normal"
-    return Figure(results.figures / "axes.svg", alt, caption, width=0.82)
+    return Figure(results.figures / "axes.svg", "alignment of falls with the fault normal by earthquake", caption)
 
 
 @section("Where blocks fall", "rose")
@@ -137,7 +136,7 @@ def falls(results: Results) -> Said:
     if not results.model.one_component:
         of_each = "The same for each earthquake, its records taken together; blue: fault normals."
         alt = "roses of fall azimuths by earthquake"
-        yield Figure(results.figures / "earthquakes.svg", alt, of_each, width=0.9)
+        yield Figure(results.figures / "earthquakes.svg", alt, of_each, width=1.0)
     if results.tells_axes:
         yield from _of_axes(results)
 

@@ -25,7 +25,7 @@ from overturning.report.sections.contrast import (
 )
 from overturning.report.sections.exactness import dependence
 from overturning.report.sections.records import record_directions
-from overturning.report.sections.space import follow_answer, follow_shown, plane_answer
+from overturning.report.sections.space import follow_answer, plane_answer, references_shown
 from overturning.report.sections.surveys import survey_sentences
 from overturning.report.text import capitalised, counted, decimals, number, percent, verdict
 from overturning.statistics.bootstrap import mean_over_earthquakes, share_over_earthquakes
@@ -89,7 +89,7 @@ def _reference(results: Results) -> AnswerParts:
     plane = [plane_answer(results)] if "plane_overturned" in results.cube else []
     chosen = "Which reference lies closest was found in these results, not fixed beforehand."
     of_fault, _ = _direction(results)
-    return (*follow_answer(*results.followed), *plane, f"{chosen} {of_fault[0]}"), follow_shown(results)
+    return (*follow_answer(*results.followed), *plane, f"{chosen} {of_fault[0]}"), references_shown(results)
 
 
 def _contrast(results: Results) -> AnswerParts:

@@ -5,12 +5,14 @@ from typing import Final
 
 import numpy as np
 
-from overturning.figures.fall_rate import contrast_figure
+from overturning.arrays import FloatArray
+from overturning.figures.alignment import dot
+from overturning.figures.answer import Dot, contrast_figure
 from overturning.findings.contrast import compared_records, differences
 from overturning.report.blocks import Figure
 from overturning.report.results import Results
 from overturning.report.text import counted, decimals, share
-from overturning.statistics.bootstrap import Mean, share_over_earthquakes
+from overturning.statistics.bootstrap import Mean, mean_over_earthquakes, share_over_earthquakes
 from overturning.statistics.elements import Contrast, compare_stones, contrast
 from overturning.statistics.falls import shares_by_record
 from overturning.study.scenes import NOMINAL, setting_of, size_note, uses_vertical
@@ -77,19 +79,22 @@ def _share(mean: Mean) -> str:
 
 
 def contrast_shown(results: Results) -> Figure | None:
-    """Share of the cases in which the stone falls, by slenderness, under both settings; none of a single B/H."""
+    """Shares of the cases in which the stone falls under both settings, and their difference, also by slenderness."""
     against, ratio = results.study.primary.against, results.cube["b_over_h"].to_numpy()
-    if against is None or ratio.size < 2 or not (places := compared_records(results, against)).size:
+    if against is None or not (places := compared_records(results, against)).size:
         return None
-    shares: dict[str, list[Mean]] = {}
-    events = results.events[places]
+    events, columns, rates = results.events[places], list[FloatArray](), dict[str, list[Dot]]()
     for variant, other in ((NOMINAL, against), (against, NOMINAL)):
-        columns = shares_by_record(results.reference_cube(variant).isel(record=places), "b_over_h").to_numpy()
-        shares[setting_said(results, variant, other)] = [share_over_earthquakes(column, events) for column in columns]
-    drawing = results.drawn("contrast", partial(contrast_figure, shares, ratio.astype(np.float64)))
+        cube = results.reference_cube(variant).isel(record=places)
+        each = shares_by_record(cube, "b_over_h").to_numpy() if ratio.size > 1 else np.empty((0, places.size))
+        columns.append(np.vstack([shares_by_record(cube).to_numpy()[None], each]))
+        rates[setting_said(results, variant, other)] = [dot(share_over_earthquakes(one, events)) for one in columns[-1]]
+    less = [dot(mean_over_earthquakes(one, events)) for one in columns[0] - columns[1]]
+    rows = ["all cases", *(f"B/H {value:.3g}" for value in ratio if ratio.size > 1)]
+    drawing = results.drawn("contrast", partial(contrast_figure, rows, rates, less))
     sizes = size_note(results.study, against)
     caption = (
-        "Share of the cases in which the stone falls, by slenderness: mean over earthquakes, with its 95 % interval by "
-        f"bootstrap where there are enough.{f' {sizes}.' if sizes else ''}"
+        "Share of the cases in which the stone falls, over all cases and by slenderness, and the difference: means "
+        f"over earthquakes, with 95 % intervals by bootstrap where there are enough.{f' {sizes}.' if sizes else ''}"
     )
-    return Figure(drawing, "share of the cases that overturn under both settings, by slenderness", caption, width=0.7)
+    return Figure(drawing, "share of the cases that overturn under both settings, and the difference", caption)

@@ -1,11 +1,14 @@
 """What falls follow that may go any way, how good the plane is beside them, how far stones turn."""
 
 import math
+from functools import partial
 
 import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
+from overturning.figures.alignment import dot
+from overturning.figures.answer import references_figure
 from overturning.report.blocks import Figure, Note, Said, Section, section, table
 from overturning.report.results import Results
 from overturning.report.text import capitalised, counted, degrees, number, of_group, percent, shown, verdict
@@ -22,7 +25,7 @@ def follows(results: Results) -> Said:
         return
     found, heads = results.followed
     yield from follow_sentences(found, heads)
-    yield None if results.study.asks == "reference" else follow_shown(results)  # the answer has it
+    yield follow_shown(results)
     rows: list[tuple[str | int, ...]] = []
     for group, references in found.items():
         for (name, axial), (whole, *each) in references.means.items():
@@ -40,6 +43,20 @@ def follows(results: Results) -> Said:
         "all directions, an axis like the fault normal. The radial direction, where the epicentre is known, leads away "
         "from it at the station; the transverse axis lies across it."
     )
+
+
+def references_shown(results: Results) -> Figure:
+    """Alignment with each reference over all B/H, drawn."""
+    found, _ = results.followed
+    groups = {
+        group: {name: dot(means[0]) for (name, axial), means in of_group.means.items() if axial}
+        for group, of_group in found.items()
+    }
+    drawing = results.drawn("references", partial(references_figure, groups))
+    caption = (
+        "Alignment of falls with each reference: mean cos 2Δ over earthquakes, with its 95 % interval by bootstrap."
+    )
+    return Figure(drawing, "alignment of falls with peaks, pulse, fault normal and radial direction", caption)
 
 
 def follow_shown(results: Results) -> Figure:

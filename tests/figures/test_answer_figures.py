@@ -1,0 +1,115 @@
+"""Figures of the number that answers a question: each value at its place, sorted, with its interval and in print."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from overturning.figures.answer import COLOURS, Dot, alignment_figure, contrast_figure, described, references_figure
+from overturning.figures.style import PAGE_WIDTH, style
+
+NAN = float("nan")
+
+
+def points(axes: plt.Axes, colour: str) -> list[tuple[float, float]]:
+    """Return the markers of one group, (x, row), from the top."""
+    dots = [line for line in axes.lines if line.get_color() == colour and len(line.get_xdata()) == 1]
+    return sorted(((line.get_xdata()[0], line.get_ydata()[0]) for line in dots), key=lambda dot: dot[1])
+
+
+def spans(axes: plt.Axes, colour: str) -> list[tuple[float, float, float]]:
+    """Return the intervals of one group, (low, high, row), from the top."""
+    lines = [line for line in axes.lines if line.get_color() == colour and len(line.get_xdata()) == 2]
+    return sorted(((*line.get_xdata(), line.get_ydata()[0]) for line in lines), key=lambda line: line[2])
+
+
+def texts(axes: plt.Axes) -> list[str]:
+    return [text.get_text() for text in axes.texts]
+
+
+def alignments() -> Figure:
+    values = {
+        "with a pulse": {"A": -0.4, "B": 0.7, "C": NAN, "D": 0.004},
+        "without": {"B": -0.003, "E": 0.2},
+    }
+    return alignment_figure(values, {"with a pulse": Dot(0.1, -0.2, 0.4, 3), "without": Dot(0.1, NAN, NAN, 2)})
+
+
+def test_alignment_is_sorted_with_each_value_and_the_mean() -> None:
+    with style():
+        left, right = alignments().axes
+    plt.close("all")
+    assert [label.get_text() for label in left.get_yticklabels()] == ["B", "D", "A", "C", "mean"]
+    assert [x for x, _ in points(left, COLOURS[0])] == [0.7, 0.004, -0.4, 0.1]
+    assert [(low, high) for low, high, _ in spans(left, COLOURS[0])] == [(-0.2, 0.4)]
+    assert texts(left) == ["0.70", "0.00", "−0.40", "no falls"]
+    assert "0.10 (−0.20 to 0.40)" in left.get_title()
+    assert "3 earthquakes" in left.get_title()
+    assert spans(right, COLOURS[1]) == [], "too few earthquakes for an interval"
+    assert texts(right) == ["0.20", "0.00"]
+    for axes in (left, right):
+        ticks = dict(zip(axes.get_xticks(), (label.get_text() for label in axes.get_xticklabels()), strict=True))
+        assert ["along" in ticks[-1], "neither" in ticks[0], "across" in ticks[1]] == [True] * 3
+
+
+def references() -> Figure:
+    pulse = {"pulse": Dot(0.4, 0.2, 0.6, 11), "peak velocity": Dot(0.56, 0.4, 0.7, 11), "normal": Dot(NAN, NAN, NAN, 0)}
+    control = {"peak velocity": Dot(0.38, None, None, 7), "pulse": Dot(-0.1, -0.3, 0.1, 7)}
+    return references_figure({"with": pulse, "without": control})
+
+
+def test_references_are_dots_with_intervals_on_one_axis() -> None:
+    """The order is that of the first group; a reference unknown in a group has no dot, and this is printed."""
+    with style():
+        figure = references()
+    (axes,) = figure.axes
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    plt.close("all")
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["peak velocity", "pulse", "normal"]
+    assert [x for x, _ in points(axes, COLOURS[0])] == [0.56, 0.4]
+    assert [x for x, _ in points(axes, COLOURS[1])] == [0.38, -0.1]
+    assert [(low, high) for low, high, _ in spans(axes, COLOURS[0])] == [(0.4, 0.7), (0.2, 0.6)]
+    assert [(low, high) for low, high, _ in spans(axes, COLOURS[1])] == [(-0.3, 0.1)]
+    rows = [row for _, row in points(axes, COLOURS[0])]
+    assert np.round(rows).tolist() == [0, 1]
+    printed = {"0.56 (0.40 to 0.70)", "0.40 (0.20 to 0.60)", "0.38", "−0.10 (−0.30 to 0.10)", "not known"}
+    assert set(texts(axes)) == printed
+    assert legend == ["with, 11 earthquakes", "without, 7 earthquakes"]
+    assert (axes.get_xlim()[0] <= -1, axes.get_xlim()[1] >= 1) == (True, True)
+
+
+def contrast() -> Figure:
+    one, other = [Dot(0.663), Dot(1.0, 0.9, 1.0)], [Dot(0.669), Dot(0.9, 0.8, 0.95)]
+    rows = ["all cases", "B/H 0.1"]
+    return contrast_figure(rows, {"with": one, "without": other}, [Dot(-0.006), Dot(0.1, 0.02, 0.15)])
+
+
+def test_contrast_shows_both_rates_and_their_difference() -> None:
+    with style():
+        left, right = contrast().axes
+    plt.close("all")
+    assert [x for x, _ in points(left, COLOURS[0])] == pytest.approx([66.3, 100.0])
+    assert [x for x, _ in points(left, COLOURS[1])] == pytest.approx([66.9, 90.0])
+    assert spans(left, COLOURS[1])[0][:2] == pytest.approx((80.0, 95.0))
+    assert texts(left) == ["66.3", "100.0", "66.9", "90.0"]
+    assert texts(right) == ["−0.6", "10.0 (2.0 to 15.0)"]
+    low, high = right.get_xlim()
+    assert (low, high) == (-high, high)
+    assert high >= 15.0
+
+
+@pytest.mark.parametrize("draw", [alignments, references, contrast])
+def test_letters_are_7_points_at_the_printed_width(draw: object) -> None:
+    with style():
+        figure = draw()  # type: ignore[operator]
+    sizes = [text.get_fontsize() for text in figure.findobj(Text) if text.get_text() and text.get_visible()]
+    plt.close("all")
+    assert figure.get_figwidth() <= PAGE_WIDTH
+    assert min(sizes) >= 7.0
+
+
+def test_an_estimate_is_written_with_its_interval() -> None:
+    assert described(Dot(-0.004, -0.2, 0.1)) == "0.00 (−0.20 to 0.10)"
+    assert described(Dot(0.5, None, None)) == "0.50"
+    assert described(Dot(None)) == "not known"

@@ -1,0 +1,115 @@
+"""Roses: opposite falls are one axis, areas are shares, the mean axis stands at the rim."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from overturning.figures.rose import FALLS, arcs, rose_figure
+from overturning.figures.style import INK, style
+from overturning.statistics.bootstrap import Mean
+from overturning.statistics.circular import SECTORS
+from overturning.statistics.earthquakes import AxisSummary
+from overturning.statistics.roses import rose_of, study_rose
+from tests.figures.test_explore import space_cube
+from tests.figures.test_further_figures import cube
+
+NAN = float("nan")
+
+
+def earthquakes(count: int) -> xr.Dataset:
+    """Return a cube of ten earthquakes of one record each."""
+    several = xr.concat([cube(), cube()], "record", data_vars="all")
+    return several.assign_coords(event=("record", [f"E {place}" for place in range(10)])).isel(record=slice(count))
+
+
+def summary(axis: float, half_width: float) -> AxisSummary:
+    return AxisSummary(5, Mean(5, NAN, NAN, NAN), axis, half_width, 5, 5)
+
+
+def drawn(one: xr.Dataset, axis: float = NAN, half_width: float = NAN) -> Figure:
+    with style():
+        figure = rose_figure(one, {"all records": summary(axis, half_width)})
+        figure.canvas.draw()
+    plt.close(figure)
+    return figure
+
+
+def sectors(figure: Figure) -> dict[float, float]:
+    """Area in units of a sector of radius 1, by the middle of a sector, degrees, of the dark sectors of a rose."""
+    dark = [
+        bar
+        for bar in figure.axes[0].patches
+        if np.allclose(bar.get_facecolor()[:3], plt.matplotlib.colors.to_rgb(FALLS))
+    ]
+    return {round(float(np.degrees(bar.get_x() + bar.get_width() / 2)), 3): bar.get_height() ** 2 for bar in dark}
+
+
+def test_a_rose_of_planes_counts_opposite_falls_as_one_axis() -> None:
+    """A sector of axes holds the sector of directions and the opposite one; all areas add to 1."""
+    one = cube().isel(record=[0])
+    found = sectors(drawn(one))
+    directions = rose_of(one, from_normal=True)
+    for middle in range(0, 90, 15):
+        both = directions.shares[middle // 15] + directions.shares[middle // 15 + SECTORS // 2]
+        assert found[middle] == pytest.approx(both)
+    assert found[90.0] == found[-90.0], "the sector across the top has a half at either end"
+    assert sum(area for middle, area in found.items() if -90 < middle <= 90) == pytest.approx(1.0)
+
+
+def test_a_rose_counts_from_the_fault_normal_where_it_is_known() -> None:
+    """Blocks fall towards 0° to 75°, with normals of 40° at −40° to 35° from them: sectors −45° to 30°."""
+    with_normal, without = (cube().assign_coords(fault_normal=("record", [angle] * 5)) for angle in (40.0, NAN))
+    found, north = study_rose(with_normal), study_rose(without)
+    assert (found.from_normal, north.from_normal) == (True, False)
+    assert np.flatnonzero(north.shares).tolist() == [0, 1, 2, 3, 4, 5]
+    assert np.flatnonzero(found.shares).tolist() == [0, 1, 2, 9, 10, 11]
+    assert found.shares.size == north.shares.size == SECTORS // 2
+    figure = drawn(without)
+    names = [label.get_text() for label in figure.axes[0].get_xticklabels()]
+    assert names == ["W", "NW", "N", "NE", "E"]
+    assert "from north" in figure.axes[0].get_title()
+
+
+def test_a_rose_in_space_without_a_fault_normal_keeps_directions() -> None:
+    one = space_cube().assign_coords(pulse=("record", [1, 1]), fault_normal=("record", [NAN, NAN]))
+    assert study_rose(one).shares.size == SECTORS
+    assert study_rose(one.assign_coords(fault_normal=("record", [30.0, NAN]))).axial
+
+
+def test_interval_of_an_axial_sector_is_that_of_the_sum() -> None:
+    """Falls of every other earthquake go to 0° and 180°: as directions their shares vary, as axes they do not."""
+    one = earthquakes(10)
+    flags = np.zeros(one["overturned"].shape)
+    flags[::2, 0], flags[1::2, 12] = 1, 1  # towards 0° under records 0, 2, 4, towards 180° under the others
+    flags[::2, 12], flags[1::2, 0] = -1, -1
+    one = one.assign(overturned=(one["overturned"].dims, flags)).assign_coords(fault_normal=("record", [0.0] * 10))
+    both = study_rose(one)
+    assert (both.shares[0], both.low[0], both.high[0]) == (1.0, 1.0, 1.0)
+    alone = rose_of(one, from_normal=True)
+    assert alone.low[0] < 0.5 < alone.high[0]
+
+
+@pytest.mark.parametrize(
+    ("axis", "half_width", "expected"),
+    [(10.0, 20.0, [(-10, 30)]), (70.0, 40.0, [(-90, -70), (30, 90)]), (-80.0, 15.0, [(-90, -65), (85, 90)])],
+)
+def test_interval_of_a_mean_axis_wraps_at_90_degrees(
+    axis: float, half_width: float, expected: list[tuple[float, float]]
+) -> None:
+    """70° ± 40° reaches from 30° to 110°, which is −70° as an axis."""
+    assert sorted(arcs(axis, half_width)) == expected
+    (panel, *_) = drawn(cube(), axis, half_width).axes
+    lines = [line for line in panel.lines if line.get_color() == INK]
+    spans = sorted(tuple(np.round(np.degrees(line.get_xdata())[[0, -1]], 6)) for line in lines)
+    assert spans == sorted([(axis, axis), *expected])
+    assert all((line.get_ydata() > panel.get_ylim()[1] * 1.0).any() for line in lines), "at the rim, off the sectors"
+
+
+def test_a_rose_without_a_mean_axis_has_no_mark_of_it() -> None:
+    figure = drawn(earthquakes(10))
+    assert not [line for line in figure.axes[0].lines if line.get_color() == INK]
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert not any("mean axis" in text for text in legend)
+    assert any("each sector by itself" in text for text in legend)

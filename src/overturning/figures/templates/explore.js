@@ -108,7 +108,12 @@ function film() {
     "--" + TURNS, cube.direction[at.a], "--height", f.heights[at.height], "--b-over-h", f.ratios[at.b]];
   if (cube.aspect[at.aspect] !== 1) words.push("--aspect", cube.aspect[at.aspect]);
   if (f.friction) words.push("--friction", cube.friction[at.friction]);
-  command.textContent = words.concat("--animate fall.html").join(" ");
+  command.textContent = "";
+  // A line does not break inside an option, where its hyphens would be misread.
+  words.concat("--animate fall.html").join(" ").split(" ").forEach((word, k) => {
+    command.append(k ? " " : "");
+    element("span", {}, command, word);
+  });
 }
 element("h2", {}, more, cube.space ? "At this orientation, by B/H" : "Along this azimuth, by B/H");
 const strip = element("canvas", { role: "img", "aria-label": "probability of falling, by B/H" }, more);

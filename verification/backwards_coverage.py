@@ -209,10 +209,11 @@ def bodies(rows: pd.DataFrame) -> dict[str, str]:
         "no lower bound", "PGV, upper/lower", "PGA, upper/lower", "axis, width",
     )  # fmt: skip
     held = [100 * shown[each].mean() for each in HOLDS]
+    ends = dict.fromkeys(f"{end:.0f}" for end in (min(held), max(held)))
     fits = shipped["fit"].dropna()
     text = (
-        f"Each interval, with a nominal coverage of {100 * AIM:.0f} %, contains the true value in {min(held):.0f} to "
-        f"{max(held):.0f} % of the reported surveys. Numbers in brackets are 95 % intervals over earthquakes, by "
+        f"Each interval, with a nominal coverage of {100 * AIM:.0f} %, contains the true value in {' to '.join(ends)} "
+        "% of the reported surveys. Numbers in brackets are 95 % intervals over earthquakes, by "
         "bootstrap; they are exact if all agree, and missing for fewer than eight earthquakes. If every stone fell, no "
         "axis is given, and its arc is that of an unknown axis. Widths are medians of 90 % intervals; a missing bound "
         "is replaced by the end of the library. Before a survey, the upper end over the lower end is "

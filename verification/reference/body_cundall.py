@@ -153,7 +153,7 @@ def apply_contact_law(
     sinking = 0.0 if old.depth == 0.0 else at.sinking
     n = body.stiffness * depth + rate * sinking
     n = n if inside & (flat | (n > 0.0)) else 0.0
-    # A new contact starts with unstretched springs; those of one that slips are shortened to what friction holds.
+    # A new contact starts with unstretched springs; those of a slipping one are shortened to the friction limit.
     tx, ty = (old.sx + at.slip_x if was else 0.0), (old.sy + at.slip_y if was else 0.0)
     most = body.friction * n
     hx, hy = -(body.tangential * tx) - rate * at.slip_x, -(body.tangential * ty) - rate * at.slip_y
@@ -207,7 +207,7 @@ def step(
     let_go = 0.5 * (body.stiffness * t.opened + body.tangential * t.shortened)
     loss = account.lost + (let_go + dt * -(dot(t.damping, c) + dot(t.braking, w)))
     spin = account.spin + dt * (t.moment.z + (s.place.x * a.y - s.place.y * a.x))
-    # What is worth keeping of the path so far.
+    # Update the peaks and the last time before the critical tilt.
     lean, bx, by = lean_of(f), s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
     peaks = BodyPeaks(
         larger(peaks.lean, lean), larger(peaks.slip, bx * bx + by * by), larger(peaks.depth, acting.depth),

@@ -29,7 +29,7 @@ NEEDED: Final = {
 
 
 def plan_study(records: int) -> ResourceUse:
-    """Plan a study of so many records, synthetic pulses of different amplitude, and measure its longest command."""
+    """Plan a study of `records` records, synthetic pulses of different amplitude, and measure its longest command."""
     with tempfile.TemporaryDirectory(prefix="scale-") as name:
         pulses = {
             f"record-{number:05d}": f"sine amplitude_gal={300 + number} period_s=1 azimuth_deg=60"

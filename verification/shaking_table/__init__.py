@@ -1,1 +1,1 @@
-"""Predictions beside 490 shaking-table tests of a granite boulder: who says best which tests it falls in."""
+"""Predictions for 490 shaking-table tests of a granite boulder, by several models."""

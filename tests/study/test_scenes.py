@@ -34,7 +34,7 @@ from tests.expect import said
 from tests.study.small_study import cube_of, pulse
 
 ROOT = Path(__file__).parents[2]
-AXES = "radius: slenderness B/H", "largest B/H that falls, by azimuth of the motion"
+AXES = "µ = 0.9, H = 0.636 m; radius: slenderness B/H", "largest B/H that falls, by azimuth of the motion"
 
 
 @pytest.fixture(autouse=True)
@@ -146,7 +146,10 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         exported = said("cube", "export", paths["monolith"], tmp_path / "cases.csv")
         assert f"cases.csv: 24 cases, {variant_label(monolith)[0]}\n" in exported
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
-    results = Results(study, cubes["nominal"], cubes, cubes["nominal"], tmp_path, tmp_path, [], None, ())
+    results = Results(
+        study=study, cube=cubes["nominal"], cubes=cubes, intensity=cubes["nominal"], figures=tmp_path,
+        drawings=tmp_path, illustrative=[], convergence=None, surveys=(),
+    )  # fmt: skip
     shown = scene_section(results)
     drawn = (tmp_path / "scene.svg").read_text(encoding="utf-8")
     assert shown == scene_section(results)

@@ -20,6 +20,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from typer.main import get_command as click_of
@@ -32,6 +33,7 @@ from overturning.dem.numerics import Numerics
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, ResultError
 from overturning.figures.explore import explorer_data
 from overturning.figures.ground import fourier_spectrum, response_spectrum
+from overturning.figures.write import has_overlapping_text, parse_font
 from overturning.model.contact import ContactSettings
 from overturning.motion.intensity import intensity_by_azimuth
 from overturning.motion.motion import Motion
@@ -355,6 +357,42 @@ def test_text_that_does_not_fit_gives_a_warning(
         assert ("text is cut off" in capsys.readouterr().out) == told
 
 
+def test_labels_that_overlap_at_a_width_are_told() -> None:
+    """Ticks at 0 and 1 are an inch apart at 2 inches; five long labels between them do not fit."""
+    for count, told in ((2, False), (6, True)):
+        figure = Figure(figsize=(2.0, 2.0))
+        axes = figure.add_axes((0.25, 0.25, 0.5, 0.5))
+        places = np.linspace(0.0, 1.0, count)
+        axes.set_xticks([*places, 9.0], [f"{place:.3f}" for place in places] + ["outside the panel"])
+        axes.set_yticks([])
+        axes.set_xlim(0.0, 1.0)
+        FigureCanvasAgg(figure).draw()
+        assert has_overlapping_text(figure) == told
+
+
+def test_a_figure_for_a_paper_has_no_title_and_the_font_that_is_asked_for(cube_file: Path, tmp_path: Path) -> None:
+    path = tmp_path / "b.svg"
+    words = ["figure", "intensity", str(cube_file), "--record", "b", "-o", str(path), "--font", "DejaVu Serif 8"]
+    for title, said in ((("--title", "none"), []), (("--title", "Ours"), ["Ours"])):
+        assert drawn(*words, *title) == 0
+        text = path.read_text(encoding="utf-8")
+        assert [name for name in ("Ours", "S, E", ">none<") if name in text] == said
+        families = set(re.findall(r"(?:font-family: |font: [\d.]+px )'([^']+)'", text))
+        assert families == {"DejaVu Serif"}
+    assert drawn(*words, "--font", "DejaVu Serif", "--width", "80mm") == 0
+    assert 'width="226.77pt"' in path.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("font", "expected"),
+    [("8", (None, 8.0)), ("DejaVu Serif", ("DejaVu Serif", None)), ("DejaVu Serif 7.5", ("DejaVu Serif", 7.5))],
+)
+def test_a_font_is_a_size_a_family_or_both(font: str, expected: tuple[str | None, float | None]) -> None:
+    assert parse_font(font) == expected
+    file = str(Path(mpl.get_data_path()) / "fonts" / "ttf" / "DejaVuSansMono.ttf")
+    assert parse_font(f"{file} 9") == ("DejaVu Sans Mono", 9.0)
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -368,6 +406,8 @@ def test_text_that_does_not_fit_gives_a_warning(
         (("polar", "--record", "b", "--width", "80mn"), "--width '80mn': unit 'mn' does not fit"),
         (("polar", "--record", "b", "--height", "0.7"), "--height 0.7: not in"),
         (("polar", "--record", "b", "--width", "20mm", "--font", "30"), "the text leaves no room"),
+        (("polar", "--record", "b", "--font", "No Such Face 8"), "no font 'No Such Face' is installed"),
+        (("polar", "--record", "b", "--font", "100"), "100 pt; it must be 1 to 72 pt"),
     ],
 )
 def test_wrong_figure_options_give_plain_errors(

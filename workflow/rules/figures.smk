@@ -62,13 +62,13 @@ rule figures:
             drawn("rose"),
             caption="../report/rose.rst",
             category="Study",
-            labels={"figure": "rose of fall azimuths"},
+            labels={"figure": "rose of fall axes"},
         ),
         axes=report(
             drawn("axes"),
             caption="../report/axes.rst",
             category="Study",
-            labels={"figure": "fall axes by earthquake"},
+            labels={"figure": "alignment by earthquake"},
         ),
         causes=report(
             sum((drawn(name) for name in CAUSES), []),

@@ -25,16 +25,20 @@ def figure(
     ] = None,
     width: Annotated[str, typer.Option(help="width of the figure, such as 80mm or 17cm; default: its own width")] = "",
     font: Annotated[
-        float | None,
-        typer.Option(min=1, max=72, help="font size, pt; default: that of the figure, scaled to the width"),
-    ] = None,
+        str,
+        typer.Option(
+            help="font: a size in pt, a family or .ttf file, or both: 8, 'Liberation Serif 8'; default: that of the "
+            "figure, scaled to the width"
+        ),
+    ] = "",
+    title: Annotated[str | None, typer.Option(help="title of the figure; none: no title, for a paper")] = None,
     dpi: Annotated[int, typer.Option(min=50, max=1200, help="dots per inch of PNG files and of map cells")] = 200,
 ) -> None:
     """Draw a single figure of the report from a cube and the other results of its study."""
     import inspect
 
     from overturning.errors import ArgumentError, did_you_mean
-    from overturning.figures.write import file_width, save_with_checks
+    from overturning.figures.write import file_width, save_with_checks, set_title
     from overturning.files import check_output
     from overturning.study.cube import open_cube, select_blocks
 
@@ -53,6 +57,7 @@ def figure(
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
         chosen = select_blocks(data, cube, height, friction, one=kind == "polar")
         drawn = draw(chosen, record) if of_one else draw(chosen)
+    set_title(drawn, title)
     warning = save_with_checks(drawn, output, dpi=dpi, width=inches, font=font)
     print(output)
     if warning:

@@ -17,6 +17,10 @@ from overturning.study.evaluation import FORMATS, Figures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from matplotlib.text import Text
+
+NO_TITLE: Final = "none"
+"""Title of a figure that is to have none."""
 
 
 def save(
@@ -64,6 +68,7 @@ def save(
 def _save_scaled_pdf(figure: "Figure", path: Path, scale: float, dpi: float) -> None:
     """Write a figure as a PDF page scaled by a factor, by placing its SVG with typst."""
     import matplotlib
+    import matplotlib.font_manager
     import typst
 
     with tempfile.TemporaryDirectory() as name:
@@ -72,28 +77,84 @@ def _save_scaled_pdf(figure: "Figure", path: Path, scale: float, dpi: float) -> 
         wide, high = (72.0 * scale * inches for inches in figure.get_size_inches())
         page = f"#set page(width: {wide:.3f}pt, height: {high:.3f}pt, margin: 0pt)\n"
         (folder / "page.typ").write_text(page + '#image("figure.svg", width: 100%)\n', encoding="utf-8")
-        fonts = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
+        families = [one for one in matplotlib.rcParams["font.family"] if one != "sans-serif"]
+        fonts = sorted({Path(matplotlib.font_manager.findfont(one)).parent for one in families})
         path.write_bytes(
             typst.compile(
                 folder / "page.typ",
                 root=folder,
                 format="pdf",
                 ignore_system_fonts=True,
-                font_paths=[fonts],
+                font_paths=list(fonts),
                 timestamp=0,
             )
         )
 
 
 def has_overlapping_text(figure: "Figure") -> bool:
-    """True if titles or legend of a saved figure are cut off at its edge, or if titles overlap."""
+    """True if titles or legend of a saved figure are cut off at its edge, or if titles or labels overlap."""
     renderer, whole = figure.canvas.get_renderer(), figure.bbox.padded(2.0)  # type: ignore[attr-defined]
-    titles = [axes.title for axes in figure.axes if axes.get_visible() and axes.get_title()]
-    boxes = [one.get_window_extent(renderer).padded(-1.0) for one in titles]
-    shown = [*boxes, *(one.get_window_extent(renderer) for one in (*figure.legends, *figure.texts))]
-    if any(not whole.contains(*corner) for box in shown for corner in (box.min, box.max)):
+    shown = [axes for axes in figure.axes if axes.get_visible()]
+    titles = [one.get_window_extent(renderer) for one in (axes.title for axes in shown) if one.get_text()]
+    outer = [one.get_window_extent(renderer) for one in figure.texts if _is_drawn(one)]
+    outer += [one.get_window_extent(renderer).padded(-2.0 * _TOUCH) for one in figure.legends]  # a legend has margins
+    if any(not whole.contains(*corner) for box in (*titles, *outer) for corner in (box.min, box.max)):
         return True
+    inner = [one.get_window_extent(renderer) for axes in shown for one in _labels(axes)]
+    boxes = [box.padded(-_TOUCH) for box in (*titles, *outer, *inner)]
     return any(one.overlaps(other) for place, one in enumerate(boxes) for other in boxes[:place])
+
+
+_TOUCH: Final = 3.0
+"""Margin of the box of a text, pixels: boxes that only touch do not overlap."""
+
+
+def _is_drawn(text: "Text") -> bool:
+    """True if a text is visible and has letters."""
+    return bool(text.get_visible() and text.get_text())
+
+
+def _labels(axes: Any) -> "list[Text]":
+    """Return the labels of a panel: names of its axes and of the ticks in view, and horizontal texts in it."""
+    found = [one for one in (axes.xaxis.label, axes.yaxis.label, *axes.texts) if one.get_rotation() % 90.0 == 0.0]
+    for axis, along in ((axes.xaxis, 0), (axes.yaxis, 1)):
+        low, high = sorted(axis.get_view_interval())
+        room = 1e-6 * (high - low)
+        labels = axis.get_majorticklabels()
+        found += [one for one in labels if low - room <= one.get_position()[along] <= high + room]
+    return [one for one in found if _is_drawn(one)]
+
+
+def set_title(figure: "Figure", title: str | None) -> None:
+    """Replace the title above all panels of a figure; ``none`` removes it, None leaves it unchanged."""
+    if title is not None and (title != NO_TITLE or figure.get_suptitle()):
+        text = figure.suptitle("" if title == NO_TITLE else title, parse_math=False)
+        text.set_in_layout(title != NO_TITLE)
+
+
+def parse_font(text: str) -> tuple[str | None, float | None]:
+    """Return family and size, pt, of a font such as ``8``, ``Liberation Serif`` or ``Liberation Serif 8``.
+
+    The family can also be a font file (.ttf or .otf). None stands for the figure's own family or size.
+    """
+    from matplotlib import font_manager
+
+    family, _, last = text.strip().rpartition(" ")
+    try:
+        size: float | None = float(last)
+    except ValueError:
+        family, size = text.strip(), None
+    if size is not None and not 1.0 <= size <= 72.0:
+        raise ArgumentError(f"--font {text!r}: {size:g} pt; it must be 1 to 72 pt")
+    if family.endswith((".ttf", ".otf")) and Path(family).is_file():
+        font_manager.fontManager.addfont(family)
+        family = font_manager.FontProperties(fname=family).get_name()
+    if family:
+        try:
+            font_manager.findfont(family, fallback_to_default=False)
+        except ValueError:
+            raise ArgumentError(f"--font {text!r}: no font {family!r} is installed; name a font file (.ttf)") from None
+    return family or None, size
 
 
 _REMEDY: Final = "choose a larger --width, a smaller --font, or fewer panels by --height and --friction"
@@ -110,15 +171,24 @@ def file_width(text: str) -> float | None:
     return None if metres is None else metres / 0.0254
 
 
-def save_with_checks(figure: "Figure", path: Path, *, dpi: float, width: float | None, font: float | None) -> str:
+def save_with_checks(figure: "Figure", path: Path, *, dpi: float, width: float | None, font: str = "") -> str:
     """Write a figure like `save`, and return a warning if its text is cut off or overlaps; otherwise "".
 
-    An `ArgumentError` is raised if the text leaves no room for the panels.
+    `font` is a size, a family or both; see `parse_font`. An `ArgumentError` is raised if it is not installed, or if the
+    text leaves no room for the panels.
     """
+    import matplotlib as mpl
+    from matplotlib.text import Text
+
+    family, size = parse_font(font) if font else (None, None)
     with style(), warnings.catch_warnings():
         warnings.filterwarnings("error", "constrained_layout not applied")
+        if family:  # ticks that are made while drawing have the family of the settings
+            mpl.rcParams["font.family"] = [family, *SETTINGS["font.family"]]
+            for text in figure.findobj(Text):
+                text.set_fontfamily(mpl.rcParams["font.family"])
         try:
-            save(figure, path, dpi=dpi, width=width, font=font)
+            save(figure, path, dpi=dpi, width=width, font=size)
         except UserWarning:
             raise ArgumentError(f"{path.name}: the text leaves no room for the panels; {_REMEDY}") from None
     return f"text is cut off or overlaps; {_REMEDY}" if has_overlapping_text(figure) else ""

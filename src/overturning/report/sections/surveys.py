@@ -279,11 +279,11 @@ def cautions(found: InversionResult) -> list[str]:
     weakest, strongest = found.posterior.edges()
     tail, levels = (1 - LEVEL) / 2, found.posterior.level
     said = [
-        f"The survey asks for {more} than any motion here: {percent(share)} of the probability lies on the {end} "
+        f"The motion may have been {more} than any motion here: {percent(share)} of the probability lies on the {end} "
         f"level, {level / CM:.0f} cm/s. No {bound} bound is given."
         for share, more, end, level, bound in (
-            (strongest, "more", "strongest", levels[-1], "upper"),
-            (weakest, "less", "weakest", levels[0], "lower"),
+            (strongest, "stronger", "strongest", levels[-1], "upper"),
+            (weakest, "weaker", "weakest", levels[0], "lower"),
         )
         if share > tail
     ]

@@ -134,8 +134,8 @@ def step_and_contact(thin: Thinned) -> Bodies:
             print(*lines[-1], flush=True)
     cells_of = markdown(("δ/B", "ξ", "0.125", *steps), lines)
     about = (
-        f"Each row: {computed} cases of {len(groups)} records and {thin.azimuths} azimuths in which the shaking is strong "
-        "enough to move the block."
+        f"Each row: {computed} cases of {len(groups)} records and {thin.azimuths} azimuths in which the shaking is "
+        "strong enough to move the block."
     )
     return {"step-and-contact": f"{cells_of}\n\n{about}"}
 

@@ -24,8 +24,8 @@ NAMED_TUPLE = {"_fields", "_replace", "_asdict", "_make"}
 
 CACHE = "tests/dem/test_cache.py::test_a_damaged_cache_file_is_a_miss"
 COMPILER = "tests/dem/test_cache.py::test_the_package_changes_nothing_in_numba_or_llvm_for_others"
-LANES = "tests/dem/test_lanes.py::test_a_lane_that_keeps_its_numbers_and_fields_left_out"
-VECTORS = "tests/dem/test_vector_code.py::test_each_small_loop_is_vector_code_of_full_width_without_fused_multiply_add"
+LANES = "tests/dem/test_lanes.py::test_store_unless_keeps_a_lane_and_omitted_fields_are_not_stored"
+VECTORS = "tests/dem/test_vector_code.py::test_small_loops_are_fully_vectorised_without_fused_multiply_add"
 
 USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
     "arrays.py": {
@@ -42,7 +42,7 @@ USED: dict[str, dict[tuple[str, ...], tuple[str, str]]] = {
         ),
         ("_source_stamp", "_index_path", "_data_path", "_data_name_pattern", "get_cache_path"): (
             "one index per model, and a stamp of the contents in place of the file's time",
-            "tests/dem/test_cache.py::test_variants_that_different_processes_have_compiled_do_not_answer_for_each_other",
+            "tests/dem/test_cache.py::test_kernel_variants_compiled_by_different_processes_are_not_confused",
         ),
         ("_dump", "_load_index", "_load_data"): ("damaged machine code must not run: files end with a digest", CACHE),
     },
@@ -177,7 +177,8 @@ def test_private_names_of_libraries_are_listed_with_reason_and_guard() -> None:
 @pytest.mark.parametrize("guard", sorted({guard for groups in USED.values() for _, guard in groups.values()}))
 def test_guards_exist(guard: str) -> None:
     path, name = guard.split("::")
-    assert re.search(rf"^def {name}\(", (ROOT / path).read_text(encoding="utf-8"), re.MULTILINE)
+    text = (ROOT / path).read_text(encoding="utf-8")
+    assert re.search(rf"^def {name}\(", text, re.MULTILINE), "a guard was renamed or removed: change USED"
 
 
 @pytest.mark.parametrize(

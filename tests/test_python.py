@@ -418,6 +418,15 @@ def test_wrong_figure_options_give_plain_errors(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_maps_of_several_records_have_one_scale(cube_file: Path) -> None:
+    cube = overturning.open_cube(cube_file)
+    maps = [axes for axes in overturning.plot.polar(cube, ["b", "a"]).axes if axes.name == "polar"]
+    names = [", ".join(str(cube[name].values[place]) for name in ("station", "event")) for place in (1, 0)]
+    assert [axes.get_title() or names[0] for axes in maps] == names
+    assert len({axes.get_ylim() for axes in maps}) == 1
+    assert all(any(line.get_path_effects() for line in axes.lines) for axes in maps), "with their peak velocities"
+
+
 def test_figures_of_what_is_no_part_of_a_study() -> None:
     motion = Motion.sine(6.0, 0.8)
     stone = {"height": 0.6, "b_over_h": 0.2}

@@ -132,7 +132,7 @@ def falls(results: Results) -> Said:
     if not results.fallen > 0:
         return
     caption = f"{results.words.rose} {results.words.which}".rstrip()
-    yield Figure(results.figures / "rose.svg", "rose of fall azimuths", caption, width=0.8)
+    yield Figure(results.figures / "rose.svg", "rose of fall azimuths", caption)
     if not results.model.one_component:
         of_each = "The same for each earthquake, its records taken together; blue: fault normals."
         alt = "roses of fall azimuths by earthquake"

@@ -57,7 +57,7 @@ def scene(results: Results) -> Said:
         f"{''.join(f' Variant {name}: {said}.' for name in study.variants if (said := size_note(study, name)))}"
     )
     towards = f"{results.words.rose} {results.words.which}"
-    yield Figure(roses, "roses of fall azimuths of each stone", towards, width=0.85)
+    yield Figure(roses, "roses of fall azimuths of each stone", towards)
 
 
 def spread_sentence(name: str, cube: xr.Dataset, settings: Ensemble) -> str | None:

@@ -95,7 +95,7 @@ def has_overlapping_text(figure: "Figure") -> bool:
     """True if titles or legend of a saved figure are cut off at its edge, or if titles or labels overlap."""
     renderer, whole = figure.canvas.get_renderer(), figure.bbox.padded(2.0)  # type: ignore[attr-defined]
     shown = [axes for axes in figure.axes if axes.get_visible()]
-    titles = [one.get_window_extent(renderer) for one in (axes.title for axes in shown) if one.get_text()]
+    titles = [one.get_window_extent(renderer).padded(-1.0) for one in (axes.title for axes in shown) if one.get_text()]
     outer = [one.get_window_extent(renderer) for one in figure.texts if _is_drawn(one)]
     outer += [one.get_window_extent(renderer).padded(-2.0 * _TOUCH) for one in figure.legends]  # a legend has margins
     if any(not whole.contains(*corner) for box in (*titles, *outer) for corner in (box.min, box.max)):

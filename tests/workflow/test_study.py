@@ -62,7 +62,7 @@ def test_time_and_memory_of_each_job_are_kept(finished: Checkout) -> None:
 
 FIGURES = {"record_figures_1", "figures", "illustrative"}
 LAST = {"report", "crate", "all"}
-AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore"} | LAST
+AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore", "findings"} | LAST
 
 
 @pytest.mark.parametrize(
@@ -75,12 +75,18 @@ AFTER_SWEEP = FIGURES | {"gather", "convergence", "explore"} | LAST
             {"site": {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 760}}},
             {"read", "describe", "rotate", "sweep"} | AFTER_SWEEP,
         ),
-        ({"title": "Other", "question": "Where?"}, {"explore", *LAST}),
-        ({"primary": {"statistic": "fall_rate"}, "population": {"stones": 16}}, {"fragility", *LAST}),
+        ({"title": "Other", "question": "Where?"}, {"explore", "findings", *LAST}),
+        ({"primary": {"statistic": "fall_rate"}, "population": {"stones": 16}}, {"fragility", "findings", *LAST}),
         ({"processing": [{"step": "remove_mean"}]}, {"read", "describe", "rotate", "sweep"} | AFTER_SWEEP),
         ({"verification": "none"}, AFTER_SWEEP - {"convergence"}),
-        ({"surveys": [{"stones": "config/stones.csv", "record": "rinaldi"}]}, {"survey", "backwards", *LAST}),
-        ({"surveys": [{"stones": "config/stones.csv", "record": "rinaldi", "backwards": False}]}, {"survey", *LAST}),
+        (
+            {"surveys": [{"stones": "config/stones.csv", "record": "rinaldi"}]},
+            {"survey", "backwards", "findings", *LAST},
+        ),
+        (
+            {"surveys": [{"stones": "config/stones.csv", "record": "rinaldi", "backwards": False}]},
+            {"survey", "findings", *LAST},
+        ),
         ({"figures": {"dpi": 100}}, {"record_figures_1", "figures", *LAST}),
         ({"figures": {"formats": ["pdf"]}}, {"record_figures_1", "figures", *LAST}),
         ({"figures": {"friction": 1.0}}, {"record_figures_1", "figures", "explore", *LAST}),
@@ -161,8 +167,8 @@ def test_change_of_a_source_runs_what_depends_on_it(
         ("figures/rose.svg", {"figures", *LAST}),
         ("figures/history/rinaldi.svg", {"record_figures_1", *LAST}),
         ("report.pdf", LAST),
-        ("intensity.nc", {"rotate", "record_figures_1", "figures", *LAST}),
-        ("convergence.json", {"convergence", *LAST}),
+        ("intensity.nc", {"rotate", "record_figures_1", "figures", "findings", *LAST}),
+        ("convergence.json", {"convergence", "findings", *LAST}),
     ],
 )
 def test_a_result_that_was_deleted_is_made_again(
@@ -212,7 +218,7 @@ def test_changed_title_remakes_only_the_report(finished: Checkout, tmp_path: Pat
     kept = gone.rename(tmp_path / gone.name)
     plan = checkout.plan(look=False, title="Another title")
     kept.rename(gone)
-    assert plan.rules == {"illustrative", *LAST}
+    assert plan.rules == {"illustrative", "explore", "findings", *LAST}
     assert f"{gone.relative_to(checkout.folder)}" in plan.warnings, "it is said"
     checkout.carry_out([command for command in plan.commands if command.startswith("overturning report")])
     after = bytes_of(checkout.results)

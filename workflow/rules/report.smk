@@ -39,7 +39,10 @@ rule findings:
     resources:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
-        study=settings(*SETTINGS),
+        study=settings(
+            *CUBE_KEYS,
+            *("title", "question", "asks", "primary", "population", "surveys"),
+        ),
         sources=sources(*NUMERICS, "records", "statistics", "surveys", "findings"),
     shell:
         "overturning findings {input.cubes[0]} --study {params.study:q} --output {output} > {log} 2>&1"

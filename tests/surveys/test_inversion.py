@@ -144,11 +144,11 @@ def test_survey_with_only_falls_has_no_upper_bound(inversion: Inversion) -> None
     assert low > 0.6
     assert high == math.inf
     assert "PGV at least" in backwards_sentences(asked)[0]
-    assert "more than any motion here" in cautions(asked)[0]
+    assert "stronger than any motion here" in cautions(asked)[0]
     stood = inversion.answer("ruin.csv", [column(size, count=6) for size in SIZES])
     assert stood.posterior.interval(stood.posterior.pgv)[0] == 0.0
     assert "PGV at most" in backwards_sentences(stood)[0]
-    assert "less than any motion here" in cautions(stood)[0]
+    assert "weaker than any motion here" in cautions(stood)[0]
 
 
 def test_survey_with_only_falls_has_no_axis(inversion: Inversion) -> None:

@@ -54,12 +54,14 @@ def synthetic_study(records: int, grid: dict[str, Any] | None = None) -> Study:
 def synthetic_records(study: Study) -> Iterator[Record]:
     """Yield a different pulse for each record, in five earthquakes; half of the records count as having a pulse."""
     for number, name in enumerate(study.records.use):
-        # A second pulse at right angles to the first, so that every direction has motion.
+        # A second pulse at right angles to the first, so that every direction has motion. Delay or period differ by
+        # record: records that differ in amplitude and axes only would be refused as copies of one motion.
         one, other = (
-            Motion.sine(amplitude=amplitude, period=0.7, azimuth_deg=7.0 * number + turn)
-            for amplitude, turn in ((2.0 + 0.05 * number, 0.0), (1.0, 90.0))
+            Motion.sine(amplitude=amplitude, period=0.6 + 0.1 * (number // 40), azimuth_deg=7.0 * number + turn)
+            for amplitude, turn in ((2.0 + 0.05 * number, 0.0), (1.0 + 0.025 * number, 90.0))
         )
-        north, east = one.north + np.roll(other.north, 20), one.east + np.roll(other.east, 20)
+        delay = 20 + 5 * (number % 40)
+        north, east = one.north + np.roll(other.north, delay), one.east + np.roll(other.east, delay)
         record = Record(name, north, east, None, one.sampling_interval)
         known = {"pulse": number % 2 == 0, "event_latitude": 35.0, "event_longitude": 133.0}
         yield rounded(replace(

@@ -43,8 +43,8 @@ def alignment_figure(values: Mapping[str, Mapping[str, float]], means: Mapping[s
     Parameters
     ----------
     values : mapping of str to mapping of str to float
-        For each group of records the alignment of each earthquake by name: 1 if all stones fall across the fault, −1 if
-        all fall along it, NaN if none falls.
+        For each group of records the alignment of each earthquake by name: 1 if all stones fall across the fault, −1
+        if all fall along it, NaN if none falls.
     means : mapping of str to Dot
         Mean over the earthquakes of each group, with its interval.
     """
@@ -83,8 +83,8 @@ def references_figure(groups: Mapping[str, Mapping[str, Dot]]) -> Figure:
     Parameters
     ----------
     groups : mapping of str to mapping of str to Dot
-        For each group of records the alignment by the name of the reference: 1 if all stones fall along its axis, −1 if
-        all fall across it. The first group sets the order of references.
+        For each group of records the alignment by the name of the reference: 1 if all stones fall along its axis, −1
+        if all fall across it. The first group sets the order of references.
     """
     first = next(iter(groups.values()))
     every = dict.fromkeys(name for of_group in groups.values() for name in of_group)
@@ -182,7 +182,8 @@ def _unit_axis(axes: Any, names: tuple[str, str, str], margin: float) -> None:
     axes.axvline(0.0, color=INK, linestyle=DASHED, linewidth=1.0, zorder=0)
     axes.set_xlim(-1.0 - margin, 1.0 + margin)
     low, middle, high = names
-    axes.set_xticks([-1, -0.5, 0, 0.5, 1], [f"−1\n{low}", "−0.5", f"0\n{middle}", "0.5", f"1\n{high}"], fontsize=TEXT)
+    labels = [f"−1\n{low}", "−0.5", f"0\n{middle}", "0.5", f"1\n{high}"]
+    axes.set_xticks([-1, -0.5, 0, 0.5, 1], labels, fontsize=TEXT)
 
 
 def _draw_dot(axes: Any, dot: Dot, row: float, look: dict[str, Any], width: float) -> None:

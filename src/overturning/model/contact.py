@@ -78,8 +78,8 @@ class Contact(ContactSettings):
     stiffness_ratio : float
         Tangential over normal stiffness K_s/K_n.
     damping_ratio : float, optional
-        Damping ratio ξ of heave on both corners; the dashpot is h = 2 ξ √(K_n m / 2). `DAMPING_RATIO` if neither this
-        nor `damping` is given.
+        Damping ratio ξ of heave on both corners; the dashpot is h = 2 ξ √(K_n m / 2). `DAMPING_RATIO` if neither
+        this nor `damping` is given.
     damping : float, optional
         Dashpot h, N·s/m.
     static_penetration : float
@@ -147,8 +147,8 @@ class VertexContact(StrictModel):
     Parameters
     ----------
     static_penetration : float
-        δ/B, where δ = m g / (n K_n) is the static penetration on n = `Solid.carriers` points, and B is twice the least
-        distance between an edge of the base and the point below the centre, at most `MAX_CONTACT_WIDTH`.
+        δ/B, where δ = m g / (n K_n) is the static penetration on n = `Solid.carriers` points, and B is twice the
+        least distance between an edge of the base and the point below the centre, at most `MAX_CONTACT_WIDTH`.
     stiffness_ratio : float
         K_s/K_n for each of the two tangential springs.
     damping_ratio : float

@@ -41,8 +41,9 @@ PREDOMINANT_PERIODS = np.geomspace(0.04, 4.0, 81)
 def measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
     """Return each measure of ``MEASURES`` along m azimuths in degrees, shape (m,), as plain arrays.
 
-    The measures of φ and φ + 180° are the same, so only half a circle is computed. Velocity and displacement come from
-    the trapezoidal rule, starting from rest; integration and rotation commute, so each component is integrated once.
+    The measures of φ and φ + 180° are the same, so only half a circle is computed. Velocity and displacement come
+    from the trapezoidal rule, starting from rest; integration and rotation commute, so each component is integrated
+    once.
     """
     from overturning.motion.spectra import pseudo_acceleration, spectrum_intensity
 
@@ -101,8 +102,8 @@ def record_measures(motion: Accelerogram, processing: Sequence[Mapping[str, Any]
 def arias_intensity(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
     """Return the Arias intensity along azimuths, π/(2g) ∫ a² dt (Arias 1970), m/s, shape (m,).
 
-    The integral uses the trapezoidal rule. a(φ)² is a quadratic form in cos φ and sin φ, so three integrals give the
-    intensity along all azimuths.
+    The integral uses the trapezoidal rule. a(φ)² is a quadratic form in cos φ and sin φ, so three integrals give
+    the intensity along all azimuths.
     """
     cosines = cosines_of(azimuth_deg)
     squares = np.array([np.trapezoid(p, dx=motion.sampling_interval) for p in _products(motion)])

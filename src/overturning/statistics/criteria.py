@@ -67,8 +67,8 @@ def kaneko_hayashi_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over
 
     A₅₀ = g B/H (1 + B/H) up to the frequency F_b, 10 B/√H (1 + B/H)^2.5 · 2π F above, in cm, cm/s² and Hz,
     with the motion's frequency F = PGA/(2π PGV) (Kaneko & Hayashi 2000, Journal of Structural and Construction
-    Engineering, AIJ, 536). The paper was not available. The branches meet at F_b within 0.05 % (10 · 15.6 · 2π = 980.2
-    cm/s², which is g), so the coefficients are consistent with each other.
+    Engineering, AIJ, 536). The paper was not available. The branches meet at F_b within 0.05 % (10 · 15.6 · 2π =
+    980.2 cm/s², which is g), so the coefficients are consistent with each other.
     """
     tall, slenderness = _positive("height", height) / CM, _positive("b_over_h", b_over_h)
     frequency = 1 / (2 * np.pi * _positive("pgv_over_pga", pgv_over_pga))
@@ -102,8 +102,8 @@ def pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: Arr
 def direct_pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
     """Return the PGA at which a block overturns under a one-sine pulse, without an impact.
 
-    a = A g B/H with √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p: the linearised slender block reaches its
-    unstable equilibrium exactly at the end of the pulse (the mode without impact of Zhang & Makris 2001, Journal of
+    a = A g B/H with √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p: the linearised slender block reaches
+    its unstable equilibrium exactly at the end of the pulse (the mode without impact of Zhang & Makris 2001, Journal of
     Engineering Mechanics 127; in closed form as in Dimitrakopoulos & DeJong 2012, Proceedings of the Royal Society A
     468).
     """

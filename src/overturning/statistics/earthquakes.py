@@ -57,11 +57,11 @@ def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
     -------
     Dataset
         Over the dimension ``event`` (in order of first appearance) and those of ``keep``: ``cosine`` and ``sine``, the
-        means of cos 2Δ and sin 2Δ over falls, with Δ the angle from the fault normal; ``resultant``, the length of this
-        vector; ``largest``, the mean over records of the resultant of the falls of each record, an upper bound of the
-        mean of cos 2Δ; ``axis``, the axis of the vector (degrees in (−90, 90], 0 is the fault normal); ``falls``, True
-        if any block falls; and ``records``, the number of records. The first four are missing if no block falls or no
-        fault normal is known; the axis also if the resultant is below `LEAST_RESULTANT`.
+        means of cos 2Δ and sin 2Δ over falls, with Δ the angle from the fault normal; ``resultant``, the length of
+        this vector; ``largest``, the mean over records of the resultant of the falls of each record, an upper bound of
+        the mean of cos 2Δ; ``axis``, the axis of the vector (degrees in (−90, 90], 0 is the fault normal);
+        ``falls``, True if any block falls; and ``records``, the number of records. The first four are missing if no
+        block falls or no fault normal is known; the axis also if the resultant is below `LEAST_RESULTANT`.
     """
     sums = sums_by_record(cube, *keep)
     vectors, events = fall_alignment(sums, cube["fault_normal"]), np.atleast_1d(cube["event"].values).astype(str)
@@ -99,8 +99,8 @@ class AxisSummary:
     earthquakes : int
         Number of earthquakes.
     alignment : Mean
-        Mean of cos 2Δ over falls, over the earthquakes with falls and a known fault normal: 1 normal to the fault, −1
-        parallel, 0 neither. An earthquake with falls in all directions counts with its value near 0.
+        Mean of cos 2Δ over falls, over the earthquakes with falls and a known fault normal: 1 normal to the fault,
+        −1 parallel, 0 neither. An earthquake with falls in all directions counts with its value near 0.
     axis_deg : float
         Axis of the mean vector of the earthquakes relative to the fault normal, (−90, 90]; NaN without falls, if the
         resultant is below `LEAST_RESULTANT`, or if the `common_axis_test` does not reject "no common axis".

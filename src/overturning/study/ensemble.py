@@ -144,9 +144,9 @@ def cells_to_run(
     """Return True for the cells that the ensemble runs, shape (a, h, b, …) with `dimensions` dimensions.
 
     These are all cells with `everywhere`, or if there is a single B/H. Otherwise, cells within two steps along B/H of a
-    change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag differs from
-    every other. In the 3-D model, where flags do not show the direction, a change of the fall azimuth (`azimuth_deg`,
-    shape (a, h, b, …), NaN without a fall) by `MIN_AZIMUTH_CHANGE_DEG` or more counts, too.
+    change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag differs
+    from every other. In the 3-D model, where flags do not show the direction, a change of the fall azimuth
+    (`azimuth_deg`, shape (a, h, b, …), NaN without a fall) by `MIN_AZIMUTH_CHANGE_DEG` or more counts, too.
     """
     shape = overturned.shape[:dimensions]
     if everywhere or shape[2] == 1:
@@ -178,9 +178,9 @@ def wilson(count: ArrayLike, total: ArrayLike) -> tuple[FloatArray, FloatArray]:
 def is_converged(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
     """True for cells that need no further members, shape (cells,).
 
-    For every element the `wilson` intervals of both probabilities (fall to +1 and to −1) are within ±`widest`. Flags,
-    shape (cells, members) or (cells, members, elements), are missing if the member has no outcome or was not run yet.
-    The result depends on the flags of the cell only.
+    For every element the `wilson` intervals of both probabilities (fall to +1 and to −1) are within ±`widest`.
+    Flags, shape (cells, members) or (cells, members, elements), are missing if the member has no outcome or was not run
+    yet. The result depends on the flags of the cell only.
     """
     known = (flags != INT8_MISSING).sum(axis=1)
     known_well = intervals_within((flags == 1).sum(axis=1), (flags == -1).sum(axis=1), known, widest)
@@ -219,8 +219,8 @@ class CellEnsemble:
     ) -> tuple[Arrays, int]:
         """Run the ensemble, and return its variables and the number of block steps.
 
-        `nominal` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark of cells that are copied
-        from others by symmetry; these are not run. `run` runs the cases of members. The variables have shape
+        `nominal` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark of cells that are
+        copied from others by symmetry; these are not run. `run` runs the cases of members. The variables have shape
         (a, h, b, …), with elements if `overturned` has them; missing floats are NaN.
         """
         overturned, marked, members = nominal["overturned"], nominal[self.model.copied], self.members

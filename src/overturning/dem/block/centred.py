@@ -190,7 +190,13 @@ def solve(block: Block, s: BlockState, assumed: AssumedSlip, fine: bool, w: Pred
 
 
 @njit(**INLINE)
-def solve_smooth(block: Block, s: BlockState, assumed: AssumedSlip, fine: bool, w: PredictedBlock) -> BlockChange:  # noqa: ARG001
+def solve_smooth(
+    block: Block,
+    s: BlockState,
+    assumed: AssumedSlip,  # noqa: ARG001, as `solve`
+    fine: bool,
+    w: PredictedBlock,
+) -> BlockChange:
     """Solve for the velocities without friction, where the horizontal motion is independent; see `solve`."""
     half, inertia, left, right = w.half, block.inertia, w.left, w.right
     held = lands_flat(s, left.depth, right.depth)

@@ -62,7 +62,11 @@ class BlockPlan(Plan):
         with_friction = 0 if cases["friction"][0] > 0 else None
         return BlockRules(job, **queued, scheme=scheme, with_friction=with_friction, deepest=MAX_PENETRATION)
 
-    def outcomes(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:  # noqa: ARG002
+    def outcomes(
+        self,
+        chosen: NDArray[np.int64],  # noqa: ARG002, as in other plans
+        tables: dict[str, NDArray[np.void]],
+    ) -> dict[str, Any]:
         """Convert the kernel's results to outcome variables."""
         return {name: tables["results"][name] for name in RESULT.names or ()}
 

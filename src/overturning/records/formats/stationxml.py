@@ -24,7 +24,8 @@ MAX_VELOCITY_GAIN_DIFFERENCE: Final = 1.0
 """Largest such difference for a velocity sensor, whose stages may state their gains at different frequencies."""
 
 _UNKNOWN_ORIENTATION: Final = re.compile(
-    r"(orientations?|azimuths?)\s+(is\s+|are\s+)?(not\s+(yet\s+)?(known|determined|measured)|unknown|undetermined|uncertain)"
+    r"(orientations?|azimuths?)\s+(is\s+|are\s+)?(not\s+(yet\s+)?(known|determined|measured)"
+    r"|unknown|undetermined|uncertain)"
     r"|(unknown|uncertain|undetermined)\s+(sensor\s+)?(orientation|azimuth)|\b(not\s+|un)oriented\b",
     re.IGNORECASE,
 )

@@ -129,22 +129,35 @@ def criteria_of(results: Results) -> Criteria | None:
 
 def published_of(results: Results) -> list[PublishedOutcome]:
     """Return the outcomes where something was published, for each variant, height and friction."""
-    ids, found = [name.id for name in results.names], []
-    for variant in results.cubes:
-        cube = results.reference_cube(variant)
-        for row in results.study.published:
-            cell = cube["overturned"].isel(record=ids.index(row.record)).sel(azimuth=row.azimuth, b_over_h=row.b_over_h)
-            sizes = cell.stack(size=("height", "friction"))
-            for (height, friction), flag in zip(sizes["size"].to_numpy().tolist(), sizes.to_numpy(), strict=True):
-                found.append(
-                    PublishedOutcome(
-                        variant=variant,
-                        record=row.record,
-                        azimuth_deg=row.azimuth,
-                        height_m=round(height, 9),
-                        friction=round(friction, 9),
-                        published=row.overturns,
-                        found=None if math.isnan(flag) else bool(flag != 0),
-                    )
-                )
-    return found
+    if not results.study.published:
+        return []
+    return [
+        PublishedOutcome(
+            variant=variant,
+            record=row.record,
+            azimuth_deg=row.azimuth,
+            height_m=round(height, 9),
+            friction=round(friction, 9),
+            published=row.overturns,
+            found=overturns,
+        )
+        for variant in results.cubes
+        for (height, friction), found in published_outcomes(results, variant).items()
+        for row, overturns in zip(results.study.published, found, strict=True)
+    ]
+
+
+def published_outcomes(results: Results, variant: str) -> dict[tuple[float, float], tuple[bool | None, ...]]:
+    """Return, by height and friction, if the block overturns where something was published; None if it is not known."""
+    cube, ids = results.reference_cube(variant), [name.id for name in results.names]
+    # The published cells only: a cube larger than memory is not read.
+    cells = [
+        cube["overturned"]
+        .isel(record=ids.index(row.record))
+        .sel(azimuth=row.azimuth, b_over_h=row.b_over_h)
+        .stack(size=("height", "friction"))
+        for row in results.study.published
+    ]
+    flags = zip(*(cell.to_numpy().tolist() for cell in cells), strict=True)
+    known = (tuple(None if math.isnan(flag) else flag != 0 for flag in each) for each in flags)
+    return dict(zip(cells[0]["size"].to_numpy().tolist(), known, strict=True))

@@ -7,8 +7,8 @@ from overturning.findings.results import Results
 from overturning.findings.values import Estimate, Finding, Number, estimate
 from overturning.model.scene import Scene
 from overturning.records.site import Site
-from overturning.statistics.bootstrap import Mean, mean_over_earthquakes, share_over_earthquakes
-from overturning.statistics.elements import ElementFalls, compare_stones, contrast, falls_by_element
+from overturning.statistics.bootstrap import mean_over_earthquakes, share_over_earthquakes
+from overturning.statistics.elements import ElementFalls, compare_stones, contrast
 from overturning.statistics.falls import shares_by_record
 from overturning.study.cube import processing_of
 from overturning.study.scenes import NOMINAL, contact_of, scene_of, setting_of, uses_vertical
@@ -113,25 +113,22 @@ def compared_records(results: Results, variant: str) -> NDArray[np.intp]:
 
 def contrasts_of(results: Results) -> list[VariantContrast]:
     """Compare the study with each of its variants, if a record can be compared."""
-    return [_contrast(results, name) for name in results.study.variants if compared_records(results, name).size]
+    places = {name: compared_records(results, name) for name in results.study.variants}
+    return [_contrast(results, name, some) for name, some in places.items() if some.size]
 
 
-def _contrast(results: Results, variant: str) -> VariantContrast:
-    places = compared_records(results, variant)
+def _contrast(results: Results, variant: str, places: NDArray[np.intp]) -> VariantContrast:
     cubes = [results.reference_cube(name).isel(record=places) for name in (NOMINAL, variant)]
     events = results.events[places]
     found = contrast(compare_stones(*cubes), events)
     here, there = (shares_by_record(cube).to_numpy() for cube in cubes)
     shapes = [shares_by_record(cube, "b_over_h").to_numpy() for cube in cubes]
 
-    def share(mean: Mean, text: str) -> Estimate:
-        return estimate(mean, text)
-
     by_shape = [
         ShareByShape(
             b_over_h=round(float(ratio), 9),
-            share_here=share(share_over_earthquakes(one, events), SHARE),
-            share_there=share(share_over_earthquakes(other, events), SHARE),
+            share_here=estimate(share_over_earthquakes(one, events), SHARE),
+            share_there=estimate(share_over_earthquakes(other, events), SHARE),
         )
         for ratio, one, other in zip(results.cube["b_over_h"].to_numpy(), *shapes, strict=True)
     ]
@@ -139,14 +136,14 @@ def _contrast(results: Results, variant: str) -> VariantContrast:
         variant=variant,
         differs_in=differences(results.study, NOMINAL, variant),
         records=int(places.size),
-        share_here=share(share_over_earthquakes(here, events), SHARE),
-        share_there=share(share_over_earthquakes(there, events), SHARE),
-        difference=share(mean_over_earthquakes(here - there, events), f"difference of the {SHARE}"),
-        only_here=share(found.only_this, "share of the cases that overturn in the study only"),
-        only_there=share(found.only_other, "share of the cases that overturn in the variant only"),
-        both=share(found.both, "share of the cases that overturn in both"),
-        same_way=share(found.same_way, "share of the falls in both that go within 45° of each other"),
-        earlier_here=share(found.earlier, "share of the falls in both that are earlier in the study"),
+        share_here=estimate(share_over_earthquakes(here, events), SHARE),
+        share_there=estimate(share_over_earthquakes(there, events), SHARE),
+        difference=estimate(mean_over_earthquakes(here - there, events), f"difference of the {SHARE}"),
+        only_here=estimate(found.only_this, "share of the cases that overturn in the study only"),
+        only_there=estimate(found.only_other, "share of the cases that overturn in the variant only"),
+        both=estimate(found.both, "share of the cases that overturn in both"),
+        same_way=estimate(found.same_way, "share of the falls in both that go within 45° of each other"),
+        earlier_here=estimate(found.earlier, "share of the falls in both that are earlier in the study"),
         by_b_over_h=by_shape,
     )
 
@@ -160,7 +157,7 @@ def elements_of(results: Results) -> list[ElementFinding]:
     return [
         _element(name, scene_of(study, name), row, "element" in cube.dims)
         for name, cube in results.cubes.items()
-        for row in falls_by_element(cube)
+        for row in results.element_falls[name]
     ]
 
 

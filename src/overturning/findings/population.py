@@ -12,7 +12,7 @@ from overturning.findings.values import Finding, Number
 from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_INTENSITY_INCREMENT, published_intensity
 from overturning.statistics.bootstrap import Interval, bootstrap, unanimous_share_interval
 from overturning.study.scenes import NOMINAL
-from overturning.surveys.population import fragility_curves, jma_intensities
+from overturning.surveys.population import jma_intensities
 
 JMA_DEGREES: Final = (("5 upper", 5.0, 5.5), ("6 lower", 5.5, 6.0), ("6 upper", 6.0, 6.5), ("7", 6.5, math.inf))
 """Degrees of the JMA scale, with their range of instrumental intensity."""
@@ -106,6 +106,11 @@ class PopulationFindings(Finding):
     """Share of the stones outside the grid of the study, which take the outcome of its nearest block."""
     without_outcome: Number
     """Mean share of the stones without an outcome."""
+    most_without_outcome: Number
+    """Largest such share under one record."""
+    median_shifted: Number
+    """Median share of the stones that stand shifted; None for planar models."""
+    median_rotated: Number
     median_rate: Number
     """Quantiles of the fall rate over the records as they are."""
     quarter_rate: Number
@@ -131,12 +136,15 @@ def population_of(results: Results) -> PopulationFindings | None:
     horizontal = results.intensity["jma_intensity"].isnull().to_numpy()
     rate = own["fall_rate"].dropna("record").to_numpy()
     quantiles = np.quantile(rate, [0.0, 0.25, 0.5, 0.75, 1.0]).tolist() if rate.size else [math.nan] * 5
-    rates, events = found["fall_rate"].to_numpy(), results.events
+    rates, events = found["fall_rate"].to_numpy(), found["event"].to_numpy().astype(str)
     known = np.isfinite(jma) & np.isfinite(rates)
     return PopulationFindings(
         stones=stones.stones,
         outside_grid=float(found.attrs["outside"]),
         without_outcome=float(own["unknown"].mean()),
+        most_without_outcome=float(own["unknown"].max()),
+        median_shifted=float(own["shift_rate"].median()) if results.model.twists else math.nan,
+        median_rotated=float(own["rotation_rate"].median()) if results.model.twists else math.nan,
         least_rate=quantiles[0],
         quarter_rate=quantiles[1],
         median_rate=quantiles[2],
@@ -168,7 +176,7 @@ def population_of(results: Results) -> PopulationFindings | None:
                 data_minimum=one.least,
                 data_maximum=one.most,
             )
-            for one in fragility_curves(found, results.intensity)
+            for one in results.fragility_curves
             if math.isfinite(one.median)
         ],
     )

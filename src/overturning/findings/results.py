@@ -1,6 +1,5 @@
 """Results of a study, opened once, and the statistics that findings and report share."""
 
-import math
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -19,13 +18,14 @@ from overturning.statistics.bootstrap import Mean
 from overturning.statistics.by_record import by_record
 from overturning.statistics.elements import ElementFalls, falls_by_element
 from overturning.statistics.falls import fall_means, overturns
+from overturning.statistics.fragility import Fragility
 from overturning.statistics.space import plane_counts
 from overturning.study.convergence import Convergence, read_convergence
 from overturning.study.cube import open_records, study_of
 from overturning.study.scenes import NOMINAL, scene_of
 from overturning.study.schema import Study
 from overturning.surveys.comparison import SurveyResult, read_survey
-from overturning.surveys.population import population_rates
+from overturning.surveys.population import fragility_curves, population_rates
 from overturning.surveys.posterior import InversionResult, read_inversion
 
 
@@ -121,8 +121,12 @@ class Results:
     @cached_property
     def elements(self) -> tuple[ElementFalls, ...]:
         """Falls of each element of the study's scene, followed by those of any element; empty for one free element."""
-        cube = self.cubes[NOMINAL]
-        return tuple(falls_by_element(cube)) if "element" in cube.dims else ()
+        return self.element_falls[NOMINAL] if "element" in self.cubes[NOMINAL].dims else ()
+
+    @cached_property
+    def element_falls(self) -> dict[str, tuple[ElementFalls, ...]]:
+        """Falls of each element of each setting; one row, "block", for a setting with one free element."""
+        return {name: tuple(falls_by_element(cube)) for name, cube in self.cubes.items()}
 
     @cached_property
     def statuses(self) -> dict[str, tuple[int, int]]:
@@ -138,16 +142,6 @@ class Results:
     def free_elements(self) -> tuple[str, ...]:
         """Names of the free elements of the scene."""
         return scene_of(self.study).free
-
-    @cached_property
-    def shares_by_angle_from_normal(self) -> tuple[float, float]:
-        """Shares of cases that overturn within 45° of the fault normal, and elsewhere; NaN without a fault."""
-        if not self.model.one_component or not bool(self.cube["fault_normal"].notnull().any()):
-            return math.nan, math.nan
-        falls = overturns(self.cube).where(self.cube["fault_normal"].notnull()).compute()
-        near = abs((self.cube["azimuth"] - self.cube["fault_normal"] + 90.0) % 180.0 - 90.0) < 45.0
-        within, beyond = (float(falls.where(near == side).mean()) for side in (True, False))
-        return within, beyond
 
     @cached_property
     def record_means(self) -> xr.Dataset:
@@ -184,6 +178,11 @@ class Results:
         ends = (dict.fromkeys(f"{end:g}" for end in ratio[part][[0, -1]]) for part in parts)
         names = [f"B/H {' to '.join(one)}" for one in ends]
         return earthquakes.alignment_with_references(self.cube, self.intensity, [slice(0, count), *parts]), names
+
+    @cached_property
+    def fragility_curves(self) -> list[Fragility]:
+        """Fragility curves of the study's population; empty if it has none."""
+        return fragility_curves(self.populations[NOMINAL], self.intensity) if self.populations else []
 
     @cached_property
     def plane_counts(self) -> xr.Dataset:

@@ -11,7 +11,7 @@ from overturning.findings.values import Finding, Number
 from overturning.model.status import Status
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
-from overturning.statistics.falls import shares_by_record
+from overturning.statistics.falls import shares_by_record, shares_near_normal
 from overturning.study.cube import processing_of
 
 
@@ -131,7 +131,7 @@ def study_facts(results: Results) -> StudyFacts:
 
 def cases_of(results: Results) -> Cases:
     """Count the cases and their outcomes."""
-    within, beyond = results.shares_by_angle_from_normal
+    within, beyond = shares_near_normal(results.cube)
     return Cases(
         total=int(results.cube["overturned"].size),
         computed=int((results.cube[results.model.copied] == 0).sum().compute()),

@@ -5,6 +5,7 @@ In shares and means each plane counts once, and azimuths added to a regular grid
 weights.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -87,6 +88,19 @@ def shares_by_record(cube: xr.Dataset, *keep: str) -> xr.DataArray:
     falls = overturns(cube)
     shares = falls.mean([name for name in falls.dims if name not in ("record", *keep)]).compute()
     return shares.transpose(..., "record").astype("float64")
+
+
+def shares_near_normal(cube: xr.Dataset) -> tuple[float, float]:
+    """Compute the shares of known cases that overturn, azimuths within 45° of the fault normal and others.
+
+    Both are NaN without azimuths of the motion (3-D) or without a known fault normal.
+    """
+    if "azimuth" not in cube.dims or not bool(cube["fault_normal"].notnull().any()):
+        return math.nan, math.nan
+    falls = overturns(cube).where(cube["fault_normal"].notnull()).compute()
+    near = abs((cube["azimuth"] - cube["fault_normal"] + 90.0) % 180.0 - 90.0) < 45.0
+    within, beyond = (float(falls.where(near == side).mean()) for side in (True, False))
+    return within, beyond
 
 
 def flag_changes_between_neighbours(cube: xr.Dataset, dim: str) -> tuple[int, int]:

@@ -30,7 +30,7 @@ from overturning.report.sections.surveys import survey_sentences
 from overturning.report.text import capitalised, counted, decimals, number, percent, verdict
 from overturning.statistics.bootstrap import mean_over_earthquakes, share_over_earthquakes
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.falls import flag_changes_between_neighbours, overturns, shares_by_record
+from overturning.statistics.falls import flag_changes_between_neighbours, shares_by_record, shares_near_normal
 from overturning.study.evaluation import CONTRASTS, Asks
 from overturning.study.scenes import NOMINAL, scene_of
 
@@ -115,11 +115,9 @@ def _survey(results: Results) -> AnswerParts:
 
 def beside_the_normal(cube: xr.Dataset) -> tuple[str, ...]:
     """In how many cases planes near the fault normal overturn, and those near the fault; nothing without a fault."""
-    if "azimuth" not in cube.dims or not bool(cube["fault_normal"].notnull().any()):
+    within, beyond = shares_near_normal(cube)
+    if math.isnan(within):
         return ()
-    falls = overturns(cube).where(cube["fault_normal"].notnull()).compute()
-    near = abs((cube["azimuth"] - cube["fault_normal"] + 90.0) % 180.0 - 90.0) < 45.0
-    within, beyond = (float(falls.where(near == side).mean()) for side in (True, False))
     return (
         f"Over all its azimuths and sizes the block overturns in {percent(within)} of the cases within 45° of the "
         f"fault normal, and in {percent(beyond)} of the cases nearer to the fault"

@@ -3,6 +3,7 @@
 import math
 from typing import Final
 
+from overturning.findings.causes import published_outcomes
 from overturning.labels import element_size_note, friction_label
 from overturning.report.blocks import Disclosure, Figure, Note, Said, Table, section, table
 from overturning.report.results import Results
@@ -173,7 +174,7 @@ def published(results: Results) -> Said:
     yield " ".join(capitalised(finding_sentence(results, variant)) for variant in results.cubes)
     yield _peaks(results)
     for variant in results.cubes:
-        for size, overturns in outcomes(results, variant).items():
+        for size, overturns in published_outcomes(results, variant).items():
             holds = "holds" if overturns == tuple(row.overturns for row in there) else "does not hold"
             rows.append((variant, *size, *map(_does, overturns), holds))
     heads = (f"{_label(row)}: {_does(row.overturns)}" for row in there)
@@ -188,7 +189,7 @@ def _settings(results: Results) -> str:
 
 def finding_sentence(results: Results, variant: str) -> str:
     """For which sizes of a variant the published outcomes are found; to stand within a sentence."""
-    found, wanted = outcomes(results, variant), tuple(row.overturns for row in results.study.published)
+    found, wanted = published_outcomes(results, variant), tuple(row.overturns for row in results.study.published)
     frictions = {friction for _, friction in found}
     sizes: dict[tuple[float, ...], list[str]] = {}
     for height in sorted({height for height, _ in found}):
@@ -219,22 +220,6 @@ def _peaks(results: Results) -> Table:
                 rows.append((_label(row), quantity, f"{there:.1f}", f"{found:.1f}", shown, tolerance, agrees))
     heads = ("component", "quantity", "published", "found", "difference", "expected within", "")
     return table(heads, rows, "ttnnn%t")
-
-
-def outcomes(results: Results, variant: str) -> dict[tuple[float, float], tuple[bool | None, ...]]:
-    """Whether the block overturns where something was published, None where it is not known, by height and friction."""
-    cube, ids = results.reference_cube(variant), [name.id for name in results.names]
-    # The published cells only: a cube larger than memory is not read.
-    cells = [
-        cube["overturned"]
-        .isel(record=ids.index(row.record))
-        .sel(azimuth=row.azimuth, b_over_h=row.b_over_h)
-        .stack(size=("height", "friction"))
-        for row in results.study.published
-    ]
-    flags = zip(*(cell.to_numpy().tolist() for cell in cells), strict=True)
-    known = (tuple(None if math.isnan(flag) else flag != 0 for flag in each) for each in flags)
-    return dict(zip(cells[0]["size"].to_numpy().tolist(), known, strict=True))
 
 
 def _does(overturns: bool | None) -> str:

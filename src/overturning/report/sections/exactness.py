@@ -1,16 +1,14 @@
 """How exact the answers are: the spread over the neighbourhood of each case, and part of the study run again."""
 
 import math
-from functools import partial
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from overturning.findings.exactness import ensemble_counts
+from overturning.findings.exactness import ensemble_of
 from overturning.report.blocks import Caution, Note, Paragraph, Said, section, table
 from overturning.report.results import Results
 from overturning.report.text import counted, percent
-from overturning.statistics.by_record import by_record
 from overturning.study.answers import MAX_AZIMUTH_DIFFERENCE_DEG
 from overturning.study.convergence import (
     AMPLITUDE_PERTURBATION,
@@ -21,7 +19,7 @@ from overturning.study.convergence import (
     Repetition,
     Rigid,
 )
-from overturning.study.ensemble import BATCH, cells_to_run, wilson
+from overturning.study.ensemble import cells_to_run, wilson
 from overturning.study.sample import NO_SLIP_FRICTION
 
 _SETTINGS: Final = {"finer": "a smaller simulation.time_step", "stiffer": "a larger contact.stiffness"}
@@ -255,29 +253,25 @@ def _rows(name: str, part: Repetition, own: int, drawn: Sampling) -> list[tuple[
 @section("Uncertainty", "uncertainty")
 def ensemble(results: Results) -> Said:
     """How many cells near a change of flag have runs that are divided; none without an ensemble."""
-    cube, model = results.cube, results.model
-    if "members" not in cube:
+    model, settings, found = results.model, results.study.ensemble, ensemble_of(results)
+    if found is None:
         return
-    settings = results.study.ensemble
-    found = by_record(partial(ensemble_counts, model, settings), cube, (*model.reads, "members"))
-    sums = found.drop_vars(("fewest", "most")).sum()
-    count, agree = int(sums["run"]), int(sums["agree"])
     changing = "flag" if model.one_component else "flag or of fall azimuth"
     text = f"No cell lies near a change of {changing}, so the ensemble had nothing to run."
-    if count:
-        fewest, times, until = f"{float(found['fewest'].min()):.0f}", f"{float(found['most'].max()):.0f}", ""
+    if found.share_of_cells_run and found.disagree is not None:
+        fewest, times, until = f"{found.fewest_runs:.0f}", f"{found.most_runs:.0f}", ""
         if fewest != times:
-            mean = f"{float(sums['members']) / int(sums['with_members']):.0f}"
-            within = f"within ± {settings.half_width:g}"
+            mean, within = f"{found.mean_runs:.0f}", f"within ± {settings.half_width:g}"
             until = f" (on average {mean}; no more once the 95 % intervals of its probabilities are {within})"
             times = f"{fewest} to {times}"
-        alike = np.zeros((1, 1, cube.sizes["b_over_h"], 1), np.int8)
+        alike = np.zeros((1, 1, results.cube.sizes["b_over_h"], 1), np.int8)
         near = "" if cells_to_run(alike, settings.where == "everywhere").all() else f" near a change of {changing}"
-        apart = results.words.apart.format(percent(float(sums["apart"]) / agree if agree else float("nan"), 1))
+        both_ways = math.nan if found.both_ways is None else found.both_ways
+        apart = results.words.apart.format(percent(both_ways, 1))
         text = (
-            f"Each cell{near} ({percent(count / int(sums['cells']))} of all) was run {times} more "
+            f"Each cell{near} ({percent(found.share_of_cells_run)} of all) was run {times} more "
             f"times with slightly different amplitude, shape, friction, damping and {model.direction}{until}. In "
-            f"{percent(float(sums['divided']) / count, 1)} of them some of the first {min(BATCH, settings.members)} "
+            f"{percent(found.disagree, 1)} of them some of the first {found.first_batch} "
             f"runs fall and others stand (more runs would divide more cells); {apart} This is the spread over the "
             "neighbourhood stated in the study, not a probability of what happened."
         )

@@ -7,23 +7,23 @@ from typing import Final
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-from overturning.arrays import FloatArray
 from overturning.figures.fall_rate import fall_rate_figure
+from overturning.findings.population import (
+    MotionCount,
+    PopulationFindings,
+    ShareOfMotions,
+    SurveyRuleCheck,
+    population_of,
+)
 from overturning.labels import azimuth_gap_label
-from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_INTENSITY_INCREMENT, published_intensity
 from overturning.report.blocks import Caution, Disclosure, Figure, Note, Said, Table, section, table
 from overturning.report.results import Results
 from overturning.report.text import censored, counted, degrees, number, percent, share
 from overturning.report.words import Words
 from overturning.settings import Population
-from overturning.statistics.bootstrap import bootstrap, unanimous_share_interval
 from overturning.study.scenes import NOMINAL
-from overturning.surveys.population import fragility_curves, intensities, jma_intensities
-
-_DEGREES = (("5 upper", 5, 5.5), ("6 lower", 5.5, 6), ("6 upper", 6, 6.5), ("7", 6.5, 99))
-"""Of the JMA scale, with their instrumental intensities."""
+from overturning.surveys.population import intensities, jma_intensities
 
 MUCH_OUTSIDE: Final = 0.2
 """Share of the stones beyond the study's grid from which their rates are said not to be their own."""
@@ -34,9 +34,6 @@ _BEYOND: Final = (
     "study."
 )
 
-BoolArray = NDArray[np.bool_]
-StrArray = NDArray[np.str_]
-
 
 @section("How many stones of a cemetery fall", "population")
 def population(results: Results) -> Said:
@@ -44,20 +41,20 @@ def population(results: Results) -> Said:
     stones = results.study.population
     if stones is None:
         return
-    found, tells_moved = results.populations[NOMINAL], results.model.twists
-    curves = fragility_curves(found, results.intensity)
+    found = results.populations[NOMINAL]
+    curves, numbers = results.fragility_curves, population_of(results)
+    assert numbers is not None
     jma, rates = jma_intensities(found, results.intensity), found["fall_rate"].to_numpy()
-    horizontal = results.intensity["jma_intensity"].isnull().to_numpy()
     whole = [one for one in curves if one.name == "all stones"]
-    levels, events = intensities(found, results.intensity), found["event"].to_numpy().astype(str)
+    levels = intensities(found, results.intensity)
     draw = partial(fall_rate_figure, found["amplitude"].to_numpy(), rates, levels, whole, jma)
     caption = "Each thin line or point is a record; PGA and PGV are medians over azimuths (RotD50)."
     caption += " Red: the lognormal curve." if any(math.isfinite(one.median) for one in whole) else ""
     scale = " Dashed: where JMA 5 upper, 6 lower, 6 upper and 7 begin; shaded: what surveys infer the last two from."
     caption += scale if np.isfinite(jma).any() else ""
-    yield _as_recorded(found, tells_moved)
-    yield _unanswered(found)
-    yield from _over_intensity(rates, jma, horizontal, events)
+    yield _as_recorded(numbers)
+    yield _unanswered(numbers)
+    yield from _over_intensity(numbers, found.sizes["record"])
     yield from caution(found)
     yield Figure(results.drawn("fall-rate", draw), "fall rate over amplitude and intensity", caption)
     yield Note(_assumed(stones, float(found.attrs["outside"]), results.words, azimuth_gap_label(results.cube)))
@@ -87,74 +84,48 @@ def caution(found: xr.Dataset) -> tuple[Caution, ...]:
     return (Caution(_BEYOND.format(percent(outside))),) if outside > MUCH_OUTSIDE else ()
 
 
-def _as_recorded(found: xr.Dataset, tells_moved: bool) -> str:
+def _as_recorded(numbers: PopulationFindings) -> str:
     """Fall rates under the records, and how many stones that stand moved, where the model can tell.
 
     Where all stones fall none stands shifted, which says nothing of the other records.
     """
-    own = found.sel(amplitude=1.0)
-    rate = own["fall_rate"].dropna("record").to_numpy()
-    if not rate.size:
+    if numbers.median_rate is None:
         return "Under the records as they are no stone has an answer."
-    low, middle, high = np.quantile(rate, [0.25, 0.5, 0.75])
-    shift, turn = (float(own[f"{name}_rate"].median()) for name in ("shift", "rotation"))
-    stands = f"; {percent(shift)} of the stones stand shifted in the median and {percent(turn)} stand rotated"
+    low, middle, high, least, most = (
+        percent(one)
+        for one in (numbers.quarter_rate, numbers.median_rate, numbers.three_quarter_rate, numbers.least_rate,
+                    numbers.largest_rate)
+        if one is not None
+    )  # fmt: skip
+    stands = ""
+    if numbers.median_shifted is not None and numbers.median_rotated is not None:
+        shifted, rotated = percent(numbers.median_shifted), percent(numbers.median_rotated)
+        stands = f"; {shifted} of the stones stand shifted in the median and {rotated} stand rotated"
     return (
-        f"Under the records as they are the fall rate is {percent(middle)} in the median, {percent(low)} to "
-        f"{percent(high)} for the middle half of them, {percent(rate.min())} to {percent(rate.max())} for all"
-        f"{stands if tells_moved and math.isfinite(shift) else ''}."
+        f"Under the records as they are the fall rate is {middle} in the median, {low} to {high} for the middle half "
+        f"of them, {least} to {most} for all{stands}."
     )
 
 
-def _unanswered(found: xr.Dataset) -> str:
+def _unanswered(numbers: PopulationFindings) -> str:
     """How many stones the rates leave out since a cell that answers for them has no outcome; empty of none."""
-    unknown = found["unknown"].sel(amplitude=1.0)
-    if not float(unknown.max()) > 0.0:
+    if not numbers.most_without_outcome or numbers.without_outcome is None:
         return ""
-    mean, most = percent(float(unknown.mean())), percent(float(unknown.max()))
+    mean, most = percent(numbers.without_outcome), percent(numbers.most_without_outcome)
     return f"Rates are of the stones with an answer: {mean} of them have none in the mean, {most} under one record."
 
 
-def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, events: StrArray) -> Iterator[str]:
-    """Which intensity goes with which rate, and how well surveys' rule does; `horizontal` records have no vertical."""
-    known = np.isfinite(jma) & np.isfinite(rates)
-    inside = {text: known & (jma >= low) & (jma < high) for text, low, high in _DEGREES}
-    parts = [
-        f"{percent(float(np.median(rates[own])))} at {text} ({_motions(own, events)})"
-        for text, own in inside.items()
-        if own.sum() >= 3
-    ]
+def _over_intensity(numbers: PopulationFindings, records: int) -> Iterator[str]:
+    """Which intensity goes with which rate, and how well surveys' rule does."""
+    lacking, added = numbers.records_without_vertical, f"{numbers.vertical_increment:g}"
+    parts = [f"{_percent(one.median_rate)} at {one.degree} ({_motions(one.of)})" for one in numbers.by_intensity]
     if parts:
-        have = (
-            "none of the records has"
-            if horizontal.all()
-            else f"{horizontal.sum()} of the records {'lacks' if horizontal.sum() == 1 else 'lack'}"
-        )
-        of = (
-            f" ({have} a vertical component, which would add about {VERTICAL_INTENSITY_INCREMENT:g})"
-            if horizontal.any()
-            else ""
-        )
+        lack = f"{lacking} of the records {'lacks' if lacking == 1 else 'lack'}"
+        have = "none of the records has" if lacking == records else lack
+        of = f" ({have} a vertical component, which would add about {added})" if lacking else ""
         scale = f"JMA instrumental intensity{of}"
         yield f"The median fall rate over records and amplitudes, by {scale}: {'; '.join(parts)}."
-    rules = []
-    for low, high, least, most, text in SURVEY_RULE:
-        own = known & (rates >= low) & ((rates < high) | (high >= 1))
-        if own.sum() < 3:
-            continue
-        ends = f"{100 * low:.0f} to {100 * high:.0f} %" if high < 1 else f"{100 * low:.0f} % or more"
-        more = jma + VERTICAL_INTENSITY_INCREMENT * horizontal[:, None]
-        hits, hits_more, higher = ((own & (one >= a) & (one < b)) for one, a, b in (
-            (jma, least, most), (more, least, most), (jma, most, math.inf),
-        ))  # fmt: skip
-        beyond = f", higher in {_share_of_motions(higher, own, events)}" if most < 99 else ""
-        added = f"; with {VERTICAL_INTENSITY_INCREMENT:g} for the vertical component of that degree in "
-        added = f"{added}{_share_of_motions(hits_more, own, events)}" if (own & horizontal[:, None]).any() else ""
-        rules.append(
-            f"where {ends} fall, which they take for {text}, the instrumental intensity is "
-            f"{number(float(published_intensity(np.median(jma[own]))), 1)} in the median, and is of that degree in "
-            f"{_share_of_motions(hits, own, events)} of {_motions(own, events)}{beyond}{added}"
-        )
+    rules = [_rule(one, added) for one in numbers.survey_rules]
     if rules:
         yield (
             f"Surveys infer the intensity from the rate of fallen stones: {'; '.join(rules)}. Intervals: 95 %, over "
@@ -162,22 +133,35 @@ def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, e
         )
 
 
-def _motions(own: BoolArray, events: StrArray) -> str:
-    """How many motions, shape (record, amplitude), are of how many records and earthquakes."""
-    records = own.any(axis=1)
-    of = f"{counted(int(records.sum()), 'record')} of {counted(np.unique(events[records]).size, 'earthquake')}"
-    return f"{own.sum()} motions, {of}"
-
-
-def _share_of_motions(hits: BoolArray, own: BoolArray, events: StrArray) -> str:
-    """Share of motions with its interval over earthquakes: exact where all agree, else where there are enough."""
-    records = own.any(axis=1)
-    names, member = np.unique(events[records], return_inverse=True)
-    counts = np.stack([np.bincount(member, each[records].sum(axis=1), names.size) for each in (hits, own)], axis=1)
-    interval = unanimous_share_interval(counts[:, 0] / counts[:, 1]) or bootstrap(
-        lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts
+def _rule(one: SurveyRuleCheck, added: str) -> str:
+    """One rule of surveys beside the instrumental intensity, as part of a sentence."""
+    more = f"{100 * one.rate_from:.0f} % or more"
+    ends = more if math.isinf(one.rate_below) else f"{100 * one.rate_from:.0f} to {100 * one.rate_below:.0f} %"
+    beyond = f", higher in {_share_of(one.higher)}" if one.higher else ""
+    with_vertical = f"; with {added} for the vertical component of that degree in "
+    with_vertical = f"{with_vertical}{_share_of(one.agrees_with_vertical)}" if one.agrees_with_vertical else ""
+    return (
+        f"where {ends} fall, which they take for {one.inferred}, the instrumental intensity is "
+        f"{number(_known(one.median_intensity), 1)} in the median, and is of that degree in {_share_of(one.agrees)} of "
+        f"{_motions(one.of)}{beyond}{with_vertical}"
     )
-    return share(hits.sum() / own.sum(), *interval)
+
+
+def _motions(of: MotionCount) -> str:
+    """How many motions are of how many records and earthquakes."""
+    return f"{of.motions} motions, {counted(of.records, 'record')} of {counted(of.earthquakes, 'earthquake')}"
+
+
+def _known(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
+def _percent(value: float | None) -> str:
+    return percent(_known(value))
+
+
+def _share_of(one: ShareOfMotions) -> str:
+    return share(_known(one.value), _known(one.low), _known(one.high))
 
 
 def _assumed(stones: Population, outside: float, words: Words, gaps: str) -> str:

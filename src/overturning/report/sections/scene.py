@@ -15,7 +15,6 @@ from overturning.report.sections.contrast import contrast_sentences
 from overturning.report.text import percent
 from overturning.settings import Ensemble
 from overturning.statistics.by_record import each_record
-from overturning.statistics.elements import falls_by_element
 from overturning.statistics.spread import first_batch_estimate, runs_disagree
 from overturning.study.ensemble import BATCH
 from overturning.study.scenes import NOMINAL, scene_of, size_note
@@ -35,7 +34,7 @@ def scene(results: Results) -> Said:
         again = f", {name}" if name != NOMINAL and one == scenes[NOMINAL] else ""  # a variant of ground or motion
         title = f"{one.default_element} of the {one.name} scene{again}"
         stones[title] = results.reference_cube(name)
-        for row in results.elements if name == NOMINAL and several else falls_by_element(cube):
+        for row in results.element_falls[name]:
             element = row.name if several else one.free[0]
             falls = (row.cases, row.falls, row.share, row.first, row.median_time)
             rows.append((f"{one.title or one.name}{again}", element, *falls))

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from overturning.errors import ConfigError, MissingDataError
-from overturning.records.catalogue import LABELS, RecordEntry, find_paths, read_catalogue
-from overturning.records.read import describe, read_record, read_samples
+from overturning.records.catalogue import LABELS, PLACES, RecordEntry, find_paths, read_catalogue
+from overturning.records.fault_trace import read_trace
+from overturning.records.read import NO_SOURCE, describe, read_record, read_samples
 from overturning.records.store import write_motion
 from tests.expect import refused
 from tests.records.record_writers import geonet_text
@@ -25,6 +26,11 @@ HEAD = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
         (HEAD + "a\tauto\t\n", ["line 2", "source"]),
         ("id\tsource\tstation_latitude_deg\na\tx\t35\n", ["line 2", "station_longitude_deg", "both"]),
         ("id\tsource\tepicentre_latitude_deg\na\tx\t95\n", ["line 2", "epicentre_latitude_deg", "95"]),
+        ("id\tsource\tfault_trace\na\tx\t35 133, 36 134\n", ["line 2", "fault_trace_source", "catalogue"]),
+        ("id\tsource\tfault_trace\na\tx\t35 133\n", ["line 2", "fault_trace", "'35 133' is one point"]),
+        ("id\tsource\tfault_trace\na\tx\t35 133, 36\n", ["line 2", "fault_trace", "'36' is no point"]),
+        ("id\tsource\tfault_trace\na\tx\t35 133, 133 35\n", ["line 2", "fault_trace", "'133 35' is off the globe"]),
+        ("id\tsource\tfault_trace\na\tx\t35 133, nan 35\n", ["line 2", "fault_trace", "'nan 35' is off the globe"]),
     ],
 )
 def test_invalid_lines_are_named(tmp_path, text, words):
@@ -81,6 +87,9 @@ LABELLED = RecordEntry(
     station_longitude_deg=172.5,
     epicentre_latitude_deg=-43.6,
     epicentre_longitude_deg=172.1,
+    coordinates_source="survey of 2011",
+    fault_trace="-43.6 172.0, -43.6 172.3",
+    fault_trace_source="map of 2011",
     licence="CC-BY",
 )
 """Line of the record table with every column that does not affect the samples."""
@@ -101,6 +110,35 @@ def test_labels_are_all_columns_that_change_no_sample(tmp_path):
     described = describe(bare, LABELLED)
     assert (described.station, described.event, described.latitude) == ("Church", "Darfield 2010", -43.5)
     assert described.extra["magnitude"] == 7.1
+    assert {name: described.extra[name] for name in PLACES} == {
+        "coordinates_source": "survey of 2011",
+        "fault_trace": "-43.6 172.0, -43.6 172.3",
+        "fault_trace_source": "map of 2011",
+    }
     write_motion(described, tmp_path / "described.nc")
     write_motion(read_record(LABELLED, tmp_path), tmp_path / "whole.nc")
     assert (tmp_path / "described.nc").read_bytes() == (tmp_path / "whole.nc").read_bytes()
+
+
+def test_pieces_of_a_trace() -> None:
+    """Latitude before longitude; a semicolon begins another piece, and one at the end begins none."""
+    assert read_trace("40.71 29.34, 40.73  29.52;40.7 -29.61,-40.75 29.88 ,0 0;") == (
+        ((40.71, 29.34), (40.73, 29.52)),
+        ((40.7, -29.61), (-40.75, 29.88), (0.0, 0.0)),
+    )
+
+
+def test_coordinates_of_the_table_without_a_source_are_told(tmp_path):
+    """Coordinates that the file states need none: the file is their source."""
+    wave = 100 * np.sin(np.arange(400) / 5)
+    text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
+    (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")
+    samples = read_samples(RecordEntry(id="mine", source="mine.V2A"), tmp_path)
+    stated = {"station_latitude_deg": -43.5, "station_longitude_deg": 172.5}
+    of_file, bare, sourced = (
+        describe(samples, RecordEntry(id="mine", source="mine.V2A", **cells))
+        for cells in ({}, stated, stated | {"coordinates_source": "survey of 2011"})
+    )
+    assert of_file.latitude is not None
+    assert [one.extra.get("coordinates_source") for one in (of_file, bare, sourced)] == [None, "", "survey of 2011"]
+    assert [NO_SOURCE in one.notes for one in (of_file, bare, sourced)] == [False, True, False]

@@ -16,7 +16,7 @@ from overturning.model.scene import load_scene
 from overturning.model.status import Status
 from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.records.record import Record
-from overturning.study.cube import open_cube, processing_of, study_of
+from overturning.study.cube import open_cube, processing_of, sources_of_records, study_of
 from overturning.study.gather import describe_cube, gather
 from overturning.study.load import check_study
 from overturning.study.parts import write_part
@@ -80,6 +80,17 @@ def test_every_cell_is_in_its_place(tmp_path: Path) -> None:
     assert found["epicentre_longitude"].values.tolist()[0] == 133.3
     assert np.isnan([found[name].values[1] for name in found.coords if "itude" in name]).all()
     assert study_of(found) == STUDY
+
+
+def test_sources_of_places_are_in_no_coordinate(tmp_path: Path) -> None:
+    """They stand beside the sources of the records; coordinates, variables and their hash are the same."""
+    places = {"coordinates_source": "survey", "fault_trace": "35 133, 36 133", "fault_trace_source": "map"}
+    bare = cube(tmp_path)
+    with_places = cube(tmp_path, [replace(RECORDS[0], extra=EXTRA | places), RECORDS[1]])
+    first, second = sources_of_records(with_places)
+    assert {name: first[name] for name in places} == places
+    assert not {*places} & {*second}
+    assert with_places.identical(bare.assign_attrs(record_sources=with_places.attrs["record_sources"]))
 
 
 @pytest.mark.parametrize(("scene", "period"), [("gravestone", 180.0), ("three-tier", 180.0), ("against-a-wall", 360.0)])

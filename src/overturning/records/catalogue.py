@@ -8,6 +8,7 @@ from pydantic import AfterValidator, BaseModel, Field, model_validator
 
 from overturning.errors import ConfigError, MissingDataError
 from overturning.records.declarations import Declarations, FileProperties
+from overturning.records.fault_trace import check_trace
 from overturning.records.source import SourceFile, open_archive, read_source
 from overturning.tables import read_rows
 
@@ -77,6 +78,12 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
     """Latitude of the epicentre, north positive; empty: as stated in the file."""
     epicentre_longitude_deg: _Longitude = None
     """Longitude of the epicentre, east positive."""
+    coordinates_source: str = Field(default="", max_length=300)
+    """Publication or catalogue of the coordinates in this line; without it the station is left off the map."""
+    fault_trace: Annotated[str, AfterValidator(check_trace)] = ""
+    """Trace of the fault, latitude and longitude: `40.71 29.34, 40.73 29.52`; pieces are separated by semicolons."""
+    fault_trace_source: str = Field(default="", max_length=300)
+    """Publication or catalogue of the trace; required with it."""
     licence: str = ""
     """Terms under which the data may be used."""
 
@@ -87,7 +94,21 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
             empty = [column for column in pair if getattr(self, column) is None]
             if len(empty) == 1:
                 raise ValueError(f"column {empty[0]}: empty; give both {pair[0]} and {pair[1]}, or neither")
+        if self.fault_trace and not self.fault_trace_source:
+            raise ValueError("column fault_trace_source: empty; name the publication or catalogue of fault_trace")
         return self
+
+    @property
+    def places(self) -> dict[str, str]:
+        """Sources of coordinates and the trace of the fault, as far as this line of the table states any.
+
+        ``coordinates_source`` is there, perhaps empty, if the line has coordinates.
+        """
+        columns = ("station_latitude_deg", "epicentre_latitude_deg")
+        source = {"coordinates_source": self.coordinates_source}
+        trace = {"fault_trace": self.fault_trace, "fault_trace_source": self.fault_trace_source}
+        stated = any(getattr(self, column) is not None for column in columns)
+        return (source if stated else {}) | (trace if self.fault_trace else {})
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -95,6 +116,9 @@ class RecordDescription(BaseModel, extra="forbid", frozen=True, use_attribute_do
         stated = {name: getattr(self, column) for name, (column, _, _) in METADATA.items()}
         return {name: value for name, value in stated.items() if value not in (None, "")}
 
+
+PLACES: Final = ("coordinates_source", "fault_trace", "fault_trace_source")
+"""Entries of a record's ``extra`` that the cube keeps with the sources of records; see `RecordDescription.places`."""
 
 LABELS: Final = tuple(name for name in RecordDescription.model_fields if name not in ("id", "source"))
 """Columns that do not change the samples of a record: after a change of these no new sweep is needed."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -33,6 +33,9 @@ from overturning.records.source import is_archive, read_source
 from overturning.records.steps import Step, Steps
 from overturning.records.store import rounded
 from overturning.validation import describe_faults
+
+NO_SOURCE: Final = "left off the map: its coordinates have no source; name one in the column coordinates_source"
+"""Note on a record whose coordinates the record table states without a source."""
 
 
 def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
@@ -80,8 +83,9 @@ def describe(record: Record, entry: RecordEntry) -> Record:
         stated["station"] = borehole_name(stated["station"])
     epicentre = {"event_latitude": entry.epicentre_latitude_deg, "event_longitude": entry.epicentre_longitude_deg}
     of_event = {"event_id": entry.event_id, "origin_time": entry.origin_time}
-    extra = record.extra | _non_empty({"pulse": entry.pulse} | of_event | epicentre) | entry.metadata
-    return replace(record, extra=extra, **stated)
+    extra = record.extra | _non_empty({"pulse": entry.pulse} | of_event | epicentre) | entry.metadata | entry.places
+    described = replace(record, extra=extra, **stated)
+    return with_notes(described, [NO_SOURCE] if extra.get("coordinates_source") == "" else [])
 
 
 def _components_of(entry: RecordEntry, data_dir: Path | str) -> list[Component]:

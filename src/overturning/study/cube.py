@@ -288,7 +288,10 @@ def motion_folder(path: Path, study: Study, variant: str) -> Path:
 
 
 def sources_of_records(cube: "xr.Dataset") -> list[dict[str, Any]]:
-    """Return source, SHA-256 and licence of each record, in the order of the cube."""
+    """Return source, SHA-256 and licence of each record, in the order of the cube, and the sources of its places.
+
+    See `overturning.records.catalogue.RecordDescription.places`.
+    """
     return list(json_attribute(cube, "record_sources", list))
 
 

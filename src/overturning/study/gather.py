@@ -15,7 +15,7 @@ from overturning.errors import ResultError
 from overturning.files import atomic_write
 from overturning.model.grid import Grid
 from overturning.model.variables import INT8_MISSING, Variable
-from overturning.records.catalogue import METADATA
+from overturning.records.catalogue import METADATA, PLACES
 from overturning.records.duplicates import refuse_duplicates
 from overturning.records.earthquakes import earthquakes_of
 from overturning.records.record import Record, provenance
@@ -154,6 +154,7 @@ def _add_places(add: Callable[..., None], records: Sequence[Record]) -> None:
 def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[str, str]:
     sources = [
         {"id": record.record_id, "source": record.source, "sha256": record.sha256, "licence": record.licence}
+        | {name: record.extra[name] for name in PLACES if name in record.extra}
         for record in records
     ]
     return {

@@ -1,0 +1,39 @@
+"""Traces of faults as one cell of the record table: points, separated by commas, in pieces, separated by semicolons."""
+
+from typing import TypeAlias
+
+Trace: TypeAlias = tuple[tuple[tuple[float, float], ...], ...]
+"""Pieces of a trace, each with its points: latitude and longitude, degrees."""
+
+
+def read_trace(text: str) -> Trace:
+    """Return the pieces of a trace, such as ``40.71 29.34, 40.73 29.52; 40.71 29.61, 40.75 29.88``.
+
+    Raises a ValueError that names a point that is none, is off the globe, or is alone in its piece.
+    """
+    pieces = []
+    for piece in filter(str.strip, text.split(";")):
+        points = tuple(_point(point) for point in piece.split(","))
+        if len(points) < 2:
+            raise ValueError(f"{piece.strip()!r} is one point; a piece needs two: '40.71 29.34, 40.73 29.52'")
+        pieces.append(points)
+    return tuple(pieces)
+
+
+def _point(text: str) -> tuple[float, float]:
+    """Return latitude and longitude of a point."""
+    words = text.split()
+    try:
+        latitude, longitude = map(float, words)
+    except ValueError:
+        raise ValueError(f"{text.strip()!r} is no point; give latitude and longitude: '40.71 29.34'") from None
+    # NaN fails both comparisons.
+    if not (abs(latitude) <= 90 and abs(longitude) <= 180):
+        raise ValueError(f"{text.strip()!r} is off the globe; latitude is −90 to 90, longitude −180 to 180")
+    return latitude, longitude
+
+
+def check_trace(text: str) -> str:
+    """Return the text of a trace; raise a ValueError as `read_trace` does."""
+    read_trace(text)
+    return text

@@ -10,7 +10,7 @@ from overturning.dem.kernel.lanes import borrowed
 from overturning.dem.kernel.queue import load, start, workspace
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import equations, rows
-from overturning.dem.polygon.distant import wake
+from overturning.dem.polygon.distant import resume_pairs
 from overturning.dem.polygon.plan import plan_polygons
 from overturning.dem.polygon.rules import borrow_scene, end_sample
 from overturning.dem.polygon.state import ElementState
@@ -41,7 +41,7 @@ def eliminated(state, blocks, links, size):  # type: ignore[no-untyped-def]
                     for j in range(rows.COLUMNS):
                         place = (i * size + k) * equations.SIZE + number * rows.COLUMNS + j
                         matrix[place] = blocks[i, k, number // 3, number % 3]
-    equations.solve(borrowed(state), borrowed(matrix), pattern, size)
+    equations.solve_velocity_changes(borrowed(state), borrowed(matrix), pattern, size)
     used = pattern.used.sum()
     equations.clear_pattern(pattern)
     # Use the owners once more, so that borrowed arrays are not freed earlier.
@@ -96,7 +96,7 @@ def steps_of(rules, samples, sleep):  # type: ignore[no-untyped-def]
         load(rules, work, cases, rows.COLUMNS)
         for n in range(rules.job.steps_per_check):
             if not sleep:
-                wake(state, scene, work.pairs, np.inf)
+                resume_pairs(state, scene, work.pairs, np.inf)
             step(
                 rules.ground.up, state, borrowed(work.matrix), borrowed(work.pattern), borrowed(work.pairs),
                 borrowed(work.moves), scene, rules.job.ticks,
@@ -131,7 +131,7 @@ def test_a_step_tests_only_pairs_of_neighbours() -> None:
     assert (np.array(most) <= 2 * np.array([8, 16, 32])).all()
 
 
-def test_sleeping_pairs_do_not_change_the_collapse_of_a_tower() -> None:
+def test_suspended_pairs_do_not_change_the_collapse_of_a_tower() -> None:
     made = scene(*(block(f"b{k}", 0.2, 0.4, f"b{k - 1}" if k else "ground") for k in range(5)))
     most, state = pairs_looked_at(made, 12.0, 200, True)
     every, expected = pairs_looked_at(made, 12.0, 200, False)

@@ -74,10 +74,10 @@ def test_a_tower_falls_and_comes_to_rest() -> None:
 def test_submatrix_operations_equal_matrix_operations() -> None:
     @njit
     def products_and_quotient(fresh, added, one, other):  # type: ignore[no-untyped-def]
-        equations.eliminate(fresh, one, other, True)
-        equations.eliminate(added, one, other, False)
-        equations.invert(other)
-        equations.divide(one, other)
+        equations.subtract_submatrix_product(fresh, one, other, True)
+        equations.subtract_submatrix_product(added, one, other, False)
+        equations.invert_submatrix(other)
+        equations.multiply_by_pivot_inverse(one, other)
 
     given = np.random.default_rng(2).normal(size=(2, 3, 3)) + 3.0 * np.eye(3)
     size = equations.SUBMATRIX.size

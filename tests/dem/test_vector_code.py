@@ -13,8 +13,8 @@ from numba import typeof
 from overturning.dem.kernel.queue import run_queue
 from overturning.dem.plan import Plan
 from overturning.dem.polygon import cundall, equations, rows
-from overturning.dem.polygon.centred import correct, couple, keep
-from overturning.dem.polygon.equations import Blocks
+from overturning.dem.polygon.centred import add_pair_to_equations, compute_solved_forces, store_accepted_history
+from overturning.dem.polygon.equations import PairSubmatrices
 from overturning.dem.polygon.step import correct_state, predict
 from overturning.dem.polygon.verdict import record_sample
 from overturning.dem.run import run, run_cases
@@ -43,21 +43,27 @@ PAIR, ELEMENT, OWN, BLOCK = (
 )
 LOOPS: dict[str, Compile] = {
     "couple": compiled(
-        couple, PAIR, ELEMENT, ELEMENT.copy(), OWN, Blocks(*(BLOCK.copy() for _ in range(4))), (True, True, True)
+        add_pair_to_equations,
+        PAIR,
+        ELEMENT,
+        ELEMENT.copy(),
+        OWN,
+        PairSubmatrices(*(BLOCK.copy() for _ in range(4))),
+        (True, True, True),
     ),
-    "correct": compiled(correct, PAIR, ELEMENT, ELEMENT.copy(), OWN),
-    "keep": compiled(keep, PAIR, OWN),
-    "invert": compiled(equations.invert, BLOCK),
-    "divide": compiled(equations.divide, BLOCK, BLOCK.copy()),
-    "eliminate": compiled(equations.eliminate, BLOCK, BLOCK.copy(), BLOCK.copy(), False),
-    "subtract product": compiled(equations.subtract_product, ELEMENT, BLOCK, ELEMENT.copy()),
+    "correct": compiled(compute_solved_forces, PAIR, ELEMENT, ELEMENT.copy(), OWN),
+    "keep": compiled(store_accepted_history, PAIR, OWN),
+    "invert": compiled(equations.invert_submatrix, BLOCK),
+    "divide": compiled(equations.multiply_by_pivot_inverse, BLOCK, BLOCK.copy()),
+    "eliminate": compiled(equations.subtract_submatrix_product, BLOCK, BLOCK.copy(), BLOCK.copy(), False),
+    "subtract product": compiled(equations.subtract_from_velocity_change, ELEMENT, BLOCK, ELEMENT.copy()),
     "predict, vertical": compiled(predict, UP, ELEMENT, OWN, 128.0, 9.80665),
     "predict, level": compiled(predict, None, ELEMENT, OWN, 128.0, 9.80665),
     "correct state, vertical": compiled(correct_state, UP, ELEMENT, OWN, 128.0, 9.80665),
     "correct state, level": compiled(correct_state, None, ELEMENT, OWN, 128.0, 9.80665),
-    "cundall contact": compiled(cundall.contact, PAIR, ELEMENT, ELEMENT.copy(), OWN),
-    "motion, vertical": compiled(cundall.advance, UP, ELEMENT, OWN, 9.80665),
-    "motion, level": compiled(cundall.advance, None, ELEMENT, OWN, 9.80665),
+    "cundall contact": compiled(cundall.compute_pair_forces, PAIR, ELEMENT, ELEMENT.copy(), OWN),
+    "motion, vertical": compiled(cundall.advance_element, UP, ELEMENT, OWN, 9.80665),
+    "motion, level": compiled(cundall.advance_element, None, ELEMENT, OWN, 9.80665),
     "slip": compiled(record_sample, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
 }
 """Loops of the scene kernel; they have as many lanes as the widest vector has numbers."""

@@ -160,7 +160,7 @@ def arrays_of(variants: list[Prepared]) -> Arrays:
 
 def lane_at_rest(prepared: Prepared) -> FloatArray:
     """Return the rows of a lane at rest, shape (rows,)."""
-    placed, laws, still = prepared.placed, prepared.laws, k.Plane(0.0, 0.0, 0.0)
+    placed, laws, still = prepared.placed, prepared.laws, k.PlanarVector(0.0, 0.0, 0.0)
     elements = []
     for index, item in enumerate(placed):
         dx, dz, turn = prepared.displacement[index]
@@ -169,11 +169,11 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
         free = (0.0, 0.0, 0.0, 0.0) if item.fixed else (1.0 / item.mass, 1.0 / item.inertia, item.mass, 1.0)
         frame, held = float(item.element.kind != "driven"), float(item.element.kind == "held")
         support, (x, z) = placed[prepared.support[index]], prepared.base[index]
-        home = k.Home(x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop)
+        home = k.RestPose(x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop)
         inertia = k.Inertia(*free, frame, held, float(prepared.critical[index]), *prepared.comes_back[index].tolist())
         peaks = {"peak_back": max(-turn, 0.0), "peak_on": max(turn, 0.0)}
         totals = k.StepTotals(moved=0.0, turned=0.0, work=0.0, **peaks, last_upright=-1.0, power=0.0)
-        trial, record = k.Trial(pose, still, still, 0.0, 0.0, still), k.SampleRecord(0.0, 0.0, 0.0, 0.0, 0.0)
+        trial, record = k.PredictedElement(pose, still, still, 0.0, 0.0, still), k.SampleRecord(0.0, 0.0, 0.0, 0.0, 0.0)
         elements.append(
             k.ElementState(
                 pose=pose,
@@ -183,26 +183,32 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
                 force=still,
                 inertia=inertia,
                 totals=totals,
-                travel=k.Travel(0.0, 0.0),
+                travel=k.SummedMotion(0.0, 0.0),
                 record=record,
                 home=home,
             )
         )
     settled = np.inf if rests_on_one_face(placed) else 0.0
-    nearest = k.Nearest(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
-    seen, face, bounds = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0), k.Bounds(0.0, 0.0, 0.0, 0.0)
+    nearest = k.NearestFaces(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
+    seen, face, bounds = (
+        k.VertexPosition(0.0, 0.0),
+        k.Face(0.0, 0.0, 0.0, 0.0, 0.0),
+        k.CarryingBounds(0.0, 0.0, 0.0, 0.0),
+    )
     pairs = []
     for index, (pair, (a, b)) in enumerate(zip(prepared.pairs, paired_pieces(placed, prepared.pairs), strict=True)):
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
         landing = LANDING if lands_as_a_block(placed, pair.a, pair.b) else 0.0
-        law = k.Law(laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance, landing)
-        ends = [k.Memory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
+        law = k.ContactLaw(
+            laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance, landing
+        )
+        ends = [k.EndHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
         for end in prepared.loaded:
             if end.pair == index:
                 carrier = k.MINE if _is_first(a, b, end.side) else k.THEIRS
-                ends[end.side] = k.Memory(end.slip, carrier, 0.0, 0.0, 0.0)
-        history = k.History(k.Vertices(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0)
+                ends[end.side] = k.EndHistory(end.slip, carrier, 0.0, 0.0, 0.0)
+        history = k.PairHistory(k.VertexPositions(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0)
         stands = float(pair.b in prepared.carriers[pair.a]) - (pair.a in prepared.carriers[pair.b])
         pairs.append(
             k.Pair(
@@ -217,9 +223,11 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
                 stands=stands,
             )
         )
-    step = [0.0] * (rows.PAIR.count - len(rows.flat(pairs[0])) if pairs else 0)
+    step = [0.0] * (rows.PAIR.count - len(rows.flatten_numbers(pairs[0])) if pairs else 0)
     return np.array(
-        [0.0] * rows.CASE.count + rows.flat(elements) + [number for pair in pairs for number in rows.flat(pair) + step]
+        [0.0] * rows.CASE.count
+        + rows.flatten_numbers(elements)
+        + [number for pair in pairs for number in rows.flatten_numbers(pair) + step]
     )
 
 

@@ -1,7 +1,8 @@
 """Contacts in the centred scheme: trapezoidal rule, springs and dashpots at the end of the step (docs/scenes.md).
 
-`couple` enters a pair in the equations of a step, `overturning.dem.polygon.equations` solves them, `correct` computes
-the forces of the pair at the solution, and `overturning.dem.kernel.clock` chooses the next step.
+`add_pair_to_equations` enters a pair in the equations of a step, `overturning.dem.polygon.equations` solves them,
+`compute_solved_forces` computes the forces of the pair at the solution, and `overturning.dem.kernel.clock` chooses the
+next step.
 
 Signs: an end's penetration u and opening velocity v give n = K u − h v, its stretch s and slip velocity w give
 t = −(K_s s + h w).
@@ -16,26 +17,35 @@ from overturning.dem.kernel.clock import SCENE
 from overturning.dem.kernel.lanes import APART, INLINE, arithmetic, select
 from overturning.dem.kernel.mechanics import clamp
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.equations import enter_loads, enter_pair
-from overturning.dem.polygon.faces import End, Stretch, common_stretch
+from overturning.dem.polygon.equations import add_pair_terms, add_predicted_forces
+from overturning.dem.polygon.faces import CommonStretch, ContactEnd, common_stretch
 from overturning.dem.polygon.mechanics import (
+    AssumedContact,
     EndForce,
     EndResult,
-    Outer,
-    PredictedContact,
-    Relative,
-    add_action,
+    PairMatrix,
+    RelativeVector,
+    add_pair_force,
     apply_friction,
-    carrier_of,
-    combined_action,
+    carrier_code,
     flat_landing_slip,
     lands_flat,
-    next_history,
-    rates,
-    relative,
+    next_pair_history,
+    opening_and_slip_rates,
+    relative_velocity,
     spring_stretch,
+    sum_end_forces,
 )
-from overturning.dem.polygon.state import OPEN, Case, Inertia, Law, Memory, Seen, StoredFindings, Vertices
+from overturning.dem.polygon.state import (
+    OPEN,
+    CaseState,
+    ContactLaw,
+    EndHistory,
+    Inertia,
+    StoredFindings,
+    VertexPosition,
+    VertexPositions,
+)
 
 FINE: Final = SCENE.fine
 
@@ -43,7 +53,7 @@ LEAST_FREEDOM: Final = 0.25
 """Least effect of a normal force on a sliding end, as a share of its effect on free particles; below it, it sticks."""
 
 
-class Guess(NamedTuple):
+class AssumedEnd(NamedTuple):
     """State of a contact end that the equations of a step would assume."""
 
     n: float
@@ -65,104 +75,114 @@ class Guess(NamedTuple):
 class PairMotion(NamedTuple):
     """Relative motion of the elements of a pair, and their inertia."""
 
-    velocity: Relative
+    velocity: RelativeVector
     a: Inertia
     b: Inertia
 
 
-plus = arithmetic(Outer).plus
+plus = arithmetic(PairMatrix).plus
 
 
 @njit(**INLINE)
-def guess(
-    law: Law, old: Memory, slid: float, end: End, ends: Stretch, both: PairMotion, kind: tuple[bool, bool]
-) -> Guess:
-    """Return the state of an end to assume: as predicted in fine steps, as at the last solution in longer ones.
+def assume_end_state(
+    contact_law: ContactLaw,
+    previous: EndHistory,
+    signed_friction: float,
+    end: ContactEnd,
+    both_ends: CommonStretch,
+    pair_motion: PairMotion,
+    is_fine_and_flat: tuple[bool, bool],
+) -> AssumedEnd:
+    """Return the contact state of an end to assume: as predicted in fine steps, as at the last solution in longer ones.
 
     In long steps the prediction overshoots too far. A normal force on a sliding end must push it out; where friction
-    would rotate an element further in instead (Painlevé's paradox), the end sticks. `kind` holds whether the step is
-    fine, and whether the pair is held in a flat landing.
+    would rotate an element further in instead (Painlevé's paradox), the end sticks. `is_fine_and_flat` holds whether
+    the step is fine, and whether the pair is held in a flat landing.
     """
-    (fine, held), a, b = kind, both.a, both.b
-    opening, slipping = rates(end, both.velocity)
-    n, drag = law.normal * end.depth - law.dashpot * opening, law.dashpot * slipping
-    stretch = spring_stretch(old, end, ends, law.compliance, drag)
-    t = -(law.tangential * stretch) - drag
+    (fine, held), a, b = is_fine_and_flat, pair_motion.a, pair_motion.b
+    opening, slipping = opening_and_slip_rates(end, pair_motion.velocity)
+    n, drag = contact_law.normal * end.depth - contact_law.dashpot * opening, contact_law.dashpot * slipping
+    stretch = spring_stretch(previous, end, both_ends, contact_law.compliance, drag)
+    t = -(contact_law.tangential * stretch) - drag
     pressed = (held | (n > 0.0)) & (end.closed > 0.0)
-    on = (pressed | ((not fine) & (old.normal != 0.0))) & (end.faces > 0.0)
-    excess = abs(t) - law.friction * n if fine else abs(slid)
-    slid = math.copysign(law.friction, t) if fine else slid
-    drifts, drift = flat_landing_slip(law, end, both.velocity, a, b, held)
-    slid = drift if held else slid
+    on = (pressed | ((not fine) & (previous.normal != 0.0))) & (end.faces > 0.0)
+    excess = abs(t) - contact_law.friction * n if fine else abs(signed_friction)
+    signed_friction = math.copysign(contact_law.friction, t) if fine else signed_friction
+    drifts, drift = flat_landing_slip(contact_law, end, pair_motion.velocity, a, b, held)
+    signed_friction = drift if held else signed_friction
     particles = a.inverse_mass + b.inverse_mass
-    along = a.inverse_inertia * (end.a.n * (end.a.n + slid * end.a.t))
-    freedom = particles + (along + b.inverse_inertia * (end.b.n * (end.b.n + slid * end.b.t)))
-    slides = drifts if held else (excess > 0.0) | (law.friction == 0.0)
-    return Guess(n, t, stretch, on, slides, slid, freedom > LEAST_FREEDOM * particles)
+    along = a.inverse_inertia * (end.a.n * (end.a.n + signed_friction * end.a.t))
+    freedom = particles + (along + b.inverse_inertia * (end.b.n * (end.b.n + signed_friction * end.b.t)))
+    slides = drifts if held else (excess > 0.0) | (contact_law.friction == 0.0)
+    return AssumedEnd(n, t, stretch, on, slides, signed_friction, freedom > LEAST_FREEDOM * particles)
 
 
 @njit(**INLINE)
-def outer(c: float, f: Relative, v: Relative) -> Outer:
+def force_velocity_matrix(c: float, f: RelativeVector, v: RelativeVector) -> PairMatrix:
     """Return the matrix of a force that is c times a velocity; `f` and `v` are their directions with lever arms."""
     x, z, a, b = c * v.x, c * v.z, c * v.a, c * v.b
-    return Outer(
+    return PairMatrix(
         f.x * x, f.x * z, f.z * x, f.z * z, f.x * a, f.z * a, f.x * b, f.z * b, f.a * x, f.a * z, f.b * x, f.b * z,
         f.a * a, f.a * b, f.b * a, f.b * b,
     )  # fmt: skip
 
 
 @njit(**INLINE)
-def contribution(law: Law, half: float, end: End, one: Guess, other: Guess) -> tuple[Outer, EndForce, float]:
-    """Return an end's matrix in the equations, its predicted forces, and ±μ if it slides (else 0).
+def end_terms(
+    contact_law: ContactLaw, half_step: float, end: ContactEnd, assumed: AssumedEnd, other_assumed: AssumedEnd
+) -> tuple[PairMatrix, EndForce, float]:
+    """Return the matrix of an end in the equations, its predicted forces, and ±μ if it slides (else 0).
 
     An end that is not free to slide sticks, unless the other end already sticks.
     """
-    free = one.free | (other.on & (not other.slides))
-    slides = one.slides & free
-    slid = one.slid if slides else 0.0
-    press = law.dashpot + half * law.normal if one.on else 0.0
-    stick = law.dashpot + half * law.tangential if one.on else 0.0
+    free = assumed.free | (other_assumed.on & (not other_assumed.slides))
+    slides = assumed.slides & free
+    slid = assumed.slid if slides else 0.0
+    press = contact_law.dashpot + half_step * contact_law.normal if assumed.on else 0.0
+    stick = contact_law.dashpot + half_step * contact_law.tangential if assumed.on else 0.0
     stick = 0.0 if slides else stick
-    n = one.n if one.on else 0.0
-    t = slid * n if slides else one.t
-    t = t if one.on else 0.0
-    along, across = Relative(end.nx, end.nz, end.a.n, end.b.n), Relative(end.nz, -end.nx, end.a.t, end.b.t)
+    n = assumed.n if assumed.on else 0.0
+    t = slid * n if slides else assumed.t
+    t = t if assumed.on else 0.0
+    along, across = RelativeVector(end.nx, end.nz, end.a.n, end.b.n), RelativeVector(end.nz, -end.nx, end.a.t, end.b.t)
     # The force of a sliding end is inclined by the friction angle.
-    inclined = Relative(
+    inclined = RelativeVector(
         along.x + slid * across.x, along.z + slid * across.z, along.a + slid * across.a, along.b + slid * across.b
     )
-    normal, tangent = outer(press, inclined, along), outer(stick, across, across)
-    return plus(normal, tangent), EndForce(n, t, one.stretch), slid
+    normal, tangent = force_velocity_matrix(press, inclined, along), force_velocity_matrix(stick, across, across)
+    return plus(normal, tangent), EndForce(n, t, assumed.stretch), slid
 
 
 @njit(**INLINE)
-def is_fine(case: Case) -> bool:
-    """True if a step is so fine that predicted forces decide about contact and slip."""
+def is_fine_step(case: CaseState) -> bool:
+    """True if the step of a case is so fine that predicted forces decide about contact and slip."""
     return case.attempt.length <= FINE * case.clock.finest
 
 
 @njit(**APART)
-def couple(q: Any, a: Any, b: Any, own: Any, into: Any, fresh: Any) -> None:
-    """Enter one pair in the equations of a step; see `overturning.dem.polygon.equations.place` for `into`, `fresh`."""
+def add_pair_to_equations(
+    pair_rows: Any, a_rows: Any, b_rows: Any, case_rows: Any, submatrices: Any, is_empty: Any
+) -> None:
+    """Add a pair to the equations of a step; for `submatrices` and `is_empty` see `equations.pair_submatrices`."""
     for j in range(rows.COLUMNS):
-        pair, first, second = rows.load_pair(q, j), rows.load_element(a, j), rows.load_element(b, j)
-        case, law, old = rows.load_case(own, j), pair.law, pair.history
-        fine, half = is_fine(case), 0.5 * (case.step * case.attempt.length)
+        pair, first, second = rows.load_pair(pair_rows, j), rows.load_element(a_rows, j), rows.load_element(b_rows, j)
+        case, law, old = rows.load_case(case_rows, j), pair.law, pair.history
+        fine, half = is_fine_step(case), 0.5 * (case.step * case.attempt.length)
         ends = common_stretch(pair, first.trial.pose, second.trial.pose)
-        rows.store_ends(q, j, ends)
-        both = PairMotion(relative(first.trial.end, second.trial.end), first.inertia, second.inertia)
+        rows.store_ends(pair_rows, j, ends)
+        both = PairMotion(relative_velocity(first.trial.end, second.trial.end), first.inertia, second.inertia)
         kind = (fine, lands_flat(law, old, ends))
-        g1 = guess(law, old.one, pair.slid_one, ends.one, ends, both, kind)
-        g2 = guess(law, old.two, pair.slid_two, ends.two, ends, both, kind)
-        p1, f1, slid_1 = contribution(law, half, ends.one, g1, g2)
-        p2, f2, slid_2 = contribution(law, half, ends.two, g2, g1)
-        rows.store_predicted_one(q, j, PredictedContact(g1.stretch, slid_1))
-        rows.store_predicted_two(q, j, PredictedContact(g2.stretch, slid_2))
-        enter_pair(into, fresh, j, plus(p1, p2), half, first.inertia, second.inertia)
-        action, on, by = combined_action(ends.one, ends.two, f1, f2), first.trial.change, second.trial.change
-        on, by = enter_loads(on, by, action, half, first.inertia, second.inertia)
-        rows.store_change(a, j, on)
-        rows.store_change(b, j, by)
+        g1 = assume_end_state(law, old.one, pair.slid_one, ends.one, ends, both, kind)
+        g2 = assume_end_state(law, old.two, pair.slid_two, ends.two, ends, both, kind)
+        p1, f1, slid_1 = end_terms(law, half, ends.one, g1, g2)
+        p2, f2, slid_2 = end_terms(law, half, ends.two, g2, g1)
+        rows.store_predicted_one(pair_rows, j, AssumedContact(g1.stretch, slid_1))
+        rows.store_predicted_two(pair_rows, j, AssumedContact(g2.stretch, slid_2))
+        add_pair_terms(submatrices, is_empty, j, plus(p1, p2), half, first.inertia, second.inertia)
+        action, on, by = sum_end_forces(ends.one, ends.two, f1, f2), first.trial.change, second.trial.change
+        on, by = add_predicted_forces(on, by, action, half, first.inertia, second.inertia)
+        rows.store_change(a_rows, j, on)
+        rows.store_change(b_rows, j, by)
 
 
 class EndSolution(NamedTuple):
@@ -184,85 +204,97 @@ class EndSolution(NamedTuple):
 
 
 @njit(**INLINE)
-def solve_end(
-    law: Law,
-    old: Memory,
-    end: End,
-    predicted: PredictedContact,
-    moves: tuple[PairMotion, Relative],
-    half: float,
-    kind: tuple[bool, bool],
+def end_at_solution(
+    contact_law: ContactLaw,
+    previous: EndHistory,
+    end: ContactEnd,
+    assumed_contact: AssumedContact,
+    motion_and_change: tuple[PairMotion, RelativeVector],
+    half_step: float,
+    is_fine_and_flat: tuple[bool, bool],
 ) -> EndSolution:
-    """Compute the state of an end at the solution, with forces within their limits.
+    """Compute the contact state of an end at the solution of the equations, with forces within their limits.
 
     There is no tension except in a flat landing, and friction is at most μ times the normal force. Velocity corrections
     act on the poses over half a step. The spring of a slipping end is shortened to the force that friction can hold.
-    (An end in the air counts as slipping; its direction is never used.) `moves` holds the motion of the pair and the
-    velocity correction, `kind` whether the step is fine and whether the pair is held in a flat landing.
+    (An end in the air counts as slipping; its direction is never used.) `motion_and_change` holds the motion of the
+    pair and the velocity correction, `is_fine_and_flat` whether the step is fine and whether the pair is held in a flat
+    landing.
     """
-    ((u, a, b), d), (fine, held) = moves, kind
-    opening, slipping = rates(end, u)
-    more_open, more_slip = rates(end, d)
+    ((u, a, b), d), (fine, held) = motion_and_change, is_fine_and_flat
+    opening, slipping = opening_and_slip_rates(end, u)
+    more_open, more_slip = opening_and_slip_rates(end, d)
     opening, slipping = opening + more_open, slipping + more_slip
-    depth, stretch = end.depth - half * more_open, predicted.stretch + half * more_slip
-    touches, was = end.faces > 0.0, old.carrier != OPEN
+    depth, stretch = end.depth - half_step * more_open, assumed_contact.stretch + half_step * more_slip
+    touches, was = end.faces > 0.0, previous.carrier != OPEN
     inside = (depth > 0.0) & touches
-    n = law.normal * depth - law.dashpot * opening
+    n = contact_law.normal * depth - contact_law.dashpot * opening
     n = (n if held | (n > 0.0) else 0.0) if inside else 0.0
-    most = law.friction * n
-    t = -(law.tangential * stretch) - law.dashpot * slipping
-    whole = Relative(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b)
-    (drifts, drift), loaded = flat_landing_slip(law, end, whole, a, b, held), most > 0.0
-    force, holds, slips = apply_friction(t, n, law, (held, drifts, drift))
-    found = (drift if held else math.copysign(law.friction, t)) if slips else 0.0
-    spring = clamp(stretch, holds * law.compliance) if slips else stretch
+    most = contact_law.friction * n
+    t = -(contact_law.tangential * stretch) - contact_law.dashpot * slipping
+    whole = RelativeVector(u.x + d.x, u.z + d.z, u.a + d.a, u.b + d.b)
+    (drifts, drift), loaded = flat_landing_slip(contact_law, end, whole, a, b, held), most > 0.0
+    force, holds, slips = apply_friction(t, n, contact_law, (held, drifts, drift))
+    found = (drift if held else math.copysign(contact_law.friction, t)) if slips else 0.0
+    spring = clamp(stretch, holds * contact_law.compliance) if slips else stretch
     spring = spring if inside else 0.0
-    assumed = 0.0 if fine else predicted.slid
-    changed = (inside != was) | ((not was) & (touches & (end.depth > 0.0))) | (was & (old.carrier != carrier_of(end)))
-    wrong, back = (found != assumed) & loaded, (found * old.tangent < 0.0) & loaded
-    now = EndResult(EndForce(n, force, spring), depth, end.slip + half * more_slip, inside)
-    return EndSolution(now, half * more_slip, found, changed, wrong, (assumed * slipping > 0.0) & loaded, back)
+    assumed = 0.0 if fine else assumed_contact.slid
+    changed = (
+        (inside != was) | ((not was) & (touches & (end.depth > 0.0))) | (was & (previous.carrier != carrier_code(end)))
+    )
+    wrong, back = (found != assumed) & loaded, (found * previous.tangent < 0.0) & loaded
+    now = EndResult(EndForce(n, force, spring), depth, end.slip + half_step * more_slip, inside)
+    return EndSolution(now, half_step * more_slip, found, changed, wrong, (assumed * slipping > 0.0) & loaded, back)
 
 
 @njit(**INLINE)
-def contact_vertices(a: Seen, b: Seen, end: End, s: EndSolution) -> tuple[Seen, Seen]:
-    """Return the positions of both vertices that may carry an end; the carrying one is moved to the solution."""
-    mine, depth = end.mine > 0.0, s.now.depth
+def solved_vertex_positions(
+    vertex_a: VertexPosition, vertex_b: VertexPosition, end: ContactEnd, solution: EndSolution
+) -> tuple[VertexPosition, VertexPosition]:
+    """Return the positions of the two possible contact vertices of an end; the actual one is moved to the solution."""
+    mine, depth = end.mine > 0.0, solution.now.depth
     return (
-        Seen(depth if mine else a.depth, a.place - s.further if mine else a.place),
-        Seen(b.depth if mine else depth, b.place if mine else b.place + s.further),
+        VertexPosition(
+            depth if mine else vertex_a.depth, vertex_a.place - solution.further if mine else vertex_a.place
+        ),
+        VertexPosition(
+            vertex_b.depth if mine else depth, vertex_b.place if mine else vertex_b.place + solution.further
+        ),
     )
 
 
 @njit(**APART)
-def correct(q: Any, a: Any, b: Any, own: Any) -> None:
-    """Compute the forces of one pair at the solution; its new history is stored apart until the step is accepted."""
+def compute_solved_forces(pair_rows: Any, a_rows: Any, b_rows: Any, case_rows: Any) -> None:
+    """Compute the forces of a pair at the solution; its new history is stored apart until the step is accepted."""
     for j in range(rows.COLUMNS):
         pair, step, first, second = (
-            rows.load_pair(q, j),
-            rows.load_step(q, j),
-            rows.load_element(a, j),
-            rows.load_element(b, j),
+            rows.load_pair(pair_rows, j),
+            rows.load_step(pair_rows, j),
+            rows.load_element(a_rows, j),
+            rows.load_element(b_rows, j),
         )
-        case, on, by, law, ends = rows.load_case(own, j), first.trial, second.trial, pair.law, step.ends
-        fine, half, old = is_fine(case), 0.5 * (case.step * case.attempt.length), case.findings
-        moves = PairMotion(relative(on.end, by.end), first.inertia, second.inertia), relative(on.change, by.change)
+        case, on, by, law, ends = rows.load_case(case_rows, j), first.trial, second.trial, pair.law, step.ends
+        fine, half, old = is_fine_step(case), 0.5 * (case.step * case.attempt.length), case.findings
+        moves = (
+            PairMotion(relative_velocity(on.end, by.end), first.inertia, second.inertia),
+            relative_velocity(on.change, by.change),
+        )
         kind = (fine, lands_flat(law, pair.history, ends))
-        s1 = solve_end(law, pair.history.one, ends.one, step.one, moves, half, kind)
-        s2 = solve_end(law, pair.history.two, ends.two, step.two, moves, half, kind)
-        on_a, on_b = add_action(
-            first.force, second.force, combined_action(ends.one, ends.two, s1.now.force, s2.now.force)
+        s1 = end_at_solution(law, pair.history.one, ends.one, step.one, moves, half, kind)
+        s2 = end_at_solution(law, pair.history.two, ends.two, step.two, moves, half, kind)
+        on_a, on_b = add_pair_force(
+            first.force, second.force, sum_end_forces(ends.one, ends.two, s1.now.force, s2.now.force)
         )
-        rows.store_force(a, j, on_a)
-        rows.store_force(b, j, on_b)
-        a1, b2 = contact_vertices(ends.now.a1, ends.now.b2, ends.one, s1)
-        a2, b1 = contact_vertices(ends.now.a2, ends.now.b1, ends.two, s2)
-        rows.store_corrected(q, j, next_history(
-            pair.history, ends, Vertices(a1, a2, b1, b2), (s1.now, s2.now), law, 2.0 * half
+        rows.store_force(a_rows, j, on_a)
+        rows.store_force(b_rows, j, on_b)
+        a1, b2 = solved_vertex_positions(ends.now.a1, ends.now.b2, ends.one, s1)
+        a2, b1 = solved_vertex_positions(ends.now.a2, ends.now.b1, ends.two, s2)
+        rows.store_corrected(pair_rows, j, next_pair_history(
+            pair.history, ends, VertexPositions(a1, a2, b1, b2), (s1.now, s2.now), law, 2.0 * half
         ))  # fmt: skip
-        q[rows.SLID_ONE + j], q[rows.SLID_TWO + j] = s1.found, s2.found
+        pair_rows[rows.SLID_ONE + j], pair_rows[rows.SLID_TWO + j] = s1.found, s2.found
         slide = (s1.found != 0.0) & (s2.found != 0.0) & (s1.now.force.n + s2.now.force.n > 0.0)
-        rows.store_findings(own, j, StoredFindings(
+        rows.store_findings(case_rows, j, StoredFindings(
             1.0 if s1.changed | s2.changed else old.changed, 1.0 if s1.wrong | s2.wrong else old.wrong,
             1.0 if s1.reversed | s2.reversed else old.reversed, 1.0 if slide else old.slides,
             1.0 if s1.back | s2.back else old.back,
@@ -270,10 +302,10 @@ def correct(q: Any, a: Any, b: Any, own: Any) -> None:
 
 
 @njit(**APART)
-def keep(q: Any, own: Any) -> None:
+def store_accepted_history(pair_rows: Any, case_rows: Any) -> None:
     """Store the new contact history of a pair in the lanes whose step is accepted."""
     for j in range(rows.COLUMNS):
-        step, decision = rows.load_step(q, j), rows.load_case(own, j).decision
-        rows.keep_history(q, j, decision.again > 0.0, step.corrected)
-        q[rows.SLID_ONE + j] = select(decision.sooner > 0.0, step.one.slid, q[rows.SLID_ONE + j])
-        q[rows.SLID_TWO + j] = select(decision.sooner > 0.0, step.two.slid, q[rows.SLID_TWO + j])
+        step, decision = rows.load_step(pair_rows, j), rows.load_case(case_rows, j).decision
+        rows.keep_history(pair_rows, j, decision.again > 0.0, step.corrected)
+        pair_rows[rows.SLID_ONE + j] = select(decision.sooner > 0.0, step.one.slid, pair_rows[rows.SLID_ONE + j])
+        pair_rows[rows.SLID_TWO + j] = select(decision.sooner > 0.0, step.two.slid, pair_rows[rows.SLID_TWO + j])

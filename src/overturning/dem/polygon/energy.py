@@ -6,69 +6,69 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import carried, seen_before
+from overturning.dem.polygon.faces import contact_vertex, earlier_vertex_positions
 from overturning.dem.polygon.state import OPEN, THEIRS, ElementState, Pair
 
 
 @njit(**INNER)
-def energy(state: Any, j: int, scene: Any) -> float:
+def case_energy(state: Any, lane: int, scene: Any) -> float:
     """Compute the energy of a case, J: kinetic and gravitational at the last half step, springs at the step before."""
     total = 0.0
     for p in range(scene.layout.shape[0]):
-        q, _, _ = rows.of_pair(state, scene, p)
-        total += springs(rows.load_pair(q, j))
-    return total + moving_energy(state, j, scene)
+        q, _, _ = rows.pair_and_element_rows(state, scene, p)
+        total += pair_spring_energy(rows.load_pair(q, lane))
+    return total + kinetic_and_gravitational_energy(state, lane, scene)
 
 
 @njit(**INNER)
-def moving_energy(state: Any, j: int, scene: Any) -> float:
+def kinetic_and_gravitational_energy(state: Any, lane: int, scene: Any) -> float:
     """Compute the kinetic and gravitational energy of a case at the last half step, J."""
-    total, half = 0.0, rows.load_case(state, j).lag
+    total, half = 0.0, rows.load_case(state, lane).lag
     for e in range(scene.elements.shape[1]):
-        item = rows.load_element(rows.of_element(state, e), j)
+        item = rows.load_element(rows.of_element(state, e), lane)
         if item.inertia.inverse_mass != 0.0:
             height = item.pose.z - half * item.velocity.z
-            total += kinetic(item) + item.inertia.mass * scene.gravity * height
+            total += element_kinetic_energy(item) + item.inertia.mass * scene.gravity * height
     return total
 
 
 @njit(**INNER)
-def springs(pair: Pair) -> float:
+def pair_spring_energy(pair: Pair) -> float:
     """Compute the energy stored in the springs of a pair, J."""
     total, history = 0.0, pair.history
     for end in range(2):
         memory = history.one if end == 0 else history.two
         if memory.carrier != OPEN:
-            depth = carried(memory, end, history.before).depth
+            depth = contact_vertex(memory, end, history.before).depth
             total += 0.5 * (pair.law.normal * depth * depth + pair.law.tangential * (memory.spring * memory.spring))
     return total
 
 
 @njit(**INNER)
-def kinetic(e: ElementState) -> float:
-    """Compute the kinetic energy of an element from its velocities of half a step ago, J."""
-    v, own = e.velocity, e.inertia
+def element_kinetic_energy(element: ElementState) -> float:
+    """Compute the kinetic energy of an element, J, from its velocities half a step ago."""
+    v, own = element.velocity, element.inertia
     return float(0.5 * (own.mass * (v.x * v.x + v.z * v.z) + v.w * v.w / own.inverse_inertia))
 
 
 @njit(**INNER)
-def closing_work(state: Any, j: int, scene: Any) -> float:
+def contact_work_of_last_half_step(state: Any, lane: int, scene: Any) -> float:
     """Compute the work of the contacts in the half step between the last velocities and the last forces, J.
 
     The work of a contact force is force times displacement: half of it in the half step before the whole step at which
-    the force acts, half in the half step after it. `next_history` adds the second half only with the next step.
+    the force acts, half in the half step after it. `next_pair_history` adds the second half only with the next step.
     """
     work = 0.0
     for p in range(scene.layout.shape[0]):
-        q, a, b = rows.of_pair(state, scene, p)
-        pair = rows.load_pair(q, j)
+        q, a, b = rows.pair_and_element_rows(state, scene, p)
+        pair = rows.load_pair(q, lane)
         history = pair.history
         if history.one.carrier == OPEN and history.two.carrier == OPEN:
             continue
-        later = seen_before(pair, rows.load_element(a, j), rows.load_element(b, j), 0.0)
+        later = earlier_vertex_positions(pair, rows.load_element(a, lane), rows.load_element(b, lane), 0.0)
         for end in range(2):
             memory = history.one if end == 0 else history.two
-            old, new = carried(memory, end, history.before), carried(memory, end, later)
+            old, new = contact_vertex(memory, end, history.before), contact_vertex(memory, end, later)
             slip = old.place - new.place
             slip = -slip if memory.carrier == THEIRS else slip
             work += 0.5 * (memory.normal * (new.depth - old.depth) - memory.tangent * slip)

@@ -13,8 +13,8 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, OWNER, Rows, arithmetic, unknown, windows
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.mechanics import Outer, PairAction
-from overturning.dem.polygon.state import Inertia, Plane
+from overturning.dem.polygon.mechanics import PairForce, PairMatrix
+from overturning.dem.polygon.state import Inertia, PlanarVector
 
 
 class Submatrix(NamedTuple):
@@ -37,7 +37,7 @@ load, store, _ = SUBMATRIX.access(Submatrix)
 minus = arithmetic(Submatrix).minus
 
 
-class Blocks(NamedTuple):
+class PairSubmatrices(NamedTuple):
     """Submatrices of a pair; the first letter is the element with the force, the second the one with the velocity."""
 
     aa: Any
@@ -46,12 +46,12 @@ class Blocks(NamedTuple):
     bb: Any
 
 
-SPARE: Final = len(Blocks._fields)
+SPARE: Final = len(PairSubmatrices._fields)
 """Number of spare submatrices behind the matrix; they receive the terms of elements that move with the base."""
 
 
-class Pattern(NamedTuple):
-    """Nonzero pattern of the matrix: submatrices of touching elements, and those that elimination fills in."""
+class NonzeroPattern(NamedTuple):
+    """Positions of the nonzero submatrices of the equations: touching elements, and those that elimination fills in."""
 
     used: Any
     """True where a submatrix is nonzero, shape (elements, elements)."""
@@ -62,13 +62,17 @@ class Pattern(NamedTuple):
 
 
 @njit(**OWNER)
-def empty_pattern(size: int) -> Any:
-    """Return an empty pattern for `size` elements."""
-    return Pattern(np.zeros((size, size), np.bool_), np.zeros((size, size), np.int64), np.zeros(size, np.int64))
+def empty_pattern(element_count: int) -> Any:
+    """Return a pattern without nonzero submatrices for `element_count` elements."""
+    return NonzeroPattern(
+        np.zeros((element_count, element_count), np.bool_),
+        np.zeros((element_count, element_count), np.int64),
+        np.zeros(element_count, np.int64),
+    )
 
 
 @njit(**INNER)
-def clear_pattern(pattern: Pattern) -> None:
+def clear_pattern(pattern: NonzeroPattern) -> None:
     """Empty the pattern; the cost is proportional to the number of nonzero submatrices."""
     for k in range(pattern.count.size):
         pattern.used[k, k] = False
@@ -79,17 +83,17 @@ def clear_pattern(pattern: Pattern) -> None:
 
 
 @njit(**INNER)
-def mark_nonzero(pattern: Pattern, i: int, k: int) -> None:
-    """Mark submatrix (i, k) as nonzero; the caller must mark (k, i), too."""
-    pattern.used[i, k] = True
-    if i >= k:
+def mark_nonzero(pattern: NonzeroPattern, row: int, column: int) -> None:
+    """Mark submatrix (row, column) as nonzero; the caller must mark (column, row), too."""
+    pattern.used[row, column] = True
+    if row >= column:
         return
-    n = pattern.count[i]
-    while n > 0 and pattern.later[i, n - 1] > k:
-        pattern.later[i, n] = pattern.later[i, n - 1]
+    n = pattern.count[row]
+    while n > 0 and pattern.later[row, n - 1] > column:
+        pattern.later[row, n] = pattern.later[row, n - 1]
         n -= 1
-    pattern.later[i, n] = k
-    pattern.count[i] += 1
+    pattern.later[row, n] = column
+    pattern.count[row] += 1
 
 
 of_submatrix: Final = windows(SIZE)
@@ -97,29 +101,32 @@ of_submatrix: Final = windows(SIZE)
 
 
 @njit(**INLINE)
-def scaled(p: Submatrix, own: Inertia, factor: float) -> Submatrix:
-    """Multiply the rows by a factor and the inverse masses of their element."""
-    m, i = factor * own.inverse_mass, factor * own.inverse_inertia
+def times_inverse_mass(p: Submatrix, inertia: Inertia, factor: float) -> Submatrix:
+    """Multiply the rows of a submatrix by a factor and the inverse mass or moment of inertia of their element."""
+    m, i = factor * inertia.inverse_mass, factor * inertia.inverse_inertia
     return Submatrix(m * p.xx, m * p.xz, m * p.xw, m * p.zx, m * p.zz, m * p.zw, i * p.wx, i * p.wz, i * p.ww)
 
 
 @njit(**INLINE)
-def times(p: Submatrix, v: Plane) -> Plane:
-    """Return the product of a submatrix and a vector of three components."""
+def submatrix_times_vector(p: Submatrix, v: PlanarVector) -> PlanarVector:
+    """Return the product of submatrix `p` and vector `v` of three components."""
     x, z = (p.xx * v.x + p.xz * v.z) + p.xw * v.w, (p.zx * v.x + p.zz * v.z) + p.zw * v.w
-    return Plane(x, z, (p.wx * v.x + p.wz * v.z) + p.ww * v.w)
+    return PlanarVector(x, z, (p.wx * v.x + p.wz * v.z) + p.ww * v.w)
 
 
 @njit(**INLINE)
-def product(p: Submatrix, q: Submatrix) -> Submatrix:
+def submatrix_product(p: Submatrix, q: Submatrix) -> Submatrix:
     """Return the product of two submatrices."""
-    x, z = times(p, Plane(q.xx, q.zx, q.wx)), times(p, Plane(q.xz, q.zz, q.wz))
-    w = times(p, Plane(q.xw, q.zw, q.ww))
+    x, z = (
+        submatrix_times_vector(p, PlanarVector(q.xx, q.zx, q.wx)),
+        submatrix_times_vector(p, PlanarVector(q.xz, q.zz, q.wz)),
+    )
+    w = submatrix_times_vector(p, PlanarVector(q.xw, q.zw, q.ww))
     return Submatrix(x.x, z.x, w.x, x.z, z.z, w.z, x.w, z.w, w.w)
 
 
 @njit(**INLINE)
-def inverse_of(p: Submatrix) -> Submatrix:
+def submatrix_inverse(p: Submatrix) -> Submatrix:
     """Return the inverse of a submatrix, from cofactors and one division."""
     xx, xz, xw = p.zz * p.ww - p.zw * p.wz, p.xw * p.wz - p.xz * p.ww, p.xz * p.zw - p.xw * p.zz
     zx, zz, zw = p.zw * p.wx - p.zx * p.ww, p.xx * p.ww - p.xw * p.wx, p.xw * p.zx - p.xx * p.zw
@@ -129,123 +136,213 @@ def inverse_of(p: Submatrix) -> Submatrix:
 
 
 @njit(**INLINE)
-def subtract_terms(submatrix: Any, j: int, fresh: bool, diagonal: float, p: Submatrix) -> None:
-    """Subtract `p` from a submatrix; a `fresh` one starts as `diagonal` times the unit matrix."""
-    one, old = diagonal, load(submatrix, j)
-    store(submatrix, j, minus(Submatrix(
-        one if fresh else old.xx, 0.0 if fresh else old.xz, 0.0 if fresh else old.xw,
-        0.0 if fresh else old.zx, one if fresh else old.zz, 0.0 if fresh else old.zw,
-        0.0 if fresh else old.wx, 0.0 if fresh else old.wz, one if fresh else old.ww,
-    ), p))  # fmt: skip
+def subtract_submatrix(submatrix: Any, lane: int, is_empty: bool, diagonal: float, terms: Submatrix) -> None:
+    """Subtract `terms` from a submatrix of a lane; one that `is_empty` starts as `diagonal` times the unit matrix."""
+    one, old = diagonal, load(submatrix, lane)
+    store(submatrix, lane, minus(Submatrix(
+        one if is_empty else old.xx, 0.0 if is_empty else old.xz, 0.0 if is_empty else old.xw,
+        0.0 if is_empty else old.zx, one if is_empty else old.zz, 0.0 if is_empty else old.zw,
+        0.0 if is_empty else old.wx, 0.0 if is_empty else old.wz, one if is_empty else old.ww,
+    ), terms))  # fmt: skip
 
 
 @njit(**INLINE)
-def enter_pair(into: Blocks, fresh: Any, j: int, c: Outer, half: float, a: Inertia, b: Inertia) -> None:
+def add_pair_terms(
+    submatrices: PairSubmatrices,
+    is_empty: Any,
+    lane: int,
+    pair_matrix: PairMatrix,
+    half_step: float,
+    inertia_a: Inertia,
+    inertia_b: Inertia,
+) -> None:
     """Add the terms of a pair to the matrix: the forces on its elements that depend on their velocities."""
     # The force on b is opposite to the one on a, and the relative velocity contains that of b with opposite sign.
-    aa = Submatrix(c.xx, c.xz, c.xa, c.zx, c.zz, c.za, c.ax, c.az, c.aa)
-    ab = Submatrix(c.xx, c.xz, c.xb, c.zx, c.zz, c.zb, c.ax, c.az, c.ab)
-    ba = Submatrix(c.xx, c.xz, c.xa, c.zx, c.zz, c.za, c.bx, c.bz, c.ba)
-    bb = Submatrix(c.xx, c.xz, c.xb, c.zx, c.zz, c.zb, c.bx, c.bz, c.bb)
-    subtract_terms(into.aa, j, fresh[0], 1.0, scaled(aa, a, -half))
-    subtract_terms(into.ab, j, fresh[1], 0.0, scaled(ab, a, half))
-    subtract_terms(into.ba, j, fresh[1], 0.0, scaled(ba, b, half))
-    subtract_terms(into.bb, j, fresh[2], 1.0, scaled(bb, b, -half))
+    aa = Submatrix(
+        pair_matrix.xx,
+        pair_matrix.xz,
+        pair_matrix.xa,
+        pair_matrix.zx,
+        pair_matrix.zz,
+        pair_matrix.za,
+        pair_matrix.ax,
+        pair_matrix.az,
+        pair_matrix.aa,
+    )
+    ab = Submatrix(
+        pair_matrix.xx,
+        pair_matrix.xz,
+        pair_matrix.xb,
+        pair_matrix.zx,
+        pair_matrix.zz,
+        pair_matrix.zb,
+        pair_matrix.ax,
+        pair_matrix.az,
+        pair_matrix.ab,
+    )
+    ba = Submatrix(
+        pair_matrix.xx,
+        pair_matrix.xz,
+        pair_matrix.xa,
+        pair_matrix.zx,
+        pair_matrix.zz,
+        pair_matrix.za,
+        pair_matrix.bx,
+        pair_matrix.bz,
+        pair_matrix.ba,
+    )
+    bb = Submatrix(
+        pair_matrix.xx,
+        pair_matrix.xz,
+        pair_matrix.xb,
+        pair_matrix.zx,
+        pair_matrix.zz,
+        pair_matrix.zb,
+        pair_matrix.bx,
+        pair_matrix.bz,
+        pair_matrix.bb,
+    )
+    subtract_submatrix(submatrices.aa, lane, is_empty[0], 1.0, times_inverse_mass(aa, inertia_a, -half_step))
+    subtract_submatrix(submatrices.ab, lane, is_empty[1], 0.0, times_inverse_mass(ab, inertia_a, half_step))
+    subtract_submatrix(submatrices.ba, lane, is_empty[1], 0.0, times_inverse_mass(ba, inertia_b, half_step))
+    subtract_submatrix(submatrices.bb, lane, is_empty[2], 1.0, times_inverse_mass(bb, inertia_b, -half_step))
 
 
 @njit(**INLINE)
-def enter_loads(on: Plane, by: Plane, c: PairAction, half: float, a: Inertia, b: Inertia) -> tuple[Plane, Plane]:
-    """Return the right-hand sides of both elements of a pair, with its predicted forces added."""
-    m, i, n, k = half * a.inverse_mass, half * a.inverse_inertia, half * b.inverse_mass, half * b.inverse_inertia
+def add_predicted_forces(
+    right_side_a: PlanarVector,
+    right_side_b: PlanarVector,
+    pair_force: PairForce,
+    half_step: float,
+    inertia_a: Inertia,
+    inertia_b: Inertia,
+) -> tuple[PlanarVector, PlanarVector]:
+    """Return the right-hand sides of both elements of a pair, with the predicted contact forces of the pair added."""
+    m, i, n, k = (
+        half_step * inertia_a.inverse_mass,
+        half_step * inertia_a.inverse_inertia,
+        half_step * inertia_b.inverse_mass,
+        half_step * inertia_b.inverse_inertia,
+    )
     return (
-        Plane(on.x + m * c.x, on.z + m * c.z, on.w + i * c.moment_a),
-        Plane(by.x - n * c.x, by.z - n * c.z, by.w - k * c.moment_b),
+        PlanarVector(
+            right_side_a.x + m * pair_force.x,
+            right_side_a.z + m * pair_force.z,
+            right_side_a.w + i * pair_force.moment_a,
+        ),
+        PlanarVector(
+            right_side_b.x - n * pair_force.x,
+            right_side_b.z - n * pair_force.z,
+            right_side_b.w - k * pair_force.moment_b,
+        ),
     )
 
 
 @njit(**APART)
-def invert(submatrix: Any) -> None:
+def invert_submatrix(submatrix: Any) -> None:
     """Replace a submatrix by its inverse."""
     for j in range(rows.COLUMNS):
-        store(submatrix, j, inverse_of(load(submatrix, j)))
+        store(submatrix, j, submatrix_inverse(load(submatrix, j)))
 
 
 @njit(**APART)
-def divide(submatrix: Any, inverse: Any) -> None:
+def multiply_by_pivot_inverse(submatrix: Any, pivot_inverse: Any) -> None:
     """Multiply a submatrix from the right by the inverse of the pivot."""
     for j in range(rows.COLUMNS):
-        store(submatrix, j, product(load(submatrix, j), load(inverse, j)))
+        store(submatrix, j, submatrix_product(load(submatrix, j), load(pivot_inverse, j)))
 
 
 @njit(**APART)
-def eliminate(submatrix: Any, factor: Any, row: Any, fresh: bool) -> None:
-    """Subtract factor × row from a submatrix; a `fresh` one starts as zero."""
+def subtract_submatrix_product(submatrix: Any, factor: Any, pivot_row: Any, is_empty: bool) -> None:
+    """Subtract factor × pivot row from a submatrix; one that `is_empty` starts as zero."""
     for j in range(rows.COLUMNS):
-        subtract_terms(submatrix, j, fresh, 0.0, product(load(factor, j), load(row, j)))
+        subtract_submatrix(submatrix, j, is_empty, 0.0, submatrix_product(load(factor, j), load(pivot_row, j)))
 
 
 @njit(**APART)
-def subtract_product(target: Any, submatrix: Any, source: Any) -> None:
-    """Subtract submatrix × (velocity change of `source`) from the velocity change of `target`."""
+def subtract_from_velocity_change(target_rows: Any, submatrix: Any, source_rows: Any) -> None:
+    """Subtract submatrix × (velocity change of the source element) from the velocity change of the target element."""
     for j in range(unknown(rows.COLUMNS)):
-        v, w = rows.load_change(target, j), times(load(submatrix, j), rows.load_change(source, j))
-        rows.store_change(target, j, Plane(v.x - w.x, v.z - w.z, v.w - w.w))
+        v, w = (
+            rows.load_change(target_rows, j),
+            submatrix_times_vector(load(submatrix, j), rows.load_change(source_rows, j)),
+        )
+        rows.store_change(target_rows, j, PlanarVector(v.x - w.x, v.z - w.z, v.w - w.w))
 
 
 @njit(**APART)
-def multiply_by_inverse(e: Any, inverse: Any) -> None:
+def solve_pivot_element(element_rows: Any, pivot_inverse: Any) -> None:
     """Multiply the right-hand side of an element by the inverse of its pivot."""
     for j in range(rows.COLUMNS):
-        rows.store_change(e, j, times(load(inverse, j), rows.load_change(e, j)))
+        rows.store_change(
+            element_rows, j, submatrix_times_vector(load(pivot_inverse, j), rows.load_change(element_rows, j))
+        )
 
 
 @njit(**INNER)
-def solve(state: Any, matrix: Any, pattern: Pattern, size: int) -> None:
+def solve_velocity_changes(state: Any, matrix: Any, pattern: NonzeroPattern, element_count: int) -> None:
     """Solve the equations for the velocity changes of all elements, which replace the right-hand sides.
 
     Submatrices outside the pattern are 0. In a stack each element shares a submatrix only with the next one, so that
     the work is proportional to the number of elements.
     """
     used, later, count = pattern.used, pattern.later, pattern.count
-    for k in range(size):
+    for k in range(element_count):
         if not used[k, k]:
             continue
-        pivot = of_submatrix(matrix, k * size + k)
-        invert(pivot)
+        pivot = of_submatrix(matrix, k * element_count + k)
+        invert_submatrix(pivot)
         for n in range(count[k]):
             i = later[k, n]
-            factor = of_submatrix(matrix, i * size + k)
-            divide(factor, pivot)
-            subtract_product(rows.of_element(state, i), factor, rows.of_element(state, k))
+            factor = of_submatrix(matrix, i * element_count + k)
+            multiply_by_pivot_inverse(factor, pivot)
+            subtract_from_velocity_change(rows.of_element(state, i), factor, rows.of_element(state, k))
             for o in range(count[k]):
                 m = later[k, o]
-                row = of_submatrix(matrix, k * size + m)
-                eliminate(of_submatrix(matrix, i * size + m), factor, row, not used[i, m])
+                row = of_submatrix(matrix, k * element_count + m)
+                subtract_submatrix_product(of_submatrix(matrix, i * element_count + m), factor, row, not used[i, m])
                 if not used[i, m]:
                     mark_nonzero(pattern, i, m)
-    for k in range(size - 1, -1, -1):
+    for k in range(element_count - 1, -1, -1):
         if not used[k, k]:
             continue
         for n in range(count[k]):
             m = later[k, n]
-            subtract_product(rows.of_element(state, k), of_submatrix(matrix, k * size + m), rows.of_element(state, m))
-        multiply_by_inverse(rows.of_element(state, k), of_submatrix(matrix, k * size + k))
+            subtract_from_velocity_change(
+                rows.of_element(state, k), of_submatrix(matrix, k * element_count + m), rows.of_element(state, m)
+            )
+        solve_pivot_element(rows.of_element(state, k), of_submatrix(matrix, k * element_count + k))
 
 
 @njit(inline="always", **INNER)
-def submatrix_or_spare(matrix: Any, moves: Any, i: int, k: int, spare: int) -> Any:
-    """Return submatrix (i, k), or a spare one if either element moves with the base and thus has no equations."""
-    return of_submatrix(matrix, i * moves.size + k if moves[i] and moves[k] else moves.size * moves.size + spare)
+def submatrix_or_spare(matrix: Any, has_equations: Any, row: int, column: int, spare_number: int) -> Any:
+    """Return submatrix (row, column), or a spare one if either element moves with the base and has no equations."""
+    return of_submatrix(
+        matrix,
+        row * has_equations.size + column
+        if has_equations[row] and has_equations[column]
+        else has_equations.size * has_equations.size + spare_number,
+    )
 
 
 @njit(inline="always", **INNER)
-def place(matrix: Any, pattern: Pattern, moves: Any, i: int, k: int) -> tuple[Blocks, Any]:
-    """Return the submatrices of a pair, and True for each of aa, ab and bb that holds no terms yet."""
+def pair_submatrices(
+    matrix: Any, pattern: NonzeroPattern, has_equations: Any, element_a: int, element_b: int
+) -> tuple[PairSubmatrices, Any]:
+    """Return the submatrices of a pair, and a flag for each of aa, ab and bb: True if it holds no terms yet."""
     used = pattern.used
-    fresh = not used[i, i], not used[i, k], not used[k, k]
-    used[i, i], used[k, k] = moves[i], moves[k]
-    if moves[i] and moves[k] and not used[i, k]:
-        mark_nonzero(pattern, i, k)
-        mark_nonzero(pattern, k, i)
-    aa, ab = submatrix_or_spare(matrix, moves, i, i, 0), submatrix_or_spare(matrix, moves, i, k, 1)
-    return Blocks(aa, ab, submatrix_or_spare(matrix, moves, k, i, 2), submatrix_or_spare(matrix, moves, k, k, 3)), fresh
+    fresh = not used[element_a, element_a], not used[element_a, element_b], not used[element_b, element_b]
+    used[element_a, element_a], used[element_b, element_b] = has_equations[element_a], has_equations[element_b]
+    if has_equations[element_a] and has_equations[element_b] and not used[element_a, element_b]:
+        mark_nonzero(pattern, element_a, element_b)
+        mark_nonzero(pattern, element_b, element_a)
+    aa, ab = (
+        submatrix_or_spare(matrix, has_equations, element_a, element_a, 0),
+        submatrix_or_spare(matrix, has_equations, element_a, element_b, 1),
+    )
+    return PairSubmatrices(
+        aa,
+        ab,
+        submatrix_or_spare(matrix, has_equations, element_b, element_a, 2),
+        submatrix_or_spare(matrix, has_equations, element_b, element_b, 3),
+    ), fresh

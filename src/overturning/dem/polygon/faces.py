@@ -6,17 +6,26 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.kernel.mechanics import rotate_pair
-from overturning.dem.polygon.state import THEIRS, ElementState, Face, Memory, Pair, Pose, Seen, Vertices
+from overturning.dem.polygon.state import (
+    THEIRS,
+    ElementState,
+    EndHistory,
+    Face,
+    Pair,
+    Pose,
+    VertexPosition,
+    VertexPositions,
+)
 
 
-class Levers(NamedTuple):
+class LeverArms(NamedTuple):
     """Lever arms of the normal and of the tangential force about a centre, m."""
 
     n: float
     t: float
 
 
-class End(NamedTuple):
+class ContactEnd(NamedTuple):
     """One end of the common stretch of two faces."""
 
     mine: bool
@@ -35,13 +44,13 @@ class End(NamedTuple):
     """Penetration a step ago, m."""
     slip: float
     """Slip of a over b since then, along (n_z, −n_x), m."""
-    a: Levers
+    a: LeverArms
     """Lever arms about the centre of a."""
-    b: Levers
+    b: LeverArms
     """Lever arms about the centre of b."""
 
 
-class Stretch(NamedTuple):
+class CommonStretch(NamedTuple):
     """Common stretch of two faces: their relative rotation, both ends, and all four vertices.
 
     `turn_q` and `turn_r` are the cosine and sine of the rotation between both faces, as in `RelativePosition`.
@@ -49,9 +58,9 @@ class Stretch(NamedTuple):
 
     turn_q: float
     turn_r: float
-    one: End
-    two: End
-    now: Vertices
+    one: ContactEnd
+    two: ContactEnd
+    now: VertexPositions
 
 
 class RelativePosition(NamedTuple):
@@ -79,41 +88,44 @@ class RelativePosition(NamedTuple):
     """Distance from the centre of b to that of a along b's tangent, m."""
 
 
-class FaceVertex(NamedTuple):
+class LocatedVertex(NamedTuple):
     """Vertex of one face in the axes of the other face."""
 
-    seen: Seen
+    seen: VertexPosition
     """Depth behind the other face and place along it, m; b's vertices are measured in the opposite direction."""
     before: float
     """Depth a step ago, m."""
     slip: float
     """Slip of a over b since then, along (n_z, −n_x), m."""
-    a: Levers
+    a: LeverArms
     """Lever arms about the centre of a."""
-    b: Levers
+    b: LeverArms
     """Lever arms about the centre of b."""
 
 
 @njit(**INLINE)
-def rotated(pose: Pose, x: float, z: float) -> tuple[float, float]:
+def rotate_to_scene_axes(pose: Pose, x: float, z: float) -> tuple[float, float]:
     """Rotate a vector from the axes of an element to those of the scene."""
     return pose.cos * x + pose.sin * z, pose.cos * z - pose.sin * x
 
 
 @njit(**INNER)
-def face_of(shape: Any, face: int) -> Face:
-    """Return a face of a shape by its index."""
-    nx, nz = shape[face, 4], shape[face, 5]
-    low, high = nx * shape[face, 1] - nz * shape[face, 0], nx * shape[face, 3] - nz * shape[face, 2]
-    return Face(nx, nz, shape[face, 6], low, high)
+def polygon_face(faces: Any, face_index: int) -> Face:
+    """Return one face of a polygon from the array of all its faces."""
+    nx, nz = faces[face_index, 4], faces[face_index, 5]
+    low, high = (
+        nx * faces[face_index, 1] - nz * faces[face_index, 0],
+        nx * faces[face_index, 3] - nz * faces[face_index, 2],
+    )
+    return Face(nx, nz, faces[face_index, 6], low, high)
 
 
 @njit(**INLINE)
-def relative_position(face_a: Face, face_b: Face, a: Pose, b: Pose) -> RelativePosition:
+def relative_position(face_a: Face, face_b: Face, pose_a: Pose, pose_b: Pose) -> RelativePosition:
     """Compute the relative position of the faces of a pair."""
-    dx, dz = a.x - b.x, a.z - b.z
-    anx, anz = rotated(a, face_a.nx, face_a.nz)
-    bnx, bnz = rotated(b, face_b.nx, face_b.nz)
+    dx, dz = pose_a.x - pose_b.x, pose_a.z - pose_b.z
+    anx, anz = rotate_to_scene_axes(pose_a, face_a.nx, face_a.nz)
+    bnx, bnz = rotate_to_scene_axes(pose_b, face_b.nx, face_b.nz)
     turn_q, turn_r = bnx * anx + bnz * anz, bnz * anx - bnx * anz
     an, at = anx * dx + anz * dz, anx * dz - anz * dx
     return RelativePosition(
@@ -131,77 +143,101 @@ def relative_position(face_a: Face, face_b: Face, a: Pose, b: Pose) -> RelativeP
 
 
 @njit(**INLINE)
-def rotate_to_other_face(off: float, along: float, q: float, r: float) -> tuple[float, float]:
+def rotate_to_other_face(
+    normal_offset: float, tangent_offset: float, cosine: float, sine: float
+) -> tuple[float, float]:
     """Rotate a point of a face, relative to its own centre, to the normal and tangent of the other face.
 
-    `q` and `r` are the cosine and sine of that rotation.
+    `cosine` and `sine` are the cosine and sine of that rotation.
     """
-    return off * q + along * r, along * q - off * r
+    return normal_offset * cosine + tangent_offset * sine, tangent_offset * cosine - normal_offset * sine
 
 
 @njit(**INLINE)
-def vertex_of_a(off: float, along: float, wall: float, f: RelativePosition, before: Seen) -> FaceVertex:
-    """Describe a vertex of a relative to the face of b, which lies `wall` (m) from the centre of b."""
-    own_n, own_t = rotate_to_other_face(off, along, f.turn_q, f.turn_r)
-    height, place = own_n + f.bn, own_t + f.bt
-    seen = Seen(wall - height, place)
-    return FaceVertex(seen, before.depth, before.place - place, Levers(own_t, own_n), Levers(place, height))
+def locate_vertex_of_a(
+    normal_offset: float,
+    tangent_offset: float,
+    face_distance: float,
+    position: RelativePosition,
+    previous: VertexPosition,
+) -> LocatedVertex:
+    """Return depth, place and lever arms of a vertex of a at b's face, `face_distance` (m) from b's centre."""
+    own_n, own_t = rotate_to_other_face(normal_offset, tangent_offset, position.turn_q, position.turn_r)
+    height, place = own_n + position.bn, own_t + position.bt
+    seen = VertexPosition(face_distance - height, place)
+    return LocatedVertex(
+        seen, previous.depth, previous.place - place, LeverArms(own_t, own_n), LeverArms(place, height)
+    )
 
 
 @njit(**INLINE)
-def vertex_of_b(off: float, along: float, wall: float, f: RelativePosition, before: Seen) -> FaceVertex:
-    """Describe a vertex of b relative to the face of a; its place increases with the slip of a."""
-    own_n, own_t = rotate_to_other_face(off, along, -f.turn_q, f.turn_r)
-    height, place = own_n + f.an, own_t + f.at
-    seen = Seen(wall + height, place)
-    return FaceVertex(seen, before.depth, place - before.place, Levers(place, height), Levers(own_t, own_n))
+def locate_vertex_of_b(
+    normal_offset: float,
+    tangent_offset: float,
+    face_distance: float,
+    position: RelativePosition,
+    previous: VertexPosition,
+) -> LocatedVertex:
+    """Return depth, place and lever arms of a vertex of b at a's face; the place increases with the slip of a."""
+    own_n, own_t = rotate_to_other_face(normal_offset, tangent_offset, -position.turn_q, position.turn_r)
+    height, place = own_n + position.an, own_t + position.at
+    seen = VertexPosition(face_distance + height, place)
+    return LocatedVertex(
+        seen, previous.depth, place - previous.place, LeverArms(place, height), LeverArms(own_t, own_n)
+    )
 
 
 @njit(**INLINE)
-def vertices(
-    a: Face, b: Face, f: RelativePosition, before: Vertices
-) -> tuple[FaceVertex, FaceVertex, FaceVertex, FaceVertex]:
-    """Describe the first and second vertex of a's face, then those of b's."""
+def locate_vertices(
+    face_a: Face, face_b: Face, position: RelativePosition, previous: VertexPositions
+) -> tuple[LocatedVertex, LocatedVertex, LocatedVertex, LocatedVertex]:
+    """Return depth, place and lever arms of the first and second vertex of a's face, then of b's face."""
     return (
-        vertex_of_a(a.off, a.low, b.off, f, before.a1),
-        vertex_of_a(a.off, a.high, b.off, f, before.a2),
-        vertex_of_b(b.off, b.low, a.off, f, before.b1),
-        vertex_of_b(b.off, b.high, a.off, f, before.b2),
+        locate_vertex_of_a(face_a.off, face_a.low, face_b.off, position, previous.a1),
+        locate_vertex_of_a(face_a.off, face_a.high, face_b.off, position, previous.a2),
+        locate_vertex_of_b(face_b.off, face_b.low, face_a.off, position, previous.b1),
+        locate_vertex_of_b(face_b.off, face_b.high, face_a.off, position, previous.b2),
     )
 
 
 @njit(**INLINE)
-def end_of(mine: bool, faces: bool, f: RelativePosition, a: FaceVertex, b: FaceVertex) -> End:
-    """Return an end: with a's vertex if `mine`, else with b's."""
-    depth = a.seen.depth if mine else b.seen.depth
-    return End(
-        mine=mine,
-        faces=faces,
-        closed=faces & (depth > 0.0),
-        nx=f.bnx if mine else -f.anx,
-        nz=f.bnz if mine else -f.anz,
+def contact_end(
+    vertex_is_of_a: bool,
+    is_opposite: bool,
+    position: RelativePosition,
+    vertex_a: LocatedVertex,
+    vertex_b: LocatedVertex,
+) -> ContactEnd:
+    """Return the contact end of two faces, with the vertex of a if `vertex_is_of_a`, else with the vertex of b."""
+    depth = vertex_a.seen.depth if vertex_is_of_a else vertex_b.seen.depth
+    return ContactEnd(
+        mine=vertex_is_of_a,
+        faces=is_opposite,
+        closed=is_opposite & (depth > 0.0),
+        nx=position.bnx if vertex_is_of_a else -position.anx,
+        nz=position.bnz if vertex_is_of_a else -position.anz,
         depth=depth,
-        before=a.before if mine else b.before,
-        slip=a.slip if mine else b.slip,
-        a=Levers(a.a.n if mine else b.a.n, a.a.t if mine else b.a.t),
-        b=Levers(a.b.n if mine else b.b.n, a.b.t if mine else b.b.t),
+        before=vertex_a.before if vertex_is_of_a else vertex_b.before,
+        slip=vertex_a.slip if vertex_is_of_a else vertex_b.slip,
+        a=LeverArms(vertex_a.a.n if vertex_is_of_a else vertex_b.a.n, vertex_a.a.t if vertex_is_of_a else vertex_b.a.t),
+        b=LeverArms(vertex_a.b.n if vertex_is_of_a else vertex_b.b.n, vertex_a.b.t if vertex_is_of_a else vertex_b.b.t),
     )
 
 
 @njit(**INLINE)
-def common_stretch(pair: Pair, a: Pose, b: Pose) -> Stretch:
-    """Compute the common stretch of a pair; neither end touches if the elements are out of reach."""
-    return stretch_of(pair, a, b, pair.nearest.ahead >= pair.nearest.reach)
+def common_stretch(pair: Pair, pose_a: Pose, pose_b: Pose) -> CommonStretch:
+    """Compute the common stretch of the two nearest faces; neither end touches if the elements are out of reach."""
+    return stretch_between_poses(pair, pose_a, pose_b, pair.nearest.ahead >= pair.nearest.reach)
 
 
 @njit(**INLINE)
-def stretch_of(pair: Pair, a: Pose, b: Pose, near: bool) -> Stretch:
-    """Compute the common stretch of a pair; the contact vertex of each end is the inner of two vertices.
+def stretch_between_poses(pair: Pair, pose_a: Pose, pose_b: Pose, may_touch: bool) -> CommonStretch:
+    """Compute the common stretch of two faces; the contact vertex of each end is the inner of two vertices.
 
     End 1 lies at a's first or b's second vertex, end 2 at a's second or b's first.
     """
-    f = relative_position(pair.face_a, pair.face_b, a, b)
-    a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.history.before)
+    f = relative_position(pair.face_a, pair.face_b, pose_a, pose_b)
+    a1, a2, b1, b2 = locate_vertices(pair.face_a, pair.face_b, f, pair.history.before)
     low, high, to = pair.face_b.low, pair.face_b.high, pair.bounds
     mine_1, mine_2 = a1.seen.place <= high, a2.seen.place >= low
     top, bottom = -pair.face_a.low, -pair.face_a.high
@@ -211,28 +247,36 @@ def stretch_of(pair: Pair, a: Pose, b: Pose, near: bool) -> Stretch:
     in_2 = (mine_2 & (a2.seen.place <= to.two_a)) | (
         (not mine_2) & (b1.seen.place >= bottom) & (b1.seen.place <= to.two_b)
     )
-    one, two = end_of(mine_1, in_1 & near, f, a1, b2), end_of(mine_2, in_2 & near, f, a2, b1)
-    return Stretch(f.turn_q, f.turn_r, one, two, Vertices(a1.seen, a2.seen, b1.seen, b2.seen))
+    one, two = contact_end(mine_1, in_1 & may_touch, f, a1, b2), contact_end(mine_2, in_2 & may_touch, f, a2, b1)
+    return CommonStretch(f.turn_q, f.turn_r, one, two, VertexPositions(a1.seen, a2.seen, b1.seen, b2.seen))
 
 
 @njit(**INNER)
-def seen_before(pair: Pair, a: ElementState, b: ElementState, dt: float) -> Vertices:
-    """Compute depths and places of the vertices of both faces a time `dt` (s) ago."""
-    f = relative_position(pair.face_a, pair.face_b, pose_before(a, dt), pose_before(b, dt))
-    a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.history.before)
-    return Vertices(a1.seen, a2.seen, b1.seen, b2.seen)
+def earlier_vertex_positions(
+    pair: Pair, element_a: ElementState, element_b: ElementState, elapsed: float
+) -> VertexPositions:
+    """Compute depths and places of the vertices of both faces of a pair `elapsed` seconds ago."""
+    f = relative_position(pair.face_a, pair.face_b, earlier_pose(element_a, elapsed), earlier_pose(element_b, elapsed))
+    a1, a2, b1, b2 = locate_vertices(pair.face_a, pair.face_b, f, pair.history.before)
+    return VertexPositions(a1.seen, a2.seen, b1.seen, b2.seen)
 
 
 @njit(**INNER)
-def pose_before(e: ElementState, dt: float) -> Pose:
-    """Return the pose of an element a time `dt` (s) ago."""
-    c, s = rotate_pair(e.pose.cos, e.pose.sin, -dt * e.velocity.w)
-    return Pose(e.pose.x - dt * e.velocity.x, e.pose.z - dt * e.velocity.z, e.pose.angle, c, s)
+def earlier_pose(element: ElementState, elapsed: float) -> Pose:
+    """Return the pose of an element `elapsed` seconds ago, from its present velocity."""
+    c, s = rotate_pair(element.pose.cos, element.pose.sin, -elapsed * element.velocity.w)
+    return Pose(
+        element.pose.x - elapsed * element.velocity.x,
+        element.pose.z - elapsed * element.velocity.z,
+        element.pose.angle,
+        c,
+        s,
+    )
 
 
 @njit(**INNER)
-def carried(memory: Memory, end: int, of: Vertices) -> Seen:
-    """Return the contact vertex of an end (0 or 1): a's first or second, or b's second or first."""
+def contact_vertex(memory: EndHistory, end: int, vertices: VertexPositions) -> VertexPosition:
+    """Return the contact vertex of an end (0 or 1): the first or second one of a, or the second or first one of b."""
     if memory.carrier != THEIRS:
-        return of.a1 if end == 0 else of.a2
-    return of.b2 if end == 0 else of.b1
+        return vertices.a1 if end == 0 else vertices.a2
+    return vertices.b2 if end == 0 else vertices.b1

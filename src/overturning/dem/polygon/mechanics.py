@@ -10,20 +10,20 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import clamp, larger, rotate_pair, slides_flat
-from overturning.dem.polygon.faces import End, Stretch
+from overturning.dem.polygon.faces import CommonStretch, ContactEnd
 from overturning.dem.polygon.state import (
     MINE,
     OPEN,
     THEIRS,
     TRANSFERRED,
+    ContactLaw,
     ElementState,
-    History,
+    EndHistory,
     Inertia,
-    Law,
-    Memory,
-    Plane,
+    PairHistory,
+    PlanarVector,
     Pose,
-    Vertices,
+    VertexPositions,
 )
 
 
@@ -50,7 +50,7 @@ class EndResult(NamedTuple):
     """True if the end is in contact."""
 
 
-class PairAction(NamedTuple):
+class PairForce(NamedTuple):
     """Sum of the forces of both ends of a pair, with their moments."""
 
     x: float
@@ -63,7 +63,7 @@ class PairAction(NamedTuple):
     """Moment of the same force about the centre of b, N m; the opposite acts on b."""
 
 
-class PredictedContact(NamedTuple):
+class AssumedContact(NamedTuple):
     """State of a contact end that the equations of a step assume."""
 
     stretch: float
@@ -72,7 +72,7 @@ class PredictedContact(NamedTuple):
     """±μ if the end is assumed to slide, else 0."""
 
 
-class Relative(NamedTuple):
+class RelativeVector(NamedTuple):
     """Velocity of a relative to b with both angular velocities, or a direction with lever arms about both centres."""
 
     x: float
@@ -85,7 +85,7 @@ class Relative(NamedTuple):
     """Angular velocity of b, rad/s, or lever arm about its centre, m."""
 
 
-class Outer(NamedTuple):
+class PairMatrix(NamedTuple):
     """Matrix that gives a pair's forces from its velocities (N s/m, N s, N m s); first index force, second velocity.
 
     Forces and moments are those on a; the opposite act on b. Velocities of b count with the opposite sign.
@@ -110,156 +110,201 @@ class Outer(NamedTuple):
 
 
 @njit(**INLINE)
-def acceleration(item: ElementState, ground: float, up: float, gravity: float) -> Plane:
+def element_acceleration(
+    element: ElementState, horizontal_ground: float, vertical_ground: float, gravity: float
+) -> PlanarVector:
     """Return the acceleration of an element in the frame of the base: contacts, weight and base acceleration (m/s²)."""
-    force, own = item.force, item.inertia
-    fall = gravity * own.weight + up
-    return Plane(force.x * own.inverse_mass - ground, force.z * own.inverse_mass - fall, force.w * own.inverse_inertia)
+    force, own = element.force, element.inertia
+    fall = gravity * own.weight + vertical_ground
+    return PlanarVector(
+        force.x * own.inverse_mass - horizontal_ground, force.z * own.inverse_mass - fall, force.w * own.inverse_inertia
+    )
 
 
 @njit(**INLINE)
-def velocity_after(v: Plane, a: Plane, dt: float) -> Plane:
+def velocity_after(velocity: PlanarVector, acceleration: PlanarVector, dt: float) -> PlanarVector:
     """Return a velocity after a time `dt` (s) with constant acceleration."""
-    return Plane(v.x + dt * a.x, v.z + dt * a.z, v.w + dt * a.w)
+    return PlanarVector(
+        velocity.x + dt * acceleration.x, velocity.z + dt * acceleration.z, velocity.w + dt * acceleration.w
+    )
 
 
 @njit(**INLINE)
-def pose_after(pose: Pose, v: Plane, dt: float) -> Pose:
+def pose_after(pose: Pose, velocity: PlanarVector, dt: float) -> Pose:
     """Return a pose after a time `dt` (s) with constant velocity."""
-    c, s = rotate_pair(pose.cos, pose.sin, dt * v.w)
-    return Pose(pose.x + dt * v.x, pose.z + dt * v.z, pose.angle + dt * v.w, c, s)
+    c, s = rotate_pair(pose.cos, pose.sin, dt * velocity.w)
+    return Pose(pose.x + dt * velocity.x, pose.z + dt * velocity.z, pose.angle + dt * velocity.w, c, s)
 
 
 @njit(**INLINE)
-def power(item: ElementState, ground: float, up: float, v: Plane) -> float:
+def inertial_power(
+    element: ElementState, horizontal_ground: float, vertical_ground: float, velocity: PlanarVector
+) -> float:
     """Return the power of the inertial forces of the moving base, and of the forces that hold a fixed element, W."""
-    own, force = item.inertia, item.force
-    return own.mass * (ground * v.x + up * v.z) + own.held * (force.x * v.x + force.z * v.z)
+    own, force = element.inertia, element.force
+    return own.mass * (horizontal_ground * velocity.x + vertical_ground * velocity.z) + own.held * (
+        force.x * velocity.x + force.z * velocity.z
+    )
 
 
 @njit(**INLINE)
-def carrier_of(end: End) -> float:
-    """Return the vertex that carries an end, `MINE` or `THEIRS`; see `Memory.carrier`."""
+def carrier_code(end: ContactEnd) -> float:
+    """Return the code of the element whose vertex is the contact vertex of an end: `MINE` (a) or `THEIRS` (b)."""
     return MINE if end.mine > 0.0 else THEIRS
 
 
 @njit(**INLINE)
-def spring_stretch(old: Memory, end: End, ends: Stretch, compliance: float, drag: float) -> float:
+def spring_stretch(
+    previous: EndHistory, end: ContactEnd, both_ends: CommonStretch, compliance: float, damping_force: float
+) -> float:
     """Return the stretch (m) of an end's tangential spring before slip.
 
     The slip of the step is added. If another vertex now carries the end, the stretch is set such that the force does
     not change. A new contact starts with 0.
     """
-    carrier = carrier_of(end)
-    share = -((carrier * ends.turn_r) * old.normal) - old.tangent * ends.turn_q
-    share = old.tangent if old.carrier == TRANSFERRED else share
-    equivalent = -(share + drag) * compliance
-    stretch = old.spring + end.slip if old.carrier == carrier else equivalent
-    return stretch if old.carrier != OPEN else 0.0
+    carrier = carrier_code(end)
+    share = -((carrier * both_ends.turn_r) * previous.normal) - previous.tangent * both_ends.turn_q
+    share = previous.tangent if previous.carrier == TRANSFERRED else share
+    equivalent = -(share + damping_force) * compliance
+    stretch = previous.spring + end.slip if previous.carrier == carrier else equivalent
+    return stretch if previous.carrier != OPEN else 0.0
 
 
 @njit(**INLINE)
-def combined_action(one: End, two: End, f1: EndForce, f2: EndForce) -> PairAction:
+def sum_end_forces(end_1: ContactEnd, end_2: ContactEnd, force_1: EndForce, force_2: EndForce) -> PairForce:
     """Return the sum of the forces of both ends, with their moments."""
-    return PairAction(
-        (f1.n * one.nx + f1.t * one.nz) + (f2.n * two.nx + f2.t * two.nz),
-        (f1.n * one.nz - f1.t * one.nx) + (f2.n * two.nz - f2.t * two.nx),
-        (one.a.n * f1.n + one.a.t * f1.t) + (two.a.n * f2.n + two.a.t * f2.t),
-        (one.b.n * f1.n + one.b.t * f1.t) + (two.b.n * f2.n + two.b.t * f2.t),
+    return PairForce(
+        (force_1.n * end_1.nx + force_1.t * end_1.nz) + (force_2.n * end_2.nx + force_2.t * end_2.nz),
+        (force_1.n * end_1.nz - force_1.t * end_1.nx) + (force_2.n * end_2.nz - force_2.t * end_2.nx),
+        (end_1.a.n * force_1.n + end_1.a.t * force_1.t) + (end_2.a.n * force_2.n + end_2.a.t * force_2.t),
+        (end_1.b.n * force_1.n + end_1.b.t * force_1.t) + (end_2.b.n * force_2.n + end_2.b.t * force_2.t),
     )
 
 
 @njit(**INLINE)
-def add_action(on_a: Plane, on_b: Plane, new: PairAction) -> tuple[Plane, Plane]:
+def add_pair_force(
+    force_on_a: PlanarVector, force_on_b: PlanarVector, pair_force: PairForce
+) -> tuple[PlanarVector, PlanarVector]:
     """Add the forces of a pair's ends to the forces on its elements."""
     return (
-        Plane(on_a.x + new.x, on_a.z + new.z, on_a.w + new.moment_a),
-        Plane(on_b.x - new.x, on_b.z - new.z, on_b.w - new.moment_b),
+        PlanarVector(force_on_a.x + pair_force.x, force_on_a.z + pair_force.z, force_on_a.w + pair_force.moment_a),
+        PlanarVector(force_on_b.x - pair_force.x, force_on_b.z - pair_force.z, force_on_b.w - pair_force.moment_b),
     )
 
 
 @njit(**INLINE)
-def lands(old: Memory, end: End) -> bool:
+def is_landing(previous: EndHistory, end: ContactEnd) -> bool:
     """True if an end is in a landing, or first touches in this step."""
-    return (old.landing > 0.0) | ((old.carrier == OPEN) & (end.faces > 0.0) & (end.depth > 0.0))
+    return (previous.landing > 0.0) | ((previous.carrier == OPEN) & (end.faces > 0.0) & (end.depth > 0.0))
 
 
 @njit(**INLINE)
-def lands_flat(law: Law, old: History, ends: Stretch) -> bool:
-    """True if both ends land at once, so that a dashpot may pull while its end is in contact."""
-    return (law.landing > 0.0) & lands(old.one, ends.one) & lands(old.two, ends.two)
+def lands_flat(contact_law: ContactLaw, previous: PairHistory, both_ends: CommonStretch) -> bool:
+    """True if both ends of a pair land at once, so that a dashpot may pull while its end is in contact."""
+    return (
+        (contact_law.landing > 0.0) & is_landing(previous.one, both_ends.one) & is_landing(previous.two, both_ends.two)
+    )
 
 
 @njit(**INLINE)
-def relative(a: Plane, b: Plane) -> Relative:
+def relative_velocity(velocity_a: PlanarVector, velocity_b: PlanarVector) -> RelativeVector:
     """Return the velocity of a relative to b, with both angular velocities."""
-    return Relative(a.x - b.x, a.z - b.z, a.w, b.w)
+    return RelativeVector(velocity_a.x - velocity_b.x, velocity_a.z - velocity_b.z, velocity_a.w, velocity_b.w)
 
 
 @njit(**INLINE)
-def rates(end: End, u: Relative) -> tuple[float, float]:
-    """Return the velocities (m/s) at which an end opens and slips."""
-    opening = (end.nx * u.x + end.nz * u.z) + (u.a * end.a.n - u.b * end.b.n)
-    return opening, (end.nz * u.x - end.nx * u.z) + (u.a * end.a.t - u.b * end.b.t)
+def opening_and_slip_rates(end: ContactEnd, velocity: RelativeVector) -> tuple[float, float]:
+    """Return the velocities (m/s) at which the faces of a contact end open and slip."""
+    opening = (end.nx * velocity.x + end.nz * velocity.z) + (velocity.a * end.a.n - velocity.b * end.b.n)
+    return opening, (end.nz * velocity.x - end.nx * velocity.z) + (velocity.a * end.a.t - velocity.b * end.b.t)
 
 
 @njit(**INLINE)
-def flat_landing_slip(law: Law, end: End, u: Relative, a: Inertia, b: Inertia, held: bool) -> tuple[bool, float]:
+def flat_landing_slip(
+    contact_law: ContactLaw,
+    end: ContactEnd,
+    velocity: RelativeVector,
+    inertia_a: Inertia,
+    inertia_b: Inertia,
+    is_flat: bool,
+) -> tuple[bool, float]:
     """Return whether an end that is held in a flat landing slides (`slides_flat`), and ±μ of its friction.
 
     Decided by the velocities without the rotation of one element relative to the other, as if both were one body.
     """
-    total = a.inverse_inertia + b.inverse_inertia
-    w = (u.a * b.inverse_inertia + u.b * a.inverse_inertia) / (total if total > 0.0 else 1.0)
-    opening, slipping = rates(end, Relative(u.x, u.z, w, w))
-    return held & slides_flat(law.friction, slipping, opening), -math.copysign(law.friction, slipping)
+    total = inertia_a.inverse_inertia + inertia_b.inverse_inertia
+    w = (velocity.a * inertia_b.inverse_inertia + velocity.b * inertia_a.inverse_inertia) / (
+        total if total > 0.0 else 1.0
+    )
+    opening, slipping = opening_and_slip_rates(end, RelativeVector(velocity.x, velocity.z, w, w))
+    return is_flat & slides_flat(contact_law.friction, slipping, opening), -math.copysign(
+        contact_law.friction, slipping
+    )
 
 
 @njit(**INLINE)
-def apply_friction(trial: float, n: float, law: Law, flat: tuple[bool, bool, float]) -> tuple[float, float, bool]:
-    """Return the friction force of an end (N), the limit of its spring force (N), and whether it slips.
+def apply_friction(
+    trial_force: float, normal_force: float, contact_law: ContactLaw, flat_landing: tuple[bool, bool, float]
+) -> tuple[float, float, bool]:
+    """Return the friction force of an end (N), the limit of its spring force (N), and whether the end slips.
 
-    `trial` is the force without friction limit (N), `n` the normal force (N). `flat` holds whether the end is held in a
-    flat landing, and the two results of `flat_landing_slip`.
+    `trial_force` is the force without friction limit (N), `normal_force` the normal force (N). `flat_landing` holds
+    whether the end is held in a flat landing, and the two results of `flat_landing_slip`.
     """
-    (held, drifts, drift), limit = flat, law.friction * n
-    slips = drifts if held else abs(trial) > limit
-    force = drift * n if drifts else (clamp(trial, limit) if slips else trial)
+    (held, drifts, drift), limit = flat_landing, contact_law.friction * normal_force
+    slips = drifts if held else abs(trial_force) > limit
+    force = drift * normal_force if drifts else (clamp(trial_force, limit) if slips else trial_force)
     return force, (limit if limit > 0.0 else 0.0), slips
 
 
 @njit(**INLINE)
-def next_memory(old: Memory, other: Memory, end: End, now: EndResult, law: Law, dt: float) -> Memory:
-    """Return the contact history of an end for the next step; `dt` is the time since the last step, s.
+def next_end_history(
+    previous: EndHistory,
+    other_end: EndHistory,
+    end: ContactEnd,
+    result: EndResult,
+    contact_law: ContactLaw,
+    elapsed: float,
+) -> EndHistory:
+    """Return the contact history of an end for the next step; `elapsed` is the time since the last step, s.
 
     The landing of an end that touches now ends together with that of the other end, if that one is already in contact.
     """
-    begun = law.landing if other.carrier == OPEN else other.landing - dt
-    left = old.landing - dt if old.carrier != OPEN else begun
-    carrier = carrier_of(end) if now.inside else OPEN
-    return Memory(now.force.spring, carrier, now.force.n, now.force.t, left if now.inside else 0.0)
+    begun = contact_law.landing if other_end.carrier == OPEN else other_end.landing - elapsed
+    left = previous.landing - elapsed if previous.carrier != OPEN else begun
+    carrier = carrier_code(end) if result.inside else OPEN
+    return EndHistory(result.force.spring, carrier, result.force.n, result.force.t, left if result.inside else 0.0)
 
 
 @njit(**INLINE)
-def twice_energy_absorbed(old: Memory, end: End, now: EndResult) -> float:
+def twice_energy_absorbed(previous: EndHistory, end: ContactEnd, result: EndResult) -> float:
     """Return twice the energy that an end absorbed in a step, J: mean force times displacement."""
-    value = (old.normal + now.force.n) * (now.depth - end.before) - (old.tangent + now.force.t) * now.slip
-    return value if (old.carrier != OPEN) | now.inside else 0.0
+    value = (previous.normal + result.force.n) * (result.depth - end.before) - (
+        previous.tangent + result.force.t
+    ) * result.slip
+    return value if (previous.carrier != OPEN) | result.inside else 0.0
 
 
 @njit(**INLINE)
-def next_history(
-    old: History, ends: Stretch, vertices: Vertices, both: tuple[EndResult, EndResult], law: Law, dt: float
-) -> History:
+def next_pair_history(
+    previous: PairHistory,
+    both_ends: CommonStretch,
+    vertices: VertexPositions,
+    results: tuple[EndResult, EndResult],
+    contact_law: ContactLaw,
+    elapsed: float,
+) -> PairHistory:
     """Return the contact history of a pair after a step that ends with the given vertex positions."""
-    s1, s2 = both
-    deepest = larger(old.deepest, s1.depth if s1.inside else 0.0)
+    s1, s2 = results
+    deepest = larger(previous.deepest, s1.depth if s1.inside else 0.0)
     deepest = larger(deepest, s2.depth if s2.inside else 0.0)
-    absorbed = 0.5 * (twice_energy_absorbed(old.one, ends.one, s1) + twice_energy_absorbed(old.two, ends.two, s2))
-    return History(
+    absorbed = 0.5 * (
+        twice_energy_absorbed(previous.one, both_ends.one, s1) + twice_energy_absorbed(previous.two, both_ends.two, s2)
+    )
+    return PairHistory(
         vertices,
-        next_memory(old.one, old.two, ends.one, s1, law, dt),
-        next_memory(old.two, old.one, ends.two, s2, law, dt),
+        next_end_history(previous.one, previous.two, both_ends.one, s1, contact_law, elapsed),
+        next_end_history(previous.two, previous.one, both_ends.two, s2, contact_law, elapsed),
         deepest,
-        old.absorbed + absorbed,
+        previous.absorbed + absorbed,
     )

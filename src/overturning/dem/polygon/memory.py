@@ -6,92 +6,94 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import carried, face_of, rotated
-from overturning.dem.polygon.state import OPEN, THEIRS, TRANSFERRED, Face, Memory, Pair, Pose
+from overturning.dem.polygon.faces import contact_vertex, polygon_face, rotate_to_scene_axes
+from overturning.dem.polygon.state import OPEN, THEIRS, TRANSFERRED, EndHistory, Face, Pair, Pose
 
 
 @njit(**INNER)
-def reset_contact_history(q: Any, j: int) -> None:
+def reset_contact_history(pair_rows: Any, lane: int) -> None:
     """Reset the contact history of both ends of a pair."""
-    rows.store_memory(q, j, Memory(0.0, OPEN, 0.0, 0.0, 0.0))
-    rows.store_memory(q, j + rows.SECOND, Memory(0.0, OPEN, 0.0, 0.0, 0.0))
+    rows.store_memory(pair_rows, lane, EndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
+    rows.store_memory(pair_rows, lane + rows.SECOND, EndHistory(0.0, OPEN, 0.0, 0.0, 0.0))
 
 
 @njit(**INNER)
 def transfer_contact_history(
-    q: Any, a: Pose, b: Pose, j: int, old_a: int, old_b: int, shape_a: Any, shape_b: Any
+    pair_rows: Any, pose_a: Pose, pose_b: Pose, lane: int, old_face_a: int, old_face_b: int, faces_a: Any, faces_b: Any
 ) -> None:
-    """Transfer the history of each loaded end from the old faces to the new end that takes its place.
+    """Transfer the contact history of each loaded end from the old faces of a pair to the new end that replaces it.
 
     The force is resolved along normal and tangent of the new end; the next step sets the spring's stretch accordingly.
     """
-    pair = rows.load_pair(q, j)
+    pair = rows.load_pair(pair_rows, lane)
     face_a, face_b, vertices = int(pair.nearest.face_a), int(pair.nearest.face_b), pair.history.before
-    reset_contact_history(q, j)
+    reset_contact_history(pair_rows, lane)
     for end in range(2):
         old = pair.history.one if end == 0 else pair.history.two
         if old.carrier == OPEN:
             continue
         mine = old.carrier != THEIRS
         if mine:
-            target = nearest_end(shape_a, old_a + end, face_a, face_a + 1)
+            target = end_that_replaces_vertex(faces_a, old_face_a + end, face_a, face_a + 1)
         else:
-            target = nearest_end(shape_b, old_b + 1 - end, face_b + 1, face_b)
-        old_x, old_z = end_normal(a, b, face_of(shape_a, old_a), face_of(shape_b, old_b), mine)
+            target = end_that_replaces_vertex(faces_b, old_face_b + 1 - end, face_b + 1, face_b)
+        old_x, old_z = end_normal(
+            pose_a, pose_b, polygon_face(faces_a, old_face_a), polygon_face(faces_b, old_face_b), mine
+        )
         x, z = old.normal * old_x + old.tangent * old_z, old.normal * old_z - old.tangent * old_x
         inner = vertices.a1.place <= pair.face_b.high if target == 0 else vertices.a2.place >= pair.face_b.low
-        new_x, new_z = end_normal(a, b, pair.face_a, pair.face_b, inner)
+        new_x, new_z = end_normal(pose_a, pose_b, pair.face_a, pair.face_b, inner)
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
-        there = rows.load_memory(q, j + target * rows.SECOND)
+        there = rows.load_memory(pair_rows, lane + target * rows.SECOND)
         if there.carrier == OPEN or there.normal < n:
-            rows.store_memory(q, j + target * rows.SECOND, Memory(old.spring, TRANSFERRED, n, t, 0.0))
+            rows.store_memory(pair_rows, lane + target * rows.SECOND, EndHistory(old.spring, TRANSFERRED, n, t, 0.0))
 
 
 @njit(**INNER)
-def nearest_end(shape: Any, vertex: int, one: int, two: int) -> int:
-    """Return which vertex of a new face replaces a vertex, 0 for `one` or 1 for `two`: itself, else the nearer one.
+def end_that_replaces_vertex(faces: Any, vertex: int, end_0: int, end_1: int) -> int:
+    """Return the end of a new face that replaces a vertex, 0 for `end_0` or 1 for `end_1`: itself, else the nearer one.
 
     Vertex indices are taken modulo the number of vertices.
     """
-    count = shape.shape[0]
-    vertex, one, two = vertex % count, one % count, two % count
-    if vertex == two:
+    count = faces.shape[0]
+    vertex, end_0, end_1 = vertex % count, end_0 % count, end_1 % count
+    if vertex == end_1:
         return 1
-    if vertex == one:
+    if vertex == end_0:
         return 0
-    x, z = shape[vertex, 0], shape[vertex, 1]
-    x1, z1, x2, z2 = shape[one, 0] - x, shape[one, 1] - z, shape[two, 0] - x, shape[two, 1] - z
+    x, z = faces[vertex, 0], faces[vertex, 1]
+    x1, z1, x2, z2 = faces[end_0, 0] - x, faces[end_0, 1] - z, faces[end_1, 0] - x, faces[end_1, 1] - z
     return 0 if x1 * x1 + z1 * z1 <= x2 * x2 + z2 * z2 else 1
 
 
 @njit(**INNER)
-def end_normal(a: Pose, b: Pose, face_a: Face, face_b: Face, mine: bool) -> tuple[float, float]:
+def end_normal(pose_a: Pose, pose_b: Pose, face_a: Face, face_b: Face, vertex_is_of_a: bool) -> tuple[float, float]:
     """Return the direction of the normal force on a at an end: b's normal for a vertex of a, else minus a's normal."""
-    if mine:
-        return rotated(b, face_b.nx, face_b.nz)
-    x, z = rotated(a, face_a.nx, face_a.nz)
+    if vertex_is_of_a:
+        return rotate_to_scene_axes(pose_b, face_b.nx, face_b.nz)
+    x, z = rotate_to_scene_axes(pose_a, face_a.nx, face_a.nz)
     return -x, -z
 
 
 @njit(**INNER)
-def end_place(pair: Pair, a: Pose, b: Pose, end: int, mine: bool) -> tuple[float, float]:
-    """Return the position of an end's vertex from the centre of a, m."""
-    own = pair.face_a if mine else pair.face_b
-    along = own.low if mine == (end == 0) else own.high
+def end_position(pair: Pair, pose_a: Pose, pose_b: Pose, end: int, vertex_is_of_a: bool) -> tuple[float, float]:
+    """Return the position of the contact vertex of an end from the centre of a, m."""
+    own = pair.face_a if vertex_is_of_a else pair.face_b
+    along = own.low if vertex_is_of_a == (end == 0) else own.high
     x, z = own.off * own.nx - along * own.nz, own.off * own.nz + along * own.nx
-    if mine:
-        return rotated(a, x, z)
-    x, z = rotated(b, x, z)
-    return x - (a.x - b.x), z - (a.z - b.z)
+    if vertex_is_of_a:
+        return rotate_to_scene_axes(pose_a, x, z)
+    x, z = rotate_to_scene_axes(pose_b, x, z)
+    return x - (pose_a.x - pose_b.x), z - (pose_a.z - pose_b.z)
 
 
 @njit(**INNER)
-def load_at_rest(q: Any, j: int) -> None:
-    """Set the forces of the ends of a scene at rest from their loaded springs."""
-    pair = rows.load_pair(q, j)
+def set_forces_at_rest(pair_rows: Any, lane: int) -> None:
+    """Set the contact forces of a pair at rest from its loaded springs."""
+    pair = rows.load_pair(pair_rows, lane)
     for end in range(2):
         old = pair.history.one if end == 0 else pair.history.two
         if old.carrier != OPEN:
-            n = max(pair.law.normal * carried(old, end, pair.history.before).depth, 0.0)
+            n = max(pair.law.normal * contact_vertex(old, end, pair.history.before).depth, 0.0)
             t = -pair.law.tangential * old.spring
-            rows.store_memory(q, j + end * rows.SECOND, Memory(old.spring, old.carrier, n, t, 0.0))
+            rows.store_memory(pair_rows, lane + end * rows.SECOND, EndHistory(old.spring, old.carrier, n, t, 0.0))

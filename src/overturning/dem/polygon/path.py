@@ -13,7 +13,7 @@ from overturning.dem.kernel.ground import within_sample
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.path import PlanePath
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.memory import end_normal, end_place
+from overturning.dem.polygon.memory import end_normal, end_position
 from overturning.dem.polygon.prepare import Prepared
 from overturning.dem.polygon.state import MINE, OPEN
 
@@ -45,14 +45,14 @@ def record_state(state: Any, elements: int, interval: float, ticks: float, path:
 def add_forces(state: Any, scene: Any, share: float, path: Any, row: int) -> None:
     """Add the contact forces of lane 0, times the `share` of a sample in which they act, to a row of its path."""
     for p in range(scene.layout.shape[0]):
-        q, first, second = rows.of_pair(state, scene, p)
+        q, first, second = rows.pair_and_element_rows(state, scene, p)
         pair, a, b = rows.load_pair(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
         for end in range(2):
             memory = pair.history.one if end == 0 else pair.history.two
             if memory.carrier == OPEN:
                 continue
             n, tangent, mine = share * memory.normal, share * memory.tangent, memory.carrier == MINE
-            (rx, rz), (nx, nz) = end_place(pair, a, b, end, mine), end_normal(a, b, pair.face_a, pair.face_b, mine)
+            (rx, rz), (nx, nz) = end_position(pair, a, b, end, mine), end_normal(a, b, pair.face_a, pair.face_b, mine)
             at = 2 + POSE_COLUMNS * scene.elements.shape[1] + FORCE_COLUMNS * (2 * p + end)
             path[row, at + FX] += n * nx + tangent * nz
             path[row, at + FZ] += n * nz - tangent * nx

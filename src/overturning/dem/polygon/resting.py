@@ -8,8 +8,8 @@ from numba import njit
 from overturning.dem.kernel.ending import STILL_TO_SLIDE, UPRIGHT, is_still
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import stretch_of
-from overturning.dem.polygon.state import OPEN, ElementState, Memory, Pair
+from overturning.dem.polygon.faces import stretch_between_poses
+from overturning.dem.polygon.state import OPEN, ElementState, EndHistory, Pair
 
 IN_PLACE: Final = 0.2
 """Largest slip of an element at rest, as a share of α × height of its centre above the base: its joints then carry
@@ -50,12 +50,12 @@ def support_until(state: Any, j: int, scene: Any, i: int, gap: float) -> float:
     for p in range(scene.layout.shape[0]):
         if scene.layout[p, 0] != i and scene.layout[p, 1] != i:
             continue
-        q, a, b = rows.of_pair(state, scene, p)
+        q, a, b = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, j)
         if pair.stands == 0.0 or i != scene.layout[p, 0 if pair.stands > 0.0 else 1]:
             continue
         had = True
-        ends = stretch_of(pair, rows.load_pose(a, j), rows.load_pose(b, j), True)
+        ends = stretch_between_poses(pair, rows.load_pose(a, j), rows.load_pose(b, j), True)
         if (ends.one.faces and ends.one.depth > -gap) or (ends.two.faces and ends.two.depth > -gap):
             on = b if pair.stands > 0.0 else a
             if on[rows.SIDE + j] == 0.0:
@@ -86,7 +86,7 @@ def any_airborne(state: Any, j: int, scene: Any, rules: Any, gap: float) -> bool
         touching = 0
         for p in range(scene.layout.shape[0]):
             if scene.layout[p, 0] == i or scene.layout[p, 1] == i:
-                q, _, _ = rows.of_pair(state, scene, p)
+                q, _, _ = rows.pair_and_element_rows(state, scene, p)
                 touching += count_contacts(rows.load_pair(q, j))
         if touching == 0 and support_until(state, j, scene, i, gap) < np.inf:
             return True
@@ -94,7 +94,7 @@ def any_airborne(state: Any, j: int, scene: Any, rules: Any, gap: float) -> bool
 
 
 @njit(**INLINE)
-def is_sliding(pair: Pair, end: Memory) -> bool:
+def is_sliding(pair: Pair, end: EndHistory) -> bool:
     """True if a touching end slides: its friction force has reached the limit."""
     return bool(end.carrier != OPEN and abs(end.tangent) >= SLIDING_SHARE * pair.law.friction * end.normal)
 
@@ -109,7 +109,7 @@ def horizontal_speed(e: ElementState, z: float) -> float:
 def any_sliding(state: Any, j: int, scene: Any) -> bool:
     """True if an element will still slide farther than `STILL_TO_SLIDE` on its support; False without friction."""
     for p in range(scene.layout.shape[0]):
-        q, a, b = rows.of_pair(state, scene, p)
+        q, a, b = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, j)
         if pair.stands == 0.0 or not (is_sliding(pair, pair.history.one) or is_sliding(pair, pair.history.two)):
             continue
@@ -143,7 +143,7 @@ def all_at_rest(state: Any, j: int, scene: Any) -> bool:
         if not is_still(speed, change, step, case.rest_limit):
             return False
     for p in range(scene.layout.shape[0]):
-        q, _, _ = rows.of_pair(state, scene, p)
+        q, _, _ = rows.pair_and_element_rows(state, scene, p)
         pair = rows.load_pair(q, j)
         slides = pair.slid_one != 0.0 or pair.slid_two != 0.0  # an open end may be marked as sliding
         if count_contacts(pair) != (0 if pair.stands == 0.0 else ENDS_PER_JOINT) or (pair.stands != 0.0 and slides):

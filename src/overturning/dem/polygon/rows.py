@@ -1,6 +1,6 @@
 """Memory layout of scene cases: the fields of named tuples are rows of an array that has a column per case.
 
-The array has the rows of the case itself (`Case`), then those of each element (`ElementState`) and each pair (`Pair`).
+The array has the rows of the case (`CaseState`), then those of each element (`ElementState`) and each pair (`Pair`).
 Functions for one case take and return these tuples; ``load_element(rows, j)``, ``store_pose(rows, j, pose)`` and so on
 read and write column j. The innermost loops run over the columns without branches, so that LLVM vectorises them. They
 use only ``+ - * /`` and comparisons: the bits of a case depend neither on its neighbours, nor on the thread, nor on the
@@ -13,35 +13,35 @@ from typing import Any, Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.lanes import INNER, Rows, arithmetic, windows
-from overturning.dem.polygon.faces import Stretch
-from overturning.dem.polygon.mechanics import PredictedContact
-from overturning.dem.polygon.state import Case, ElementState, History, Pair, StoredFindings
+from overturning.dem.polygon.faces import CommonStretch
+from overturning.dem.polygon.mechanics import AssumedContact
+from overturning.dem.polygon.state import CaseState, ElementState, Pair, PairHistory, StoredFindings
 
 COLUMNS: Final = 8
 """Number of cases computed together: one widest vector, so that the data of a stack of three fits into the L1 cache."""
 
 
-class Step(NamedTuple):
+class PairStep(NamedTuple):
     """Intermediate results of a pair in a step of the centred scheme."""
 
-    ends: Stretch
-    one: PredictedContact
-    two: PredictedContact
-    corrected: History
+    ends: CommonStretch
+    one: AssumedContact
+    two: AssumedContact
+    corrected: PairHistory
     """History at the end of the step, used only if the step is accepted."""
 
 
-CASE: Final = Rows(COLUMNS, Case)
+CASE: Final = Rows(COLUMNS, CaseState)
 ELEMENT: Final = Rows(COLUMNS, ElementState)
-PAIR: Final = Rows(COLUMNS, Pair, Step)
+PAIR: Final = Rows(COLUMNS, Pair, PairStep)
 CASE_SIZE, ELEMENT_SIZE, PAIR_SIZE = CASE.size, ELEMENT.size, PAIR.size
 
-load_case, store_case, _ = CASE.access(Case)
-_, store_base, _ = CASE.access(Case, "shaking.base")
-_, store_up, _ = CASE.access(Case, "shaking.up")
-_, store_attempt, _ = CASE.access(Case, "attempt")
-_, store_decision, _ = CASE.access(Case, "decision")
-_, store_findings, _ = CASE.access(Case, "findings")
+load_case, store_case, _ = CASE.access(CaseState)
+_, store_base, _ = CASE.access(CaseState, "shaking.base")
+_, store_up, _ = CASE.access(CaseState, "shaking.up")
+_, store_attempt, _ = CASE.access(CaseState, "attempt")
+_, store_decision, _ = CASE.access(CaseState, "decision")
+_, store_findings, _ = CASE.access(CaseState, "findings")
 no_findings = arithmetic(StoredFindings).zero
 load_element, _, _ = ELEMENT.access(ElementState)
 load_pose, store_pose, keep_pose = ELEMENT.access(ElementState, "pose")
@@ -64,15 +64,15 @@ load_nearest, store_nearest, _ = PAIR.access(Pair, "nearest")
 _, store_history, keep_history = PAIR.access(Pair, "history")
 _, store_vertices, _ = PAIR.access(Pair, "history.before")
 load_memory, store_memory, _ = PAIR.access(Pair, "history.one")
-load_step, _, _ = PAIR.access(Step)
-_, store_ends, _ = PAIR.access(Step, "ends", ("turn_q", "turn_r", "closed"))
-_, store_predicted_one, _ = PAIR.access(Step, "one")
-_, store_predicted_two, _ = PAIR.access(Step, "two")
-_, store_corrected, _ = PAIR.access(Step, "corrected")
+load_step, _, _ = PAIR.access(PairStep)
+_, store_ends, _ = PAIR.access(PairStep, "ends", ("turn_q", "turn_r", "closed"))
+_, store_predicted_one, _ = PAIR.access(PairStep, "one")
+_, store_predicted_two, _ = PAIR.access(PairStep, "two")
+_, store_corrected, _ = PAIR.access(PairStep, "corrected")
 
 # Rows that are accessed singly. SECOND is the offset from a row of end 1's memory to the same row of end 2's.
 _OF_CASE = "shaking.tick sample energy variant last_check attempt.length findings.changed decision.again"
-TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, LENGTH, CHANGED, AGAIN = (CASE.row(Case, p) for p in _OF_CASE.split())
+TICK, SAMPLE, ENERGY, VARIANT, LAST_CHECK, LENGTH, CHANGED, AGAIN = (CASE.row(CaseState, p) for p in _OF_CASE.split())
 _OF_ELEMENT = "inertia.frame totals.moved totals.turned record.upright_until record.carried_until record.side"
 FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (ELEMENT.row(ElementState, p) for p in _OF_ELEMENT.split())
 LAST_UPRIGHT: Final = ELEMENT.row(ElementState, "totals.last_upright")
@@ -82,9 +82,13 @@ PAIR_LEVER: Final = PAIR.row(Pair, "nearest.lever")
 SECOND: Final = PAIR.row(Pair, "history.two.spring") - PAIR.row(Pair, "history.one.spring")
 
 
-def flat(values: Iterable[Any]) -> list[float]:
-    """Return the numbers of nested tuples, in the order of their rows."""
-    return [number for value in values for number in (flat(value) if isinstance(value, tuple) else [float(value)])]
+def flatten_numbers(tuples: Iterable[Any]) -> list[float]:
+    """Return the numbers of nested tuples as a list, in the order of the rows of the state array."""
+    return [
+        number
+        for value in tuples
+        for number in (flatten_numbers(value) if isinstance(value, tuple) else [float(value)])
+    ]
 
 
 of_element: Final = windows(ELEMENT_SIZE, CASE_SIZE)
@@ -94,7 +98,7 @@ _pair_at = windows(PAIR_SIZE, CASE_SIZE, 1)
 
 
 @njit(inline="always", **INNER)
-def of_pair(state: Any, scene: Any, p: int) -> tuple[Any, Any, Any]:
-    """Return the rows of pair p and of its two elements."""
-    q = _pair_at(state, scene.elements.shape[1] * ELEMENT_SIZE + p * PAIR_SIZE)
-    return q, of_element(state, scene.layout[p, 0]), of_element(state, scene.layout[p, 1])
+def pair_and_element_rows(state: Any, scene: Any, pair_index: int) -> tuple[Any, Any, Any]:
+    """Return the rows of a pair, and the rows of its two elements."""
+    q = _pair_at(state, scene.elements.shape[1] * ELEMENT_SIZE + pair_index * PAIR_SIZE)
+    return q, of_element(state, scene.layout[pair_index, 0]), of_element(state, scene.layout[pair_index, 1])

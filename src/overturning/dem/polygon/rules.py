@@ -30,21 +30,21 @@ from overturning.dem.kernel.mechanics import unit_pair
 from overturning.dem.kernel.queue import Job, by_type, implement
 from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import Arrays
-from overturning.dem.polygon.distant import all_awake, wake
-from overturning.dem.polygon.energy import energy, springs
+from overturning.dem.polygon.distant import activate_all_pairs, resume_pairs
+from overturning.dem.polygon.energy import case_energy, pair_spring_energy
 from overturning.dem.polygon.equations import SIZE, SPARE, empty_pattern
-from overturning.dem.polygon.memory import load_at_rest
+from overturning.dem.polygon.memory import set_forces_at_rest
 from overturning.dem.polygon.path import POSE_COLUMNS, add_forces, record_state
 from overturning.dem.polygon.resting import all_at_rest
 from overturning.dem.polygon.search import search
-from overturning.dem.polygon.state import Case, Law, Pose, Shaking, StepDecision
+from overturning.dem.polygon.state import BaseMotion, CaseState, ContactLaw, Pose, StepDecision
 from overturning.dem.polygon.verdict import classify, record_sample, record_support_time, shift_home, write_results
 from overturning.dem.time_step import Scheme
 
-SCHEMES: Final[dict[Scheme, Any]] = {Scheme.CUNDALL: cundall.Cundall(), Scheme.CENTRED: step.Centred()}
+SCHEMES: Final[dict[Scheme, Any]] = {Scheme.CUNDALL: cundall.CundallScheme(), Scheme.CENTRED: step.Centred()}
 """Constants of each scheme; their type selects the step function."""
 
-STEPS: Final = {cundall.Cundall: cundall.step, step.Centred: step.step}
+STEPS: Final = {cundall.CundallScheme: cundall.step, step.Centred: step.step}
 
 CHECK_INTERVAL: Final = 0.1
 """Interval at which a case is tested for its end, s of the record; at least one sample."""
@@ -83,7 +83,7 @@ class Workspace(NamedTuple):
     pattern: Any
     """Nonzero pattern of the matrix."""
     pairs: Any
-    """Pairs that are awake."""
+    """Pairs that are active, not suspended."""
     moves: Any
     """True for each element that forces move, shape (elements,)."""
 
@@ -100,7 +100,7 @@ def workspace(rules: Any) -> Any:
     for i in range(elements):
         moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
     matrix = aligned((elements * elements + SPARE) * SIZE)
-    return Workspace(borrowed(owner), owner, matrix, empty_pattern(elements), all_awake(pairs), moves)
+    return Workspace(borrowed(owner), owner, matrix, empty_pattern(elements), activate_all_pairs(pairs), moves)
 
 
 @njit(**INLINE)
@@ -124,7 +124,7 @@ def start(rules: Any, work: Any, lane: int, case: int) -> None:
     """Load a case into a lane: the scene at rest, with the friction, damping and amplitude of the case."""
     state, scene, given, v = work.state, rules.scene, rules.cases[case], rules.variant[case]
     ticks, interval = rules.job.ticks, rules.job.interval
-    wake(state, scene, work.pairs, np.inf)
+    resume_pairs(state, scene, work.pairs, np.inf)
     for row in range(scene.initial.shape[1]):
         state[row * rows.COLUMNS + lane] = scene.initial[v, row]
     initialise_case(state, lane, given, float(v), interval, ticks, rules.scheme.lag)
@@ -132,7 +132,7 @@ def start(rules: Any, work: Any, lane: int, case: int) -> None:
         e = rows.of_element(state, i)
         e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first * interval
     initialise_pairs(state, lane, given, scene, scene.shapes[v])
-    state[rows.ENERGY + lane] = energy(state, lane, scene)
+    state[rows.ENERGY + lane] = case_energy(state, lane, scene)
 
 
 @njit(**INNER)
@@ -144,8 +144,8 @@ def initialise_case(state: Any, j: int, case: Any, variant: float, interval: flo
     rows.store_case(
         state,
         j,
-        Case(
-            shaking=Shaking(none, none, 0.0),
+        CaseState(
+            shaking=BaseMotion(none, none, 0.0),
             step=step,
             rate=ticks / interval,
             lag=lag * step,
@@ -170,19 +170,19 @@ def initialise_pairs(state: Any, j: int, case: Any, scene: Any, shapes: Any) -> 
     """Initialise the pairs of lane j: contact law, nearest faces, and springs loaded at rest."""
     lag = rows.load_case(state, j).lag
     for p in range(scene.layout.shape[0]):
-        q, a, b = rows.of_pair(state, scene, p)
+        q, a, b = rows.pair_and_element_rows(state, scene, p)
         m, n, pair = scene.layout[p, 2], scene.layout[p, 3], rows.load_pair(q, j)
         law, settled = pair.law, pair.nearest.limit == np.inf
         friction = law.friction if law.friction >= 0.0 else case.friction
         dashpot = law.dashpot * case.damping
-        rows.store_law(q, j, Law(
+        rows.store_law(q, j, ContactLaw(
             law.normal, law.tangential, dashpot, friction, law.compliance, law.landing * dashpot / law.normal
         ))  # fmt: skip
         search(q, a, b, j, 2.0 * lag, shapes[m, : scene.sizes[m]], shapes[n, : scene.sizes[n]])
         if settled:
             q[rows.LIMIT + j], q[rows.REACH + j] = np.inf, -1.0
-        load_at_rest(q, j)
-        q[rows.ABSORBED + j] = springs(rows.load_pair(q, j))
+        set_forces_at_rest(q, j)
+        q[rows.ABSORBED + j] = pair_spring_energy(rows.load_pair(q, j))
 
 
 def load(rules: Any, work: Any, cases: Any, columns: int) -> None:  # noqa: ARG001, all lanes are computed
@@ -266,7 +266,7 @@ def end_sample(state: Any, scene: Any, ticks: float, interval: float) -> None:
             on = rows.of_element(state, int(rules[i].support))
             record_sample(rows.of_element(state, i), on, state, 1.0 / ticks, interval)
     for p in range(scene.layout.shape[0]):
-        q, a, b = rows.of_pair(state, scene, p)
+        q, a, b = rows.pair_and_element_rows(state, scene, p)
         record_support_time(q, a, b, state, 1.0 / ticks, interval)
     for j in range(rows.COLUMNS):
         sample, tick = state[rows.SAMPLE + j], state[rows.TICK + j]

@@ -12,9 +12,9 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import APART, INNER
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import face_of, rotated, seen_before
+from overturning.dem.polygon.faces import earlier_vertex_positions, polygon_face, rotate_to_scene_axes
 from overturning.dem.polygon.memory import reset_contact_history, transfer_contact_history
-from overturning.dem.polygon.state import Bounds, Nearest, Pose
+from overturning.dem.polygon.state import CarryingBounds, NearestFaces, Pose
 
 
 class FacePair(NamedTuple):
@@ -35,11 +35,11 @@ class FacePair(NamedTuple):
 @njit(**INNER)
 def separation(a: Pose, b: Pose, shape_a: Any, shape_b: Any, face: int) -> float:
     """Return the signed distance of the nearest vertex of b from the line of a face of a, m, positive outside."""
-    nx, nz = rotated(a, shape_a[face, 4], shape_a[face, 5])
+    nx, nz = rotate_to_scene_axes(a, shape_a[face, 4], shape_a[face, 5])
     dx, dz = b.x - a.x, b.z - a.z
     least = np.inf
     for k in range(shape_b.shape[0]):
-        x, z = rotated(b, shape_b[k, 0], shape_b[k, 1])
+        x, z = rotate_to_scene_axes(b, shape_b[k, 0], shape_b[k, 1])
         least = min(least, nx * (x + dx) + nz * (z + dz))
     return least - shape_a[face, 6]
 
@@ -71,7 +71,7 @@ def face_pair(a: Pose, b: Pose, shape_a: Any, shape_b: Any, k: int) -> FacePair:
 
 
 @njit(**INNER)
-def nearest_faces(a: Pose, b: Pose, shape_a: Any, shape_b: Any, old: Nearest) -> FacePair:
+def nearest_faces(a: Pose, b: Pose, shape_a: Any, shape_b: Any, old: NearestFaces) -> FacePair:
     """Return the nearest faces: largest separation first, then the more opposite normals, then the lower index."""
     best = FacePair(-np.inf, int(old.face_a), int(old.face_b), np.inf, 0.0)
     for k in range(shape_a.shape[0] + shape_b.shape[0]):
@@ -123,16 +123,16 @@ def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: A
     clear = 0.9 * best.gap - 2.0 * (moved + lever * turned)
     reach = clear if clear > 0.0 else -1.0
     ahead = 2.0 * ((first.trial.moved + second.trial.moved) + lever * (first.trial.turned + second.trial.turned))
-    rows.store_nearest(q, j, Nearest(best.a, best.b, lever, max(limit, reach), reach, 0.0, ahead))
+    rows.store_nearest(q, j, NearestFaces(best.a, best.b, lever, max(limit, reach), reach, 0.0, ahead))
     if clear > 0.0:
         reset_contact_history(q, j)
     changed = old.face_a != best.a or old.face_b != best.b
     if changed:
-        rows.store_face_a(q, j, face_of(shape_a, best.a))
-        rows.store_face_b(q, j, face_of(shape_b, best.b))
+        rows.store_face_a(q, j, polygon_face(shape_a, best.a))
+        rows.store_face_b(q, j, polygon_face(shape_b, best.b))
         rows.store_bounds(q, j, bounds_of(shape_a, best.a, shape_b, best.b))
     if changed or old.reach > 0.0 or clear > 0.0:
-        rows.store_vertices(q, j, seen_before(rows.load_pair(q, j), first, second, step))
+        rows.store_vertices(q, j, earlier_vertex_positions(rows.load_pair(q, j), first, second, step))
     if changed and old.face_a >= 0.0:
         transfer_contact_history(q, on, by, j, int(old.face_a), int(old.face_b), shape_a, shape_b)
 
@@ -149,11 +149,11 @@ def nearest_faces_change(q: Any, a: Any, b: Any, j: int, shape_a: Any, shape_b: 
 
 
 @njit(**INNER)
-def bounds_of(shape_a: Any, a: int, shape_b: Any, b: int) -> Bounds:
+def bounds_of(shape_a: Any, a: int, shape_b: Any, b: int) -> CarryingBounds:
     """Return the places on the other face from which the vertices of two faces carry an end; ±infinity for never."""
-    on_a, on_b = face_of(shape_a, a), face_of(shape_b, b)
+    on_a, on_b = polygon_face(shape_a, a), polygon_face(shape_b, b)
     a_to_b, b_to_a = shape_b[b, 11] > 0.0, shape_a[a, 11] > 0.0
-    return Bounds(
+    return CarryingBounds(
         on_b.low if a_to_b and shape_a[a, 9] > 0.0 else np.inf,
         -on_a.high if b_to_a and shape_b[b, 10] > 0.0 else np.inf,
         on_b.high if a_to_b and shape_a[a, 10] > 0.0 else -np.inf,

@@ -6,7 +6,7 @@ from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ground import Line
 
 
-class Shaking(NamedTuple):
+class BaseMotion(NamedTuple):
     """Acceleration of the base, linear between two samples, and the time within the sample."""
 
     base: Line
@@ -38,10 +38,10 @@ class StepDecision(NamedTuple):
     """Next attempt."""
 
 
-class Case(NamedTuple):
+class CaseState(NamedTuple):
     """State and constants of a case, without its elements and pairs."""
 
-    shaking: Shaking
+    shaking: BaseMotion
     step: float
     """Length of a tick, s."""
     rate: float
@@ -80,7 +80,7 @@ class Pose(NamedTuple):
     sin: float
 
 
-class Plane(NamedTuple):
+class PlanarVector(NamedTuple):
     """Planar vector with a rotational component: velocity (m/s, rad/s), acceleration, or force (N) and moment (N m)."""
 
     x: float
@@ -130,8 +130,8 @@ class StepTotals(NamedTuple):
     """Power at the last step, W (centred scheme)."""
 
 
-class Travel(NamedTuple):
-    """Motion of an element since the first pair of the scene fell asleep (`overturning.dem.polygon.distant`)."""
+class SummedMotion(NamedTuple):
+    """Motion of an element since the first pair of the scene was suspended (`overturning.dem.polygon.distant`)."""
 
     moved: float
     """Length of its path, m."""
@@ -154,7 +154,7 @@ class SampleRecord(NamedTuple):
     """Current slip on the supporting element, m."""
 
 
-class Home(NamedTuple):
+class RestPose(NamedTuple):
     """Rest position of an element."""
 
     base_x: float
@@ -173,35 +173,35 @@ class Home(NamedTuple):
     """Height of the centre below which the element has fallen, m."""
 
 
-class Trial(NamedTuple):
+class PredictedElement(NamedTuple):
     """Predicted state of an element at the end of a step with constant acceleration (centred scheme)."""
 
     pose: Pose
-    half: Plane
+    half: PlanarVector
     """Velocity after half of the step."""
-    end: Plane
+    end: PlanarVector
     """Velocity at the end of the step."""
     moved: float
     """Displacement in the step, |Δx| + |Δz|, m."""
     turned: float
     """Absolute rotation in the step, rad."""
-    change: Plane
+    change: PlanarVector
     """Correction of the velocity at the end of the step, from the solution of the equations."""
 
 
 class ElementState(NamedTuple):
-    """State of an element: pose and force at the whole step, velocity `Case.lag` earlier."""
+    """State of an element: pose and force at the whole step, velocity `CaseState.lag` earlier."""
 
     pose: Pose
-    velocity: Plane
-    trial: Trial
-    acceleration: Plane
-    force: Plane
+    velocity: PlanarVector
+    trial: PredictedElement
+    acceleration: PlanarVector
+    force: PlanarVector
     inertia: Inertia
     totals: StepTotals
-    travel: Travel
+    travel: SummedMotion
     record: SampleRecord
-    home: Home
+    home: RestPose
 
 
 class Face(NamedTuple):
@@ -219,7 +219,7 @@ class Face(NamedTuple):
     """Place of the second end along the tangent, m."""
 
 
-class Law(NamedTuple):
+class ContactLaw(NamedTuple):
     """Contact law at a vertex."""
 
     normal: float
@@ -236,8 +236,8 @@ class Law(NamedTuple):
     """Duration of a flat landing after the first touch, s (in the initial rows: in h/K); 0 if there is no such rule."""
 
 
-class Bounds(NamedTuple):
-    """Places on the other face, m, between which a vertex carries an end; ±infinity if it never does.
+class CarryingBounds(NamedTuple):
+    """Places on the other face, m, between which a vertex is the contact vertex of an end; ±infinity if it never is.
 
     Vertices on the cut between two convex pieces of an element carry no end.
     """
@@ -252,7 +252,7 @@ class Bounds(NamedTuple):
     """Largest place of b's first vertex, for end 2."""
 
 
-class Nearest(NamedTuple):
+class NearestFaces(NamedTuple):
     """Nearest faces of a pair, and the relative motion for which they remain valid."""
 
     face_a: float
@@ -271,7 +271,7 @@ class Nearest(NamedTuple):
     """Upper bound of the motion since the search at the end of this step, m."""
 
 
-class Seen(NamedTuple):
+class VertexPosition(NamedTuple):
     """Position of a vertex relative to the other face."""
 
     depth: float
@@ -280,16 +280,16 @@ class Seen(NamedTuple):
     """Place along the other face, m; b's vertices are measured in the opposite direction."""
 
 
-class Vertices(NamedTuple):
+class VertexPositions(NamedTuple):
     """Positions of both vertices of a's face and of b's, relative to the other face."""
 
-    a1: Seen
-    a2: Seen
-    b1: Seen
-    b2: Seen
+    a1: VertexPosition
+    a2: VertexPosition
+    b1: VertexPosition
+    b2: VertexPosition
 
 
-class Memory(NamedTuple):
+class EndHistory(NamedTuple):
     """Contact history of an end, kept for the next step."""
 
     spring: float
@@ -305,17 +305,17 @@ class Memory(NamedTuple):
 
 
 OPEN, MINE, THEIRS, TRANSFERRED = 0.0, 1.0, -1.0, 2.0
-"""Values of `Memory.carrier`: no contact, a's vertex, b's vertex, or a contact transferred from other faces."""
+"""Values of `EndHistory.carrier`: no contact, a's vertex, b's vertex, or a contact transferred from other faces."""
 
 
-class History(NamedTuple):
+class PairHistory(NamedTuple):
     """Contact history of a pair, kept for the next step."""
 
-    before: Vertices
+    before: VertexPositions
     """Positions of the vertices at the last step."""
-    one: Memory
+    one: EndHistory
     """History of end 1."""
-    two: Memory
+    two: EndHistory
     """History of end 2."""
     deepest: float
     """Largest penetration so far, m."""
@@ -328,10 +328,10 @@ class Pair(NamedTuple):
 
     face_a: Face
     face_b: Face
-    bounds: Bounds
-    law: Law
-    nearest: Nearest
-    history: History
+    bounds: CarryingBounds
+    law: ContactLaw
+    nearest: NearestFaces
+    history: PairHistory
     slid_one: float
     """±μ if end 1 was sliding at the last solution, else 0 (centred scheme)."""
     slid_two: float

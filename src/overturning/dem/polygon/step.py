@@ -9,12 +9,25 @@ from overturning.dem.kernel.ground import at_tick
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import larger
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.centred import correct, couple, is_fine, keep
-from overturning.dem.polygon.distant import begin_step, stays_awake
-from overturning.dem.polygon.equations import clear_pattern, place, solve
-from overturning.dem.polygon.mechanics import acceleration, pose_after, power, velocity_after
+from overturning.dem.polygon.centred import (
+    add_pair_to_equations,
+    compute_solved_forces,
+    is_fine_step,
+    store_accepted_history,
+)
+from overturning.dem.polygon.distant import resume_pairs_for_step, stays_active
+from overturning.dem.polygon.equations import clear_pattern, pair_submatrices, solve_velocity_changes
+from overturning.dem.polygon.mechanics import element_acceleration, inertial_power, pose_after, velocity_after
 from overturning.dem.polygon.search import in_reach
-from overturning.dem.polygon.state import Case, Inertia, Plane, Pose, StepDecision, StepTotals, Trial
+from overturning.dem.polygon.state import (
+    CaseState,
+    Inertia,
+    PlanarVector,
+    Pose,
+    PredictedElement,
+    StepDecision,
+    StepTotals,
+)
 
 
 class Centred(NamedTuple):
@@ -27,7 +40,7 @@ class Centred(NamedTuple):
 
 
 @njit(**INLINE)
-def base_acceleration(up: Any, case: Case, own: Inertia, ticks: float) -> tuple[float, float]:
+def base_acceleration(up: Any, case: CaseState, own: Inertia, ticks: float) -> tuple[float, float]:
     """Return the horizontal and vertical acceleration of the base at the end of the step.
 
     Both are 0 for an element that moves with the base; `up` is None if the base moves level.
@@ -52,10 +65,12 @@ def predict(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
         v = velocity_after(item.velocity, a, half)
         # Right-hand side of the equations, still without the contacts.
         fall = gravity * item.inertia.weight + lift
-        change = Plane(half * (-ground - a.x), half * (-fall - a.z), half * -a.w)
+        change = PlanarVector(half * (-ground - a.x), half * (-fall - a.z), half * -a.w)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
-        rows.store_trial(e, j, Trial(pose_after(item.pose, v, dt), v, velocity_after(v, a, half), far, turn, change))
-        rows.store_force(e, j, Plane(0.0, 0.0, 0.0))
+        rows.store_trial(
+            e, j, PredictedElement(pose_after(item.pose, v, dt), v, velocity_after(v, a, half), far, turn, change)
+        )
+        rows.store_force(e, j, PlanarVector(0.0, 0.0, 0.0))
 
 
 @njit(**APART)
@@ -66,11 +81,11 @@ def correct_state(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> No
         dt, trial, old, again = case.step * case.attempt.length, item.trial, item.totals, case.decision.again > 0.0
         half, tick, d, p = 0.5 * dt, case.shaking.tick + case.attempt.length, trial.change, trial.pose
         ground, lift = base_acceleration(up, case, item.inertia, ticks)
-        a = acceleration(item, ground, lift, gravity)
+        a = element_acceleration(item, ground, lift, gravity)
         v = velocity_after(trial.half, a, half)
         turn = half * d.w
         pose = Pose(p.x + half * d.x, p.z + half * d.z, p.angle + turn, p.cos - p.sin * turn, p.sin + p.cos * turn)
-        rate, on = power(item, ground, lift, v), pose.angle
+        rate, on = inertial_power(item, ground, lift, v), pose.angle
         last = tick if (on < item.inertia.on) & (-on < item.inertia.back) else old.last_upright
         work = old.work - half * (old.power + rate)
         far = abs(pose.x - item.pose.x) + abs(pose.z - item.pose.z)
@@ -92,9 +107,9 @@ def clear_findings(own: Any) -> None:
 
 
 @njit(**INLINE)
-def step_findings(case: Case) -> StepFindings:
+def step_findings(case: CaseState) -> StepFindings:
     """Return the findings of an attempted step for the clock; no contact state counts as wrong in a fine step."""
-    findings, long = case.findings, not is_fine(case)
+    findings, long = case.findings, not is_fine_step(case)
     wrong, reverse, back = (findings.wrong > 0.0) & long, (findings.reversed > 0.0) & long, (findings.back > 0.0) & long
     return StepFindings(
         changed=findings.changed > 0.0,
@@ -136,32 +151,32 @@ def step(up: Any, state: Any, matrix: Any, pattern: Any, pairs: Any, moves: Any,
     clear_pattern(pattern)
     for i in range(size):
         predict(up, rows.of_element(state, i), state, ticks, scene.gravity)
-    begin_step(state, scene, pairs, size)
+    resume_pairs_for_step(state, scene, pairs, size)
     kept = 0
     for n in range(pairs.count[0]):
-        p = pairs.awake[n]
-        q, a, b = rows.of_pair(state, scene, p)
+        p = pairs.active[n]
+        q, a, b = rows.pair_and_element_rows(state, scene, p)
         near[p] = in_reach(state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes)
         if near[p]:
-            into, fresh = place(matrix, pattern, moves, scene.layout[p, 0], scene.layout[p, 1])
-            couple(q, a, b, state, into, fresh)
-        if near[p] or stays_awake(q, a, b, p, pairs):
-            pairs.awake[kept] = p
+            into, fresh = pair_submatrices(matrix, pattern, moves, scene.layout[p, 0], scene.layout[p, 1])
+            add_pair_to_equations(q, a, b, state, into, fresh)
+        if near[p] or stays_active(q, a, b, p, pairs):
+            pairs.active[kept] = p
             kept += 1
     pairs.count[0] = kept
-    solve(state, matrix, pattern, size)
+    solve_velocity_changes(state, matrix, pattern, size)
     for n in range(kept):
-        p = pairs.awake[n]
+        p = pairs.active[n]
         if near[p]:
-            q, a, b = rows.of_pair(state, scene, p)
-            correct(q, a, b, state)
+            q, a, b = rows.pair_and_element_rows(state, scene, p)
+            compute_solved_forces(q, a, b, state)
     accept_or_reject(state, ticks)
     for i in range(size):
         if moves[i]:
             correct_state(up, rows.of_element(state, i), state, ticks, scene.gravity)
     for n in range(kept):
-        p = pairs.awake[n]
+        p = pairs.active[n]
         if near[p]:
-            q, _, _ = rows.of_pair(state, scene, p)
-            keep(q, state)
+            q, _, _ = rows.pair_and_element_rows(state, scene, p)
+            store_accepted_history(q, state)
     advance_clock(state)

@@ -9,8 +9,13 @@ from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import larger
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.energy import closing_work, energy, kinetic, moving_energy
-from overturning.dem.polygon.faces import rotated
+from overturning.dem.polygon.energy import (
+    case_energy,
+    contact_work_of_last_half_step,
+    element_kinetic_energy,
+    kinetic_and_gravitational_energy,
+)
+from overturning.dem.polygon.faces import rotate_to_scene_axes
 from overturning.dem.polygon.resting import (
     all_in_place,
     any_airborne,
@@ -20,7 +25,7 @@ from overturning.dem.polygon.resting import (
     has_tipped,
     support_until,
 )
-from overturning.dem.polygon.state import ElementState, Home, Pose, SampleRecord
+from overturning.dem.polygon.state import ElementState, Pose, RestPose, SampleRecord
 from overturning.model.status import Status
 
 SAFE_TILT: Final = 0.1
@@ -66,7 +71,7 @@ def classify(state: Any, j: int, scene: Any, stands_from: Any, end: float) -> in
     if case.sample < end:
         return GOES_ON
     if fallen == 0 and not slid and all_in_place(state, j, scene, rules, gap):
-        spare = energy(state, j, scene) - case.energy
+        spare = case_energy(state, j, scene) - case.energy
         # No element can fall with less energy than this; the peak rotations are final if it cannot reach them again.
         over = spare < 0.5 * limits.least_barrier and not may_exceed_peak(state, j, rules, spare)
         if over and not any_sliding(state, j, scene):
@@ -97,7 +102,7 @@ def count_standing(state: Any, j: int, rules: Any) -> tuple[float, float, int, i
         check += item.pose.x + item.pose.z + item.velocity.x + item.velocity.z + item.velocity.w + item.pose.cos
         if rules[i].is_free == 0.0:
             continue
-        moving += kinetic(item)
+        moving += element_kinetic_energy(item)
         slid = slid or abs(item.record.slip) > 0.1 * abs(item.home.base_z)
         if item.record.side == 0.0:
             e[rows.SIDE + j] = side_reached(item, rules[i])
@@ -138,7 +143,7 @@ def may_fall(state: Any, j: int, rules: Any, gravity: float) -> bool:
         own, weight = rules[i].tips_on < np.inf, item.inertia.mass * gravity
         lift = weight * max(item.pose.z - item.home.z, 0.0) if own else 0.0
         needed = rules[i].barrier if own else 0.01 * weight * (item.home.z - item.home.lowest)
-        if kinetic(item) + lift > needed:
+        if element_kinetic_energy(item) + lift > needed:
             return True
     return False
 
@@ -169,7 +174,7 @@ def deepest_penetration(state: Any, j: int, scene: Any) -> float:
     """Return the largest penetration of any pair, m."""
     deepest = 0.0
     for p in range(scene.layout.shape[0]):
-        q, _, _ = rows.of_pair(state, scene, p)
+        q, _, _ = rows.pair_and_element_rows(state, scene, p)
         deepest = larger(deepest, rows.load_pair(q, j).history.deepest)
     return deepest
 
@@ -179,7 +184,7 @@ def count_loaded_ends(state: Any, j: int, scene: Any, rules: Any) -> int:
     """Count the touching ends of free elements that stand."""
     total = 0
     for p in range(scene.layout.shape[0]):
-        q, a, b = rows.of_pair(state, scene, p)
+        q, a, b = rows.pair_and_element_rows(state, scene, p)
         for e, i in ((a, scene.layout[p, 0]), (b, scene.layout[p, 1])):
             if rules[i].is_free > 0.0 and e[rows.SIDE + j] == 0.0:
                 total += count_contacts(rows.load_pair(q, j))
@@ -212,7 +217,7 @@ def stands_for_good(e: ElementState, barrier: float) -> bool:
     return bool(
         abs(e.pose.angle) < SAFE_TILT * e.inertia.critical
         and abs(e.record.slip) < SAFE_SLIP * abs(e.home.base_z)
-        and kinetic(e) < SAFE_ENERGY * barrier
+        and element_kinetic_energy(e) < SAFE_ENERGY * barrier
     )
 
 
@@ -233,7 +238,7 @@ def may_exceed_peak(state: Any, j: int, rules: Any, spare: float) -> bool:
 @njit(**INLINE)
 def point_position(pose: Pose, px: float, pz: float) -> tuple[float, float]:
     """Return the position of a point of an element."""
-    x, z = rotated(pose, px, pz)
+    x, z = rotate_to_scene_axes(pose, px, pz)
     return pose.x + x, pose.z + z
 
 
@@ -243,7 +248,7 @@ def shift_home(e: Any, held: Any) -> None:
     for j in range(rows.COLUMNS):
         pose, at, home = rows.load_pose(held, j), rows.load_home(held, j), rows.load_home(e, j)
         x, z = pose.x - at.x, pose.z - at.z
-        rows.store_home(e, j, Home(
+        rows.store_home(e, j, RestPose(
             home.base_x, home.base_z, home.support_x, home.support_z, home.x + x, home.z + z, home.lowest + z
         ))  # fmt: skip
 
@@ -282,9 +287,9 @@ def write_results(state: Any, j: int, scene: Any, out: Any, each: Any) -> None:
     v = int(state[rows.VARIANT + j])
     rules, limits = scene.elements[v], scene.limits[v]
     mark_fallen(state, j, scene, rules, SUPPORT_GAP * limits.deepest)
-    work, absorbed = 0.0, closing_work(state, j, scene)
+    work, absorbed = 0.0, contact_work_of_last_half_step(state, j, scene)
     for p in range(scene.layout.shape[0]):
-        q, _, _ = rows.of_pair(state, scene, p)
+        q, _, _ = rows.pair_and_element_rows(state, scene, p)
         absorbed += q[rows.ABSORBED + j]
     for e in range(rules.size):
         item = rows.load_element(rows.of_element(state, e), j)
@@ -294,6 +299,6 @@ def write_results(state: Any, j: int, scene: Any, out: Any, each: Any) -> None:
         each[e].overturning_time = record.upright_until if record.side != 0.0 else np.nan
         each[e].peak_rotation = min(peak_angle(item), 0.5 * np.pi)
         each[e].peak_slip, each[e].residual_slip = record.peak_slip, record.slip
-    balance = (moving_energy(state, j, scene) - rows.load_case(state, j).energy) - work + absorbed
+    balance = (kinetic_and_gravitational_energy(state, j, scene) - rows.load_case(state, j).energy) - work + absorbed
     out.peak_penetration = deepest_penetration(state, j, scene)
     out.energy_error = abs(balance) / max(work, limits.least_scale, absorbed)

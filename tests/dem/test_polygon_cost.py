@@ -12,7 +12,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import equations, rows
 from overturning.dem.polygon.distant import resume_pairs
 from overturning.dem.polygon.plan import plan_polygons
-from overturning.dem.polygon.rules import borrow_scene, end_sample
+from overturning.dem.polygon.rules import borrow_scene_arrays, end_sample
 from overturning.dem.polygon.state import ElementState
 from overturning.dem.polygon.step import step
 from overturning.model.cases import Cases
@@ -89,7 +89,7 @@ def test_the_solution_for_any_contact_pattern_equals_a_dense_solution(seed: int)
 def steps_of(rules, samples, sleep):  # type: ignore[no-untyped-def]
     """Compute a case in all lanes; return the most pairs tested in a step after the first, and the elements' state."""
     work, cases = workspace(rules), np.zeros(rows.COLUMNS, np.int64)
-    scene, most, state = borrow_scene(rules.scene), 0, work.state
+    scene, most, state = borrow_scene_arrays(rules.scene), 0, work.state
     for lane in range(rows.COLUMNS):
         start(rules, work, lane, 0)
     for sample in range(samples):

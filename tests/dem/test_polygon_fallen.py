@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon.prepare import prepare
+from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import run
 from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import outcome
@@ -104,7 +104,7 @@ def test_the_fall_angle_depends_on_the_side(peak: float, mirrored: bool) -> None
     assert [one.status[0] for one in found] == [Status.SIMULATED] * 2
     assert found[0].overturned[0] == found[1].overturned[0] == (peak > 53.1) * (-1 if mirrored else 1)
     if peak == 53.0:
-        assert 60.0 < np.degrees(found[0].peak_rotation[0] * prepare(shapes[0]).critical[1]) < 70.2
+        assert 60.0 < np.degrees(found[0].peak_rotation[0] * prepare_scene(shapes[0]).critical[1]) < 70.2
     if peak > 53.1:
         np.testing.assert_array_equal(found[0].overturning_time, found[1].overturning_time)
 
@@ -257,7 +257,7 @@ def test_a_wall_tilted_against_its_neighbour_stands_if_it_does_not_move() -> Non
     found = run_case(made, quiet, 1.0)
     assert (found.status[0], found.overturned[0].tolist()) == (Status.SIMULATED, [0, 0])
     assert found.peak_rotation[0, 1] < 0.1, "in degrees: it has no α"
-    assert np.isnan(prepare(made).alpha[2])
+    assert np.isnan(prepare_scene(made).alpha[2])
 
 
 def test_a_wall_that_comes_to_rest_on_its_neighbour_has_fallen() -> None:
@@ -281,7 +281,7 @@ def arch() -> Scene:
 
 def test_the_stones_of_an_arch_have_no_tipping_angle_and_stand_in_weak_motion() -> None:
     made = arch()
-    assert np.isnan(prepare(made).alpha[1:]).all()
+    assert np.isnan(prepare_scene(made).alpha[1:]).all()
     path = trajectory(sine(0.01, 2.0), made, azimuth_deg=0.0, friction=1.0)
     assert path["status"] == Status.SIMULATED
     assert path["overturned"][1:].to_numpy().tolist() == [0, 0, 0]

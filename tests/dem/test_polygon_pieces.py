@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.polygon.prepare import prepare
+from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import run
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
@@ -98,7 +98,7 @@ def test_mass_centre_and_inertia_are_those_of_the_pieces_together() -> None:
 def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
     """Centre (0.275, 0.425), base from 0 to 0.8: it tips at 0.275/0.425 g, in the other direction at 0.525/0.425 g."""
     made = scene(stone(vertices=L_SHAPE))
-    prepared = prepare(made)
+    prepared = prepare_scene(made)
     assert prepared.threshold == pytest.approx(0.275 / 0.425, rel=1e-12)
     assert prepared.critical[1] == pytest.approx(np.arctan(0.275 / 0.425), rel=1e-9)
     # Fallen to +x it rests on the vertices (0.8, 0.3) and (0.3, 1.1).
@@ -115,7 +115,7 @@ def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
 
 def test_an_arch_rests_on_four_corners_with_the_static_loads() -> None:
     arch = [[-0.5, 0], [-0.3, 0], [-0.3, 0.5], [0.3, 0.5], [0.3, 0], [0.5, 0], [0.5, 0.8], [-0.5, 0.8]]
-    prepared = prepare(scene(stone(vertices=arch)))
+    prepared = prepare_scene(scene(stone(vertices=arch)))
     assert len(prepared.loaded) == 4
     assert prepared.laws.carried == pytest.approx(prepared.placed[1].mass * 9.80665, rel=1e-9)
     assert prepared.threshold == pytest.approx(0.5 / prepared.placed[1].z, rel=1e-9)
@@ -155,7 +155,7 @@ def test_a_stone_lies_in_the_corner_of_an_l() -> None:
         stone(vertices=L_SHAPE), small, materials={"stone": {}, "ice": {}},
         contacts=[{"between": ["stone", "ice"], "friction": 0.02}],
     )  # fmt: skip
-    prepared = prepare(made)
+    prepared = prepare_scene(made)
     assert prepared.at_rest
     time = np.arange(0, 3, 0.01)
     found = answers(made, shaken(0.8 * np.sin(4 * np.pi * time)))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon.arrays import rests_on_one_face
-from overturning.dem.polygon.prepare import prepare
+from overturning.dem.polygon.arrays import keeps_nearest_faces
+from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import run
 from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError
@@ -26,7 +26,7 @@ LOW = {"name": "low", "width": 1.0, "height": 0.5, "stands_on": "ground"}
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_scenes_rest_and_are_skipped_below_their_threshold(name: str) -> None:
-    prepared = prepare(shipped(name))
+    prepared = prepare_scene(shipped(name))
     assert prepared.at_rest
     assert prepared.threshold > 0.25
 
@@ -41,7 +41,7 @@ def test_only_the_gravestone_uses_the_block_kernel() -> None:
 
 def test_the_automatic_contact_of_a_block_equals_that_of_the_block_kernel() -> None:
     made = shipped("gravestone")
-    prepared = prepare(made, height=1.2, b_over_h=0.3)
+    prepared = prepare_scene(made, height=1.2, b_over_h=0.3)
     stone = prepared.placed[1]
     normal, tangential, dashpot = made.law(*made.elements).contact.specific(0.36, 1.2, 2650.0)
     assert made.law(*made.elements).contact == Contact()
@@ -51,7 +51,7 @@ def test_the_automatic_contact_of_a_block_equals_that_of_the_block_kernel() -> N
 
 
 def test_each_contact_of_a_stack_carries_the_weight_above_it() -> None:
-    prepared = prepare(shipped("three-tier"))
+    prepared = prepare_scene(shipped("three-tier"))
     weight = [item.mass * 9.80665 for item in prepared.placed[1:]]
     carried = dict(zip((pair[:2] for pair in prepared.pairs), prepared.laws.carried, strict=True))
     assert carried[(1, 0)] == pytest.approx(sum(weight), rel=1e-9)
@@ -85,7 +85,7 @@ def test_elements_separated_by_a_single_side_do_not_overlap() -> None:
     def next_to(gap: float) -> Scene:
         return scene(GROUND, ridge | {"at": [0, 0]}, block("block", 0.4, 0.6, x=float(tip + gap + 0.2)))
 
-    assert {(1, 0), (2, 0), (2, 1)} <= {pair[:2] for pair in prepare(next_to(0.01)).pairs}
+    assert {(1, 0), (2, 0), (2, 1)} <= {pair[:2] for pair in prepare_scene(next_to(0.01)).pairs}
     with pytest.raises(ConfigError, match=r"overlaps ridge by 0\.01 m"):
         next_to(-0.01)
 
@@ -145,7 +145,7 @@ def test_unreadable_files_are_named(tmp_path: Path) -> None:
 
 
 def test_the_boulder_has_its_closed_form_critical_angle() -> None:
-    prepared = prepare(shipped("boulder"))
+    prepared = prepare_scene(shipped("boulder"))
     assert np.isfinite(prepared.laws.normal).all()
     assert prepared.critical[1] == pytest.approx(
         np.arctan2(0.2 - (prepared.placed[1].x - 0.02), prepared.placed[1].z), rel=1e-9
@@ -165,7 +165,7 @@ def test_the_boulder_has_its_closed_form_critical_angle() -> None:
     ],
 )
 def test_a_block_on_wide_ground_is_never_searched(elements: list[dict[str, object]], alone: bool) -> None:
-    assert rests_on_one_face(place_elements(scene(*elements))) == alone
+    assert keeps_nearest_faces(place_elements(scene(*elements))) == alone
 
 
 @pytest.mark.parametrize("height", [0.02, 0.6, 3.0])

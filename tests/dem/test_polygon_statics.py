@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.dem.polygon.prepare import Prepared, prepare
+from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model.scene import Scene
@@ -39,7 +39,7 @@ def test_a_stack_stands_up_to_the_harmonic_overhang(blocks: int, share: float) -
     _, _, poses = run(one_case(made, motion), motion)
     fell = np.abs(poses[-1, 1:, 2]).max() > 0.05
     assert fell == (share > 1)
-    assert prepare(made).at_rest == (share < 1)
+    assert prepare_scene(made).at_rest == (share < 1)
     if share < 1:
         # It settles by less than the static penetration, as statics assume small rotations, and then stays.
         assert np.abs(poses - poses[0]).max() < 2e-5
@@ -88,7 +88,7 @@ def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None
 @pytest.mark.parametrize("height", [0.6, 1.2])
 def test_a_block_on_a_slope_stays_a_rectangle_whatever_its_b_over_h(height: float, b_over_h: float) -> None:
     """A block of critical angle α on a slope β tips downhill from tan(α − β) g, and rests on its whole base."""
-    prepared = prepare(_on_slope(0.2, 0.3, 0.6), height, b_over_h)
+    prepared = prepare_scene(_on_slope(0.2, 0.3, 0.6), height, b_over_h)
     assert prepared.threshold == pytest.approx(np.tan(np.arctan(b_over_h) - np.arctan(0.2)), rel=1e-9)
     sides = np.diff(prepared.placed[1].points[:3], axis=0)
     assert np.hypot(*sides.T) == pytest.approx([b_over_h * height, height])
@@ -167,7 +167,7 @@ SLIM = (block("lower", 0.3, 0.9), block("upper", 0.28, 0.3, "lower"))
 def test_stacks_of_two_lift_off_at_the_static_threshold(elements: tuple[dict[str, object], ...], moves: str) -> None:
     """Either the upper block lifts off at g b₂/h₂, or both together when their resultant leaves the base."""
     made = scene(*elements)
-    prepared = prepare(made)
+    prepared = prepare_scene(made)
     lower, upper = prepared.placed[1:]
     alone = upper.shape.width / upper.shape.height
     mass = lower.mass + upper.mass
@@ -189,7 +189,7 @@ def test_stacks_of_two_lift_off_at_the_static_threshold(elements: tuple[dict[str
     assert first["lower" if index == "upper" else "upper"] > 1.02 * first[index]
 
 
-def _lowest_gap(prepared: Prepared, pose: np.ndarray, index: int) -> float:
+def _lowest_gap(prepared: PreparedScene, pose: np.ndarray, index: int) -> float:
     """Return the gap (m) between the higher of a block's lower corners and the upper face of the block below."""
     item, below = prepared.placed[index], prepared.placed[index - 1]
     gaps = []
@@ -208,7 +208,7 @@ def test_stacks_of_two_rock_in_the_four_patterns_of_the_literature() -> None:
     seen = set()
     for elements in (TALL_TOP, SLIM):
         made = scene(*elements)
-        level = prepare(made).threshold * GRAVITY
+        level = prepare_scene(made).threshold * GRAVITY
         for period in (0.5, 1.0, 2.0):
             time = np.arange(0, 6, 0.01)
             pulse = shaken(np.where(time < period, -1.6 * level * np.sin(2 * np.pi * time / period), 0.0))
@@ -245,7 +245,7 @@ def test_a_block_stopped_by_a_wall_leans_at_the_geometric_angle() -> None:
 
 def test_the_contact_between_two_free_blocks_has_the_highest_mode() -> None:
     """Each block adds K (1/m + r²/I) = 4 K/m for a rectangle; at rest each has at most 6 K/m."""
-    made = prepare(scene(block("one", 0.3, 0.3, x=-0.2), block("other", 0.3, 0.3, x=0.25)))
+    made = prepare_scene(scene(block("one", 0.3, 0.3, x=-0.2), block("other", 0.3, 0.3, x=0.25)))
     masses = [item.mass for item in made.placed if not item.fixed]
     stiffness = made.laws.normal[made.pairs.index((2, 1, 0, 0))]
     assert made.square == pytest.approx(4.0 * stiffness * sum(1.0 / mass for mass in masses), rel=1e-9)
@@ -279,7 +279,7 @@ def leaning_shaft(lean: float, *more: dict[str, object]) -> Scene:
 def test_a_shaft_leaning_less_than_a_tenth_of_a_degree_has_a_critical_angle(lean_deg: float) -> None:
     """α = arm over height of the centre, minus the lean; the peak rotation is a share of it, as for an upright one."""
     made = leaning_shaft(np.radians(lean_deg))
-    prepared = prepare(made)
+    prepared = prepare_scene(made)
     expected = np.arctan(1.0 / 3.0) - abs(np.radians(lean_deg))
     np.testing.assert_allclose(prepared.alpha[1:], [np.arctan(0.6 / 0.5), expected], rtol=1e-9)
     time = np.arange(0.0, 2.0, 0.01)
@@ -295,13 +295,13 @@ def test_a_shaft_leaning_less_than_a_tenth_of_a_degree_has_a_critical_angle(lean
 
 
 def test_a_shaft_leaning_more_has_no_critical_angle_but_its_base_has() -> None:
-    alpha = prepare(leaning_shaft(np.radians(0.2))).alpha
+    alpha = prepare_scene(leaning_shaft(np.radians(0.2))).alpha
     assert np.isnan(alpha[2])
     assert alpha[1] == pytest.approx(np.arctan(0.6 / 0.5))
 
 
 def test_a_shaft_a_tenth_of_a_degree_from_a_wall_has_a_critical_angle() -> None:
     lean = np.radians(0.05)
-    edge = prepare(leaning_shaft(lean)).placed[2].points[:, 0].max()
+    edge = prepare_scene(leaning_shaft(lean)).placed[2].points[:, 0].max()
     wall = {"name": "wall", "kind": "driven", "width": 0.2, "height": 1.0, "at": [edge + 0.1, 0.6]}
-    assert prepare(leaning_shaft(lean, wall)).alpha[2] == pytest.approx(np.arctan(1.0 / 3.0) - lean, rel=1e-6)
+    assert prepare_scene(leaning_shaft(lean, wall)).alpha[2] == pytest.approx(np.arctan(1.0 / 3.0) - lean, rel=1e-6)

@@ -15,8 +15,8 @@ from overturning.dem.plan import Plan
 from overturning.dem.polygon import cundall, equations, rows
 from overturning.dem.polygon.centred import add_pair_to_equations, compute_solved_forces, store_accepted_history
 from overturning.dem.polygon.equations import PairSubmatrices
-from overturning.dem.polygon.step import correct_state, predict
-from overturning.dem.polygon.verdict import record_sample
+from overturning.dem.polygon.step import correct_element, predict_element
+from overturning.dem.polygon.verdict import record_slip_and_upright_time
 from overturning.dem.run import run, run_cases
 from overturning.model.cases import Cases
 from overturning.model.shapes import Rectangle
@@ -57,14 +57,14 @@ LOOPS: dict[str, Compile] = {
     "divide": compiled(equations.multiply_by_pivot_inverse, BLOCK, BLOCK.copy()),
     "eliminate": compiled(equations.subtract_submatrix_product, BLOCK, BLOCK.copy(), BLOCK.copy(), False),
     "subtract product": compiled(equations.subtract_from_velocity_change, ELEMENT, BLOCK, ELEMENT.copy()),
-    "predict, vertical": compiled(predict, UP, ELEMENT, OWN, 128.0, 9.80665),
-    "predict, level": compiled(predict, None, ELEMENT, OWN, 128.0, 9.80665),
-    "correct state, vertical": compiled(correct_state, UP, ELEMENT, OWN, 128.0, 9.80665),
-    "correct state, level": compiled(correct_state, None, ELEMENT, OWN, 128.0, 9.80665),
+    "predict, vertical": compiled(predict_element, UP, ELEMENT, OWN, 128.0, 9.80665),
+    "predict, level": compiled(predict_element, None, ELEMENT, OWN, 128.0, 9.80665),
+    "correct state, vertical": compiled(correct_element, UP, ELEMENT, OWN, 128.0, 9.80665),
+    "correct state, level": compiled(correct_element, None, ELEMENT, OWN, 128.0, 9.80665),
     "cundall contact": compiled(cundall.compute_pair_forces, PAIR, ELEMENT, ELEMENT.copy(), OWN),
     "motion, vertical": compiled(cundall.advance_element, UP, ELEMENT, OWN, 9.80665),
     "motion, level": compiled(cundall.advance_element, None, ELEMENT, OWN, 9.80665),
-    "slip": compiled(record_sample, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
+    "slip": compiled(record_slip_and_upright_time, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
 }
 """Loops of the scene kernel; they have as many lanes as the widest vector has numbers."""
 

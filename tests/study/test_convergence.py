@@ -13,7 +13,7 @@ from scipy.stats import binomtest
 
 from overturning.commands import workflow
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon.prepare import prepare
+from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import plan_of, run, run_cases
 from overturning.errors import ResultError
 from overturning.model.cases import Cases
@@ -338,7 +338,7 @@ def test_scene_repetitions_are_finer_and_stiffer() -> None:
     assert 5.0 < steps["finer"] <= 8.0
     # Whole steps follow the motion; the contact halves only the finest ones.
     assert 1.0 < steps["stiffer"] < 1.2
-    soft, stiff = prepare(settings.scene).laws, prepare(Planes(settings.scene).stiffer(4.0).scene).laws
+    soft, stiff = prepare_scene(settings.scene).laws, prepare_scene(Planes(settings.scene).stiffer(4.0).scene).laws
     np.testing.assert_allclose(stiff.normal, 4 * soft.normal)
     np.testing.assert_allclose(stiff.dashpot, 2 * soft.dashpot, err_msg="the damping ratio stays")
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.dem.polygon.prepare import Prepared, prepare
+from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.element import ContactLaw
@@ -20,7 +20,7 @@ def case(scene: Scene) -> Results:
     return run(scene, pulse(6.0), Cases([180.0], *native_size(scene), 0.7))
 
 
-def with_row(prepared: Prepared, found: Results, turned_deg: list[float], flags: list[int]) -> Results:
+def with_row(prepared: PreparedScene, found: Results, turned_deg: list[float], flags: list[int]) -> Results:
     """An answer with other rotations and flags, and the times that go with these."""
     rotation = np.radians([turned_deg]) / prepared.rotation_unit[prepared.free]
     times = np.where(np.array([flags]) != 0, 3.0, np.nan)
@@ -48,7 +48,7 @@ def with_row(prepared: Prepared, found: Results, turned_deg: list[float], flags:
 )
 def test_flags_that_do_not_fit_the_rotations_are_found(turned_deg: list[float], flags: list[int], fits: bool) -> None:
     scene = shipped("three-tier")
-    prepared, found = prepare(scene), case(scene)
+    prepared, found = prepare_scene(scene), case(scene)
     answer = with_row(prepared, found, turned_deg, flags)
     assert scene_contradiction(prepared, 0.7, pulse(6.0), answer) == ("" if fits else "flag and rotation")
 
@@ -59,8 +59,8 @@ def test_softer_contact_lies_flat_at_a_smaller_rotation() -> None:
         law = ContactLaw(between=("stone", "stone"), static_penetration=share)
         scene = shipped("gravestone").model_copy(update={"contacts": (law,)})
         short = np.arcsin(share * native_size(scene)[1])
-        assert 0.5 * np.pi - fallen_above(prepare(scene)) == pytest.approx(short, rel=1e-6)
-        assert standing_below(prepare(scene)) == pytest.approx(np.arctan(0.4))
+        assert 0.5 * np.pi - fallen_above(prepare_scene(scene)) == pytest.approx(short, rel=1e-6)
+        assert standing_below(prepare_scene(scene)) == pytest.approx(np.arctan(0.4))
 
 
 def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
@@ -68,7 +68,7 @@ def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
 
     Results keep no sign of a rotation, so it surely has fallen at the larger of both.
     """
-    prepared = prepare(shipped("boulder"))
+    prepared = prepare_scene(shipped("boulder"))
     comes_down = np.arctan2(0.47, 0.38)
     assert prepared.placed[-1].fallen_rotations == pytest.approx((comes_down, np.arctan2(0.31, 0.30)), abs=1e-9)
     assert fallen_above(prepared)[0] == pytest.approx(comes_down, abs=1e-4)
@@ -88,6 +88,6 @@ def test_fallen_rotation_of_the_scene_is_used() -> None:
             else item.model_copy(update={"fallen_rotation_deg": asked, "fallen_drop": drop})
             for item in scene.elements
         ]
-        prepared = prepare(scene.model_copy(update={"elements": tuple(elements)}))
+        prepared = prepare_scene(scene.model_copy(update={"elements": tuple(elements)}))
         assert np.degrees(standing_below(prepared)) == pytest.approx(early)
         assert np.degrees(fallen_above(prepared)) == pytest.approx(lying, abs=1e-2)

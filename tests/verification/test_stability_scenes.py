@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon.prepare import prepare
+from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import run, run_cases
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
@@ -59,7 +59,7 @@ def test_no_case_of_a_scene_is_silent() -> None:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_rocking_threshold_worked_out_from_the_shapes_is_that_of_the_kernel(name: str) -> None:
-    made = prepare(shipped(name))
+    made = prepare_scene(shipped(name))
     assert rocking_bound(made.placed) == pytest.approx(made.threshold, rel=1e-9)
     if name in ("gravestone", "against-a-wall"):
         assert rocking_bound(made.placed) == pytest.approx(0.24 / 0.6)
@@ -67,7 +67,7 @@ def test_rocking_threshold_worked_out_from_the_shapes_is_that_of_the_kernel(name
 
 def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
     made, motion = shipped("three-tier"), pulse(6.0)
-    prepared = prepare(made)
+    prepared = prepare_scene(made)
     found = run(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
     assert found.status[0] == Status.SIMULATED
     assert (found.overturned[0] != 0).tolist() == [False, False, True], "the shaft falls"

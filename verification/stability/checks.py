@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import ENERGY_BOUND
 from overturning.dem.limits import MAX_PENETRATION
-from overturning.dem.polygon.prepare import Prepared
+from overturning.dem.polygon.prepare import PreparedScene
 from overturning.model.geometry import PlacedElement
 from overturning.model.results import Results
 from overturning.model.status import Status
@@ -131,7 +131,7 @@ def block_contradiction(case: StabilityCase, motion: Motion, found: Results) -> 
     return contradiction(bounds, found, 0, bool((found.overturned[0] != 0) == lies))
 
 
-def scene_contradiction(prepared: Prepared, friction: float, motion: Motion, found: Results, row: int = 0) -> str:
+def scene_contradiction(prepared: PreparedScene, friction: float, motion: Motion, found: Results, row: int = 0) -> str:
     """Return `contradiction` for a case of a scene with one μ for all contacts."""
     size = min(item.size for item in prepared.placed if not item.fixed)
     bound = min(rocking_bound(prepared.placed), friction)
@@ -140,7 +140,7 @@ def scene_contradiction(prepared: Prepared, friction: float, motion: Motion, fou
     return contradiction(bounds, found, row, flags_fit(prepared, np.atleast_1d(found.overturned[row]) != 0, turned))
 
 
-def max_static_penetration(prepared: Prepared) -> float:
+def max_static_penetration(prepared: PreparedScene) -> float:
     """Return the largest static penetration, m: the weight carried by a pair, shared by its two ends."""
     return float(np.max(prepared.laws.carried / (2.0 * prepared.laws.normal), initial=0.0))
 
@@ -167,14 +167,14 @@ def rocking_bound(placed: Sequence[PlacedElement]) -> float:
     return float(max(least, 0.0))
 
 
-def flags_fit(prepared: Prepared, fallen: NDArray[np.bool_], rotation: FloatArray) -> bool:
+def flags_fit(prepared: PreparedScene, fallen: NDArray[np.bool_], rotation: FloatArray) -> bool:
     """True if the flags of the free elements are consistent with their largest rotations, rad, limited to 90°."""
     early = fallen & (rotation < standing_below(prepared) - ROUNDING)
     missed = ~fallen & (rotation > fallen_above(prepared) - ROUNDING)
     return not (early | missed).any()
 
 
-def fallen_above(prepared: Prepared) -> FloatArray:
+def fallen_above(prepared: PreparedScene) -> FloatArray:
     """Return the rotation from which each free element must be marked as fallen, to either side, rad.
 
     A stone that lies level on a face of length L has a penetration δ = m g/(2 K_n) at both ends. With δ at the near end
@@ -194,7 +194,7 @@ def fallen_above(prepared: Prepared) -> FloatArray:
     return np.where(angle > LEVEL, np.inf, angle)
 
 
-def standing_below(prepared: Prepared) -> FloatArray:
+def standing_below(prepared: PreparedScene) -> FloatArray:
     """Return the rotation below which a free element stands, rad: its tipping angle; 0 if it may lose its support."""
     found = []
     for index, asked in zip(prepared.free, _fall_rotations(prepared), strict=True):
@@ -207,7 +207,7 @@ def standing_below(prepared: Prepared) -> FloatArray:
     return np.array(found)
 
 
-def _fall_rotations(prepared: Prepared) -> FloatArray:
+def _fall_rotations(prepared: PreparedScene) -> FloatArray:
     items = [prepared.placed[index] for index in prepared.free]
     asked = [item.element.fallen_rotation_deg for item in items]
     return np.array([

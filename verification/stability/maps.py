@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
-from overturning.dem.polygon.prepare import Prepared, prepare
+from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.run import run, run_cases
 from overturning.dem.time_step import highest_eigenvalue, parse_scheme, rocking_time, stable_step, steps_per_sample
 from overturning.errors import ArgumentError
@@ -183,7 +183,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
     budget = ADVERSARIAL_BUDGET if case.motion in ADVERSARIAL else SCENE_BUDGET
     prepared = None
     try:
-        prepared = prepare(scene, case.height, ratio)
+        prepared = prepare_scene(scene, case.height, ratio)
         cases = Cases(setting.azimuth_deg, case.height, ratio, setting.friction, setting.amplitude)
         numerics = Numerics(
             scheme=case.scheme, time_step=case.time_step, budget=ELEMENT_STEP * budget * len(scene.free), general=True
@@ -208,7 +208,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
     return rows | _scene_groups(setting, prepared, motion)
 
 
-def _scene_groups(setting: SceneSetting, prepared: Prepared | None, motion: Motion) -> dict[str, NDArray[Any]]:
+def _scene_groups(setting: SceneSetting, prepared: PreparedScene | None, motion: Motion) -> dict[str, NDArray[Any]]:
     if prepared is None:
         return dict.fromkeys(GROUPS, np.full(TOGETHER, np.nan))
     laws, bound = prepared.laws, max(rocking_bound(prepared.placed), 1e-9)

@@ -193,7 +193,7 @@ def critical_angle(model: Model, grid: Grid) -> tuple[tuple[str, ...], NDArray[n
     """
     if not isinstance(model, Planes) or model.scene.single_block:
         return None
-    from overturning.dem.polygon.prepare import CRITICAL, critical_angles
+    from overturning.dem.polygon.prepare import CRITICAL, free_element_critical_angles
 
-    angles = critical_angles(model.scene, grid["b_over_h"])
+    angles = free_element_critical_angles(model.scene, grid["b_over_h"])
     return (("b_over_h", "element"), angles, CRITICAL) if grid.element else (("b_over_h",), angles[:, 0], CRITICAL)

@@ -12,7 +12,7 @@ from overturning.dem.kernel.tuples import dtype_of
 from overturning.dem.limits import MAX_PENETRATION
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import state as k
-from overturning.dem.polygon.prepare import Prepared, smallest
+from overturning.dem.polygon.prepare import PreparedScene, smallest_element_side
 from overturning.model.geometry import WIDE_GROUND, PlacedElement, common_stretch, paired_pieces
 
 
@@ -115,7 +115,7 @@ FLAT: Final = 0.999
 """Share of the rotation onto another face from which an element counts as lying on it; contacts are compliant."""
 
 
-class Arrays(NamedTuple):
+class SceneArrays(NamedTuple):
     """Arrays of a scene in all its variants."""
 
     initial: FloatArray
@@ -136,7 +136,7 @@ class Arrays(NamedTuple):
     """Acceleration of gravity, m/s²."""
 
 
-def arrays_of(variants: list[Prepared]) -> Arrays:
+def scene_arrays(variants: list[PreparedScene]) -> SceneArrays:
     """Return the arrays of the variants of a scene; all variants have the same pairs of elements that can touch."""
     one = variants[0]
     first = np.cumsum([0, *(len(item.shape.parts) for item in one.placed)]).tolist()
@@ -146,20 +146,20 @@ def arrays_of(variants: list[Prepared]) -> Arrays:
     for v, prepared in enumerate(variants):
         for index, part in enumerate(part for item in prepared.placed for part in item.shape.parts):
             shapes[v, index, : sizes[index]] = part.faces
-    return Arrays(
-        initial=np.stack([lane_at_rest(item) for item in variants]),
+    return SceneArrays(
+        initial=np.stack([rows_at_rest(item) for item in variants]),
         layout=np.array(layout, np.int64).reshape(-1, 4),
         parts=one.parts,
         sizes=sizes,
         shapes=shapes,
-        elements=np.stack([element_rules(item) for item in variants]),
-        limits=np.stack([limits_of(item) for item in variants]),
+        elements=np.stack([element_termination_rules(item) for item in variants]),
+        limits=np.stack([failure_and_rest_limits(item) for item in variants]),
         gravity=one.scene.gravity,
     )
 
 
-def lane_at_rest(prepared: Prepared) -> FloatArray:
-    """Return the rows of a lane at rest, shape (rows,)."""
+def rows_at_rest(prepared: PreparedScene) -> FloatArray:
+    """Return the rows of a lane with the scene at rest, shape (rows,)."""
     placed, laws, still = prepared.placed, prepared.laws, k.PlanarVector(0.0, 0.0, 0.0)
     elements = []
     for index, item in enumerate(placed):
@@ -170,7 +170,9 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
         frame, held = float(item.element.kind != "driven"), float(item.element.kind == "held")
         support, (x, z) = placed[prepared.support[index]], prepared.base[index]
         home = k.RestPose(x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop)
-        inertia = k.Inertia(*free, frame, held, float(prepared.critical[index]), *prepared.comes_back[index].tolist())
+        inertia = k.Inertia(
+            *free, frame, held, float(prepared.critical[index]), *prepared.return_rotations[index].tolist()
+        )
         peaks = {"peak_back": max(-turn, 0.0), "peak_on": max(turn, 0.0)}
         totals = k.StepTotals(moved=0.0, turned=0.0, work=0.0, **peaks, last_upright=-1.0, power=0.0)
         trial, record = k.PredictedElement(pose, still, still, 0.0, 0.0, still), k.SampleRecord(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -188,7 +190,7 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
                 home=home,
             )
         )
-    settled = np.inf if rests_on_one_face(placed) else 0.0
+    settled = np.inf if keeps_nearest_faces(placed) else 0.0
     nearest = k.NearestFaces(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
     seen, face, bounds = (
         k.VertexPosition(0.0, 0.0),
@@ -199,14 +201,14 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
     for index, (pair, (a, b)) in enumerate(zip(prepared.pairs, paired_pieces(placed, prepared.pairs), strict=True)):
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
-        landing = LANDING if lands_as_a_block(placed, pair.a, pair.b) else 0.0
+        landing = LANDING if uses_flat_landing_rule(placed, pair.a, pair.b) else 0.0
         law = k.ContactLaw(
             laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance, landing
         )
         ends = [k.EndHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
         for end in prepared.loaded:
             if end.pair == index:
-                carrier = k.MINE if _is_first(a, b, end.side) else k.THEIRS
+                carrier = k.MINE if _vertex_belongs_to_first(a, b, end.side) else k.THEIRS
                 ends[end.side] = k.EndHistory(end.slip, carrier, 0.0, 0.0, 0.0)
         history = k.PairHistory(k.VertexPositions(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0)
         stands = float(pair.b in prepared.carriers[pair.a]) - (pair.a in prepared.carriers[pair.b])
@@ -231,17 +233,17 @@ def lane_at_rest(prepared: Prepared) -> FloatArray:
     )
 
 
-def lands_as_a_block(placed: list[PlacedElement], a: int, b: int) -> bool:
+def uses_flat_landing_rule(placed: list[PlacedElement], index_a: int, index_b: int) -> bool:
     """True if the rule of flat landings is applied to a pair of elements (docs/method.md, "A flat landing").
 
     Both elements must be heavy enough: a slab of a hundredth of the mass of the stone above it opens and closes its
     contacts in nearly every step, and dashpots that pull in each of these landings multiply the steps by 10 to 90.
     """
     heaviest = max(item.mass for item in placed if not item.fixed)
-    return all(placed[n].fixed or placed[n].mass >= LEAST_MASS * heaviest for n in (a, b))
+    return all(placed[n].fixed or placed[n].mass >= LEAST_MASS * heaviest for n in (index_a, index_b))
 
 
-def rests_on_one_face(placed: list[PlacedElement]) -> bool:
+def keeps_nearest_faces(placed: list[PlacedElement]) -> bool:
     """True if the nearest faces never change before a fall: an upright rectangle on wide driven ground.
 
     Only its lower corners can touch the ground until it lies on its side, when it has fallen.
@@ -253,39 +255,45 @@ def rests_on_one_face(placed: list[PlacedElement]) -> bool:
         all(item.element.width is not None and item.element.rotation_deg == 0 for item in placed)
         and ground.element.kind == "driven"
         and stone.element.kind == "free"
-        and max(fallen_angles(stone)) < 0.5 * np.pi
+        and max(fall_rotations(stone)) < 0.5 * np.pi
         and abs(float(stone.points[:, 1].min() - ground.points[:, 1].max())) <= 1e-9 * stone.size
         and ground.shape.width
         > WIDE_GROUND * max(stone.shape.width, stone.shape.height) + 2.0 * abs(stone.x - ground.x)
     )
 
 
-def _is_first(a: PlacedElement, b: PlacedElement, side: int) -> bool:
-    """True if the vertex of an end belongs to the first element."""
-    point = common_stretch(a, b)[side].point
-    return bool(min(np.hypot(x - point[0], z - point[1]) for x, z in a.points) < 1e-9 * a.size)
+def _vertex_belongs_to_first(first: PlacedElement, second: PlacedElement, end_number: int) -> bool:
+    """True if the contact vertex of an end belongs to the first element of a pair."""
+    point = common_stretch(first, second)[end_number].point
+    return bool(min(np.hypot(x - point[0], z - point[1]) for x, z in first.points) < 1e-9 * first.size)
 
 
-def fallen_angles(item: PlacedElement) -> tuple[float, float]:
+def fall_rotations(element: PlacedElement) -> tuple[float, float]:
     """Return the rotations to −x and +x that count as a fall, rad: `FLAT` times those onto a face, or the scene's."""
-    brings_down = item.element.fallen_rotation_deg in (None, 90.0)
-    back, on = item.fallen_rotations
+    brings_down = element.element.fallen_rotation_deg in (None, 90.0)
+    back, on = element.fallen_rotations
     return (round(FLAT * back, 12), round(FLAT * on, 12)) if brings_down else (back, on)
 
 
-def element_rules(prepared: Prepared) -> NDArray[np.void]:
+def element_termination_rules(prepared: PreparedScene) -> NDArray[np.void]:
     """Return the termination rules of all elements, of type `ELEMENT`, shape (elements,)."""
     return np.array(
         [
-            (not item.fixed, *fallen_angles(item), *prepared.tips[k], *prepared.stands_on(k), prepared.barrier[k])
+            (
+                not item.fixed,
+                *fall_rotations(item),
+                *prepared.tips[k],
+                *prepared.support_and_stack_base(k),
+                prepared.barrier[k],
+            )
             for k, item in enumerate(prepared.placed)
         ],
         ELEMENT,
     )
 
 
-def limits_of(prepared: Prepared) -> NDArray[np.void]:
-    """Return the limits of failure and rest, of type `LIMITS`, shape ().
+def failure_and_rest_limits(prepared: PreparedScene) -> NDArray[np.void]:
+    """Return the limits of failure and rest of a scene, of type `LIMITS`, shape ().
 
     An element that falls without motion has no energy barrier; its energy error refers to its weight times its size.
     """
@@ -296,5 +304,6 @@ def limits_of(prepared: Prepared) -> NDArray[np.void]:
     rest_energy = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
     least_barrier, least_scale = np.where(needs, barrier, -np.inf).min(), np.where(needs, barrier, whole).min()
     return np.array(
-        (MAX_PENETRATION * 0.5 * smallest(prepared.placed), rest_energy, least_barrier, least_scale), LIMITS
+        (MAX_PENETRATION * 0.5 * smallest_element_side(prepared.placed), rest_energy, least_barrier, least_scale),
+        LIMITS,
     )

@@ -29,7 +29,7 @@ from overturning.dem.polygon.mechanics import (
     sum_end_forces,
     velocity_after,
 )
-from overturning.dem.polygon.search import in_reach
+from overturning.dem.polygon.search import update_faces_in_reach
 from overturning.dem.polygon.state import ContactLaw, EndHistory, PlanarVector, StepTotals
 
 
@@ -129,7 +129,7 @@ def step(
     for n in range(active_pairs.count[0]):
         p = active_pairs.active[n]
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        near = in_reach(state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes)
+        near = update_faces_in_reach(state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes)
         if near:
             compute_pair_forces(q, a, b, state)
         if near or stays_active(q, a, b, p, active_pairs):

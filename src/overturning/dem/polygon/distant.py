@@ -154,7 +154,7 @@ def resume_pairs_for_step(state: Any, scene: Any, active_pairs: ActivePairs, ele
         moved, turned = largest[j], largest[rows.COLUMNS + j]
         far, turn = largest[2 * rows.COLUMNS + j], largest[3 * rows.COLUMNS + j]
         last, ahead = max(last, moved + lever * turned), max(ahead, far + lever * turn)
-    # Factor 2: both elements of a pair may move. Predicted motion counts twice, as in `search.count_motion`.
+    # Factor 2: both elements of a pair may move. Predicted motion counts twice, as in `search.add_pair_motion`.
     active_pairs.travel[TRAVEL] += 2.0 * last
     travel = active_pairs.travel[TRAVEL] + 4.0 * ahead
     if not travel < active_pairs.travel[NEXT]:

@@ -14,7 +14,7 @@ from overturning.dem.kernel.lanes import INNER
 from overturning.dem.path import PlanePath
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.memory import end_normal, end_position
-from overturning.dem.polygon.prepare import Prepared
+from overturning.dem.polygon.prepare import PreparedScene
 from overturning.dem.polygon.state import MINE, OPEN
 
 TIME, GROUND = range(2)
@@ -27,23 +27,25 @@ mean of normal force × place (x, z)."""
 
 
 @njit(**INNER)
-def record_state(state: Any, elements: int, interval: float, ticks: float, path: Any) -> None:
-    """Write the state of lane 0 at the start of a sample into a row of its path, with velocities at the whole step."""
+def record_element_motion(
+    state: Any, element_count: int, sampling_interval: float, ticks_per_sample: float, path_row: Any
+) -> None:
+    """Write the motion of all elements in lane 0 at the start of a sample into a row of its trajectory."""
     case = rows.load_case(state, 0)
-    path[TIME] = (case.sample + case.shaking.tick / ticks) * interval
-    path[GROUND] = within_sample(case.shaking.base, case.shaking.tick)
+    path_row[TIME] = (case.sample + case.shaking.tick / ticks_per_sample) * sampling_interval
+    path_row[GROUND] = within_sample(case.shaking.base, case.shaking.tick)
     half = case.lag
-    for e in range(elements):
+    for e in range(element_count):
         item = rows.load_element(rows.of_element(state, e), 0)
         pose, v, a = item.pose, item.velocity, item.acceleration
         at = 2 + POSE_COLUMNS * e
-        path[at], path[at + 1], path[at + 2] = pose.x, pose.z, pose.angle
-        path[at + 3], path[at + 4], path[at + 5] = v.x + half * a.x, v.z + half * a.z, v.w + half * a.w
+        path_row[at], path_row[at + 1], path_row[at + 2] = pose.x, pose.z, pose.angle
+        path_row[at + 3], path_row[at + 4], path_row[at + 5] = v.x + half * a.x, v.z + half * a.z, v.w + half * a.w
 
 
 @njit(**INNER)
-def add_forces(state: Any, scene: Any, share: float, path: Any, row: int) -> None:
-    """Add the contact forces of lane 0, times the `share` of a sample in which they act, to a row of its path."""
+def add_contact_forces(state: Any, scene: Any, sample_share: float, path_rows: Any, row_index: int) -> None:
+    """Add the contact forces in lane 0, times the share of a sample in which they act, to a row of its trajectory."""
     for p in range(scene.layout.shape[0]):
         q, first, second = rows.pair_and_element_rows(state, scene, p)
         pair, a, b = rows.load_pair(q, 0), rows.load_pose(first, 0), rows.load_pose(second, 0)
@@ -51,26 +53,26 @@ def add_forces(state: Any, scene: Any, share: float, path: Any, row: int) -> Non
             memory = pair.history.one if end == 0 else pair.history.two
             if memory.carrier == OPEN:
                 continue
-            n, tangent, mine = share * memory.normal, share * memory.tangent, memory.carrier == MINE
+            n, tangent, mine = sample_share * memory.normal, sample_share * memory.tangent, memory.carrier == MINE
             (rx, rz), (nx, nz) = end_position(pair, a, b, end, mine), end_normal(a, b, pair.face_a, pair.face_b, mine)
             at = 2 + POSE_COLUMNS * scene.elements.shape[1] + FORCE_COLUMNS * (2 * p + end)
-            path[row, at + FX] += n * nx + tangent * nz
-            path[row, at + FZ] += n * nz - tangent * nx
-            path[row, at + LOAD] += n
-            path[row, at + LOAD_X] += n * (a.x + rx)
-            path[row, at + LOAD_Z] += n * (a.z + rz)
+            path_rows[row_index, at + FX] += n * nx + tangent * nz
+            path_rows[row_index, at + FZ] += n * nz - tangent * nx
+            path_rows[row_index, at + LOAD] += n
+            path_rows[row_index, at + LOAD_X] += n * (a.x + rx)
+            path_rows[row_index, at + LOAD_Z] += n * (a.z + rz)
 
 
-def path_columns(prepared: Prepared) -> int:
-    """Return the number of columns of a path."""
+def count_path_columns(prepared: PreparedScene) -> int:
+    """Return the number of columns of the trajectory of a scene."""
     return 2 + POSE_COLUMNS * len(prepared.placed) + 2 * FORCE_COLUMNS * len(prepared.pairs)
 
 
-def scene_path(prepared: Prepared, table: FloatArray) -> PlanePath:
-    """Convert the rows of a path to a `PlanePath`."""
+def scene_path(prepared: PreparedScene, path_rows: FloatArray) -> PlanePath:
+    """Convert the rows of a trajectory to a `PlanePath`."""
     placed, ends = prepared.placed, 2 * len(prepared.pairs)
     poses_end = 2 + POSE_COLUMNS * len(placed)
-    forces = table[:, poses_end:].reshape(len(table), ends, FORCE_COLUMNS)
+    forces = path_rows[:, poses_end:].reshape(len(path_rows), ends, FORCE_COLUMNS)
     force, load = forces[:, :, [FX, FZ]], forces[:, :, [LOAD]]
     contacts: list[tuple[str, str]] = []
     for index, pair in enumerate(prepared.pairs):
@@ -83,9 +85,9 @@ def scene_path(prepared: Prepared, table: FloatArray) -> PlanePath:
         scene=prepared.scene,
         placed=placed,
         critical=prepared.alpha,
-        time=table[:, TIME],
-        ground=table[:, GROUND],
-        poses=table[:, 2:poses_end].reshape(len(table), len(placed), POSE_COLUMNS),
+        time=path_rows[:, TIME],
+        ground=path_rows[:, GROUND],
+        poses=path_rows[:, 2:poses_end].reshape(len(path_rows), len(placed), POSE_COLUMNS),
         force=force,
         place=forces[:, :, [LOAD_X, LOAD_Z]] / np.where(load > 0.0, load, np.nan),
         contacts=contacts,

@@ -14,8 +14,8 @@ from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.path import PlanePath
 from overturning.dem.plan import Plan, check_path, ground_motions
 from overturning.dem.polygon import arrays as t
-from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, path_columns, scene_path
-from overturning.dem.polygon.prepare import Prepared, prepare
+from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, count_path_columns, scene_path
+from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.polygon.rows import COLUMNS
 from overturning.dem.polygon.rules import SCHEMES, SceneRules
 from overturning.dem.quiet import SAFE_SHARE, SCENE_REST_THRESHOLD_FACTOR, overshoot, quiet_windows, rest_threshold
@@ -45,10 +45,10 @@ class PolygonPlan(Plan):
 
     model: Planes
     scheme: Scheme
-    variants: list[Prepared]  # the scene at each size
+    variants: list[PreparedScene]  # the scene at each size
     variant: NDArray[np.int64]  # shape (n,): index of each case's variant
     stands_from: FloatArray  # see `SceneRules`
-    arrays: t.Arrays
+    arrays: t.SceneArrays
 
     def tables(self, count: int) -> dict[str, NDArray[np.void]]:
         """Add ``each``, shape (count, elements), to the tables of `Plan.tables`."""
@@ -82,14 +82,14 @@ class PolygonPlan(Plan):
         """Return a buffer for a path as a plain array of zeros, without rows if the path is not `recorded`."""
         if not recorded:
             return np.zeros((0, 0))
-        rows, columns = int(self.table[0]["after"]) - int(self.first[0]) + 3, path_columns(self.variants[0])
+        rows, columns = int(self.table[0]["after"]) - int(self.first[0]) + 3, count_path_columns(self.variants[0])
         check_path(rows * columns)
         return np.zeros((rows, columns))
 
     def rest_rows(self, count: int) -> FloatArray:
         """Return the first `count` rows of a path with all elements at rest."""
         prepared = self.variants[0]
-        rest, poses_end = np.zeros((count, path_columns(prepared))), 2 + POSE_COLUMNS * len(prepared.placed)
+        rest, poses_end = np.zeros((count, count_path_columns(prepared))), 2 + POSE_COLUMNS * len(prepared.placed)
         rest[:, poses_end:] = np.nan
         rest[:, TIME] = np.arange(count) * self.motion.sampling_interval
         rest[:, GROUND] = self.ground[0, :count] * self.table[0]["amplitude"]
@@ -111,13 +111,15 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
     keys = np.stack([np.asarray(cases.height), np.asarray(cases.b_over_h), np.asarray(cases.damping_factor)], axis=1)
     distinct, variant = np.unique(keys, axis=0, return_inverse=True)
     variant = variant.reshape(-1)
-    variants = [prepare(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
+    variants = [prepare_scene(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
     _check_variants(scene, variants)
     row, ground = ground_motions(motion, cases)
     square = np.array([item.square for item in variants])
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
     time = np.array([item.rocking_time for item in variants])
-    per_sample, finest, divided = steps_of(scheme, numerics.time_step, square, rate, motion.sampling_interval, time)
+    per_sample, finest, divided = scene_time_steps(
+        scheme, numerics.time_step, square, rate, motion.sampling_interval, time
+    )
     # 20/p with p = √(3g/4R).
     slowest = np.sqrt(np.array([item.radius for item in variants]) / (0.75 * scene.gravity))[variant]
     table = np.zeros(cases.size, t.CASE)
@@ -156,41 +158,56 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
         steps=per_sample[variant] * numerics.refinement, first=first, stays_at_rest=stays_at_rest,
         too_soft=np.array([item.has_no_outcome for item in variants])[variant], variants=variants, variant=variant,
-        table=table, stands_from=stands_from, arrays=t.arrays_of(variants),
+        table=table, stands_from=stands_from, arrays=t.scene_arrays(variants),
     )  # fmt: skip
 
 
 def _rest_thresholds(
-    variants: list[Prepared], variant: NDArray[np.int64], cases: Cases, onset: FloatArray, interval: float
+    variants: list[PreparedScene],
+    variant: NDArray[np.int64],
+    cases: Cases,
+    motion_onset: FloatArray,
+    sampling_interval: float,
 ) -> FloatArray:
     """Return |a|/g up to which samples at rest are skipped; see `overturning.dem.quiet.rest_threshold`."""
     lifts, slowest = (np.array([getattr(item, name) for item in variants]) for name in ("threshold", "slowest"))
     laws = [item.laws for item in variants]
     delay = np.array([np.min(one.dashpot / np.maximum(one.normal, one.tangential)) for one in laws])[variant]
-    rings = overshoot(slowest[variant], delay * np.asarray(cases.damping_factor), interval)
+    rings = overshoot(slowest[variant], delay * np.asarray(cases.damping_factor), sampling_interval)
     # `onset`, the smallest of all frictions and thresholds, replaces the threshold of sliding.
-    return rest_threshold(lifts[variant], onset, lifts[variant], rings, SCENE_REST_THRESHOLD_FACTOR)
+    return rest_threshold(lifts[variant], motion_onset, lifts[variant], rings, SCENE_REST_THRESHOLD_FACTOR)
 
 
-def steps_of(
-    scheme: Scheme, time_step: float | str, square: FloatArray, rate: FloatArray, interval: float, time: FloatArray
+def scene_time_steps(
+    scheme: Scheme,
+    time_step: float | str,
+    squared_frequency: FloatArray,
+    damping_rate: FloatArray,
+    sampling_interval: float,
+    rocking_time: FloatArray,
 ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
     """Return whole steps per sample, ticks of the finest step, and refinement of the automatic step of each variant.
 
-    `square` and `rate` are ω² (1/s²) and damping rate (1/s) of the highest mode of each variant, `time` is 1/p (s).
+    `squared_frequency` and `damping_rate` are ω² (1/s²) and damping rate (1/s) of the highest mode of each variant,
+    `rocking_time` is 1/p (s).
     """
     if scheme != Scheme.CENTRED:
-        return steps_per_sample(scheme, time_step, square, rate, interval), np.ones(square.size), np.ones(square.size)
-    frequency = np.sqrt(square)
-    whole = np.minimum(SCENE.longest * time, interval)
-    heavy = np.maximum(0.5 * rate / frequency / HEAVY_DAMPING, 1.0)
-    fewest, steps = (steps_from_stable(whole, whole, wanted, interval) for wanted in ("auto", time_step))
+        return (
+            steps_per_sample(scheme, time_step, squared_frequency, damping_rate, sampling_interval),
+            np.ones(squared_frequency.size),
+            np.ones(squared_frequency.size),
+        )
+    frequency = np.sqrt(squared_frequency)
+    whole = np.minimum(SCENE.longest * rocking_time, sampling_interval)
+    heavy = np.maximum(0.5 * damping_rate / frequency / HEAVY_DAMPING, 1.0)
+    fewest, steps = (steps_from_stable(whole, whole, wanted, sampling_interval) for wanted in ("auto", time_step))
     # The number of halvings does not depend on the time step: a shorter one makes all steps shorter.
-    halvings = np.clip(np.frexp(interval / fewest * frequency * heavy / SCENE.finest)[1], 0, SCENE.halvings)
+    halvings = np.clip(np.frexp(sampling_interval / fewest * frequency * heavy / SCENE.finest)[1], 0, SCENE.halvings)
     return steps, np.ldexp(SCENE.whole, -halvings), steps / fewest
 
 
-def _check_variants(scene: Scene, variants: list[Prepared]) -> None:
+def _check_variants(scene: Scene, variants: list[PreparedScene]) -> None:
+    """Check the precision of all sizes of a scene, and that the same elements can touch at each size."""
     for item in variants:
         # Check as for a block as high as the scene.
         check_precision(

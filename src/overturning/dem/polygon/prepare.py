@@ -12,12 +12,12 @@ from overturning.dem.limits import exceeds_penetration_limit
 from overturning.dem.polygon.statics import (
     ContactLaws,
     LoadedEnd,
-    bearing_ends,
     contact_laws,
-    find_joints,
-    highest_modes,
-    slowest_mode,
+    joints_at_rest,
+    largest_eigenvalues,
+    smallest_eigenvalue,
     static_equilibrium,
+    supporting_ends,
 )
 from overturning.model.geometry import (
     ElementPair,
@@ -32,7 +32,7 @@ from overturning.model.scene import Scene
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedScene:
     """Scene at one size, with everything that does not depend on the motion."""
 
     scene: Scene
@@ -72,7 +72,7 @@ class Prepared:
         return np.where(np.isfinite(self.tips).all(axis=1), self.critical, np.nan)
 
     @property
-    def comes_back(self) -> FloatArray:
+    def return_rotations(self) -> FloatArray:
         """Rotations to −x and +x up to which each element can return, rad, shape (elements, 2).
 
         These are the tipping angles or, without one, the angle at which the element has fallen.
@@ -93,7 +93,7 @@ class Prepared:
     @property
     def exceeds_penetration_limit(self) -> bool:
         """True if the weight alone makes a pair exceed the penetration limit; its faces may even be swapped then."""
-        return bool(exceeds_penetration_limit(self.static_penetration, smallest(self.placed)).any())
+        return bool(exceeds_penetration_limit(self.static_penetration, smallest_element_side(self.placed)).any())
 
     @property
     def has_no_outcome(self) -> bool:
@@ -127,12 +127,12 @@ class Prepared:
             [far[on] - abs(x - self.placed[on].x) for on, (x, _) in zip(self.support, self.base, strict=True)]
         )
 
-    def stands_on(self, k: int) -> tuple[int, int]:
-        """Return the support of element k, and the held element at the bottom of its stack (−1 if none)."""
-        last = k
+    def support_and_stack_base(self, element: int) -> tuple[int, int]:
+        """Return the support of an element, and the held element at the bottom of its stack (−1 if none)."""
+        last = element
         while not self.placed[last].fixed and self.support[last] != last:
             last = int(self.support[last])
-        return int(self.support[k]), last if self.placed[last].element.kind == "held" else -1
+        return int(self.support[element]), last if self.placed[last].element.kind == "held" else -1
 
     def motion_onset(self, friction: FloatArray) -> FloatArray:
         """Return |a|/g below which no element can start to move, for each `friction` of a case."""
@@ -151,16 +151,16 @@ class Prepared:
         return least
 
 
-def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = None) -> Prepared:
+def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | None = None) -> PreparedScene:
     """Prepare a scene, with the height (m) and B/H of its reference element, by default those of the scene file."""
     placed = place_elements(scene, height, b_over_h)
     pairs = element_pairs(placed)
-    joints = find_joints(placed, pairs)
+    joints = joints_at_rest(placed, pairs)
     laws = contact_laws(scene, placed, pairs, joints)
     equilibrium = static_equilibrium(scene, placed, joints, laws.normal, laws.tangential)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
-    bearing = bearing_ends(scene, placed, pairs, joints, loaded)
-    stands = _supports(placed, pairs, bearing)
+    bearing = supporting_ends(scene, placed, pairs, joints, loaded)
+    stands = _find_supports(placed, pairs, bearing)
     threshold, parts, safe = _rocking_thresholds(placed, stands)
     # A held element moves relative to the others.
     if equilibrium is None or any(item.element.kind == "held" for item in placed):
@@ -171,19 +171,19 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
     ):
         threshold = 0.0  # an element slides by its own weight
     tips, critical, barrier, support, base = _tipping_properties(
-        scene, placed, stands, _stands_freely(placed, pairs, bearing)
+        scene, placed, stands, _stand_freely(placed, pairs, bearing)
     )
-    return Prepared(
+    return PreparedScene(
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
-        *highest_modes(placed, pairs, joints, laws), slowest_mode(placed, joints, laws),
+        *largest_eigenvalues(placed, pairs, joints, laws), smallest_eigenvalue(placed, joints, laws),
         threshold, parts, safe, tips, critical, barrier, support, base,
         [set(stands.get(k, {})) for k in range(len(placed))], b_over_h is None or not placement_error(placed),
     )  # fmt: skip
 
 
-def critical_angles(scene: Scene, b_over_h: FloatArray) -> FloatArray:
-    """Return α of each free element at each B/H of the reference element, degrees, shape (b, free); NaN without one."""
-    prepared = (prepare(scene, None, float(ratio)) for ratio in b_over_h)
+def free_element_critical_angles(scene: Scene, b_over_h: FloatArray) -> FloatArray:
+    """Return α of each free element at each B/H of the reference element, degrees, shape (b, free); NaN if none."""
+    prepared = (prepare_scene(scene, None, float(ratio)) for ratio in b_over_h)
     return np.stack([np.degrees(item.alpha[item.free]) for item in prepared])
 
 
@@ -196,7 +196,7 @@ CRITICAL: Final = {
 """CF attributes of the critical angles of a scene."""
 
 
-def smallest(placed: list[PlacedElement]) -> float:
+def smallest_element_side(placed: list[PlacedElement]) -> float:
     """Return the smaller side of the smallest free element, m."""
     return min(item.size for item in placed if not item.fixed)
 
@@ -211,7 +211,7 @@ MIN_TIPPING_ANGLE: Final = 1e-6
 """Smallest tipping angle, rad; an element with a smaller one counts as having none."""
 
 
-def _supports(placed: list[PlacedElement], pairs: list[ElementPair], loaded: list[LoadedEnd]) -> Supports:
+def _find_supports(placed: list[PlacedElement], pairs: list[ElementPair], loaded: list[LoadedEnd]) -> Supports:
     """Return the elements that carry each free element, with the loaded ends."""
     result: Supports = {}
     for index, _, end, _, _ in loaded:
@@ -222,8 +222,8 @@ def _supports(placed: list[PlacedElement], pairs: list[ElementPair], loaded: lis
     return result
 
 
-def _stands_freely(placed: list[PlacedElement], pairs: list[ElementPair], loaded: list[LoadedEnd]) -> NDArray[np.bool_]:
-    """Return True for each element that stands freely on its support: all its loads at rest have parallel normals.
+def _stand_freely(placed: list[PlacedElement], pairs: list[ElementPair], loaded: list[LoadedEnd]) -> NDArray[np.bool_]:
+    """True for each element whose loads at rest all have parallel normals, so that it stands freely on its support.
 
     An arch stone, a stone in a groove and one that leans on a wall are held by faces that are not parallel; they have
     no tipping angle.
@@ -243,7 +243,7 @@ def _stands_freely(placed: list[PlacedElement], pairs: list[ElementPair], loaded
 
 
 def _tipping_properties(
-    scene: Scene, placed: list[PlacedElement], stands: Supports, upright: NDArray[np.bool_]
+    scene: Scene, placed: list[PlacedElement], supports: Supports, stands_freely: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
     """Compute tipping angles to both sides, α, energy barrier, support and middle of the base of each element."""
     count = len(placed)
@@ -252,7 +252,7 @@ def _tipping_properties(
     for k, item in enumerate(placed):
         if item.fixed:
             continue
-        ends = [(lower, end.point) for lower, all_ends in stands.get(k, {}).items() for end in all_ends]
+        ends = [(lower, end.point) for lower, all_ends in supports.get(k, {}).items() for end in all_ends]
         rests = bool(ends)
         if not ends:  # no support at rest: take the lowest vertices instead
             low = item.points[:, 1].min()
@@ -266,7 +266,7 @@ def _tipping_properties(
             # Rounded, since libm differs between processors in the last digit.
             reach.append(round(float(np.arctan2(max(arm, 0.0), rise)), 12))
             lift.append(np.sqrt(arm * arm + rise * rise) - rise if arm > 0 else 0.0)
-        if upright[k] and min(reach) > MIN_TIPPING_ANGLE:
+        if stands_freely[k] and min(reach) > MIN_TIPPING_ANGLE:
             tips[k] = reach
             critical[k], least = min(reach), min(lift)
         else:
@@ -275,7 +275,7 @@ def _tipping_properties(
     return tips, critical, barrier, support, base
 
 
-def _rocking_thresholds(placed: list[PlacedElement], stands: Supports) -> tuple[float, NDArray[np.int64], FloatArray]:
+def _rocking_thresholds(placed: list[PlacedElement], supports: Supports) -> tuple[float, NDArray[np.int64], FloatArray]:
     """Compute |a|/g below which no part of the scene that can move as one body starts to rock.
 
     A part is an element with all elements that stand on it, directly or not. It lifts off when the resultant of weight
@@ -292,24 +292,24 @@ def _rocking_thresholds(placed: list[PlacedElement], stands: Supports) -> tuple[
         no closed form then.
     """
     free = [k for k, item in enumerate(placed) if not item.fixed]
-    if any(len(stands.get(k, {})) != 1 for k in free):
+    if any(len(supports.get(k, {})) != 1 for k in free):
         return 0.0, np.array([(k, k) for k in free]), np.zeros(len(free))
     threshold = np.inf
     parts: dict[tuple[int, int], float] = {}
     for k in free:
-        points = [end.point for ends in stands[k].values() for end in ends]
+        points = [end.point for ends in supports[k].values() for end in ends]
         for side in (-1.0, 1.0):
             edge = max(points, key=lambda point: side * point[0])
-            whole = _moving_part(placed, stands, k, max(free), edge, side, -np.inf)
+            whole = _moving_part(placed, supports, k, max(free), edge, side, -np.inf)
             threshold = min(threshold, _uplift_acceleration(placed, whole, edge, side))
             for last in whole:
                 least = _uplift_acceleration(
-                    placed, _moving_part(placed, stands, k, last, edge, side, -np.inf), edge, side
+                    placed, _moving_part(placed, supports, k, last, edge, side, -np.inf), edge, side
                 )
                 # Leave out elements that hold the part down at this acceleration, until the result no longer changes.
                 while (
                     less := _uplift_acceleration(
-                        placed, _moving_part(placed, stands, k, last, edge, side, least), edge, side
+                        placed, _moving_part(placed, supports, k, last, edge, side, least), edge, side
                     )
                 ) < least:
                     least = less

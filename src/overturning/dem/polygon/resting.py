@@ -23,113 +23,122 @@ SLIDING_SHARE: Final = 1.0 - 1e-9
 
 
 @njit(**INNER)
-def has_tipped(e: ElementState, rules: Any) -> bool:
+def has_tipped(element: ElementState, element_rules: Any) -> bool:
     """True if the rotation of an element exceeds the angle from which it can return."""
-    return bool(e.pose.angle > rules.tips_on or -e.pose.angle > rules.tips_back)
+    return bool(element.pose.angle > element_rules.tips_on or -element.pose.angle > element_rules.tips_back)
 
 
 @njit(**INNER)
-def has_left(e: ElementState, rules: Any) -> bool:
+def has_tipped_or_dropped(element: ElementState, element_rules: Any) -> bool:
     """True if an element has rotated past the angle from which it can return, or is below its fall limit."""
-    return bool(has_tipped(e, rules) or e.pose.z < e.home.lowest)
+    return bool(has_tipped(element, element_rules) or element.pose.z < element.home.lowest)
 
 
 @njit(**INLINE)
-def count_contacts(pair: Pair) -> int:
+def count_touching_ends(pair: Pair) -> int:
     """Count the touching ends of a pair."""
     return (1 if pair.history.one.carrier != OPEN else 0) + (1 if pair.history.two.carrier != OPEN else 0)
 
 
 @njit(**INNER)
-def support_until(state: Any, j: int, scene: Any, i: int, gap: float) -> float:
-    """Return the time until which element i was supported, s; infinity if it is still on a support that has not fallen.
+def last_support_time(state: Any, lane: int, scene: Any, element_index: int, max_gap: float) -> float:
+    """Return the last time at which an element was on a standing support, s; infinity if it still is.
 
-    It is on its support if their distance is at most `gap` (m): a stone that hops a little has not left it.
+    It is on its support if their distance is at most `max_gap` (m): a stone that hops a little has not left it.
     """
-    until, had = rows.of_element(state, i)[rows.CARRIED_UNTIL + j], False
+    until, had = rows.of_element(state, element_index)[rows.CARRIED_UNTIL + lane], False
     for p in range(scene.layout.shape[0]):
-        if scene.layout[p, 0] != i and scene.layout[p, 1] != i:
+        if scene.layout[p, 0] != element_index and scene.layout[p, 1] != element_index:
             continue
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        pair = rows.load_pair(q, j)
-        if pair.stands == 0.0 or i != scene.layout[p, 0 if pair.stands > 0.0 else 1]:
+        pair = rows.load_pair(q, lane)
+        if pair.stands == 0.0 or element_index != scene.layout[p, 0 if pair.stands > 0.0 else 1]:
             continue
         had = True
-        ends = stretch_between_poses(pair, rows.load_pose(a, j), rows.load_pose(b, j), True)
-        if (ends.one.faces and ends.one.depth > -gap) or (ends.two.faces and ends.two.depth > -gap):
+        ends = stretch_between_poses(pair, rows.load_pose(a, lane), rows.load_pose(b, lane), True)
+        if (ends.one.faces and ends.one.depth > -max_gap) or (ends.two.faces and ends.two.depth > -max_gap):
             on = b if pair.stands > 0.0 else a
-            if on[rows.SIDE + j] == 0.0:
+            if on[rows.SIDE + lane] == 0.0:
                 return np.inf
-            until = min(until, on[rows.UPRIGHT_UNTIL + j])
+            until = min(until, on[rows.UPRIGHT_UNTIL + lane])
     return float(until) if had else np.inf
 
 
 @njit(**INNER)
-def all_in_place(state: Any, j: int, scene: Any, rules: Any, gap: float) -> bool:
+def all_in_place(state: Any, lane: int, scene: Any, element_rules: Any, max_gap: float) -> bool:
     """True if no free element of a case has tipped, sunk below its fall limit or lost its support."""
-    for i in range(rules.size):
-        if rules[i].is_free > 0.0 and (
-            has_left(rows.load_element(rows.of_element(state, i), j), rules[i])
-            or support_until(state, j, scene, i, gap) < np.inf
+    for i in range(element_rules.size):
+        if element_rules[i].is_free > 0.0 and (
+            has_tipped_or_dropped(rows.load_element(rows.of_element(state, i), lane), element_rules[i])
+            or last_support_time(state, lane, scene, i, max_gap) < np.inf
         ):
             return False
     return True
 
 
 @njit(**INNER)
-def any_airborne(state: Any, j: int, scene: Any, rules: Any, gap: float) -> bool:
-    """True if an element is in the air, more than `gap` (m) above its support, and may land on it again."""
-    for i in range(rules.size):
+def any_airborne(state: Any, lane: int, scene: Any, element_rules: Any, max_gap: float) -> bool:
+    """True if an element is more than `max_gap` (m) above its support and may land on it again."""
+    for i in range(element_rules.size):
         e = rows.of_element(state, i)
-        if rules[i].is_free == 0.0 or e[rows.SIDE + j] != 0.0 or has_left(rows.load_element(e, j), rules[i]):
+        if (
+            element_rules[i].is_free == 0.0
+            or e[rows.SIDE + lane] != 0.0
+            or has_tipped_or_dropped(rows.load_element(e, lane), element_rules[i])
+        ):
             continue
         touching = 0
         for p in range(scene.layout.shape[0]):
             if scene.layout[p, 0] == i or scene.layout[p, 1] == i:
                 q, _, _ = rows.pair_and_element_rows(state, scene, p)
-                touching += count_contacts(rows.load_pair(q, j))
-        if touching == 0 and support_until(state, j, scene, i, gap) < np.inf:
+                touching += count_touching_ends(rows.load_pair(q, lane))
+        if touching == 0 and last_support_time(state, lane, scene, i, max_gap) < np.inf:
             return True
     return False
 
 
 @njit(**INLINE)
-def is_sliding(pair: Pair, end: EndHistory) -> bool:
-    """True if a touching end slides: its friction force has reached the limit."""
-    return bool(end.carrier != OPEN and abs(end.tangent) >= SLIDING_SHARE * pair.law.friction * end.normal)
+def end_is_sliding(pair: Pair, end_history: EndHistory) -> bool:
+    """True if a touching end of a pair slides: its friction force has reached the limit."""
+    return bool(
+        end_history.carrier != OPEN
+        and abs(end_history.tangent) >= SLIDING_SHARE * pair.law.friction * end_history.normal
+    )
 
 
 @njit(**INLINE)
-def horizontal_speed(e: ElementState, z: float) -> float:
-    """Return the horizontal velocity of an element at height z above its centre, without the part of its tilt, m/s."""
-    return float(e.velocity.x + e.velocity.w * (e.pose.cos * z))
+def horizontal_velocity_at_height(element: ElementState, height: float) -> float:
+    """Return the horizontal velocity of an element at a height above its centre, without the part of its tilt, m/s."""
+    return float(element.velocity.x + element.velocity.w * (element.pose.cos * height))
 
 
 @njit(**INNER)
-def any_sliding(state: Any, j: int, scene: Any) -> bool:
+def any_sliding(state: Any, lane: int, scene: Any) -> bool:
     """True if an element will still slide farther than `STILL_TO_SLIDE` on its support; False without friction."""
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        pair = rows.load_pair(q, j)
-        if pair.stands == 0.0 or not (is_sliding(pair, pair.history.one) or is_sliding(pair, pair.history.two)):
+        pair = rows.load_pair(q, lane)
+        if pair.stands == 0.0 or not (end_is_sliding(pair, pair.history.one) or end_is_sliding(pair, pair.history.two)):
             continue
         upper, lower = (a, b) if pair.stands > 0.0 else (b, a)
-        one, on = rows.load_element(upper, j), rows.load_element(lower, j)
-        speed = horizontal_speed(one, one.home.base_z) - horizontal_speed(on, one.home.support_z)
+        one, on = rows.load_element(upper, lane), rows.load_element(lower, lane)
+        speed = horizontal_velocity_at_height(one, one.home.base_z) - horizontal_velocity_at_height(
+            on, one.home.support_z
+        )
         if speed * speed >= 2.0 * STILL_TO_SLIDE * scene.gravity * pair.law.friction > 0.0:
             return True
     return False
 
 
 @njit(**INNER)
-def all_at_rest(state: Any, j: int, scene: Any) -> bool:
+def all_at_rest(state: Any, lane: int, scene: Any) -> bool:
     """True if all elements are at rest in place, on both ends of each of their joints, and none moves or slides."""
-    case, height = rows.load_case(state, j), 0.0
+    case, height = rows.load_case(state, lane), 0.0
     elements, step = scene.elements[int(case.variant)], case.step * case.attempt.length
     if case.decision.again > 0.0:
         return False
     for i in range(elements.size):
-        item = rows.load_element(rows.of_element(state, i), j)
+        item = rows.load_element(rows.of_element(state, i), lane)
         if elements[i].is_free == 0.0:
             continue
         height = abs(item.home.base_z)
@@ -144,8 +153,10 @@ def all_at_rest(state: Any, j: int, scene: Any) -> bool:
             return False
     for p in range(scene.layout.shape[0]):
         q, _, _ = rows.pair_and_element_rows(state, scene, p)
-        pair = rows.load_pair(q, j)
+        pair = rows.load_pair(q, lane)
         slides = pair.slid_one != 0.0 or pair.slid_two != 0.0  # an open end may be marked as sliding
-        if count_contacts(pair) != (0 if pair.stands == 0.0 else ENDS_PER_JOINT) or (pair.stands != 0.0 and slides):
+        if count_touching_ends(pair) != (0 if pair.stands == 0.0 else ENDS_PER_JOINT) or (
+            pair.stands != 0.0 and slides
+        ):
             return False
     return True

@@ -29,22 +29,28 @@ from overturning.dem.kernel.lanes import APART, INLINE, INNER, aligned, borrowed
 from overturning.dem.kernel.mechanics import unit_pair
 from overturning.dem.kernel.queue import Job, by_type, implement
 from overturning.dem.polygon import cundall, rows, step
-from overturning.dem.polygon.arrays import Arrays
+from overturning.dem.polygon.arrays import SceneArrays
 from overturning.dem.polygon.distant import activate_all_pairs, resume_pairs
 from overturning.dem.polygon.energy import case_energy, pair_spring_energy
 from overturning.dem.polygon.equations import SIZE, SPARE, empty_pattern
 from overturning.dem.polygon.memory import set_forces_at_rest
-from overturning.dem.polygon.path import POSE_COLUMNS, add_forces, record_state
+from overturning.dem.polygon.path import POSE_COLUMNS, add_contact_forces, record_element_motion
 from overturning.dem.polygon.resting import all_at_rest
-from overturning.dem.polygon.search import search
+from overturning.dem.polygon.search import update_nearest_faces
 from overturning.dem.polygon.state import BaseMotion, CaseState, ContactLaw, Pose, StepDecision
-from overturning.dem.polygon.verdict import classify, record_sample, record_support_time, shift_home, write_results
+from overturning.dem.polygon.verdict import (
+    case_status,
+    record_slip_and_upright_time,
+    record_support_time,
+    shift_rest_pose,
+    write_case_results,
+)
 from overturning.dem.time_step import Scheme
 
-SCHEMES: Final[dict[Scheme, Any]] = {Scheme.CUNDALL: cundall.CundallScheme(), Scheme.CENTRED: step.Centred()}
+SCHEMES: Final[dict[Scheme, Any]] = {Scheme.CUNDALL: cundall.CundallScheme(), Scheme.CENTRED: step.CentredScheme()}
 """Constants of each scheme; their type selects the step function."""
 
-STEPS: Final = {cundall.CundallScheme: cundall.step, step.Centred: step.step}
+STEPS: Final = {cundall.CundallScheme: cundall.step, step.CentredScheme: step.step}
 
 CHECK_INTERVAL: Final = 0.1
 """Interval at which a case is tested for its end, s of the record; at least one sample."""
@@ -66,7 +72,7 @@ class SceneRules(NamedTuple):
     """Sample from which each group that can move as one stands for good, shape (cases, parts)."""
     variant: NDArray[np.int64]
     """Index of the variant of each case, shape (cases,)."""
-    scene: Arrays
+    scene: SceneArrays
     each: NDArray[np.void]
     """Results of elements to fill in, of type `arrays.ELEMENT_RESULT`, shape (cases, elements)."""
 
@@ -104,11 +110,11 @@ def workspace(rules: Any) -> Any:
 
 
 @njit(**INLINE)
-def borrow_scene(scene: Any) -> Any:
+def borrow_scene_arrays(scene: Any) -> Any:
     """Return the arrays of a scene without reference counts, which every step would update."""
     layout, parts, sizes = borrowed(scene.layout), borrowed(scene.parts), borrowed(scene.sizes)
     shapes, elements, limits = borrowed(scene.shapes), borrowed(scene.elements), borrowed(scene.limits)
-    return Arrays(
+    return SceneArrays(
         initial=borrowed(scene.initial),
         layout=layout,
         parts=parts,
@@ -136,28 +142,40 @@ def start(rules: Any, work: Any, lane: int, case: int) -> None:
 
 
 @njit(**INNER)
-def initialise_case(state: Any, j: int, case: Any, variant: float, interval: float, ticks: float, lag: float) -> None:
-    """Initialise the case rows of lane j."""
-    step, none, last_check = interval / ticks, Line(0.0, 0.0, 0.0), case.first // max(int(CHECK_INTERVAL / interval), 1)
-    first = Attempt(case.finest, case.dwell, 0.0)
-    clock = Clock(case.finest, case.standing, case.dwell, case.settled)
+def initialise_case(
+    state: Any,
+    lane: int,
+    case_parameters: Any,
+    variant: float,
+    sampling_interval: float,
+    ticks_per_sample: float,
+    velocity_lag: float,
+) -> None:
+    """Initialise the rows of a case in a lane, from its parameters."""
+    step, none, last_check = (
+        sampling_interval / ticks_per_sample,
+        Line(0.0, 0.0, 0.0),
+        case_parameters.first // max(int(CHECK_INTERVAL / sampling_interval), 1),
+    )
+    first = Attempt(case_parameters.finest, case_parameters.dwell, 0.0)
+    clock = Clock(case_parameters.finest, case_parameters.standing, case_parameters.dwell, case_parameters.settled)
     rows.store_case(
         state,
-        j,
+        lane,
         CaseState(
             shaking=BaseMotion(none, none, 0.0),
             step=step,
-            rate=ticks / interval,
-            lag=lag * step,
+            rate=ticks_per_sample / sampling_interval,
+            lag=velocity_lag * step,
             clock=clock,
             attempt=first,
             findings=rows.no_findings(),
             decision=StepDecision(0.0, 0.0, Attempt(0.0, 0.0, 0.0)),
-            amplitude=case.amplitude,
-            rest_limit=case.rest_limit,
-            sample=case.first,
-            calm=case.calm,
-            after=case.after,
+            amplitude=case_parameters.amplitude,
+            rest_limit=case_parameters.rest_limit,
+            sample=case_parameters.first,
+            calm=case_parameters.calm,
+            after=case_parameters.after,
             energy=0.0,
             variant=variant,
             last_check=last_check,
@@ -166,56 +184,60 @@ def initialise_case(state: Any, j: int, case: Any, variant: float, interval: flo
 
 
 @njit(**INNER)
-def initialise_pairs(state: Any, j: int, case: Any, scene: Any, shapes: Any) -> None:
-    """Initialise the pairs of lane j: contact law, nearest faces, and springs loaded at rest."""
-    lag = rows.load_case(state, j).lag
+def initialise_pairs(state: Any, lane: int, case_parameters: Any, scene: Any, piece_faces: Any) -> None:
+    """Initialise the pairs of a lane: contact law, nearest faces, and springs loaded at rest."""
+    lag = rows.load_case(state, lane).lag
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        m, n, pair = scene.layout[p, 2], scene.layout[p, 3], rows.load_pair(q, j)
+        m, n, pair = scene.layout[p, 2], scene.layout[p, 3], rows.load_pair(q, lane)
         law, settled = pair.law, pair.nearest.limit == np.inf
-        friction = law.friction if law.friction >= 0.0 else case.friction
-        dashpot = law.dashpot * case.damping
-        rows.store_law(q, j, ContactLaw(
+        friction = law.friction if law.friction >= 0.0 else case_parameters.friction
+        dashpot = law.dashpot * case_parameters.damping
+        rows.store_law(q, lane, ContactLaw(
             law.normal, law.tangential, dashpot, friction, law.compliance, law.landing * dashpot / law.normal
         ))  # fmt: skip
-        search(q, a, b, j, 2.0 * lag, shapes[m, : scene.sizes[m]], shapes[n, : scene.sizes[n]])
+        update_nearest_faces(
+            q, a, b, lane, 2.0 * lag, piece_faces[m, : scene.sizes[m]], piece_faces[n, : scene.sizes[n]]
+        )
         if settled:
-            q[rows.LIMIT + j], q[rows.REACH + j] = np.inf, -1.0
-        set_forces_at_rest(q, j)
-        q[rows.ABSORBED + j] = pair_spring_energy(rows.load_pair(q, j))
+            q[rows.LIMIT + lane], q[rows.REACH + lane] = np.inf, -1.0
+        set_forces_at_rest(q, lane)
+        q[rows.ABSORBED + lane] = pair_spring_energy(rows.load_pair(q, lane))
 
 
 def load(rules: Any, work: Any, cases: Any, columns: int) -> None:  # noqa: ARG001, all lanes are computed
     """Begin a sample: bring the turning pairs back to length 1 and load the ground motion of each lane's sample."""
     for i in range(work.moves.size):
-        renormalise(rows.of_element(work.state, i))
-    load_motion(rules.ground.up, work.state, rules.ground.along, rules.row, cases, 1.0 / rules.job.ticks)
+        normalise_rotations(rows.of_element(work.state, i))
+    load_ground_motion(rules.ground.up, work.state, rules.ground.along, rules.row, cases, 1.0 / rules.job.ticks)
 
 
 @njit(**APART)
-def renormalise(e: Any) -> None:
-    """Bring the turning pairs of an element back to length 1."""
+def normalise_rotations(element_rows: Any) -> None:
+    """Scale the cosine and sine of the rotation of an element to length 1."""
     for j in range(rows.COLUMNS):
-        pose = rows.load_pose(e, j)
-        rows.store_pose(e, j, Pose(pose.x, pose.z, pose.angle, *unit_pair(pose.cos, pose.sin)))
+        pose = rows.load_pose(element_rows, j)
+        rows.store_pose(element_rows, j, Pose(pose.x, pose.z, pose.angle, *unit_pair(pose.cos, pose.sin)))
 
 
 @njit(**INNER)
-def load_motion(up: Any, state: Any, along: Any, row: Any, cases: Any, scale: float) -> None:
-    """Load the ground motion of the current sample of each lane; `up` is None if the base moves level."""
-    last = along.shape[1] - 3
+def load_ground_motion(
+    vertical_ground: Any, state: Any, horizontal_ground: Any, motion_rows: Any, cases: Any, samples_per_tick: float
+) -> None:
+    """Load the ground motion of the current sample of each lane; `vertical_ground` is None if the base moves level."""
+    last = horizontal_ground.shape[1] - 3
     for j in range(rows.COLUMNS):
         case = rows.load_case(state, j)
         i, factor = min(int(case.sample), last), case.amplitude
-        rows.store_base(state, j, piece(along[row[cases[j]]], i, factor, scale))
-        if up is not None:
-            rows.store_up(state, j, piece(up, i, factor, scale))
+        rows.store_base(state, j, piece(horizontal_ground[motion_rows[cases[j]]], i, factor, samples_per_tick))
+        if vertical_ground is not None:
+            rows.store_up(state, j, piece(vertical_ground, i, factor, samples_per_tick))
 
 
 def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tuple[Any, int]:  # noqa: ARG001
     """Compute the steps of a sample; record the first lane at its start, with the mean forces until the next sample."""
     step = step_of(rules.scheme)
-    scene, up, state, elements = borrow_scene(rules.scene), rules.ground.up, work.state, work.moves.size
+    scene, up, state, elements = borrow_scene_arrays(rules.scene), rules.ground.up, work.state, work.moves.size
     lag, interval, ticks, steps_per_check = (
         rules.scheme.lag,
         rules.job.interval,
@@ -234,44 +256,46 @@ def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tu
         tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
         # Record once for each sample, even if its first step is repeated.
         if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0 and recorded < path.shape[0]:
-            record_state(state, elements, interval, ticks, path[recorded])
+            record_element_motion(state, elements, interval, ticks, path[recorded])
             recorded += 1
         # The forces at the start of the step count only if the step is accepted.
         # Pass array and row index: a slice would cost every step an atomic update of its reference count.
         if with_forces:
             for column in range(early.shape[1]):  # a loop: a slice assignment would compile its error message, too
                 early[0, column] = 0.0
-            add_forces(state, scene, (0.5 - lag) * share, early, early.shape[0] - 1)
+            add_contact_forces(state, scene, (0.5 - lag) * share, early, early.shape[0] - 1)
         step(up, state, matrix, pattern, pairs, moves, scene, ticks)
         if with_forces and not state[rows.AGAIN] > 0.0:
             for column in range(early.shape[1]):
                 path[recorded - 1, column] += early[0, column]
-            add_forces(state, scene, (0.5 + lag) * share, path, recorded - 1)
+            add_contact_forces(state, scene, (0.5 + lag) * share, path, recorded - 1)
     end_sample(state, scene, ticks, interval)
     return path, recorded
 
 
 @njit(**INNER)
-def end_sample(state: Any, scene: Any, ticks: float, interval: float) -> None:
+def end_sample(state: Any, scene: Any, ticks_per_sample: float, sampling_interval: float) -> None:
     """Record slip and support of each element at the end of a sample, and go to the next sample."""
     rules = scene.elements[0]
     for i in range(rules.size):
         if rules[i].rides >= 0.0 and rules[i].is_free > 0.0:
-            shift_home(rows.of_element(state, i), rows.of_element(state, int(rules[i].rides)))
+            shift_rest_pose(rows.of_element(state, i), rows.of_element(state, int(rules[i].rides)))
     for i in range(rules.size):
         if rules[i].rides == i:
-            shift_home(rows.of_element(state, i), rows.of_element(state, i))
+            shift_rest_pose(rows.of_element(state, i), rows.of_element(state, i))
     for i in range(rules.size):
         if rules[i].is_free > 0.0:
             on = rows.of_element(state, int(rules[i].support))
-            record_sample(rows.of_element(state, i), on, state, 1.0 / ticks, interval)
+            record_slip_and_upright_time(
+                rows.of_element(state, i), on, state, 1.0 / ticks_per_sample, sampling_interval
+            )
     for p in range(scene.layout.shape[0]):
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        record_support_time(q, a, b, state, 1.0 / ticks, interval)
+        record_support_time(q, a, b, state, 1.0 / ticks_per_sample, sampling_interval)
     for j in range(rows.COLUMNS):
         sample, tick = state[rows.SAMPLE + j], state[rows.TICK + j]
-        state[rows.SAMPLE + j] = sample + 1.0 if tick >= ticks else sample
-        state[rows.TICK + j] = tick - ticks if tick >= ticks else tick
+        state[rows.SAMPLE + j] = sample + 1.0 if tick >= ticks_per_sample else sample
+        state[rows.TICK + j] = tick - ticks_per_sample if tick >= ticks_per_sample else tick
 
 
 def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
@@ -302,12 +326,12 @@ def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> 
 
 def end_status(rules: Any, work: Any, lane: int, case: int) -> int:
     """Return the `Status` of a lane, or `GOES_ON`."""
-    return classify(work.state, lane, rules.scene, rules.stands_from[case], float(rules.job.samples))
+    return case_status(work.state, lane, rules.scene, rules.stands_from[case], float(rules.job.samples))
 
 
 def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001
     """Mark the fallen elements of a lane, and write its results."""
-    write_results(work.state, lane, rules.scene, rules.results[case], rules.each[case])
+    write_case_results(work.state, lane, rules.scene, rules.results[case], rules.each[case])
 
 
 implement(SceneRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)

@@ -54,26 +54,31 @@ def _displacement_slices(placed: list[PlacedElement]) -> dict[int, slice]:
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
-def find_joints(placed: list[PlacedElement], pairs: list[ElementPair], lean: float = 0.0) -> list[Joint]:
-    """Return the touching ends; for `lean` see `overturning.model.geometry.touching_ends`."""
-    return _joints(placed, pairs, touching_ends(placed, pairs, lean))
+def joints_at_rest(placed: list[PlacedElement], pairs: list[ElementPair], max_lean: float = 0.0) -> list[Joint]:
+    """Return the touching ends of a scene at rest; for `max_lean` see `overturning.model.geometry.touching_ends`."""
+    return _joints_of_ends(placed, pairs, touching_ends(placed, pairs, max_lean))
 
 
-def _joints(placed: list[PlacedElement], pairs: list[ElementPair], ends: list[TouchingEnd]) -> list[Joint]:
-    return [Joint(touch, *_stretches(placed, pairs[touch.pair], touch.end)) for touch in ends]
+def _joints_of_ends(placed: list[PlacedElement], pairs: list[ElementPair], touching: list[TouchingEnd]) -> list[Joint]:
+    """Return the touching ends with the derivatives of their approach and slip by the displacements."""
+    return [Joint(touch, *_stretch_derivatives(placed, pairs[touch.pair], touch.end)) for touch in touching]
 
 
-def bearing_ends(
-    scene: Scene, placed: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint], loaded: list[LoadedEnd]
+def supporting_ends(
+    scene: Scene,
+    placed: list[PlacedElement],
+    pairs: list[ElementPair],
+    joints: list[Joint],
+    loaded_ends: list[LoadedEnd],
 ) -> list[LoadedEnd]:
-    """Return the ends on which elements stand: the `loaded` ones, with a lean below `MAX_FLUSH_LEAN` ignored.
+    """Return the ends on which elements stand: the loaded ones, with a lean below `MAX_FLUSH_LEAN` ignored.
 
     Otherwise a lean of 1e-6 would leave the whole scene without static equilibrium, and without tipping angles. An
     element that leans by more is left out if it prevents the equilibrium of the others.
     """
-    flush = find_joints(placed, pairs, MAX_FLUSH_LEAN)
-    if len(flush) == len(joints) and (loaded or not joints):
-        return loaded
+    flush = joints_at_rest(placed, pairs, MAX_FLUSH_LEAN)
+    if len(flush) == len(joints) and (loaded_ends or not joints):
+        return loaded_ends
     upper = [pairs[pair].a if end.normal[1] > 0 else pairs[pair].b for (pair, _, end), _, _ in flush]
     leaning = {k for k, item in enumerate(placed) if not item.fixed and upper.count(k) < ENDS_PER_FACE}
     held = [
@@ -85,13 +90,18 @@ def bearing_ends(
     for items, tangential in ((placed, ones), (placed, 0.0 * ones), (held, ones)):
         free = {k for k, item in enumerate(items) if not item.fixed}
         ends = [joint.touch for joint in flush if free.intersection(pairs[joint.touch.pair][:2])]
-        found = static_equilibrium(scene, items, _joints(items, pairs, ends), ones, tangential) if free else None
+        found = (
+            static_equilibrium(scene, items, _joints_of_ends(items, pairs, ends), ones, tangential) if free else None
+        )
         if found is not None:
             return found[1]
     return []
 
 
-def _stretches(placed: list[PlacedElement], pair: ElementPair, end: StretchEnd) -> tuple[FloatArray, FloatArray]:
+def _stretch_derivatives(
+    placed: list[PlacedElement], pair: ElementPair, end: StretchEnd
+) -> tuple[FloatArray, FloatArray]:
+    """Return the derivatives of approach and slip of an end by all displacements, shape (3 · free,) each."""
     number = _displacement_slices(placed)
     approach, slip = np.zeros(3 * len(number)), np.zeros(3 * len(number))
     for k, sign in ((pair.a, 1.0), (pair.b, -1.0)):
@@ -102,8 +112,11 @@ def _stretches(placed: list[PlacedElement], pair: ElementPair, end: StretchEnd) 
     return approach, slip
 
 
-def _stiffness(size: int, joints: list[Joint], normal: FloatArray, tangential: FloatArray) -> FloatArray:
-    matrix = np.zeros((size, size))
+def _stiffness_matrix(
+    displacement_count: int, joints: list[Joint], normal: FloatArray, tangential: FloatArray
+) -> FloatArray:
+    """Return the stiffness matrix of all contact springs, shape (displacement_count, displacement_count)."""
+    matrix = np.zeros((displacement_count, displacement_count))
     for touch, approach, slip in joints:
         matrix += normal[touch.pair] * np.outer(approach, approach) + tangential[touch.pair] * np.outer(slip, slip)
     return matrix
@@ -125,7 +138,7 @@ def static_equilibrium(
     number = _displacement_slices(placed)
     load = np.concatenate([(0.0, -placed[k].mass * scene.gravity, 0.0) for k in number])
     while joints:
-        solution = solve(_stiffness(load.size, joints, normal, held), load)
+        solution = solve(_stiffness_matrix(load.size, joints, normal, held), load)
         if solution is None:
             return None
         ends = [
@@ -192,7 +205,7 @@ def contact_laws(
     return ContactLaws(normal, tangential, dashpot, friction, carried)
 
 
-def highest_modes(
+def largest_eigenvalues(
     placed: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint], laws: ContactLaws
 ) -> tuple[float, float]:
     """Return the largest eigenvalues of the springs (ω², 1/s²) and of the dashpots (1/s) for the stable time step.
@@ -202,7 +215,7 @@ def highest_modes(
     """
     root, values = _inverse_root_masses(placed), []
     for normal, tangential in ((laws.normal, laws.tangential), (laws.dashpot, laws.dashpot)):
-        matrix = _stiffness(root.size, joints, normal, tangential)
+        matrix = _stiffness_matrix(root.size, joints, normal, tangential)
         highest = highest_eigenvalue(root[:, None] * matrix * root)
         for index, pair in enumerate(pairs):
             compliance = 0.0
@@ -214,10 +227,10 @@ def highest_modes(
     return values[0], values[1]
 
 
-def slowest_mode(placed: list[PlacedElement], joints: list[Joint], laws: ContactLaws) -> float:
+def smallest_eigenvalue(placed: list[PlacedElement], joints: list[Joint], laws: ContactLaws) -> float:
     """Return the smallest eigenvalue of the springs of the scene at rest, 1/s²; 0 if an element can move freely."""
     root = _inverse_root_masses(placed)
-    matrix = _stiffness(root.size, joints, laws.normal, laws.tangential)
+    matrix = _stiffness_matrix(root.size, joints, laws.normal, laws.tangential)
     return lowest_eigenvalue(root[:, None] * matrix * root)
 
 

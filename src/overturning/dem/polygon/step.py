@@ -18,7 +18,7 @@ from overturning.dem.polygon.centred import (
 from overturning.dem.polygon.distant import resume_pairs_for_step, stays_active
 from overturning.dem.polygon.equations import clear_pattern, pair_submatrices, solve_velocity_changes
 from overturning.dem.polygon.mechanics import element_acceleration, inertial_power, pose_after, velocity_after
-from overturning.dem.polygon.search import in_reach
+from overturning.dem.polygon.search import update_faces_in_reach
 from overturning.dem.polygon.state import (
     CaseState,
     Inertia,
@@ -30,7 +30,7 @@ from overturning.dem.polygon.state import (
 )
 
 
-class Centred(NamedTuple):
+class CentredScheme(NamedTuple):
     """Constants of the centred scheme."""
 
     lag: float = 0.0
@@ -40,47 +40,55 @@ class Centred(NamedTuple):
 
 
 @njit(**INLINE)
-def base_acceleration(up: Any, case: CaseState, own: Inertia, ticks: float) -> tuple[float, float]:
+def base_acceleration_at_step_end(
+    vertical_ground: Any, case: CaseState, inertia: Inertia, ticks_per_sample: float
+) -> tuple[float, float]:
     """Return the horizontal and vertical acceleration of the base at the end of the step.
 
-    Both are 0 for an element that moves with the base; `up` is None if the base moves level.
+    Both are 0 for an element that moves with the base; `vertical_ground` is None if the base moves level.
     """
     tick = case.shaking.tick + case.attempt.length
-    past = tick - ticks
+    past = tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
     lift = 0.0
-    if up is not None:
-        lift = at_tick(case.shaking.up, tick, past) * own.frame
-    return at_tick(case.shaking.base, tick, past) * own.frame, lift
+    if vertical_ground is not None:
+        lift = at_tick(case.shaking.up, tick, past) * inertia.frame
+    return at_tick(case.shaking.base, tick, past) * inertia.frame, lift
 
 
 @njit(**APART)
-def predict(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
+def predict_element(
+    vertical_ground: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
+) -> None:
     """Predict the motion of an element in a step with constant acceleration."""
     for j in range(rows.COLUMNS):
-        item, case = rows.load_element(e, j), rows.load_case(own, j)
+        item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, a = case.step * case.attempt.length, item.acceleration
         half = 0.5 * dt
-        ground, lift = base_acceleration(up, case, item.inertia, ticks)
+        ground, lift = base_acceleration_at_step_end(vertical_ground, case, item.inertia, ticks_per_sample)
         v = velocity_after(item.velocity, a, half)
         # Right-hand side of the equations, still without the contacts.
         fall = gravity * item.inertia.weight + lift
         change = PlanarVector(half * (-ground - a.x), half * (-fall - a.z), half * -a.w)
         far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
         rows.store_trial(
-            e, j, PredictedElement(pose_after(item.pose, v, dt), v, velocity_after(v, a, half), far, turn, change)
+            element_rows,
+            j,
+            PredictedElement(pose_after(item.pose, v, dt), v, velocity_after(v, a, half), far, turn, change),
         )
-        rows.store_force(e, j, PlanarVector(0.0, 0.0, 0.0))
+        rows.store_force(element_rows, j, PlanarVector(0.0, 0.0, 0.0))
 
 
 @njit(**APART)
-def correct_state(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:
-    """Correct the state of an element with the solution of the equations, if the step is accepted."""
+def correct_element(
+    vertical_ground: Any, element_rows: Any, case_rows: Any, ticks_per_sample: float, gravity: float
+) -> None:
+    """Correct the state of an element with the solution of the equations, in the lanes whose step is accepted."""
     for j in range(rows.COLUMNS):
-        item, case = rows.load_element(e, j), rows.load_case(own, j)
+        item, case = rows.load_element(element_rows, j), rows.load_case(case_rows, j)
         dt, trial, old, again = case.step * case.attempt.length, item.trial, item.totals, case.decision.again > 0.0
         half, tick, d, p = 0.5 * dt, case.shaking.tick + case.attempt.length, trial.change, trial.pose
-        ground, lift = base_acceleration(up, case, item.inertia, ticks)
+        ground, lift = base_acceleration_at_step_end(vertical_ground, case, item.inertia, ticks_per_sample)
         a = element_acceleration(item, ground, lift, gravity)
         v = velocity_after(trial.half, a, half)
         turn = half * d.w
@@ -91,19 +99,19 @@ def correct_state(up: Any, e: Any, own: Any, ticks: float, gravity: float) -> No
         far = abs(pose.x - item.pose.x) + abs(pose.z - item.pose.z)
         back, on = larger(old.peak_back, -on), larger(old.peak_on, on)
         totals = StepTotals(far, abs(pose.angle - item.pose.angle), work, back, on, last, rate)
-        rows.keep_pose(e, j, again, pose)
-        rows.keep_velocity(e, j, again, v)
-        rows.keep_acceleration(e, j, again, a)
-        rows.keep_totals(e, j, again, totals)
-        e[rows.MOVED + j] = select(again, 0.0, far)
-        e[rows.TURNED + j] = select(again, 0.0, totals.turned)
+        rows.keep_pose(element_rows, j, again, pose)
+        rows.keep_velocity(element_rows, j, again, v)
+        rows.keep_acceleration(element_rows, j, again, a)
+        rows.keep_totals(element_rows, j, again, totals)
+        element_rows[rows.MOVED + j] = select(again, 0.0, far)
+        element_rows[rows.TURNED + j] = select(again, 0.0, totals.turned)
 
 
 @njit(**APART)
-def clear_findings(own: Any) -> None:
-    """Reset the findings of the step."""
+def reset_step_findings(case_rows: Any) -> None:
+    """Reset the findings of the attempted step in all lanes."""
     for j in range(rows.COLUMNS):
-        rows.store_findings(own, j, rows.no_findings())
+        rows.store_findings(case_rows, j, rows.no_findings())
 
 
 @njit(**INLINE)
@@ -124,59 +132,70 @@ def step_findings(case: CaseState) -> StepFindings:
 
 
 @njit(**APART)
-def accept_or_reject(own: Any, ticks: float) -> None:
+def accept_or_reject_steps(case_rows: Any, ticks_per_sample: float) -> None:
     """Accept or reject the step of each lane, and choose the next one."""
     for j in range(rows.COLUMNS):
-        case = rows.load_case(own, j)
+        case = rows.load_case(case_rows, j)
         tick = case.shaking.tick + case.attempt.length
-        again, sooner, then = next_attempt(SCENE, case.clock, case.attempt, step_findings(case), tick, ticks)
-        rows.store_decision(own, j, StepDecision(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
+        again, sooner, then = next_attempt(SCENE, case.clock, case.attempt, step_findings(case), tick, ticks_per_sample)
+        rows.store_decision(case_rows, j, StepDecision(1.0 if again else 0.0, 1.0 if sooner else 0.0, then))
 
 
 @njit(**APART)
-def advance_clock(own: Any) -> None:
-    """Advance the clock of each lane whose step is accepted."""
+def advance_accepted_clocks(case_rows: Any) -> None:
+    """Advance the time of each lane whose step is accepted."""
     for j in range(rows.COLUMNS):
-        case = rows.load_case(own, j)
+        case = rows.load_case(case_rows, j)
         tick = case.shaking.tick
-        own[rows.TICK + j] = tick if case.decision.again > 0.0 else tick + case.attempt.length
-        rows.store_attempt(own, j, case.decision.then)
+        case_rows[rows.TICK + j] = tick if case.decision.again > 0.0 else tick + case.attempt.length
+        rows.store_attempt(case_rows, j, case.decision.then)
 
 
 @njit(**INNER)
-def step(up: Any, state: Any, matrix: Any, pattern: Any, pairs: Any, moves: Any, scene: Any, ticks: float) -> None:
-    """Compute one step of all cases; `up` is None if the base moves level."""
-    clear_findings(state)
-    size, near = moves.size, pairs.near
+def step(
+    vertical_ground: Any,
+    state: Any,
+    matrix: Any,
+    pattern: Any,
+    active_pairs: Any,
+    is_movable: Any,
+    scene: Any,
+    ticks_per_sample: float,
+) -> None:
+    """Compute one step of all lanes; `vertical_ground` is None if the base moves level."""
+    reset_step_findings(state)
+    size, near = is_movable.size, active_pairs.near
     clear_pattern(pattern)
     for i in range(size):
-        predict(up, rows.of_element(state, i), state, ticks, scene.gravity)
-    resume_pairs_for_step(state, scene, pairs, size)
+        predict_element(vertical_ground, rows.of_element(state, i), state, ticks_per_sample, scene.gravity)
+    resume_pairs_for_step(state, scene, active_pairs, size)
     kept = 0
-    for n in range(pairs.count[0]):
-        p = pairs.active[n]
+    for n in range(active_pairs.count[0]):
+        p = active_pairs.active[n]
         q, a, b = rows.pair_and_element_rows(state, scene, p)
-        near[p] = in_reach(state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes)
+        near[p] = update_faces_in_reach(
+            state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes
+        )
         if near[p]:
-            into, fresh = pair_submatrices(matrix, pattern, moves, scene.layout[p, 0], scene.layout[p, 1])
+            into, fresh = pair_submatrices(matrix, pattern, is_movable, scene.layout[p, 0], scene.layout[p, 1])
             add_pair_to_equations(q, a, b, state, into, fresh)
-        if near[p] or stays_active(q, a, b, p, pairs):
-            pairs.active[kept] = p
+        if near[p] or stays_active(q, a, b, p, active_pairs):
+            active_pairs.active[kept] = p
             kept += 1
-    pairs.count[0] = kept
+    active_pairs.count[0] = kept
     solve_velocity_changes(state, matrix, pattern, size)
     for n in range(kept):
-        p = pairs.active[n]
+        p = active_pairs.active[n]
         if near[p]:
             q, a, b = rows.pair_and_element_rows(state, scene, p)
             compute_solved_forces(q, a, b, state)
-    accept_or_reject(state, ticks)
+    accept_or_reject_steps(state, ticks_per_sample)
     for i in range(size):
-        if moves[i]:
-            correct_state(up, rows.of_element(state, i), state, ticks, scene.gravity)
+        if is_movable[i]:
+            correct_element(vertical_ground, rows.of_element(state, i), state, ticks_per_sample, scene.gravity)
     for n in range(kept):
-        p = pairs.active[n]
+        p = active_pairs.active[n]
         if near[p]:
             q, _, _ = rows.pair_and_element_rows(state, scene, p)
             store_accepted_history(q, state)
-    advance_clock(state)
+    advance_accepted_clocks(state)

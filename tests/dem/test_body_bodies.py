@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.dem.body.statics import rest
+from overturning.dem.body.statics import pose_at_rest
 from overturning.dem.simulate import simulate, simulate_arrays
 from overturning.errors import ArgumentError
 from overturning.model.body import Body, Start
@@ -120,7 +120,7 @@ def whole_of(stone: Solid, whole: np.ndarray) -> np.ndarray:
 
 def test_an_eccentric_body_rests_on_its_springs() -> None:
     body = Polyhedron(WEDGE).own
-    pose = rest(body, 1e6)
+    pose = pose_at_rest(body, 1e6)
     x, y = body.points[: body.base, :2].T
     sunk = (body.foot - pose[2]) - (pose[3] * y - pose[4] * x)
     assert (sunk > 0).all()

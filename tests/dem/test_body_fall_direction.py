@@ -7,7 +7,7 @@ from scipy.spatial import ConvexHull
 
 from overturning.dem.body.ending import has_fallen
 from overturning.dem.body.state import TerminationLimits
-from overturning.dem.body.vectors import Quaternion, frame_of
+from overturning.dem.body.vectors import Quaternion, rotation_matrix
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.model import polyhedron
@@ -55,7 +55,9 @@ def test_the_fall_tilt_of_a_faceted_block_depends_on_the_side(
 @njit
 def is_fallen(w: float, x: float, y: float, least: float, sectors: np.ndarray) -> bool:
     """True if the kernel counts a body rotated about a horizontal axis as fallen."""
-    return bool(has_fallen(frame_of(Quaternion(w, x, y, 0.0)), TerminationLimits(0.0, 1.0, least, 1.0, 0.0), sectors))
+    return bool(
+        has_fallen(rotation_matrix(Quaternion(w, x, y, 0.0)), TerminationLimits(0.0, 1.0, least, 1.0, 0.0), sectors)
+    )
 
 
 def counts(stone: Solid, turn: float, tilt: float) -> bool:

@@ -19,12 +19,12 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.body import plan as body_plan
-from overturning.dem.body.centred import acceleration, flat_landing_slip, rim_point
+from overturning.dem.body.centred import centre_acceleration, flat_landing_slip, rim_point
 from overturning.dem.body.lying import (
     both_ends_rest,
     contact_is_deferred,
-    landing_time,
     lands_flat,
+    new_landing_time,
     update_base_contacts,
 )
 from overturning.dem.body.rules import LOOPS
@@ -38,24 +38,24 @@ from overturning.dem.body.state import (
     BodyPeaks,
     BodyShaking,
     BodyState,
-    Point,
+    PointBeforeAndAfter,
     Vertex,
     VertexHistory,
     angular_velocity,
-    lean_of,
+    lean_measure,
 )
 from overturning.dem.body.state import BodyConstants as Constants
-from overturning.dem.body.statics import highest_mode
+from overturning.dem.body.statics import largest_unit_eigenvalue
 from overturning.dem.body.vectors import (
     Matrix,
     Vector,
-    along,
-    apply,
-    cross,
-    dot,
-    frame_of,
+    cross_product,
+    dot_product,
+    extrapolate,
+    matrix_times_vector,
     plus,
-    rotated,
+    rotate_quaternion,
+    rotation_matrix,
 )
 from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.ground import within_sample
@@ -123,7 +123,7 @@ class ContactPoint(NamedTuple):
 @njit(**INLINE)
 def vertex_moved(s: BodyState, f: Matrix, vertex: Vertex, old: VertexHistory) -> ContactPoint:
     """Return the state of a vertex; its displacement is the difference from its last position."""
-    arm = apply(f, vertex.own)
+    arm = matrix_times_vector(f, vertex.own)
     place = plus(s.place, arm)
     return ContactPoint(arm, -place.z, place.x - old.x, place.y - old.y, -place.z - old.depth)
 
@@ -132,7 +132,7 @@ def vertex_moved(s: BodyState, f: Matrix, vertex: Vertex, old: VertexHistory) ->
 def rim_moved(body: Constants, s: BodyState, f: Matrix, ahead: float, aside: float, dt: float) -> ContactPoint:
     """Return the state of a point of the rim; its displacement is that of the body at this point."""
     arm = rim_point(body, f, ahead, aside)
-    v = plus(s.velocity, cross(s.spin, arm))
+    v = plus(s.velocity, cross_product(s.spin, arm))
     return ContactPoint(arm, -(s.place.z + arm.z), dt * v.x, dt * v.y, -(dt * v.z))
 
 
@@ -169,7 +169,7 @@ def apply_contact_law(
     # One that has waited is met by a spring that is pressed in already.
     opened = -(depth * depth) if inside & (old.depth == 0.0) else opened
     shortened = (old.sx + kx) * (tx - kx) + (old.sy + ky) * (ty - ky)
-    wrench = Wrench(force, cross(at.arm, force), damping, cross(at.arm, damping), opened, shortened)
+    wrench = Wrench(force, cross_product(at.arm, force), damping, cross_product(at.arm, damping), opened, shortened)
     return wrench, VertexHistory(
         sx=kx, sy=ky, x=s.place.x + at.arm.x, y=s.place.y + at.arm.y, depth=depth, normal=n, slid=0.0, landing=landing
     )
@@ -199,25 +199,25 @@ def step(
         within_sample(shaking.push_y, s.tick),
         within_sample(shaking.lift, s.tick),
     )
-    a = acceleration(t.force, push)
+    a = centre_acceleration(t.force, push)
     # The accounts take the velocities at the whole step.
-    c = along(s.velocity, half, a)
-    w = angular_velocity(body, f, along(s.momentum, half, t.moment))
+    c = extrapolate(s.velocity, half, a)
+    w = angular_velocity(body, f, extrapolate(s.momentum, half, t.moment))
     work = account.work + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
     let_go = 0.5 * (body.stiffness * t.opened + body.tangential * t.shortened)
-    loss = account.lost + (let_go + dt * -(dot(t.damping, c) + dot(t.braking, w)))
+    loss = account.lost + (let_go + dt * -(dot_product(t.damping, c) + dot_product(t.braking, w)))
     spin = account.spin + dt * (t.moment.z + (s.place.x * a.y - s.place.y * a.x))
     # Update the peaks and the last time before the critical tilt.
-    lean, bx, by = lean_of(f), s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
+    lean, bx, by = lean_measure(f), s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
     peaks = BodyPeaks(
         larger(peaks.lean, lean), larger(peaks.slip, bx * bx + by * by), larger(peaks.depth, acting.depth),
         s.tick if lean < body.critical else peaks.last_upright,
     )  # fmt: skip
     # Momenta half a step later, position one step later.
-    v, momentum = along(s.velocity, dt, a), along(s.momentum, dt, t.moment)
+    v, momentum = extrapolate(s.velocity, dt, a), extrapolate(s.momentum, dt, t.moment)
     w = angular_velocity(body, f, momentum)
-    w = angular_velocity(body, frame_of(rotated(s.turn, half, w)), momentum)
-    place, turn = along(s.place, dt, v), rotated(s.turn, dt, w)
+    w = angular_velocity(body, rotation_matrix(rotate_quaternion(s.turn, half, w)), momentum)
+    place, turn = extrapolate(s.place, dt, v), rotate_quaternion(s.turn, dt, w)
     moved = BodyState(
         place=place,
         turn=turn,
@@ -244,7 +244,10 @@ load_shaking = ROWS.access(BodyShaking, without=UNUSED).load
 load_peaks, load_account = ROWS.access(BodyPeaks).load, ROWS.access(BodyAccount, without=UNUSED).load
 store_state, store_frame = (ROWS.access(of).store for of in (BodyState, Matrix))
 store_peaks, store_account = ROWS.access(BodyPeaks).store, ROWS.access(BodyAccount, without=UNUSED).store
-load_vertex, (load_memory, store_memory, _) = VERTEX.access(Vertex).load, VERTEX.access(Point, "old", without=UNUSED)
+load_vertex, (load_memory, store_memory, _) = (
+    VERTEX.access(Vertex).load,
+    VERTEX.access(PointBeforeAndAfter, "old", without=UNUSED),
+)
 OF_A_VERTEX: Final = VERTEX.size
 
 
@@ -253,7 +256,7 @@ def place_all(state: Any, acting: Any, columns: int) -> None:
     """Compute the axes of all bodies, and reset their contact forces."""
     for j in range(columns):
         s = load_state(state, j)
-        store_frame(state, j, frame_of(s.turn))
+        store_frame(state, j, rotation_matrix(s.turn))
         store_acting(acting, j, ContactSums(no_wrench(), -1.0))
 
 
@@ -274,7 +277,7 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
             (
                 contact_is_deferred(body, base_contact, p, at.arm.z, left),
                 lands_flat(base_contact),
-                landing_time(body, base_contact),
+                new_landing_time(body, base_contact),
             ),
         )
         b, right = apply_contact_law(
@@ -286,7 +289,7 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
             (
                 contact_is_deferred(body, base_contact, q, on.arm.z, right),
                 lands_flat(base_contact),
-                landing_time(body, base_contact),
+                new_landing_time(body, base_contact),
             ),
         )
         store_memory(one, j, left)
@@ -305,7 +308,7 @@ def roll_all(state: Any, acting: Any, one: Any, other: Any, columns: int, ahead:
         between, flat, begun = (
             (aside != 0.0) & (not both_ends_rest(base_contact)),
             lands_flat(base_contact),
-            landing_time(body, base_contact),
+            new_landing_time(body, base_contact),
         )
         at, on = rim_moved(body, s, f, ahead, aside, dt), rim_moved(body, s, f, -ahead, -aside, dt)
         a, left = apply_contact_law(body, s, at, left, rate, (between & (left.depth <= 0.0), flat, begun))
@@ -334,7 +337,7 @@ def shift_all(state: Any, columns: int, by: float) -> None:
     for j in range(columns):
         s, account = load_state(state, j), load_account(state, j)
         time = by * WHOLE * load_body(state, j).step
-        v, momentum = along(s.velocity, time, s.acceleration), along(s.momentum, time, s.moment)
+        v, momentum = extrapolate(s.velocity, time, s.acceleration), extrapolate(s.momentum, time, s.moment)
         store_state(
             state,
             j,
@@ -426,7 +429,7 @@ def enable_cundall() -> Iterator[None]:
         if parse_scheme(numerics.scheme) != Scheme.CUNDALL:
             return plan_centred(model, motion, cases, numerics)
         planned = plan_centred(model, motion, cases, replace(numerics, scheme="centred", time_step="auto"))
-        modes = np.array([highest_mode(solid) for solid in planned.solids])[planned.table["body"]]
+        modes = np.array([largest_unit_eigenvalue(solid) for solid in planned.solids])[planned.table["body"]]
         square = np.maximum(planned.table["stiffness"], planned.table["tangential"]) * modes
         rate, interval = planned.table["dashpot"] * modes, motion.sampling_interval
         steps = steps_per_sample(Scheme.CUNDALL, numerics.time_step, square, rate, interval)

@@ -1,8 +1,8 @@
 """The centred scheme for a 3-D body: trapezoidal rule, springs and dashpots at the end of the step (docs/method.md).
 
-The step of one body has three parts, as for a block: `predict` and `solve` are here, `correct` and `commit` in
-`overturning.dem.body.commit`. The unknowns are the corrections e of velocity and angular velocity at the end of the
-step. `centred_loops` has the loops over the bodies.
+The step of one body has three parts, as for a block: `predict_body` and `solve_velocity_change` are here,
+`compute_point_forces` and `complete_step` in `overturning.dem.body.commit`. The unknowns are the corrections e of
+velocity and angular velocity at the end of the step. `centred_loops` has the loops over the bodies.
 """
 
 import math
@@ -15,7 +15,7 @@ from overturning.dem.body.state import (
     BodyConstants,
     BodyShaking,
     BodyState,
-    Equations,
+    ContactEquations,
     PredictedBody,
     PredictedPoint,
     VertexHistory,
@@ -24,20 +24,20 @@ from overturning.dem.body.state import (
 from overturning.dem.body.vectors import (
     Matrix,
     Vector,
-    along,
-    apply,
-    cross,
-    frame_of,
-    full,
-    inverse,
+    cross_product,
+    extrapolate,
+    full_matrix,
+    inverse_matrix,
     matrix_minus,
     matrix_plus,
+    matrix_product,
+    matrix_times_vector,
     minus,
     plus,
-    rotated,
-    scaled,
-    times,
-    transposed,
+    rotate_quaternion,
+    rotation_matrix,
+    scale_vector,
+    transpose,
 )
 from overturning.dem.kernel.clock import BODY, Attempt, Clock
 from overturning.dem.kernel.ground import at_tick
@@ -51,34 +51,40 @@ LEAST_FREEDOM: Final = 0.25
 
 
 @njit(**INLINE)
-def acceleration(force: Vector, shaking: Vector) -> Vector:
-    """Return the acceleration of the centre in the frame of the base, m/s²."""
-    return Vector(force.x + shaking.x, force.y + shaking.y, force.z - (GRAVITY + shaking.z))
+def centre_acceleration(force_per_mass: Vector, inertial_acceleration: Vector) -> Vector:
+    """Return the acceleration of the centre of a body in the frame of the base, m/s²."""
+    return Vector(
+        force_per_mass.x + inertial_acceleration.x,
+        force_per_mass.y + inertial_acceleration.y,
+        force_per_mass.z - (GRAVITY + inertial_acceleration.z),
+    )
 
 
 # 1. Predict -----------------------------------------------------------------------------------------------------------
 
 
 @njit(**INLINE)
-def predict(body: BodyConstants, s: BodyState, length: float, shaking: BodyShaking, ticks: float) -> PredictedBody:
-    """Predict the body at the end of a step with constant acceleration; `ticks` is the length of a sample."""
-    dt, tick = body.step * length, s.tick + length
-    half, past = 0.5 * dt, tick - ticks
+def predict_body(
+    body: BodyConstants, state: BodyState, step_ticks: float, shaking: BodyShaking, ticks_per_sample: float
+) -> PredictedBody:
+    """Predict a body at the end of a step with constant acceleration."""
+    dt, tick = body.step * step_ticks, state.tick + step_ticks
+    half, past = 0.5 * dt, tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
-    v, momentum = along(s.velocity, half, s.acceleration), along(s.momentum, half, s.moment)
-    w = angular_velocity(body, frame_of(s.turn), momentum)
-    w = angular_velocity(body, frame_of(rotated(s.turn, half, w)), momentum)
-    turn = rotated(s.turn, dt, w)
-    spin = angular_velocity(body, frame_of(turn), along(momentum, half, s.moment))
+    v, momentum = extrapolate(state.velocity, half, state.acceleration), extrapolate(state.momentum, half, state.moment)
+    w = angular_velocity(body, rotation_matrix(state.turn), momentum)
+    w = angular_velocity(body, rotation_matrix(rotate_quaternion(state.turn, half, w)), momentum)
+    turn = rotate_quaternion(state.turn, dt, w)
+    spin = angular_velocity(body, rotation_matrix(turn), extrapolate(momentum, half, state.moment))
     at_end = Vector(
         at_tick(shaking.push_x, tick, past), at_tick(shaking.push_y, tick, past), at_tick(shaking.lift, tick, past)
     )
     return PredictedBody(
-        place=along(s.place, dt, v),
+        place=extrapolate(state.place, dt, v),
         turn=turn,
         velocity=v,
         momentum=momentum,
-        end=along(v, half, s.acceleration),
+        end=extrapolate(v, half, state.acceleration),
         spin=spin,
         shaking=at_end,
         half=half,
@@ -86,91 +92,94 @@ def predict(body: BodyConstants, s: BodyState, length: float, shaking: BodyShaki
 
 
 @njit(**INLINE)
-def rim_point(body: BodyConstants, f: Matrix, ahead: float, aside: float) -> Vector:
+def rim_point(body: BodyConstants, frame: Matrix, ahead: float, aside: float) -> Vector:
     """Return the position of a point of the rim from the centre, m.
 
     `ahead` and `aside` (−1, 0 or 1) are its direction, along the direction of the lean and across it. The lowest point
     of the rim is always one of the four points, and all four carry equally if the rim lies flat. For an upright body
     the direction is arbitrary.
     """
-    square = f.xz * f.xz + f.yz * f.yz
+    square = frame.xz * frame.xz + frame.yz * frame.yz
     leans = square > 1e-30
     one = 1.0 / math.sqrt(square if leans else 1.0)
-    tx, ty = (f.xz * one if leans else 1.0), (f.yz * one if leans else 0.0)
+    tx, ty = (frame.xz * one if leans else 1.0), (frame.yz * one if leans else 0.0)
     a, b = body.radius * ahead, body.radius * aside
     return Vector(
-        (a * f.zz * tx - b * ty) - body.foot * f.xz,
-        (a * f.zz * ty + b * tx) - body.foot * f.yz,
-        -(a * (square * one if leans else 0.0)) - body.foot * f.zz,
+        (a * frame.zz * tx - b * ty) - body.foot * frame.xz,
+        (a * frame.zz * ty + b * tx) - body.foot * frame.yz,
+        -(a * (square * one if leans else 0.0)) - body.foot * frame.zz,
     )
 
 
 @njit(**INLINE)
-def is_fine(clock: Clock, attempt: Attempt) -> bool:
+def is_fine_step(clock: Clock, attempt: Attempt) -> bool:
     """True if a step is so fine that predicted forces decide about contact and slip."""
     return attempt.length <= FINE * clock.finest
 
 
 @njit(**INLINE)
-def flat_landing_slip(body: BodyConstants, r: Vector, v: Vector, spin: Vector, flat: bool) -> tuple[float, float, bool]:
+def flat_landing_slip(
+    body: BodyConstants, arm: Vector, velocity: Vector, spin: Vector, is_flat: bool
+) -> tuple[float, float, bool]:
     """Return the direction in which a point slides in a flat landing (unit vector), and whether it slides.
 
     See `overturning.dem.kernel.mechanics.slides_flat`; only the rotation about the vertical is included.
     """
-    x, y = v.x - spin.z * r.y, v.y + spin.z * r.x
-    square, least = x * x + y * y, body.friction * v.z
-    drifts = flat & (square >= least * least)
+    x, y = velocity.x - spin.z * arm.y, velocity.y + spin.z * arm.x
+    square, least = x * x + y * y, body.friction * velocity.z
+    drifts = is_flat & (square >= least * least)
     one = 1.0 / math.sqrt(square if drifts & (square > 0.0) else 1.0)
     return x * one, y * one, drifts
 
 
 @njit(**INLINE)
-def predict_point(
+def predict_contact_point(
     body: BodyConstants,
-    w: PredictedBody,
-    f: Matrix,
-    r: Vector,
-    old: VertexHistory,
-    fine: bool,
-    round_: bool,
-    rule: tuple[bool, bool, float],
+    predicted: PredictedBody,
+    frame: Matrix,
+    arm: Vector,
+    previous: VertexHistory,
+    fine_step: bool,
+    has_rim: bool,
+    contact_rule: tuple[bool, bool, float],
 ) -> PredictedPoint:
-    """Predict a contact point at the end of a step, and what the equations assume of it.
+    """Predict a contact point at the end of a step, and the contact state that the equations assume.
 
     In a fine step the predicted forces decide about contact and slip. In a longer step they overshoot too far; the last
-    state is used. `rule` holds whether the point carries only later, whether the body lands flat, and the landing time
-    of the point if it touches now (s).
+    state is used. `contact_rule` holds whether the point carries only later, whether the body lands flat, and the
+    landing time of the point if it touches now (s).
     """
-    deferred, flat, new_landing = rule
-    u = plus(w.end, cross(w.spin, r))
+    deferred, flat, new_landing = contact_rule
+    u = plus(predicted.end, cross_product(predicted.spin, arm))
     # Points of a rim move along it: their velocity is stored instead of their position.
-    slip_x = w.half * (old.x + u.x) if round_ else (w.place.x + r.x) - old.x
-    slip_y = w.half * (old.y + u.y) if round_ else (w.place.y + r.y) - old.y
-    was = old.depth > 0.0
-    tx, ty = (old.sx + slip_x if was else 0.0), (old.sy + slip_y if was else 0.0)
-    depth = -(w.place.z + r.z)
+    slip_x = predicted.half * (previous.x + u.x) if has_rim else (predicted.place.x + arm.x) - previous.x
+    slip_y = predicted.half * (previous.y + u.y) if has_rim else (predicted.place.y + arm.y) - previous.y
+    was = previous.depth > 0.0
+    tx, ty = (previous.sx + slip_x if was else 0.0), (previous.sy + slip_y if was else 0.0)
+    depth = -(predicted.place.z + arm.z)
     depth = 0.0 if deferred & (depth > 0.0) else depth
     n = body.stiffness * depth - body.dashpot * u.z
-    in_contact = ((n > 0.0) | flat) & (depth > 0.0) if fine else old.normal != 0.0
+    in_contact = ((n > 0.0) | flat) & (depth > 0.0) if fine_step else previous.normal != 0.0
     hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
     square = hx * hx + hy * hy
     some = square > 0.0
     one = 1.0 / math.sqrt(square if some else 1.0)
     dx, dy = hx * one, hy * one
-    most = body.friction * (n if fine else old.normal)
+    most = body.friction * (n if fine_step else previous.normal)
     smooth = body.friction == 0.0
-    drift_x, drift_y, drifts = flat_landing_slip(body, r, w.end, w.spin, flat)
+    drift_x, drift_y, drifts = flat_landing_slip(body, arm, predicted.end, predicted.spin, flat)
     dx, dy = (-drift_x if drifts else dx), (-drift_y if drifts else dy)
-    slides = square > most * most if fine else old.slid > 0.0
+    slides = square > most * most if fine_step else previous.slid > 0.0
     slides = drifts if flat else slides | smooth
     # A normal force on a sliding point must push it out; where friction would rotate the body in instead, it sticks.
-    turn = angular_velocity(body, f, Vector(
-        r.y - r.z * body.friction * dy, r.z * body.friction * dx - r.x, body.friction * (r.x * dy - r.y * dx)
+    turn = angular_velocity(body, frame, Vector(
+        arm.y - arm.z * body.friction * dy, arm.z * body.friction * dx - arm.x,
+        body.friction * (arm.x * dy - arm.y * dx),
     ))  # fmt: skip
-    free = 1.0 + (turn.x * r.y - turn.y * r.x) > LEAST_FREEDOM
+    free = 1.0 + (turn.x * arm.y - turn.y * arm.x) > LEAST_FREEDOM
     slides = in_contact & slides & (some | smooth | drifts) & free
     return PredictedPoint(
-        arm=r,
+        arm=arm,
         depth=depth,
         tx=tx,
         ty=ty,
@@ -189,46 +198,48 @@ def predict_point(
 
 
 @njit(**INLINE)
-def friction_share(most: float, square: float, slides: bool) -> float:
-    """Return friction as a share (0 to 1) of the force that would hold a sliding point, whose square is `square`."""
-    part = most / math.sqrt(square if slides else 1.0)
+def friction_share(friction_limit: float, squared_force: float, slides: bool) -> float:
+    """Return friction as a share (0 to 1) of the force that would hold a sliding point; that force squared is given."""
+    part = friction_limit / math.sqrt(squared_force if slides else 1.0)
     part = part if part < 1.0 else 1.0
     return part if part > 0.0 else 0.0
 
 
 @njit(**INLINE)
-def contribution(body: BodyConstants, half: float, t: PredictedPoint, old: VertexHistory, fine: bool) -> Equations:
-    """Return a point's contribution to the equations, f' = f − G (e_v + e_w × r).
+def contact_equations(
+    body: BodyConstants, half_step: float, point: PredictedPoint, previous: VertexHistory, fine_step: bool
+) -> ContactEquations:
+    """Return the terms of a contact point in the equations, f' = f − G (e_v + e_w × r).
 
     Friction of a sliding point is μ times its normal force. Across its direction the point is held as if it stuck,
     times the ratio of friction to the force that would hold it.
     """
-    on, slides, r, u = t.on > 0.0, t.slides > 0.0, t.arm, t.velocity
-    press, stick = body.dashpot + half * body.stiffness, body.dashpot + half * body.tangential
-    n = body.stiffness * t.depth - body.dashpot * u.z
-    hx, hy = -(body.tangential * t.tx) - body.dashpot * u.x, -(body.tangential * t.ty) - body.dashpot * u.y
-    part = friction_share(body.friction * (n if fine else old.normal), hx * hx + hy * hy, slides)
-    mx, my = body.friction * t.dx, body.friction * t.dy
+    on, slides, r, u = point.on > 0.0, point.slides > 0.0, point.arm, point.velocity
+    press, stick = body.dashpot + half_step * body.stiffness, body.dashpot + half_step * body.tangential
+    n = body.stiffness * point.depth - body.dashpot * u.z
+    hx, hy = -(body.tangential * point.tx) - body.dashpot * u.x, -(body.tangential * point.ty) - body.dashpot * u.y
+    part = friction_share(body.friction * (n if fine_step else previous.normal), hx * hx + hy * hy, slides)
+    mx, my = body.friction * point.dx, body.friction * point.dy
     fx, fy = (mx * n if slides else hx), (my * n if slides else hy)
-    across = half * (stick * part if slides else stick)
-    gxx = across * (1.0 - t.dx * t.dx if slides else 1.0)
-    gyy = across * (1.0 - t.dy * t.dy if slides else 1.0)
-    gxy = -(across * (t.dx * t.dy)) if slides else 0.0
-    gzz = half * press
+    across = half_step * (stick * part if slides else stick)
+    gxx = across * (1.0 - point.dx * point.dx if slides else 1.0)
+    gyy = across * (1.0 - point.dy * point.dy if slides else 1.0)
+    gxy = -(across * (point.dx * point.dy)) if slides else 0.0
+    gzz = half_step * press
     gxz, gyz = (mx * gzz if slides else 0.0), (my * gzz if slides else 0.0)
     n, fx, fy = (n if on else 0.0), (fx if on else 0.0), (fy if on else 0.0)
     gxx, gyy, gxy = (gxx if on else 0.0), (gyy if on else 0.0), (gxy if on else 0.0)
     gxz, gyz, gzz = (gxz if on else 0.0), (gyz if on else 0.0), (gzz if on else 0.0)
     f = Vector(fx, fy, n)
     # Rows of G(·× r), and the moments r × column of both; zero terms are left out.
-    bx, by = cross(r, Vector(gxx, gxy, gxz)), cross(r, Vector(gxy, gyy, gyz))
+    bx, by = cross_product(r, Vector(gxx, gxy, gxz)), cross_product(r, Vector(gxy, gyy, gyz))
     bz = Vector(r.y * gzz, -(r.x * gzz), 0.0)
-    cz = cross(r, Vector(gxz, gyz, gzz))
-    dx, dy = cross(r, Vector(bx.x, by.x, bz.x)), cross(r, Vector(bx.y, by.y, bz.y))
-    dz = cross(r, Vector(bx.z, by.z, bz.z))
-    return Equations(
+    cz = cross_product(r, Vector(gxz, gyz, gzz))
+    dx, dy = cross_product(r, Vector(bx.x, by.x, bz.x)), cross_product(r, Vector(bx.y, by.y, bz.y))
+    dz = cross_product(r, Vector(bx.z, by.z, bz.z))
+    return ContactEquations(
         f,
-        cross(r, f),
+        cross_product(r, f),
         Matrix(gxx, gxy, gxz, gxy, gyy, gyz, 0.0, 0.0, gzz),
         Matrix(bx.x, bx.y, bx.z, by.x, by.y, by.z, bz.x, bz.y, bz.z),
         Matrix(
@@ -240,14 +251,18 @@ def contribution(body: BodyConstants, half: float, t: PredictedPoint, old: Verte
 
 
 @njit(**INLINE)
-def solve(body: BodyConstants, s: BodyState, w: PredictedBody, q: Equations) -> BodyChange:
-    """Solve for the velocities at the end of the step by 3 × 3 blocks, with springs and dashpots evaluated there."""
-    a, b, c, d = q.a, q.b, q.c, q.d
-    u = scaled(w.half, minus(acceleration(q.force, w.shaking), s.acceleration))
-    t = scaled(w.half, minus(q.moment, s.moment))
-    f = frame_of(w.turn)
-    i = times(times(f, full(body.inertia)), transposed(f))
-    a = inverse(Matrix(1.0 + a.xx, a.xy, a.xz, a.yx, 1.0 + a.yy, a.yz, a.zx, a.zy, 1.0 + a.zz))
-    c = times(c, a)
-    e = apply(inverse(matrix_minus(matrix_plus(i, d), times(c, b))), minus(t, apply(c, u)))
-    return BodyChange(apply(a, minus(u, apply(b, e))), e)
+def solve_velocity_change(
+    body: BodyConstants, state: BodyState, predicted: PredictedBody, equations: ContactEquations
+) -> BodyChange:
+    """Solve the equations for the velocities at the end of the step by 3 × 3 blocks."""
+    a, b, c, d = equations.a, equations.b, equations.c, equations.d
+    u = scale_vector(predicted.half, minus(centre_acceleration(equations.force, predicted.shaking), state.acceleration))
+    t = scale_vector(predicted.half, minus(equations.moment, state.moment))
+    f = rotation_matrix(predicted.turn)
+    i = matrix_product(matrix_product(f, full_matrix(body.inertia)), transpose(f))
+    a = inverse_matrix(Matrix(1.0 + a.xx, a.xy, a.xz, a.yx, 1.0 + a.yy, a.yz, a.zx, a.zy, 1.0 + a.zz))
+    c = matrix_product(c, a)
+    e = matrix_times_vector(
+        inverse_matrix(matrix_minus(matrix_plus(i, d), matrix_product(c, b))), minus(t, matrix_times_vector(c, u))
+    )
+    return BodyChange(matrix_times_vector(a, minus(u, matrix_times_vector(b, e))), e)

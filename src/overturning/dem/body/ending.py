@@ -13,12 +13,21 @@ from overturning.dem.body.state import (
     BodyPeaks,
     BodyShaking,
     BodyState,
-    Point,
+    PointBeforeAndAfter,
     TerminationLimits,
-    lean_of,
-    spin_of,
+    lean_measure,
+    state_angular_velocity,
 )
-from overturning.dem.body.vectors import Matrix, Vector, apply, cross, dot, frame_of, full, plus
+from overturning.dem.body.vectors import (
+    Matrix,
+    Vector,
+    cross_product,
+    dot_product,
+    full_matrix,
+    matrix_times_vector,
+    plus,
+    rotation_matrix,
+)
 from overturning.dem.kernel.clock import Attempt
 from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, UPRIGHT, CaseProgress, is_still
 from overturning.dem.kernel.ground import within_sample
@@ -29,69 +38,71 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 load_body, load_state, load_peaks = (ROWS.access(of).load for of in (BodyConstants, BodyState, BodyPeaks))
 load_account, load_course, load_limits = (ROWS.access(of).load for of in (BodyAccount, CaseProgress, TerminationLimits))
 load_shaking = ROWS.access(BodyShaking).load
-load_memory = VERTEX.access(Point, "old").load
+load_memory = VERTEX.access(PointBeforeAndAfter, "old").load
 VERTEX_SIZE: Final = VERTEX.size
 LENGTH: Final = ROWS.row(Attempt, "length")
 
 
 @njit(**INLINE)
-def twice_kinetic_energy(body: BodyConstants, s: BodyState) -> float:
-    """Return twice the kinetic energy per mass, m²/s²."""
-    return dot(s.velocity, s.velocity) + dot(s.momentum, spin_of(body, s))
+def twice_kinetic_energy(body: BodyConstants, state: BodyState) -> float:
+    """Return twice the kinetic energy of a body per mass, m²/s²."""
+    return dot_product(state.velocity, state.velocity) + dot_product(
+        state.momentum, state_angular_velocity(body, state)
+    )
 
 
 @njit(**INLINE)
-def total_of(s: BodyState) -> float:
-    """Return a sum that is finite if position, rotation and velocity are."""
-    v, p, q = s.velocity, s.place, s.turn
+def finite_check_sum(state: BodyState) -> float:
+    """Return a sum that is finite if position, rotation and velocity of a body are."""
+    v, p, q = state.velocity, state.place, state.turn
     return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
 
 @njit(**INNER)
-def energy(body: BodyConstants, s: BodyState, vertices: Any, count: int, j: int) -> float:
-    """Compute the kinetic, gravitational and spring energy per mass, m²/s²."""
+def body_energy(body: BodyConstants, state: BodyState, vertex_rows: Any, vertex_count: int, lane: int) -> float:
+    """Compute the kinetic, gravitational and spring energy of a body per mass, m²/s²."""
     springs = 0.0
-    for i in range(count):
-        one = load_memory(vertices[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], j)
+    for i in range(vertex_count):
+        one = load_memory(vertex_rows[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], lane)
         depth = max(one.depth, 0.0)
         springs += body.stiffness * depth * depth + body.tangential * (one.sx * one.sx + one.sy * one.sy)
-    return 0.5 * (twice_kinetic_energy(body, s) + springs) + GRAVITY * (s.place.z - body.foot)
+    return 0.5 * (twice_kinetic_energy(body, state) + springs) + GRAVITY * (state.place.z - body.foot)
 
 
 @njit(**INLINE)
-def spin_about_origin(s: BodyState) -> float:
-    """Return the vertical angular momentum about the origin per mass, m²/s."""
-    return float(s.momentum.z + (s.place.x * s.velocity.y - s.place.y * s.velocity.x))
+def angular_momentum_about_origin(state: BodyState) -> float:
+    """Return the vertical angular momentum of a body about the origin per mass, m²/s."""
+    return float(state.momentum.z + (state.place.x * state.velocity.y - state.place.y * state.velocity.x))
 
 
 @njit(**INNER)
-def count_contacts(vertices: Any, count: int, j: int) -> int:
+def count_penetrating_vertices(vertex_rows: Any, vertex_count: int, lane: int) -> int:
     """Count the vertices that penetrate the ground."""
     number = 0
-    for i in range(count):
-        number += 1 if load_memory(vertices[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], j).depth > 0.0 else 0
+    for i in range(vertex_count):
+        number += 1 if load_memory(vertex_rows[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], lane).depth > 0.0 else 0
     return number
 
 
 @njit(**INLINE)
-def tilt_energy(body: BodyConstants, reach: float, lean: float) -> float:
+def tilt_energy(body: BodyConstants, edge_distance: float, lean: float) -> float:
     """Return the energy per mass that tilts a body over the nearest edge to `lean`, at most to the critical angle."""
     square = min(lean, body.critical)
-    return float(GRAVITY * (reach * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
+    return float(GRAVITY * (edge_distance * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
 
 
 @njit(**INLINE)
-def is_upright(body: BodyConstants, s: BodyState) -> bool:
+def is_upright(body: BodyConstants, state: BodyState) -> bool:
     """True if the tilt of a body is below its critical angle."""
-    return bool(lean_of(frame_of(s.turn)) < body.critical)
+    return bool(lean_measure(rotation_matrix(state.turn)) < body.critical)
 
 
 @njit(**INLINE)
-def is_sliding(body: BodyConstants, s: BodyState, reach: float) -> bool:
+def will_slide_further(body: BodyConstants, state: BodyState, edge_distance: float) -> bool:
     """True if a body will still slide or spin farther than `STILL_TO_SLIDE`; False without friction."""
-    w, f = spin_of(body, s), frame_of(s.turn)
-    v = plus(s.velocity, cross(w, Vector(-body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz)))
-    turn = w.z * reach
+    w, f = state_angular_velocity(body, state), rotation_matrix(state.turn)
+    v = plus(state.velocity, cross_product(w, Vector(-body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz)))
+    turn = w.z * edge_distance
     square = (v.x * v.x + v.y * v.y) + turn * turn
     return bool(body.friction > 0.0 and square >= 2.0 * STILL_TO_SLIDE * GRAVITY * body.friction)
 
@@ -106,44 +117,55 @@ def pseudo_angle(x: float, y: float) -> float:
 
 
 @njit(**INNER)
-def has_fallen(f: Matrix, limits: TerminationLimits, sectors: Any) -> bool:
+def has_fallen(frame: Matrix, limits: TerminationLimits, fall_sectors: Any) -> bool:
     """True if a body is tilted by at least its angle of fall in the direction in which it leans.
 
-    For `sectors` see `overturning.model.solid.Solid`.
+    For `fall_sectors` see `overturning.model.solid.Solid`.
     """
-    if not f.zz <= limits.fallen:
+    if not frame.zz <= limits.fallen:
         return False
-    if sectors.shape[0] == 0 or f.zx * f.zx + f.zy * f.zy == 0.0:
+    if fall_sectors.shape[0] == 0 or frame.zx * frame.zx + frame.zy * frame.zy == 0.0:
         return True
-    turn, k = pseudo_angle(-f.zx, -f.zy), 0
-    while k + 1 < sectors.shape[0] and turn >= sectors[k + 1, 0]:
+    turn, k = pseudo_angle(-frame.zx, -frame.zy), 0
+    while k + 1 < fall_sectors.shape[0] and turn >= fall_sectors[k + 1, 0]:
         k += 1
-    return bool(-((sectors[k, 1] * f.zx + sectors[k, 2] * f.zy) + sectors[k, 3] * f.zz) >= sectors[k, 4])
+    return bool(
+        -((fall_sectors[k, 1] * frame.zx + fall_sectors[k, 2] * frame.zy) + fall_sectors[k, 3] * frame.zz)
+        >= fall_sectors[k, 4]
+    )
 
 
 @njit(**INNER)
-def has_ended(state: Any, vertices: Any, base: int, j: int, ticks: float, end: float, sectors: Any) -> int:
-    """Return the `Status` of a case at the end of a sample, or `GOES_ON`; `base` counts the vertices of the base."""
-    count = vertices.size // VERTEX_SIZE
-    body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
-    course, limits = load_course(state, j), load_limits(state, j)
-    if not np.isfinite(total_of(s)) or peaks.depth > limits.deepest:
+def case_status(
+    state: Any,
+    vertex_rows: Any,
+    base_vertex_count: int,
+    lane: int,
+    ticks_per_sample: float,
+    last_sample: float,
+    fall_sectors: Any,
+) -> int:
+    """Return the `Status` of a case at the end of a sample, or `GOES_ON`."""
+    count = vertex_rows.size // VERTEX_SIZE
+    body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
+    course, limits = load_course(state, lane), load_limits(state, lane)
+    if not np.isfinite(finite_check_sum(s)) or peaks.depth > limits.deepest:
         return Status.UNSTABLE
-    if has_fallen(frame_of(s.turn), limits, sectors):
+    if has_fallen(rotation_matrix(s.turn), limits, fall_sectors):
         return Status.SIMULATED
-    sample = course.sample + s.tick / ticks
+    sample = course.sample + s.tick / ticks_per_sample
     # A body that rests on its base after the last time at which it could start to move stays there.
     still = 0.5 * twice_kinetic_energy(body, s) < REST_ENERGY * GRAVITY * limits.reach
-    if sample >= course.calm and still and count_contacts(vertices, count, j) >= base:
+    if sample >= course.calm and still and count_penetrating_vertices(vertex_rows, count, lane) >= base_vertex_count:
         return Status.SIMULATED
-    if sample < end:
+    if sample < last_sample:
         return GOES_ON
-    now = energy(body, s, vertices, count, j)
+    now = body_energy(body, s, vertex_rows, count, lane)
     stands = now < course.barrier and is_upright(body, s)
     # It can no longer fall, but its peak tilt is final only when its energy cannot reach it again. On one vertex the
     # weight compresses the spring: g²/2k less energy than in the rigid body.
     past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= tilt_energy(body, limits.reach, peaks.lean)
-    if stands and past and not is_sliding(body, s, limits.reach):
+    if stands and past and not will_slide_further(body, s, limits.reach):
         return Status.SIMULATED
     if sample < course.after:
         return GOES_ON
@@ -151,56 +173,60 @@ def has_ended(state: Any, vertices: Any, base: int, j: int, ticks: float, end: f
 
 
 @njit(**INNER)
-def rests(state: Any, vertices: Any, count: int, base: int, j: int, rest_limit: float) -> bool:
+def is_at_rest(
+    state: Any, vertex_rows: Any, vertex_count: int, base_vertex_count: int, lane: int, rest_limit: float
+) -> bool:
     """True if a body rests upright on all vertices of its base, and none of them slides."""
-    body, s, held = load_body(state, j), load_state(state, j), 0
-    w, turning = s.spin, apply(full(body.inverse), s.moment)
-    speed = norm(s.velocity) + body.foot * norm(w)
-    step = body.step * state[LENGTH + j]
-    if not is_still(speed, norm(s.acceleration) + body.foot * norm(turning), step, rest_limit):
+    body, s, held = load_body(state, lane), load_state(state, lane), 0
+    w, turning = s.spin, matrix_times_vector(full_matrix(body.inverse), s.moment)
+    speed = vector_length(s.velocity) + body.foot * vector_length(w)
+    step = body.step * state[LENGTH + lane]
+    if not is_still(speed, vector_length(s.acceleration) + body.foot * vector_length(turning), step, rest_limit):
         return False
-    for i in range(count):
-        one = load_memory(vertices[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], j)
+    for i in range(vertex_count):
+        one = load_memory(vertex_rows[i * VERTEX_SIZE : (i + 1) * VERTEX_SIZE], lane)
         held += 1 if one.normal > 0.0 and one.slid == 0.0 else 0
-    return bool(held >= base and lean_of(frame_of(s.turn)) < UPRIGHT * UPRIGHT * body.critical)
+    return bool(held >= base_vertex_count and lean_measure(rotation_matrix(s.turn)) < UPRIGHT * UPRIGHT * body.critical)
 
 
 @njit(**INLINE)
-def norm(v: Vector) -> float:
+def vector_length(vector: Vector) -> float:
     """Return the length of a vector."""
-    return float(np.sqrt(dot(v, v)))
+    return float(np.sqrt(dot_product(vector, vector)))
 
 
 @njit(**INNER)
-def finish_body(state: Any, vertices: Any, j: int, status: int, out: Any, sectors: Any) -> None:
-    """Write the results of case j."""
-    count = vertices.size // VERTEX_SIZE
-    body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
-    account, course, limits = load_account(state, j), load_course(state, j), load_limits(state, j)
-    f = frame_of(s.turn)
-    fallen = status == Status.SIMULATED and has_fallen(f, limits, sectors)
-    out.fallen = 1.0 if fallen else 0.0
-    out.overturning_time = course.upright_until if fallen else np.nan
-    out.lean = max(peaks.lean, lean_of(f))
-    out.peak_slip = np.sqrt(peaks.slip)
-    out.slip_x, out.slip_y = s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
-    out.peak_penetration = peaks.depth
-    balance = (energy(body, s, vertices, count, j) - course.energy) - account.work + account.lost
-    out.energy_error = abs(balance) / max(account.work, course.barrier)
+def write_case_results(
+    state: Any, vertex_rows: Any, lane: int, status: int, case_result: Any, fall_sectors: Any
+) -> None:
+    """Write the results of the case in a lane."""
+    count = vertex_rows.size // VERTEX_SIZE
+    body, s, peaks = load_body(state, lane), load_state(state, lane), load_peaks(state, lane)
+    account, course, limits = load_account(state, lane), load_course(state, lane), load_limits(state, lane)
+    f = rotation_matrix(s.turn)
+    fallen = status == Status.SIMULATED and has_fallen(f, limits, fall_sectors)
+    case_result.fallen = 1.0 if fallen else 0.0
+    case_result.overturning_time = course.upright_until if fallen else np.nan
+    case_result.lean = max(peaks.lean, lean_measure(f))
+    case_result.peak_slip = np.sqrt(peaks.slip)
+    case_result.slip_x, case_result.slip_y = s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
+    case_result.peak_penetration = peaks.depth
+    balance = (body_energy(body, s, vertex_rows, count, lane) - course.energy) - account.work + account.lost
+    case_result.energy_error = abs(balance) / max(account.work, course.barrier)
     swing = np.sqrt(GRAVITY * (body.foot * body.foot + limits.reach * limits.reach) ** 1.5)
-    out.angular_momentum_error = abs(spin_about_origin(s) - limits.spin - account.spin) / swing
-    out.qw, out.qx, out.qy, out.qz = s.turn
+    case_result.angular_momentum_error = abs(angular_momentum_about_origin(s) - limits.spin - account.spin) / swing
+    case_result.qw, case_result.qx, case_result.qy, case_result.qz = s.turn
 
 
 @njit(**INNER)
-def record_state(state: Any, j: int, interval: float, ticks: float, path: Any) -> None:
-    """Write the state of case j into a row of its trajectory."""
-    body, s, shaking = load_body(state, j), load_state(state, j), load_shaking(state, j)
-    path.time = (load_course(state, j).sample + s.tick / ticks) * interval
-    path.x, path.y, path.z = s.place
-    path.qw, path.qx, path.qy, path.qz = s.turn
-    path.vx, path.vy, path.vz = s.velocity
-    path.wx, path.wy, path.wz = spin_of(body, s)
-    path.ground_x = -within_sample(shaking.push_x, s.tick)
-    path.ground_y = -within_sample(shaking.push_y, s.tick)
-    path.ground_z = within_sample(shaking.lift, s.tick)
+def record_body_motion(state: Any, lane: int, sampling_interval: float, ticks_per_sample: float, path_row: Any) -> None:
+    """Write the motion of the body in a lane into a row of its trajectory."""
+    body, s, shaking = load_body(state, lane), load_state(state, lane), load_shaking(state, lane)
+    path_row.time = (load_course(state, lane).sample + s.tick / ticks_per_sample) * sampling_interval
+    path_row.x, path_row.y, path_row.z = s.place
+    path_row.qw, path_row.qx, path_row.qy, path_row.qz = s.turn
+    path_row.vx, path_row.vy, path_row.vz = s.velocity
+    path_row.wx, path_row.wy, path_row.wz = state_angular_velocity(body, s)
+    path_row.ground_x = -within_sample(shaking.push_x, s.tick)
+    path_row.ground_y = -within_sample(shaking.push_y, s.tick)
+    path_row.ground_z = within_sample(shaking.lift, s.tick)

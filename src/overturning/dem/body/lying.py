@@ -14,11 +14,11 @@ from overturning.dem.body.state import (
     VERTEX,
     BaseContactState,
     BodyConstants,
-    Point,
+    PointBeforeAndAfter,
     Vertex,
     VertexHistory,
 )
-from overturning.dem.body.vectors import Matrix, apply
+from overturning.dem.body.vectors import Matrix, matrix_times_vector
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.solid import MAX_CARRYING_CORNERS
 
@@ -30,24 +30,28 @@ RESTS: Final = 0.5
 
 
 @njit(**INLINE)
-def is_of_base(body: BodyConstants, vertex: Vertex) -> bool:
-    """True if a vertex belongs to the base."""
+def belongs_to_base(body: BodyConstants, vertex: Vertex) -> bool:
+    """True if a vertex of a body belongs to its base."""
     return vertex.own.z <= -LEVEL * body.foot
 
 
 @njit(**INLINE)
-def rests(body: BodyConstants, old: VertexHistory) -> float:
+def rests_on_spring(body: BodyConstants, previous: VertexHistory) -> float:
     """Return 1 if a point is carried by its spring rather than its dashpot (it neither lands nor lifts), else 0."""
-    spring = body.stiffness * old.depth
-    return 1.0 if (old.depth > 0.0) & (abs(old.normal - spring) < RESTS * spring) else 0.0
+    spring = body.stiffness * previous.depth
+    return 1.0 if (previous.depth > 0.0) & (abs(previous.normal - spring) < RESTS * spring) else 0.0
 
 
 @njit(**INLINE)
-def include_vertex(
-    body: BodyConstants, base_contact: BaseContactState, f: Matrix, vertex: Vertex, old: VertexHistory
+def update_base_ends(
+    body: BodyConstants, base_contact: BaseContactState, frame: Matrix, vertex: Vertex, previous: VertexHistory
 ) -> BaseContactState:
-    """Update the lowest and highest base vertex with one more vertex."""
-    height, below, still = apply(f, vertex.own).z, is_of_base(body, vertex), rests(body, old)
+    """Update the lowest and highest base vertex of a body with one more vertex."""
+    height, below, still = (
+        matrix_times_vector(frame, vertex.own).z,
+        belongs_to_base(body, vertex),
+        rests_on_spring(body, previous),
+    )
     # Among equally low or high vertices choose one that rests, so that mirror images are exact.
     low = below & ((height < base_contact.low) | ((height == base_contact.low) & (still > base_contact.low_rests)))
     high = below & ((height > base_contact.high) | ((height == base_contact.high) & (still > base_contact.high_rests)))
@@ -60,15 +64,15 @@ def include_vertex(
 
 @njit(**INLINE)
 def contact_is_deferred(
-    body: BodyConstants, base_contact: BaseContactState, vertex: Vertex, height: float, old: VertexHistory
+    body: BodyConstants, base_contact: BaseContactState, vertex: Vertex, height: float, previous: VertexHistory
 ) -> bool:
     """True if a base vertex between the ends does not carry yet, because they do not both rest.
 
     `height` is the height of the vertex relative to the centre, m.
     """
     slack = body.ends * (base_contact.high - base_contact.low)
-    between = (height > base_contact.low + slack) & (height < base_contact.high - slack) & is_of_base(body, vertex)
-    return between & (old.depth <= 0.0) & (not both_ends_rest(base_contact))
+    between = (height > base_contact.low + slack) & (height < base_contact.high - slack) & belongs_to_base(body, vertex)
+    return between & (previous.depth <= 0.0) & (not both_ends_rest(base_contact))
 
 
 @njit(**INLINE)
@@ -78,13 +82,13 @@ def lands_flat(base_contact: BaseContactState) -> bool:
 
 
 @njit(**INLINE)
-def longer_landing(longest: float, landing: float, depth: float) -> float:
+def longer_landing_time(longest: float, point_landing: float, point_depth: float) -> float:
     """Return the longer of two landing times, s; that of a point counts only if the point is in contact (depth > 0)."""
-    return landing if (depth > 0.0) & (landing > longest) else longest
+    return point_landing if (point_depth > 0.0) & (point_landing > longest) else longest
 
 
 @njit(**INLINE)
-def landing_time(body: BodyConstants, base_contact: BaseContactState) -> float:
+def new_landing_time(body: BodyConstants, base_contact: BaseContactState) -> float:
     """Return the landing time of a point that touches now, s: that of points in contact, else the full landing time."""
     return body.landing if base_contact.longest_landing == IN_THE_AIR else base_contact.longest_landing
 
@@ -97,46 +101,52 @@ def both_ends_rest(base_contact: BaseContactState) -> bool:
 
 load_body, load_frame = ROWS.access(BodyConstants).load, ROWS.access(Matrix).load
 load_base_contact, store_base_contact, _ = ROWS.access(BaseContactState)
-load_vertex, load_memory = VERTEX.access(Vertex).load, VERTEX.access(Point, "old").load
+load_vertex, load_memory = VERTEX.access(Vertex).load, VERTEX.access(PointBeforeAndAfter, "old").load
 OF_A_VERTEX: Final = VERTEX.size
-LANDING_OF, DEPTH_OF = VERTEX.row(Point, "old.landing"), VERTEX.row(Point, "old.depth")
+LANDING_OF, DEPTH_OF = VERTEX.row(PointBeforeAndAfter, "old.landing"), VERTEX.row(PointBeforeAndAfter, "old.depth")
 SHORTEST, LONGEST = ROWS.row(BaseContactState, "landing"), ROWS.row(BaseContactState, "longest_landing")
 
 
 @njit(**INNER)
-def update_base_contacts(state: Any, vertices: Any, half: int, base: int, columns: int, round_: Any) -> None:
-    """Update the contact state of all bases; a base has `base` vertices, opposite vertices start at `half`."""
-    if round_:
+def update_base_contacts(
+    state: Any, vertex_rows: Any, half_size: int, base_vertex_count: int, lane_count: int, has_rim: Any
+) -> None:
+    """Update the contact state of the bases of all bodies; opposite vertices start at row `half_size`."""
+    if has_rim:
         # The ends are the lowest and the highest point of the rim.
-        for j in range(columns):
-            body, ahead = load_body(state, j), load_memory(vertices[:OF_A_VERTEX], j)
-            behind = load_memory(vertices[half : half + OF_A_VERTEX], j)
+        for j in range(lane_count):
+            body, ahead = load_body(state, j), load_memory(vertex_rows[:OF_A_VERTEX], j)
+            behind = load_memory(vertex_rows[half_size : half_size + OF_A_VERTEX], j)
             landing = ahead.landing if ahead.landing < behind.landing else behind.landing
-            longest = longer_landing(
-                longer_landing(IN_THE_AIR, ahead.landing, ahead.depth), behind.landing, behind.depth
+            longest = longer_landing_time(
+                longer_landing_time(IN_THE_AIR, ahead.landing, ahead.depth), behind.landing, behind.depth
             )
             store_base_contact(
-                state, j, BaseContactState(0.0, 0.0, rests(body, ahead), rests(body, behind), landing, longest)
+                state,
+                j,
+                BaseContactState(
+                    0.0, 0.0, rests_on_spring(body, ahead), rests_on_spring(body, behind), landing, longest
+                ),
             )
         return
-    few = base <= MAX_CARRYING_CORNERS
-    for j in range(columns):
+    few = base_vertex_count <= MAX_CARRYING_CORNERS
+    for j in range(lane_count):
         first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, IN_THE_AIR)
         store_base_contact(state, j, first if few else BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, IN_THE_AIR))
-    for point in range(0, 2 * half, OF_A_VERTEX):
-        one = vertices[point : point + OF_A_VERTEX]
-        for j in range(columns):
-            of_base = is_of_base(load_body(state, j), load_vertex(one, j))
+    for point in range(0, 2 * half_size, OF_A_VERTEX):
+        one = vertex_rows[point : point + OF_A_VERTEX]
+        for j in range(lane_count):
+            of_base = belongs_to_base(load_body(state, j), load_vertex(one, j))
             left, least = one[LANDING_OF + j], state[SHORTEST + j]
             state[SHORTEST + j] = left if of_base & (left < least) else least
             longest = state[LONGEST + j]
-            state[LONGEST + j] = longer_landing(longest, left, one[DEPTH_OF + j]) if of_base else longest
+            state[LONGEST + j] = longer_landing_time(longest, left, one[DEPTH_OF + j]) if of_base else longest
     if few:
         return
-    for point in range(0, 2 * half, OF_A_VERTEX):
-        one = vertices[point : point + OF_A_VERTEX]
-        for j in range(columns):
+    for point in range(0, 2 * half_size, OF_A_VERTEX):
+        one = vertex_rows[point : point + OF_A_VERTEX]
+        for j in range(lane_count):
             base_contact = load_base_contact(state, j)
-            store_base_contact(state, j, include_vertex(
+            store_base_contact(state, j, update_base_ends(
                 load_body(state, j), base_contact, load_frame(state, j), load_vertex(one, j), load_memory(one, j)
             ))  # fmt: skip

@@ -12,7 +12,12 @@ from overturning.dem.body.path import BodyPath
 from overturning.dem.body.results import outcome_variables
 from overturning.dem.body.rules import BodyRules, RimBodies, VertexBodies
 from overturning.dem.body.state import COLUMNS, RIGID_TIME_RATIO, TICKS
-from overturning.dem.body.statics import highest_mode, lowest_mode, rest, unloading
+from overturning.dem.body.statics import (
+    largest_unit_eigenvalue,
+    pose_at_rest,
+    smallest_unit_eigenvalue,
+    unloading_limits,
+)
 from overturning.dem.body.tables import BODY, CASE, RESULT, ROW, START
 from overturning.dem.kernel.clock import BODY as PACE
 from overturning.dem.limits import MAX_PENETRATION, MAX_TIME_AFTER_RECORD, exceeds_penetration_limit
@@ -118,7 +123,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     )
     made = [shape.body(*(float(value) for value in size)) for size in sizes]
     laws = np.array([contact.specific(body) for body in made])
-    modes = np.array([highest_mode(body) for body in made])
+    modes = np.array([largest_unit_eigenvalue(body) for body in made])
     foot, reach = np.array([body.foot for body in made]), np.array([body.reach for body in made])
     base = made[0].base
     check_precision(0.5 * base * laws[:, 0], 2.0 * foot, 0.0)
@@ -128,7 +133,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
     steps, pace = _clock_settings(numerics, square[which], dashpot * modes[which], interval, period[which])
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
-    row, cosines, along = _shaking(motion, cases)
+    row, cosines, along = _base_motions(motion, cases)
     first, calm, stays_at_rest = (
         np.zeros(cases.size, np.int64),
         np.full(cases.size, np.inf),
@@ -143,7 +148,9 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
             motion, np.zeros(cases.size, np.int64), amplitude, strongest, threshold
         )
         calm = quiet.astype(np.float64)
-        slowest, unloads = (np.array([function(body) for body in made]) for function in (lowest_mode, unloading))
+        slowest, unloads = (
+            np.array([function(body) for body in made]) for function in (smallest_unit_eigenvalue, unloading_limits)
+        )
         stiffer = np.maximum(laws[which, 0], laws[which, 1])
         rings = overshoot((np.minimum(laws[:, 0], laws[:, 1]) * slowest)[which], dashpot / stiffer, interval)
         rest_limit = rest_threshold(
@@ -167,13 +174,13 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     }
     for name, values in columns.items():
         table[name] = values
-    poses = [rest(body, float(law[0])) for body, law in zip(made, laws, strict=True)]
+    poses = [pose_at_rest(body, float(law[0])) for body, law in zip(made, laws, strict=True)]
     sunk = np.array([_deepest_penetration(body, pose) for body, pose in zip(made, poses, strict=True)])
     if start is None:
-        table["start"] = np.array([_at_rest(pose) for pose in poses])[which]
+        table["start"] = np.array([_start_at_rest(pose) for pose in poses])[which]
     else:
         table["start"] = (*start.place, *start.quaternion, *start.velocity, *start.angular_velocity)
-    bodies, points = _kernel_tables(made)
+    bodies, points = _body_tables(made)
     return BodyPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies, points=points,
         cosines=cosines, row=row, ground=along, steps=steps, first=first, table=table,
@@ -183,11 +190,16 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
 
 
 def _clock_settings(
-    numerics: Numerics, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray
+    numerics: Numerics,
+    squared_frequency: FloatArray,
+    damping_rate: FloatArray,
+    sampling_interval: float,
+    rocking_time: FloatArray,
 ) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
     """Return the number of whole steps in a sample, and the clock settings (`Clock`) of each case.
 
-    `square` is ω² (1/s²), `rate` twice the damping rate (1/s), `period` 1/p (s), each of shape (n,).
+    `squared_frequency` is ω² (1/s²), `damping_rate` twice the damping rate (1/s), `rocking_time` 1/p (s), each
+    of shape (n,).
 
     Raises
     ------
@@ -195,29 +207,31 @@ def _clock_settings(
         If the time step is longer than the longest allowed one.
     """
     # The scheme is stable with any step; accuracy limits it, expressed as the stable step of an undamped oscillator.
-    whole = PACE.longest * period
+    whole = PACE.longest * rocking_time
     per_sample = partial(
         steps_per_sample, Scheme.CUNDALL, square=(2.0 / whole) ** 2, rate=np.zeros(whole.size),
-        sampling_interval=interval, period=period,
+        sampling_interval=sampling_interval, period=rocking_time,
     )  # fmt: skip
     usual = per_sample("1 stable")
     steps = usual if numerics.time_step == "auto" else per_sample(numerics.time_step)
-    tick, contact = interval / steps / PACE.whole, contact_time(square, rate)
-    share = np.minimum(interval / steps / whole, 1.0)
+    tick, contact = sampling_interval / steps / PACE.whole, contact_time(squared_frequency, damping_rate)
+    share = np.minimum(sampling_interval / steps / whole, 1.0)
     finest = np.exp2(np.frexp(np.clip(PACE.finest * share * contact / tick, 1.0, PACE.whole))[1] - 1.0)
     # A refined case has shorter ticks, hence more of them.
     steps = steps * numerics.refinement
     # A contact that is not overdamped would keep oscillating in steps of a sample.
-    rigid = (np.sqrt(square) * interval >= RIGID_TIME_RATIO) & (rate >= np.sqrt(square))
+    rigid = (np.sqrt(squared_frequency) * sampling_interval >= RIGID_TIME_RATIO) & (
+        damping_rate >= np.sqrt(squared_frequency)
+    )
     return steps, {
         "finest": finest,
         "standing": PACE.whole * np.where(rigid, np.gcd(usual, steps), 1),
-        "dwell": np.round(PACE.dwell_of(square, rate) * steps / usual),
+        "dwell": np.round(PACE.dwell_of(squared_frequency, damping_rate) * steps / usual),
         "settled": np.round(PACE.settled * steps / usual),
     }
 
 
-def _shaking(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+def _base_motions(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
     """Return row and direction cosines of each case, and the base acceleration along x and y for each row, m/s²."""
     distinct, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
     along = np.zeros((distinct.size, 2, motion.samples + 3))
@@ -234,7 +248,7 @@ def _deepest_penetration(body: Solid, pose: FloatArray) -> float:
     return float(np.max(body.foot - pose[2] - (pose[3] * y - pose[4] * x)))
 
 
-def _at_rest(pose: FloatArray) -> NDArray[np.void]:
+def _start_at_rest(pose: FloatArray) -> NDArray[np.void]:
     """Convert the pose of a body at rest to initial conditions of type `START`."""
     half = 0.5 * pose[3:]
     begin = np.zeros((), START)
@@ -243,12 +257,12 @@ def _at_rest(pose: FloatArray) -> NDArray[np.void]:
     return begin
 
 
-def _kernel_tables(made: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
-    """Return the kernel's table of bodies and their vertices; an odd number is padded with one at the centre."""
-    count = len(made[0].points)
-    points, table = np.zeros((len(made), count + count % 2, 3)), np.zeros(len(made), BODY)
+def _body_tables(solids: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
+    """Return the kernel's table of bodies and the table of their vertices; an odd number is padded at the centre."""
+    count = len(solids[0].points)
+    points, table = np.zeros((len(solids), count + count % 2, 3)), np.zeros(len(solids), BODY)
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
-    for index, body in enumerate(made):
+    for index, body in enumerate(solids):
         points[index, :count] = body.points
         for name, at in pairs.items():
             table[index][f"i{name}"], table[index][f"a{name}"] = body.inverse_inertia[at], body.inertia[at]

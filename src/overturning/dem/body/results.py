@@ -11,58 +11,58 @@ from overturning.model.variables import INT8_MISSING
 
 
 def outcome_variables(
-    out: NDArray[np.void], orientation: FloatArray, cosines: FloatArray, faces: list[FloatArray]
+    kernel_results: NDArray[np.void], orientation_deg: FloatArray, cosines: FloatArray, faces: list[FloatArray]
 ) -> dict[str, Any]:
     """Return the outcome variables and ``block_steps`` of n cases.
 
     Parameters
     ----------
-    out : ndarray
+    kernel_results : ndarray
         Results of the kernel, of type `overturning.dem.body.rules.RESULT`, shape (n,).
-    orientation : ndarray
+    orientation_deg : ndarray
         Orientation of each case, degrees, shape (n,).
     cosines : ndarray
         Direction cosines of the orientation, north and east, shape (n, 2).
     faces : list of ndarray
         Outward normals of the faces of each body at rest, shape (faces, 3).
     """
-    w, x, y, z = (out[name] for name in ("qw", "qx", "qy", "qz"))
+    w, x, y, z = (kernel_results[name] for name in ("qw", "qx", "qy", "qz"))
     top_x, top_y = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x)
     with np.errstate(invalid="ignore", over="ignore"):
-        answered = out["status"] == Status.SIMULATED
-        fell = answered & (out["fallen"] > 0)
+        answered = kernel_results["status"] == Status.SIMULATED
+        fell = answered & (kernel_results["fallen"] > 0)
         # x points towards the orientation, y 90° anticlockwise from it.
-        azimuth = np.mod(orientation - _degrees(np.arctan2(top_y, top_x)), 360.0)
-        lean = np.clip(out["lean"], 0.0, 2.0)
+        azimuth = np.mod(orientation_deg - _rounded_degrees(np.arctan2(top_y, top_x)), 360.0)
+        lean = np.clip(kernel_results["lean"], 0.0, 2.0)
         sine = np.sqrt(np.minimum(lean, 2.0 - lean))
         tilt = np.where(lean <= 1.0, np.arcsin(sine), np.pi - np.arcsin(sine))
-        twist = np.mod(_degrees(-2.0 * np.arctan2(z, w)) + 180.0, 360.0) - 180.0
-        slip_x, slip_y = out["slip_x"], out["slip_y"]
+        twist = np.mod(_rounded_degrees(-2.0 * np.arctan2(z, w)) + 180.0, 360.0) - 180.0
+        slip_x, slip_y = kernel_results["slip_x"], kernel_results["slip_y"]
         return {
             "overturned": fell,
-            "status": out["status"],
+            "status": kernel_results["status"],
             "fall_azimuth": np.where(fell, azimuth, np.nan),
             "fall_face": [
                 _lowest_face(side, one) if is_down and len(side) else INT8_MISSING
                 for side, one, is_down in zip(faces, np.stack([w, x, y, z], axis=1), fell, strict=True)
             ],
-            "peak_tilt": _degrees(tilt),
-            "overturning_time": np.where(fell, out["overturning_time"], np.nan),
-            "peak_slip": out["peak_slip"],
+            "peak_tilt": _rounded_degrees(tilt),
+            "overturning_time": np.where(fell, kernel_results["overturning_time"], np.nan),
+            "peak_slip": kernel_results["peak_slip"],
             "residual_slip_north": slip_x * cosines[:, 0] + slip_y * cosines[:, 1],
             "residual_slip_east": slip_x * cosines[:, 1] - slip_y * cosines[:, 0],
             "residual_twist": np.where(fell, np.nan, twist),
-            "peak_penetration": out["peak_penetration"],
-            "energy_error": out["energy_error"],
-            "angular_momentum_error": out["angular_momentum_error"],
-            "block_steps": out["block_steps"],
-            "samples_left_out": out["samples_left_out"],
+            "peak_penetration": kernel_results["peak_penetration"],
+            "energy_error": kernel_results["energy_error"],
+            "angular_momentum_error": kernel_results["angular_momentum_error"],
+            "block_steps": kernel_results["block_steps"],
+            "samples_left_out": kernel_results["samples_left_out"],
         }
 
 
-def _degrees(angle: FloatArray) -> FloatArray:
-    """Convert to degrees, rounded: libm and SIMD versions differ in the last digit between processors."""
-    return np.asarray(np.round(np.degrees(angle), 9))
+def _rounded_degrees(radians: FloatArray) -> FloatArray:
+    """Convert radians to degrees, rounded: libm and SIMD versions differ in the last digit between processors."""
+    return np.asarray(np.round(np.degrees(radians), 9))
 
 
 def _lowest_face(faces: FloatArray, quaternion: FloatArray) -> int:

@@ -11,8 +11,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.centred_loops import loops
-from overturning.dem.body.ending import energy, finish_body, has_ended, record_state, rests, spin_about_origin, total_of
+from overturning.dem.body.centred_loops import sample_loops
+from overturning.dem.body.ending import (
+    angular_momentum_about_origin,
+    body_energy,
+    case_status,
+    finite_check_sum,
+    is_at_rest,
+    record_body_motion,
+    write_case_results,
+)
 from overturning.dem.body.state import (
     COLUMNS,
     ROWS,
@@ -23,24 +31,24 @@ from overturning.dem.body.state import (
     BodyShaking,
     BodyState,
     LoadedSample,
-    Point,
+    PointBeforeAndAfter,
     TerminationLimits,
     Vertex,
     VertexHistory,
-    lean_of,
+    lean_measure,
 )
 from overturning.dem.body.vectors import (
     Matrix,
     Quaternion,
     Symmetric,
     Vector,
-    apply,
-    cross,
-    frame_of,
-    full,
+    cross_product,
+    full_matrix,
+    matrix_times_vector,
     plus,
-    scaled,
-    transposed,
+    rotation_matrix,
+    scale_vector,
+    transpose,
 )
 from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ending import STILL, CaseProgress, RestState, begin_sample, cannot_end_yet
@@ -63,7 +71,7 @@ class RimBodies(NamedTuple):
     round: bool = True
 
 
-LOOPS: Final = {VertexBodies: loops(False), RimBodies: loops(True)}
+LOOPS: Final = {VertexBodies: sample_loops(False), RimBodies: sample_loops(True)}
 """Function that computes the steps of a sample, by the type of the marker."""
 
 
@@ -105,7 +113,7 @@ load_peaks, store_peaks, _ = ROWS.access(BodyPeaks)
 load_course, store_course, _ = ROWS.access(CaseProgress)
 load_limits, store_limits, _ = ROWS.access(TerminationLimits)
 store_shaking, store_attempt, store_clock = (ROWS.access(of).store for of in (BodyShaking, Attempt, Clock))
-store_vertex, store_memory = VERTEX.access(Vertex).store, VERTEX.access(Point, "old").store
+store_vertex, store_memory = VERTEX.access(Vertex).store, VERTEX.access(PointBeforeAndAfter, "old").store
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
 TICK, LAST_UPRIGHT = ROWS.row(BodyState, "tick"), ROWS.row(BodyPeaks, "last_upright")
@@ -133,44 +141,46 @@ def start(rules: Any, work: Any, lane: int, case: int) -> None:
 
 @njit(**INNER)
 def initialise_lane(
-    state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, interval: float, ticks: float
-) -> None:
-    """Load a case into lane j; `ticks` is the number of ticks per sample."""
+    state: Any, vertex_rows: Any, lane: int, case: Any, solid: Any, points: Any,
+    sampling_interval: float, ticks_per_sample: float,
+) -> None:  # fmt: skip
+    """Load the initial state of a case into a lane."""
     for row in range(NUMBERS):
-        state[row * COLUMNS + j] = 0.0
+        state[row * COLUMNS + lane] = 0.0
     ks, at = case.tangential, case.start
     body = BodyConstants(
-        inverse=Symmetric(of.ixx, of.iyy, of.izz, of.ixy, of.ixz, of.iyz),
-        inertia=Symmetric(of.axx, of.ayy, of.azz, of.axy, of.axz, of.ayz),
-        foot=of.foot,
-        radius=of.radius,
+        inverse=Symmetric(solid.ixx, solid.iyy, solid.izz, solid.ixy, solid.ixz, solid.iyz),
+        inertia=Symmetric(solid.axx, solid.ayy, solid.azz, solid.axy, solid.axz, solid.ayz),
+        foot=solid.foot,
+        radius=solid.radius,
         stiffness=case.stiffness,
         tangential=ks,
         compliance=1.0 / ks if ks > 0.0 else 0.0,
         dashpot=case.dashpot,
         friction=case.friction,
-        critical=of.critical,
-        ends=of.ends,
-        step=interval / ticks,
+        critical=solid.critical,
+        ends=solid.ends,
+        step=sampling_interval / ticks_per_sample,
         landing=LANDING * case.dashpot / case.stiffness,
     )
     place, turn = Vector(at.x, at.y, at.z), Quaternion(at.qw, at.qx, at.qy, at.qz)
-    v, w, f = Vector(at.vx, at.vy, at.vz), Vector(at.wx, at.wy, at.wz), frame_of(turn)
+    v, w, f = Vector(at.vx, at.vy, at.vz), Vector(at.wx, at.wy, at.wz), rotation_matrix(turn)
     # Acceleration and moment from gravity and springs at the start.
     az, mx, my = -GRAVITY, 0.0, 0.0
     for i in range(points.shape[0]):
-        one, own = vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], Vector(points[i, 0], points[i, 1], points[i, 2])
-        arm = apply(f, own)
-        store_vertex(one, j, Vertex(own))
+        one = vertex_rows[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX]
+        own = Vector(points[i, 0], points[i, 1], points[i, 2])
+        arm = matrix_times_vector(f, own)
+        store_vertex(one, lane, Vertex(own))
         # Velocity is stored for points of a rim, position for vertices.
-        known = plus(v, cross(w, arm)) if body.radius > 0.0 else plus(place, arm)
+        known = plus(v, cross_product(w, arm)) if body.radius > 0.0 else plus(place, arm)
         depth = -(place.z + arm.z)
         n = body.stiffness * max(depth, 0.0)
         store_memory(
-            one, j, VertexHistory(sx=0.0, sy=0.0, x=known.x, y=known.y, depth=depth, normal=n, slid=0.0, landing=0.0)
+            one, lane, VertexHistory(sx=0.0, sy=0.0, x=known.x, y=known.y, depth=depth, normal=n, slid=0.0, landing=0.0)
         )
         az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
-    momentum = momentum_of(body.inverse, f, w)
+    momentum = angular_momentum(body.inverse, f, w)
     begin = BodyState(
         place=place,
         turn=turn,
@@ -181,41 +191,45 @@ def initialise_lane(
         moment=Vector(mx, my, 0.0),
         tick=0.0,
     )
-    store_body(state, j, body)
-    store_clock(state, j, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
-    store_state(state, j, begin)
-    store_attempt(state, j, Attempt(case.finest, case.dwell, 0.0))
-    store_peaks(state, j, BodyPeaks(lean_of(f), 0.0, 0.0, -1.0))
-    barrier = GRAVITY * (np.sqrt(of.reach * of.reach + of.foot * of.foot) - of.foot)
-    store_course(state, j, CaseProgress(
-        case.amplitude, case.first, case.calm, case.after, case.first * interval,
-        energy(body, begin, vertices, points.shape[0], j), barrier,
+    store_body(state, lane, body)
+    store_clock(state, lane, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
+    store_state(state, lane, begin)
+    store_attempt(state, lane, Attempt(case.finest, case.dwell, 0.0))
+    store_peaks(state, lane, BodyPeaks(lean_measure(f), 0.0, 0.0, -1.0))
+    barrier = GRAVITY * (np.sqrt(solid.reach * solid.reach + solid.foot * solid.foot) - solid.foot)
+    store_course(state, lane, CaseProgress(
+        case.amplitude, case.first, case.calm, case.after, case.first * sampling_interval,
+        body_energy(body, begin, vertex_rows, points.shape[0], lane), barrier,
     ))  # fmt: skip
-    state[REST_LIMIT + j] = case.rest_limit
-    store_limits(state, j, TerminationLimits(spin_about_origin(begin), of.reach, of.fallen, of.deepest, case.steady))
+    state[REST_LIMIT + lane] = case.rest_limit
+    store_limits(state, lane, TerminationLimits(
+        angular_momentum_about_origin(begin), solid.reach, solid.fallen, solid.deepest, case.steady
+    ))  # fmt: skip
 
 
 @njit(**INNER)
-def momentum_of(a: Symmetric, f: Matrix, w: Vector) -> Vector:
+def angular_momentum(a: Symmetric, f: Matrix, w: Vector) -> Vector:
     """Return the angular momentum in space, from the angular velocity; `a` is the inverse inertia, `f` the axes."""
     cofactors = Symmetric(
         a.yy * a.zz - a.yz**2, a.xx * a.zz - a.xz**2, a.xx * a.yy - a.xy**2,
         a.xz * a.yz - a.xy * a.zz, a.xy * a.yz - a.xz * a.yy, a.xy * a.xz - a.xx * a.yz,
     )  # fmt: skip
     inverse = 1.0 / ((a.xx * cofactors.xx + a.xy * cofactors.xy) + a.xz * cofactors.xz)
-    return apply(f, scaled(inverse, apply(full(cofactors), apply(transposed(f), w))))
+    return matrix_times_vector(
+        f, scale_vector(inverse, matrix_times_vector(full_matrix(cofactors), matrix_times_vector(transpose(f), w)))
+    )
 
 
 def load(rules: Any, work: Any, cases: Any, columns: int) -> None:
     """Begin a sample: normalise the rotations and load the base motion."""
-    next_sample(work.state, columns, rules.row, cases, rules.ground, rules.job)
+    load_next_sample(work.state, columns, rules.row, cases, rules.ground, rules.job)
 
 
 @njit(**INNER)
-def next_sample(state: Any, columns: int, row: Any, cases: Any, ground: Any, job: Job) -> None:
+def load_next_sample(state: Any, lane_count: int, motion_rows: Any, cases: Any, ground: Any, job: Job) -> None:
     """Scale the quaternions to length 1, and load the base motion of the current sample of each lane."""
     along, up, ticks, interval, scale = ground.along, ground.up, job.ticks, job.interval, 1.0 / job.ticks
-    for j in range(columns):
+    for j in range(lane_count):
         s = load_state(state, j)
         q = s.turn
         unit = 1.5 - 0.5 * ((q.w * q.w + q.z * q.z) + (q.x * q.x + q.y * q.y))
@@ -224,15 +238,15 @@ def next_sample(state: Any, columns: int, row: Any, cases: Any, ground: Any, job
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
     last = up.shape[0] - 3
-    for j in range(columns):
+    for j in range(lane_count):
         course = load_course(state, j)
         if state[LOADED + j] == course.sample + 1.0:
             continue
         state[LOADED + j] = course.sample + 1.0
         i = min(int(course.sample), last)
         # A base that accelerates one way pushes the body the other way.
-        push_x = piece(along[row[cases[j]], 0], i, -course.amplitude, scale)
-        push_y = piece(along[row[cases[j]], 1], i, -course.amplitude, scale)
+        push_x = piece(along[motion_rows[cases[j]], 0], i, -course.amplitude, scale)
+        push_y = piece(along[motion_rows[cases[j]], 1], i, -course.amplitude, scale)
         store_shaking(state, j, BodyShaking(push_x, push_y, piece(up, i, course.amplitude, scale)))
 
 
@@ -244,7 +258,7 @@ def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tu
         path = with_room(path, recorded + 1, job.max_rows)
         if path.shape[0] == recorded:
             return path, -1
-        record_state(work.state, 0, job.interval, job.ticks, path[recorded])
+        record_body_motion(work.state, 0, job.interval, job.ticks, path[recorded])
         recorded += 1 if recorded == 0 or path[recorded].time > path[recorded - 1].time else 0
     loops_of(kind)(kind, work.state, work.vertices, count, base, columns, job.steps_per_check, job.ticks)
     return path, recorded
@@ -252,27 +266,31 @@ def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tu
 
 def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
     """Mark the lanes that may have ended, and count them."""
-    return mark_due(work.state, active, due, rules.job.ticks, float(rules.job.samples))
+    return mark_possibly_ended(work.state, active, due, rules.job.ticks, float(rules.job.samples))
 
 
 @njit(**INNER)
-def mark_due(state: Any, active: int, due: Any, ticks: float, end: float) -> int:
+def mark_possibly_ended(state: Any, active_count: int, marks: Any, ticks_per_sample: float, last_sample: float) -> int:
     """Mark and count lanes that have fallen, have failed, or are past the samples in which the motion can move them."""
     count = 0.0
-    for j in range(active):
+    for j in range(active_count):
         s, limits = load_state(state, j), load_limits(state, j)
-        sound = (frame_of(s.turn).zz > limits.fallen) & (load_peaks(state, j).depth <= limits.deepest)
-        due[j] = 0.0 if cannot_end_yet(load_course(state, j), s.tick, ticks, end, total_of(s), sound) else 1.0
-    for j in range(active):
-        count += due[j]
+        sound = (rotation_matrix(s.turn).zz > limits.fallen) & (load_peaks(state, j).depth <= limits.deepest)
+        marks[j] = (
+            0.0
+            if cannot_end_yet(load_course(state, j), s.tick, ticks_per_sample, last_sample, finite_check_sum(s), sound)
+            else 1.0
+        )
+    for j in range(active_count):
+        count += marks[j]
     return int(count)
 
 
 @njit(**INNER)
-def find_slow(state: Any, active: int) -> int:
+def mark_possibly_at_rest(state: Any, active_count: int) -> int:
     """Mark and count lanes that may be at rest: a quick test for all lanes, passed by every lane at rest."""
     number = 0
-    for j in range(active):
+    for j in range(active_count):
         s, length, least = load_state(state, j), state[LENGTH + j], STILL * state[REST_LIMIT + j] * GRAVITY
         v, a, most = s.velocity, s.acceleration, 1.001 * least
         still = (abs(a.x) < most) & (abs(a.y) < most) & (abs(a.z) < most)
@@ -287,7 +305,7 @@ def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> 
     """Skip samples of lanes at rest."""
     job, state, ground, row, base = rules.job, work.state, rules.ground, rules.row, rules.base
     count = rules.points.shape[1]
-    if find_slow(state, active) == 0:
+    if mark_possibly_at_rest(state, active) == 0:
         return
     for j in range(active):
         course, over, rest_limit = load_course(state, j), state[TICK + j] * (1.0 / job.ticks), state[REST_LIMIT + j]
@@ -295,7 +313,7 @@ def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> 
         # Test the motion first: testing the body takes longer.
         quiet = state[AT_REST + j] > 0.0 and is_rest_check_sample(now)
         quiet = quiet and below_rest_threshold(ground, row[cases[j]], now, course.amplitude, rest_limit)
-        if quiet and rests(state, work.vertices, count, base, j, rest_limit):
+        if quiet and is_at_rest(state, work.vertices, count, base, j, rest_limit):
             samples = samples_at_rest(ground, row[cases[j]], now, course.amplitude, rest_limit)
             state[SAMPLE + j] += samples
             left_out[j] += samples
@@ -304,13 +322,13 @@ def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> 
 def end_status(rules: Any, work: Any, lane: int, case: int) -> int:
     """Return the `Status` of a lane, or `GOES_ON`."""
     end, sectors = float(rules.job.samples), rules.sectors[rules.cases[case].body]
-    return has_ended(work.state, work.vertices, rules.base, lane, rules.job.ticks, end, sectors)
+    return case_status(work.state, work.vertices, rules.base, lane, rules.job.ticks, end, sectors)
 
 
 def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
     """Write the results of a lane."""
     sectors = rules.sectors[rules.cases[case].body]
-    finish_body(work.state, work.vertices, lane, status, rules.results[case], sectors)
+    write_case_results(work.state, work.vertices, lane, status, rules.results[case], sectors)
 
 
 implement(BodyRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)

@@ -10,7 +10,16 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.body.vectors import Matrix, Quaternion, Symmetric, Vector, apply, frame_of, full, transposed
+from overturning.dem.body.vectors import (
+    Matrix,
+    Quaternion,
+    Symmetric,
+    Vector,
+    full_matrix,
+    matrix_times_vector,
+    rotation_matrix,
+    transpose,
+)
 from overturning.dem.kernel.clock import BODY, Attempt, Clock
 from overturning.dem.kernel.ending import CaseProgress, RestState
 from overturning.dem.kernel.ground import Line
@@ -48,7 +57,7 @@ class BodyConstants(NamedTuple):
     friction: float
     """Coefficient of friction μ."""
     critical: float
-    """`lean_of` at the critical angle."""
+    """`lean_measure` at the critical angle."""
     ends: float
     """Share of the rise from the lowest to the highest base vertex within which vertices belong to the ends."""
     step: float
@@ -106,7 +115,7 @@ class VertexHistory(NamedTuple):
     """Remaining time of a flat landing, s; 0 or less if there is none."""
 
 
-class Point(NamedTuple):
+class PointBeforeAndAfter(NamedTuple):
     """Contact point before a step, and its new state if the step is accepted."""
 
     old: VertexHistory
@@ -218,7 +227,7 @@ class PredictedPoint(NamedTuple):
     """Landing time of the point if it touches now, s."""
 
 
-class Rejection(NamedTuple):
+class StepRejection(NamedTuple):
     """1 if the last step was rejected (`again`); 1 if the next attempt keeps its assumptions (`sooner`); else 0."""
 
     again: float
@@ -244,7 +253,7 @@ class PredictedBody(NamedTuple):
     """Half the length of the step, s."""
 
 
-class Equations(NamedTuple):
+class ContactEquations(NamedTuple):
     """Sum over contact points: forces and moments at the predicted end, and their derivatives by velocities."""
 
     force: Vector
@@ -302,26 +311,28 @@ class LargestFindings(NamedTuple):
 
 ROWS: Final = Rows(
     COLUMNS, BodyConstants, Clock, BodyState, Matrix, BaseContactState, BodyPeaks, BodyAccount, BodyShaking,
-    LoadedSample, CaseProgress, TerminationLimits, Attempt, Rejection, PredictedBody, Equations, BodyChange, ContactSum,
-    LargestFindings, RestState,
+    LoadedSample, CaseProgress, TerminationLimits, Attempt, StepRejection, PredictedBody, ContactEquations, BodyChange,
+    ContactSum, LargestFindings, RestState,
 )  # fmt: skip
-VERTEX: Final = Rows(COLUMNS, Vertex, Point, PredictedPoint)
+VERTEX: Final = Rows(COLUMNS, Vertex, PointBeforeAndAfter, PredictedPoint)
 
 
 @njit(**INLINE)
-def angular_velocity(body: BodyConstants, f: Matrix, momentum: Vector) -> Vector:
-    """Return the angular velocity in space, rad/s, from the angular momentum in space; `f` holds the body's axes."""
-    return apply(f, apply(full(body.inverse), apply(transposed(f), momentum)))
+def angular_velocity(body: BodyConstants, frame: Matrix, momentum: Vector) -> Vector:
+    """Return the angular velocity in space, rad/s, from the angular momentum; `frame` holds the body's axes."""
+    return matrix_times_vector(
+        frame, matrix_times_vector(full_matrix(body.inverse), matrix_times_vector(transpose(frame), momentum))
+    )
 
 
 @njit(**INLINE)
-def spin_of(body: BodyConstants, s: BodyState) -> Vector:
-    """Return the angular velocity in space, rad/s, from the state's angular momentum."""
-    return angular_velocity(body, frame_of(s.turn), s.momentum)
+def state_angular_velocity(body: BodyConstants, state: BodyState) -> Vector:
+    """Return the angular velocity of a body in space, rad/s, from the angular momentum in its state."""
+    return angular_velocity(body, rotation_matrix(state.turn), state.momentum)
 
 
 @njit(**INLINE)
-def lean_of(f: Matrix) -> float:
-    """Return the lean of the body: sin² of the tilt of its axis up to 90°, 2 − sin² beyond."""
-    square = f.xz * f.xz + f.yz * f.yz
-    return square if f.zz > 0.0 else 2.0 - square
+def lean_measure(frame: Matrix) -> float:
+    """Return the lean of a body: sin² of the tilt of its axis up to 90°, 2 − sin² beyond."""
+    square = frame.xz * frame.xz + frame.yz * frame.yz
+    return square if frame.zz > 0.0 else 2.0 - square

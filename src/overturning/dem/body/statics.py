@@ -11,11 +11,11 @@ from overturning.model.solid import Solid
 from overturning.units import STANDARD_GRAVITY
 
 
-def rest(body: Solid, normal: float) -> FloatArray:
+def pose_at_rest(body: Solid, normal_stiffness: float) -> FloatArray:
     """Compute the pose at rest on the springs of the base: centre (m) and small rotation vector (rad), shape (6,).
 
-    The penetration is a linear function of position; vertices that it would lift carry no load. `normal` is the
-    stiffness of a vertex per mass, 1/s².
+    The penetration is a linear function of position; vertices that it would lift carry no load.
+    `normal_stiffness` is the stiffness of a vertex per mass, 1/s².
     """
     x, y = body.points[: body.base, :2].T
     on = np.ones(body.base, np.bool_)
@@ -23,17 +23,17 @@ def rest(body: Solid, normal: float) -> FloatArray:
         rows = np.stack([np.ones(body.base), x, y])[:, on]
         # fsum does not depend on the order: symmetric bodies stay symmetric to the last digit.
         matrix = np.array([[math.fsum(a * b) for b in rows] for a in rows])
-        plane = solve(matrix, np.array([STANDARD_GRAVITY / normal, 0.0, 0.0]))
+        plane = solve(matrix, np.array([STANDARD_GRAVITY / normal_stiffness, 0.0, 0.0]))
         if plane is None:
             break
         sunk = plane[0] + plane[1] * x + plane[2] * y
         if (sunk[on] > 0).all():
             return np.array([0.0, 0.0, body.foot - plane[0], -plane[2], plane[1], 0.0])
         on &= sunk > 0
-    return np.array([0.0, 0.0, body.foot - STANDARD_GRAVITY / (body.base * normal), 0.0, 0.0, 0.0])
+    return np.array([0.0, 0.0, body.foot - STANDARD_GRAVITY / (body.base * normal_stiffness), 0.0, 0.0, 0.0])
 
 
-def highest_mode(body: Solid) -> float:
+def largest_unit_eigenvalue(body: Solid) -> float:
     """Return the largest eigenvalue of a body on equal isotropic springs, for unit stiffness of a spring per mass.
 
     Each further spring only raises it: the body has a higher frequency on all vertices of a face than on an edge or a
@@ -41,15 +41,15 @@ def highest_mode(body: Solid) -> float:
     with all its vertices, is enough.
     """
     faces = (np.arange(body.base), *body.facets)
-    return max(highest_eigenvalue(_stiffness(body, face)) for face in faces)
+    return max(highest_eigenvalue(_unit_stiffness_matrix(body, face)) for face in faces)
 
 
-def lowest_mode(body: Solid) -> float:
-    """Return the smallest eigenvalue of a body upright on all vertices of its base; see `highest_mode`."""
-    return lowest_eigenvalue(_stiffness(body, np.arange(body.base)))
+def smallest_unit_eigenvalue(body: Solid) -> float:
+    """Return the smallest eigenvalue of a body upright on all vertices of its base; see `largest_unit_eigenvalue`."""
+    return lowest_eigenvalue(_unit_stiffness_matrix(body, np.arange(body.base)))
 
 
-def unloading(body: Solid) -> tuple[float, float]:
+def unloading_limits(body: Solid) -> tuple[float, float]:
     """Return the acceleration that unloads the first vertex of the base, and the smallest vertex load over the mean.
 
     The first is a horizontal acceleration over g, in the most unfavourable direction; the second is that of the upright
@@ -68,7 +68,7 @@ def unloading(body: Solid) -> tuple[float, float]:
     return (float(np.min(own / change)), least * body.base) if least > 0.0 else (0.0, 0.0)
 
 
-def _stiffness(body: Solid, face: NDArray[np.int64]) -> FloatArray:
+def _unit_stiffness_matrix(body: Solid, vertices: NDArray[np.int64]) -> FloatArray:
     """Return the stiffness matrix of unit isotropic springs at vertices of a body, scaled to unit masses."""
     inertia = body.inertia
     # Lower triangular root of the inertia, I = C Cᵀ, and its inverse.
@@ -79,7 +79,7 @@ def _stiffness(body: Solid, face: NDArray[np.int64]) -> FloatArray:
     c22 = math.sqrt(inertia[2, 2] - c20 * c20 - c21 * c21)
     root = np.array([[c00, 0.0, 0.0], [c10, c11, 0.0], [c20, c21, c22]])
     matrix = np.zeros((6, 6))
-    for x, y, z in body.points[face]:
+    for x, y, z in body.points[vertices]:
         # A rotation vector w moves the vertex by w × r.
         turn = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
         each = np.concatenate([np.eye(3), _times_inverse_root(turn, root)], axis=1)

@@ -54,31 +54,31 @@ matrix_plus, matrix_minus = arithmetic(Matrix).plus, arithmetic(Matrix).minus
 
 
 @njit(**INLINE)
-def scaled(factor: float, v: Vector) -> Vector:
+def scale_vector(factor: float, v: Vector) -> Vector:
     """Return the product of a number and a vector."""
     return Vector(factor * v.x, factor * v.y, factor * v.z)
 
 
 @njit(**INLINE)
-def along(a: Vector, time: float, rate: Vector) -> Vector:
-    """Return a + time × rate."""
-    return Vector(a.x + time * rate.x, a.y + time * rate.y, a.z + time * rate.z)
+def extrapolate(start: Vector, time: float, rate: Vector) -> Vector:
+    """Return the vector start + time × rate."""
+    return Vector(start.x + time * rate.x, start.y + time * rate.y, start.z + time * rate.z)
 
 
 @njit(**INLINE)
-def cross(a: Vector, b: Vector) -> Vector:
-    """Return the cross product."""
+def cross_product(a: Vector, b: Vector) -> Vector:
+    """Return the cross product of two vectors."""
     return Vector(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 
 @njit(**INLINE)
-def dot(a: Vector, b: Vector) -> float:
-    """Return the scalar product."""
+def dot_product(a: Vector, b: Vector) -> float:
+    """Return the scalar product of two vectors."""
     return (a.x * b.x + a.y * b.y) + a.z * b.z
 
 
 @njit(**INLINE)
-def apply(m: Matrix, v: Vector) -> Vector:
+def matrix_times_vector(m: Matrix, v: Vector) -> Vector:
     """Return the product of a matrix and a vector."""
     return Vector(
         (m.xx * v.x + m.xy * v.y) + m.xz * v.z,
@@ -88,26 +88,30 @@ def apply(m: Matrix, v: Vector) -> Vector:
 
 
 @njit(**INLINE)
-def times(a: Matrix, b: Matrix) -> Matrix:
+def matrix_product(a: Matrix, b: Matrix) -> Matrix:
     """Return the product of two matrices."""
-    p, q, r = apply(a, Vector(b.xx, b.yx, b.zx)), apply(a, Vector(b.xy, b.yy, b.zy)), apply(a, Vector(b.xz, b.yz, b.zz))
+    p, q, r = (
+        matrix_times_vector(a, Vector(b.xx, b.yx, b.zx)),
+        matrix_times_vector(a, Vector(b.xy, b.yy, b.zy)),
+        matrix_times_vector(a, Vector(b.xz, b.yz, b.zz)),
+    )
     return Matrix(p.x, q.x, r.x, p.y, q.y, r.y, p.z, q.z, r.z)
 
 
 @njit(**INLINE)
-def transposed(m: Matrix) -> Matrix:
+def transpose(m: Matrix) -> Matrix:
     """Return the transpose of a matrix."""
     return Matrix(m.xx, m.yx, m.zx, m.xy, m.yy, m.zy, m.xz, m.yz, m.zz)
 
 
 @njit(**INLINE)
-def full(s: Symmetric) -> Matrix:
+def full_matrix(s: Symmetric) -> Matrix:
     """Convert a symmetric matrix to a full one."""
     return Matrix(s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz)
 
 
 @njit(**INLINE)
-def inverse(m: Matrix) -> Matrix:
+def inverse_matrix(m: Matrix) -> Matrix:
     """Return the inverse of a matrix by cofactors; swapping x and y gives exactly the mirrored result."""
     zx, zy, zz = m.xy * m.yz - m.xz * m.yy, m.xz * m.yx - m.xx * m.yz, m.xx * m.yy - m.xy * m.yx
     one = 1.0 / ((m.zx * zx + m.zy * zy) + m.zz * zz)
@@ -119,9 +123,9 @@ def inverse(m: Matrix) -> Matrix:
 
 
 @njit(**INLINE)
-def frame_of(q: Quaternion) -> Matrix:
+def rotation_matrix(quaternion: Quaternion) -> Matrix:
     """Return the rotation matrix of a quaternion; its columns are the axes of the body."""
-    w, x, y, z = q
+    w, x, y, z = quaternion
     return Matrix(
         1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
         2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
@@ -130,12 +134,12 @@ def frame_of(q: Quaternion) -> Matrix:
 
 
 @njit(**INLINE)
-def rotated(q: Quaternion, time: float, w: Vector) -> Quaternion:
-    """Return a rotation continued for a time at angular velocity w, by a series of fifth order for small angles."""
-    h = Vector(0.5 * (time * w.x), 0.5 * (time * w.y), 0.5 * (time * w.z))
-    square = dot(h, h)
+def rotate_quaternion(q: Quaternion, time: float, angular_velocity: Vector) -> Quaternion:
+    """Return a rotation continued for a time at constant angular velocity, by a fifth-order series for small angles."""
+    h = Vector(0.5 * (time * angular_velocity.x), 0.5 * (time * angular_velocity.y), 0.5 * (time * angular_velocity.z))
+    square = dot_product(h, h)
     c = 1.0 - square * (0.5 - square * (1.0 / 24.0))
-    a = scaled(1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)), h)
+    a = scale_vector(1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)), h)
     return Quaternion(
         c * q.w - ((a.x * q.x + a.y * q.y) + a.z * q.z),
         (c * q.x + a.x * q.w) + (a.y * q.z - a.z * q.y),

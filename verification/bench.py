@@ -90,7 +90,7 @@ def standing_motion() -> Motion:
 def scalar_runs(motion: Motion, centred: bool, blocks: int = 8, steps: int = 128) -> tuple[Callable[[], object], int]:
     """Return a run of some blocks in the scalar loop, with a step stable for both schemes, and its block steps."""
     width, height = np.array([0.24]), np.array([0.6])
-    stiff, _, dashpot = (float(one[0]) for one in SOFT.specific(width, height, GRANITE_DENSITY))
+    stiff, _, dashpot = (float(one[0]) for one in SOFT.constants_per_mass(width, height, GRANITE_DENSITY))
     wave, own = motion.along(0.0), (motion.sampling_interval, steps, 0.12, 0.3, stiff, dashpot)
     frictions = np.linspace(0.3, 1.0, blocks).tolist()
     return lambda: [scalar.run(centred, wave, *own, mu) for mu in frictions], blocks * steps * (motion.samples - 1)

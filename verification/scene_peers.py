@@ -12,7 +12,7 @@ import pandas as pd
 
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
-from overturning.model.geometry import native_size
+from overturning.model.geometry import reference_element_size
 from overturning.model.scene import load_scene
 from verification.engines import ENGINES, installed
 from verification.inputs import Group, near_field
@@ -44,7 +44,7 @@ def sample() -> pd.DataFrame:
 def answers(cases: pd.DataFrame) -> dict[str, np.ndarray]:
     """Return the sides to which the shaft falls, by installed engine."""
     scene = load_scene("three-tier", ROOT)
-    height, _ = native_size(scene)
+    height, _ = reference_element_size(scene)
     groups = [
         Group(near_field(number), Cases(rows["azimuth_deg"], height, rows["b_over_h"], rows["friction"]))
         for number in RECORDS

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from overturning.model.planes import gaps_of, period_of
+from overturning.model.planes import azimuth_gaps, azimuth_period_deg
 from overturning.study.cube import json_attribute, shown_element, study_of
 from overturning.study.scenes import NOMINAL, scene_of, size_note
 from overturning.study.schema import Study
@@ -62,8 +62,8 @@ def azimuth_gap_label(cube: "xr.Dataset") -> str:
     """Return the azimuth ranges that were not simulated, such as "between 90° and 180°"; "" for a full circle."""
     if "azimuth" not in cube.dims:
         return ""
-    period = period_of(cube)
+    period = azimuth_period_deg(cube)
     planes = np.unique(cube["azimuth"].to_numpy().astype(np.float64) % period)
     following = np.append(planes[1:], planes[:1] + period)
-    ranges = zip(planes, following, gaps_of(planes, period)[0], strict=True)
+    ranges = zip(planes, following, azimuth_gaps(planes, period)[0], strict=True)
     return " or ".join(f"between {begin:g}° and {end:g}°" for begin, end, missing in ranges if missing)

@@ -22,7 +22,7 @@ from overturning.dem.simulate import grid_over
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
-from overturning.model.geometry import native_size
+from overturning.model.geometry import reference_element_size
 from overturning.model.model import Model
 from overturning.model.planes import Planes
 from overturning.model.scene import Scene, gravestone
@@ -143,12 +143,16 @@ OUTCOMES: dict[str, Callable[[], Mapping[str, Any]]] = {
     "wedge": partial(of_cases, Body(WEDGE), drawn(30, 15), True),
     "rectangle with the planes of its faces": of_faces,
     **{
-        f"scene: {name}": partial(of_cases, Planes(one), drawn(20, 20 + number, native_size(one)), number % 2 == 1)
+        f"scene: {name}": partial(
+            of_cases, Planes(one), drawn(20, 20 + number, reference_element_size(one)), number % 2 == 1
+        )
         for number, (name, one) in enumerate(SCENES.items())
     },
     "scene of a block": partial(of_cases, Planes(), drawn(30, 30), True, general=True),
     "scene of a block, Cundall": partial(of_cases, SOFT, drawn(10, 31), general=True, scheme="cundall"),
-    "stack, Cundall": partial(of_cases, Planes(LOOSE), drawn(6, 32, native_size(LOOSE)), True, scheme="cundall"),
+    "stack, Cundall": partial(
+        of_cases, Planes(LOOSE), drawn(6, 32, reference_element_size(LOOSE)), True, scheme="cundall"
+    ),
 }
 """Functions that compute the outcomes, by name: random cases of each kernel and scheme, with fixed seeds."""
 

@@ -6,7 +6,7 @@ import xarray as xr
 
 from overturning.dem.simulate import simulate, simulate_arrays
 from overturning.dem.trajectory import trajectory
-from overturning.model.body import Body, Start
+from overturning.model.body import Body, InitialState
 from overturning.model.contact import VertexContact
 from overturning.model.shapes import Rectangle
 from overturning.motion.motion import Motion
@@ -53,9 +53,9 @@ def test_a_rectangle_lifts_when_the_push_leaves_its_base(aspect: float) -> None:
 
 
 def test_barriers_over_an_edge_and_over_a_corner() -> None:
-    body = Rectangle().body(1.0, 0.4, 1.0)
+    body = Rectangle().solid(1.0, 0.4, 1.0)
     for arm in np.array([[0.2, 0.0, -0.5], [0.2, 0.2, -0.5]]):
-        rise = np.sqrt(arm @ arm) - body.foot
+        rise = np.sqrt(arm @ arm) - body.centre_height
         turn = np.cross([0.0, 0.0, 1.0], arm) / np.hypot(*arm[:2])
         inertia = turn @ body.inertia @ turn + arm @ arm
         for share, falls in ((0.97, 0), (1.03, 1)):
@@ -179,7 +179,7 @@ def landed(body: int | str, over: str, ratio: float, contact: VertexContact, sch
     radius, alpha = np.hypot(a, half), np.arctan2(a, half)
     tilt = 0.45 * alpha
     cosine, sine, out = np.cos(turn), np.sin(turn), a - radius * np.sin(alpha - tilt)
-    start = Start(
+    start = InitialState(
         (out * cosine, out * sine, radius * np.cos(alpha - tilt)),
         (np.cos(tilt / 2), -sine * np.sin(tilt / 2), cosine * np.sin(tilt / 2), 0.0),
     )
@@ -273,10 +273,10 @@ def spun(path: xr.Dataset, inertia: np.ndarray) -> np.ndarray:
 
 @BOTH
 def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
-    inertia = Rectangle().body(0.6, 0.4, 1.5).inertia[[1, 0, 2]][:, [1, 0, 2]]  # the first side faces north
+    inertia = Rectangle().solid(0.6, 0.4, 1.5).inertia[[1, 0, 2]][:, [1, 0, 2]]  # the first side faces north
     path = trajectory(
         level(1.0),
-        Body("rectangle", start=Start((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3))),
+        Body("rectangle", start=InitialState((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3))),
         orientation_deg=0.0,
         height=0.6,
         b_over_h=0.4,
@@ -305,7 +305,7 @@ def test_a_frictionless_body_does_not_rotate_about_the_vertical(scheme: str) -> 
         leave_out=False,
         scheme=scheme,
     )
-    momentum = spun(path, Rectangle().body(0.6, 0.4, 1.0).inertia)
+    momentum = spun(path, Rectangle().solid(0.6, 0.4, 1.0).inertia)
     assert np.ptp(momentum[:, :2]) > 1e-3
     np.testing.assert_allclose(momentum[:, 2], momentum[0, 2], rtol=1e-10)
 
@@ -318,7 +318,7 @@ def test_a_body_dropped_flat_while_it_moves_stays_flat(
     b_over_h: float, friction: float, along: float, down: float
 ) -> None:
     """With µ < B/H a plastic landing reduces the horizontal velocity u by µ·v; the body then slides (u − µv)²/2µg."""
-    start = Start(place=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=(along, 0.0, -down))
+    start = InitialState(place=(0.0, 0.0, 0.3 + 1e-6), quaternion=(1.0, 0.0, 0.0, 0.0), velocity=(along, 0.0, -down))
     body, quiet = Body("rectangle", VertexContact(), start), np.zeros(600)
     motion = Motion(quiet, quiet, sampling_interval=0.01, trust_data=True)
     found = simulate(

@@ -14,7 +14,7 @@ from overturning.dem.run import plan_of
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.time_step import Scheme, stable_step
 from overturning.dem.trajectory import trajectory
-from overturning.model.body import Body, Start
+from overturning.model.body import Body, InitialState
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
 from overturning.model.scene import gravestone
@@ -105,8 +105,8 @@ def test_steps_above_the_stable_limit_are_unstable(
     shape: object, ratio: float, aspect: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(balance, "MAX_RERUNS", 0)  # a rerun with finer steps would be stable
-    body = shape.body(0.6, ratio, aspect)
-    normal, _, dashpot = SOFT.specific(body)
+    body = shape.solid(0.6, ratio, aspect)
+    normal, _, dashpot = SOFT.constants_per_mass(body)
     mode = largest_unit_eigenvalue(body)
     limit = float(stable_step(Scheme.CUNDALL, np.array(normal * mode), np.array(dashpot * mode)))
     sunk = STANDARD_GRAVITY / (body.base * normal)
@@ -114,8 +114,10 @@ def test_steps_above_the_stable_limit_are_unstable(
         # One step per sample, since a plan would refuse a longer step; all contacts stay closed.
         motion = level(400 * share * limit, share * limit)
         slow = 1e-4 * sunk * np.sqrt(normal)
-        turning = tuple(slow / body.foot * np.array([1.0, 0.7, 0.3]))
-        start = Start((0.0, 0.0, body.foot - sunk), (1.0, 0.0, 0.0, 0.0), (slow, 0.5 * slow, 0.2 * slow), turning)
+        turning = tuple(slow / body.centre_height * np.array([1.0, 0.7, 0.3]))
+        start = InitialState(
+            (0.0, 0.0, body.centre_height - sunk), (1.0, 0.0, 0.0, 0.0), (slow, 0.5 * slow, 0.2 * slow), turning
+        )
         cases = Cases(0.0, 0.6, ratio, 10.0, aspect=aspect)
         plan = plan_of(Body(shape, SOFT, start), motion, cases, Numerics(scheme="cundall", leave_out=False))
         one, only = replace(plan, steps=np.ones(1, np.int64)), np.zeros(1, np.int64)
@@ -128,7 +130,7 @@ def test_steps_above_the_stable_limit_are_unstable(
 
 
 def test_the_highest_mode_is_not_exceeded_on_an_edge_or_a_vertex() -> None:
-    body = Rectangle().body(0.6, 0.4, 1.3)
+    body = Rectangle().solid(0.6, 0.4, 1.3)
     whole = largest_unit_eigenvalue(body)
     for kept in ([0, 1], [1, 2], [2]):
         part_of = replace(body, points=body.points[[0, 1, 2, 3]], facets=(np.array(kept),))

@@ -169,7 +169,7 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
     touch = int(np.argmax((time > 0.3) & (depths(path)[0] > 0))) - 1
     gap, fall = -depths(path)[0][touch], -stone(path).velocity_z.values[touch]
     speed = float(np.sqrt(fall**2 + 2 * STANDARD_GRAVITY * gap))
-    normal, _, dashpot = contact.specific(0.6, 0.6, 2650.0)
+    normal, _, dashpot = contact.constants_per_mass(0.6, 0.6, 2650.0)
     duration, rebound = bounce(speed, 2.0 * float(normal), 2.0 * float(dashpot))
     start = time[touch] + (speed - fall) / STANDARD_GRAVITY
     # Its highest point after the rebound follows from the rebound speed.

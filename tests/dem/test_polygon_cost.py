@@ -16,7 +16,7 @@ from overturning.dem.polygon.rules import borrow_scene_arrays, end_sample
 from overturning.dem.polygon.state import ElementState
 from overturning.dem.polygon.step import step
 from overturning.model.cases import Cases
-from overturning.model.geometry import native_size
+from overturning.model.geometry import reference_element_size
 from overturning.model.planes import Planes
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import block, scene, shaken
@@ -113,7 +113,9 @@ def steps_of(rules, samples, sleep):  # type: ignore[no-untyped-def]
 def pairs_looked_at(made: Scene, peak: float, samples: int, sleep: bool) -> tuple[int, np.ndarray]:
     time = np.arange(0.0, 2.0, 0.01)
     motion = shaken(peak * np.sin(2.0 * np.pi * time))
-    planned: Any = plan_polygons(Planes(made), motion, Cases([0.0], *native_size(made), 0.6), Numerics(leave_out=False))
+    planned: Any = plan_polygons(
+        Planes(made), motion, Cases([0.0], *reference_element_size(made), 0.6), Numerics(leave_out=False)
+    )
     chosen = np.zeros(1, np.int64)
     most, found, _ = steps_of(planned.rules(chosen, planned.tables(1), 1), samples, sleep)
     return most, found

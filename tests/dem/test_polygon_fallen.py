@@ -11,7 +11,7 @@ from overturning.dem.run import run
 from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import outcome
 from overturning.model.cases import Cases
-from overturning.model.geometry import native_size, place_elements
+from overturning.model.geometry import place_elements, reference_element_size
 from overturning.model.results import Results
 from overturning.model.scene import Scene
 from overturning.model.status import Status
@@ -80,7 +80,7 @@ def test_fall_angles_of_random_polygons_are_rest_angles() -> None:
 
 
 def flags_and_angles(made: Scene, motion: Motion, **keys: Any) -> tuple[np.ndarray, np.ndarray]:
-    found = run(made, motion, Cases([0.0], *native_size(made), 0.7, **keys))
+    found = run(made, motion, Cases([0.0], *reference_element_size(made), 0.7, **keys))
     return np.atleast_1d(found.overturned[0]), found.peak_rotation[0]
 
 
@@ -136,13 +136,13 @@ def test_a_fall_angle_given_by_the_scene_is_used() -> None:
     for angle in (30.0, 90.0, 120.0):
         made = scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=angle))
         assert np.degrees(place_elements(made)[1].fallen_rotations) == pytest.approx([angle, angle])
-    assert shipped("gravestone").single_block
-    assert scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=90)).single_block
-    assert not scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=30)).single_block
+    assert shipped("gravestone").is_single_block
+    assert scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=90)).is_single_block
+    assert not scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=30)).is_single_block
 
 
 def run_case(made: Scene, motion: Motion, friction: float = 0.7, azimuth: float = 0.0, **options: Any) -> Results:
-    return run(made, motion, Cases([azimuth], *native_size(made), friction), Numerics(**options))
+    return run(made, motion, Cases([azimuth], *reference_element_size(made), friction), Numerics(**options))
 
 
 def sine(peak: float, frequency: float, cycles: float = 4.0) -> Motion:

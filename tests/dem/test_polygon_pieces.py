@@ -10,8 +10,8 @@ from overturning.dem.polygon.prepare import prepare_scene
 from overturning.dem.run import run
 from overturning.errors import ConfigError
 from overturning.model.cases import Cases
-from overturning.model.geometry import native_size, place_elements
-from overturning.model.pieces import convex_pieces, crosses_itself, doubled_area, outline
+from overturning.model.geometry import place_elements, reference_element_size
+from overturning.model.pieces import convex_pieces, crosses_itself, doubled_area, joined_outline
 from overturning.model.results import Results
 from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
@@ -37,7 +37,7 @@ def area_of(points: np.ndarray) -> float:
 
 
 def answers(made: Scene, motion: Motion, azimuths: Any = (0.0,), friction: float = 0.8) -> Results:
-    height, ratio = native_size(made)
+    height, ratio = reference_element_size(made)
     return run(made, motion, Cases(np.asarray(azimuths), height, ratio, friction))
 
 
@@ -72,7 +72,7 @@ def test_an_outline_that_crosses_itself_is_detected() -> None:
 
 def test_joined_pieces_have_the_outline_of_the_whole_in_any_order() -> None:
     for order in permutations((FOOT, STEM)):
-        assert outline("l", [np.array(piece, float) for piece in order]).tolist() == L_SHAPE
+        assert joined_outline("l", [np.array(piece, float) for piece in order]).tolist() == L_SHAPE
     halves = [[[-0.1, 0], [0.02, 0], [-0.02, 0.5], [-0.1, 0.5]], [[0.02, 0], [0.1, 0], [0.1, 0.5], [-0.02, 0.5]]]
     for order in permutations(halves):
         whole = place_elements(scene(stone(pieces=list(order))))[1]

@@ -36,15 +36,15 @@ def test_only_symmetric_scenes_are_mirrored() -> None:
 
 
 def test_only_the_gravestone_uses_the_block_kernel() -> None:
-    assert [shipped(name).single_block for name in SHIPPED] == [True, False, False, False]
+    assert [shipped(name).is_single_block for name in SHIPPED] == [True, False, False, False]
 
 
 def test_the_automatic_contact_of_a_block_equals_that_of_the_block_kernel() -> None:
     made = shipped("gravestone")
     prepared = prepare_scene(made, height=1.2, b_over_h=0.3)
     stone = prepared.placed[1]
-    normal, tangential, dashpot = made.law(*made.elements).contact.specific(0.36, 1.2, 2650.0)
-    assert made.law(*made.elements).contact == Contact()
+    normal, tangential, dashpot = made.contact_law(*made.elements).contact.constants_per_mass(0.36, 1.2, 2650.0)
+    assert made.contact_law(*made.elements).contact == Contact()
     assert prepared.laws.normal[0] / stone.mass == pytest.approx(float(normal), rel=1e-12)
     assert prepared.laws.tangential[0] / stone.mass == pytest.approx(float(tangential), rel=1e-12)
     assert prepared.laws.dashpot[0] / stone.mass == pytest.approx(float(dashpot), rel=1e-12)

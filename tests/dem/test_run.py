@@ -89,7 +89,7 @@ def test_grid_cases_and_paths_have_the_same_outcomes(model: Any) -> None:
         if variable.name != known.copied:
             values = getattr(results, variable.name)
             np.testing.assert_array_equal(arrays[variable.name].reshape(values.shape), values, err_msg=variable.name)
-            shown = variable.decoded(values[-1])
+            shown = variable.decode(values[-1])
             np.testing.assert_array_equal(path[variable.name].to_numpy().squeeze(), shown, err_msg=variable.name)
 
 
@@ -101,7 +101,7 @@ def test_a_path_is_bit_equal_to_its_cell_at_equivalent_orientations(model: Any, 
     assert path.attrs["orientation_deg"] == orientation
     for variable in as_model(model).variables:
         if variable.name != "repeated":
-            shown = variable.decoded(cell[variable.name]).item()
+            shown = variable.decode(cell[variable.name]).item()
             np.testing.assert_array_equal(path[variable.name], shown, err_msg=variable.name)
 
 
@@ -125,7 +125,11 @@ def test_outcomes_of_the_opposite_azimuth_change_sign() -> None:
         "overturned": np.array([1, -1, 0, INT8_MISSING], np.int8), "residual_slip": np.array([0.5, -0.5, 0.0, np.nan]),
         "peak_slip": np.array([0.5, 0.5, 0.0, 0.1]), "probability_towards": np.zeros(4), "probability_away": np.ones(4),
     }  # fmt: skip
-    seen = {item.name: item.mirrored(arrays) for item in (*VARIABLES, *PLANE_ENSEMBLE_VARIABLES) if item.name in arrays}
+    seen = {
+        item.name: item.mirrored_values(arrays)
+        for item in (*VARIABLES, *PLANE_ENSEMBLE_VARIABLES)
+        if item.name in arrays
+    }
     assert seen["overturned"].tolist() == [-1, 1, 0, INT8_MISSING]
     np.testing.assert_array_equal(seen["residual_slip"], [-0.5, 0.5, 0.0, np.nan])
     assert not np.signbit(seen["residual_slip"][2])

@@ -23,7 +23,7 @@ def test_a_plane_falls_to_either_side_or_the_other_way() -> None:
         {"azimuth": [0, 90, 180, 270]},
     )
     assert isinstance(model_of(cube), Planes)
-    members, nominal = (model_of(cube).falls(cube, ensemble=one) for one in (True, False))
+    members, nominal = (model_of(cube).falls_in_distinct_cells(cube, use_ensemble=one) for one in (True, False))
     assert members["azimuth"].values.tolist() == [0, 90]
     assert members["weight"].values.tolist() == [0.5, 0.5]
     assert np.isnan([members[name].values[0] for name in NAMES]).all()
@@ -38,7 +38,7 @@ def test_a_body_falls_towards_its_own_azimuth() -> None:
         {"orientation": [0, 45, 60]},
     )
     assert isinstance(model_of(cube), Body)
-    found = model_of(cube).falls(cube)
+    found = model_of(cube).falls_in_distinct_cells(cube)
     np.testing.assert_allclose(found["weight"], 1 / 3)
     half = np.sqrt(0.5)
     values = np.array([found[name].values for name in NAMES])
@@ -58,7 +58,7 @@ def test_members_beyond_15_degrees_disagree(spread: float, apart: bool) -> None:
         },
         {"orientation": [0, 45]},
     )
-    found = Body().spread(cube)
+    found = Body().ensemble_disagreement(cube)
     assert found["agree"].values.tolist() == [True, False]
     assert found["apart"].values.tolist() == [apart, False]
 

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from overturning.errors import ArgumentError
-from overturning.model.polygon import polygon, rectangle
+from overturning.model.polygon import make_polygon, rectangle_vertices
 
 
 def test_rectangle() -> None:
-    shape = polygon("stone", rectangle(0.3, 0.8))
+    shape = make_polygon("stone", rectangle_vertices(0.3, 0.8))
     assert shape.area == pytest.approx(0.24, rel=1e-14)
     assert shape.centre == pytest.approx((0.0, 0.4), abs=1e-15)
     assert shape.polar == pytest.approx(0.24 * (0.3**2 + 0.8**2) / 12, rel=1e-14)
@@ -21,7 +21,7 @@ def test_rectangle() -> None:
 def test_triangle() -> None:
     """A triangle's centre is the mean of its vertices, its polar moment A (a² + b² + c²)/36."""
     points = np.array([[0.0, 0.0], [3.0, 1.0], [1.0, 2.0]])
-    shape = polygon("stone", points)
+    shape = make_polygon("stone", points)
     sides = ((points - np.roll(points, 1, axis=0)) ** 2).sum()
     assert shape.centre == pytest.approx(tuple(points.mean(axis=0)), rel=1e-14)
     assert shape.polar == pytest.approx(shape.area * sides / 36, rel=1e-13)
@@ -31,7 +31,7 @@ def test_triangle() -> None:
 def test_regular_polygon_far_from_the_origin(corners: int) -> None:
     """Regular n-gon of circumradius r: A = n r² sin(2π/n)/2, J = A r² (2 + cos(2π/n))/6."""
     angle = 2 * np.pi * np.arange(corners) / corners
-    shape = polygon("stone", 2.0 * np.column_stack([np.cos(angle), np.sin(angle)]) + 1000.0)
+    shape = make_polygon("stone", 2.0 * np.column_stack([np.cos(angle), np.sin(angle)]) + 1000.0)
     area = corners * 4.0 * np.sin(2 * np.pi / corners) / 2
     assert shape.area == pytest.approx(area, rel=1e-10)
     assert shape.centre == pytest.approx((1000.0, 1000.0), rel=1e-12)
@@ -47,7 +47,7 @@ def test_against_triangles_and_parallel_axes(corners: int, seed: int) -> None:
     if np.diff(np.append(angle, angle[0] + 2 * np.pi)).max() > 3.0 or np.diff(angle).min() < 0.05:
         return
     points = np.column_stack([1.5 * np.cos(angle), 0.7 * np.sin(angle)])
-    shape = polygon("stone", points)
+    shape = make_polygon("stone", points)
     area, first, second = 0.0, np.zeros(2), 0.0
     for u, w in itertools.pairwise(points[1:]):
         triangle = np.array([points[0], u, w])
@@ -62,14 +62,14 @@ def test_against_triangles_and_parallel_axes(corners: int, seed: int) -> None:
 
 
 def test_mirrored_faces_of_a_symmetric_polygon_are_mirrored_exactly() -> None:
-    shape = polygon("stone", [[-0.3, 0], [0.3, 0], [0.41, 0.37], [0.1, 0.93], [-0.1, 0.93], [-0.41, 0.37]])
+    shape = make_polygon("stone", [[-0.3, 0], [0.3, 0], [0.41, 0.37], [0.1, 0.93], [-0.1, 0.93], [-0.41, 0.37]])
     assert shape.symmetric
     faces = {tuple(row) for row in shape.faces[:, 4:9]}
     assert {(-nx, nz, offset, -middle, half) for nx, nz, offset, middle, half in faces} == faces
 
 
 def test_a_lopsided_polygon_is_not_symmetric() -> None:
-    assert not polygon("stone", [[-0.3, 0], [0.31, 0], [0.3, 1], [-0.3, 1]]).symmetric
+    assert not make_polygon("stone", [[-0.3, 0], [0.31, 0], [0.3, 1], [-0.3, 1]]).symmetric
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_a_lopsided_polygon_is_not_symmetric() -> None:
 )
 def test_refused(points: list[list[float]], said: str) -> None:
     with pytest.raises(ArgumentError, match=f"element stone.*{said}"):
-        polygon("stone", points)
+        make_polygon("stone", points)
 
 
 L = [[0, 0], [1, 0], [1, 0.3], [0.4, 0.3], [0.4, 1.2], [0, 1.2]]
@@ -114,7 +114,7 @@ def test_polygons_of_rectangles_match_parallel_axis_theorem(
     areas = sign * b * h
     centre = (areas @ x / areas.sum(), areas @ z / areas.sum())
     polar = (areas * ((b**2 + h**2) / 12 + (x - centre[0]) ** 2 + (z - centre[1]) ** 2)).sum()
-    shape = polygon("stone", points)
+    shape = make_polygon("stone", points)
     assert shape.area == pytest.approx(areas.sum(), rel=1e-12)
     assert shape.centre == pytest.approx(centre, abs=1e-12)
     assert shape.polar == pytest.approx(polar, rel=1e-12)
@@ -125,7 +125,7 @@ def test_a_trapezium() -> None:
 
     Its sides lean in by atan 0.2, so that it lies on one after a turn of 90° and as much again.
     """
-    shape = polygon("stone", [[-0.4, 0], [0.4, 0], [0.2, 1], [-0.2, 1]])
+    shape = make_polygon("stone", [[-0.4, 0], [0.4, 0], [0.2, 1], [-0.2, 1]])
     assert shape.area == pytest.approx(0.6)
     assert shape.centre == pytest.approx((0.0, 4 / 9))
     assert shape.resting_rotations == pytest.approx([np.pi / 2 + np.arctan(0.2)] * 2)

@@ -7,7 +7,7 @@ import xarray as xr
 from overturning.errors import ResultError
 from overturning.labels import azimuth_gap_label
 from overturning.model.falls import model_of
-from overturning.model.planes import Planes, fall_probability, gaps_of, plane_index, plane_weight
+from overturning.model.planes import Planes, azimuth_gaps, fall_probability, plane_index, plane_weight
 from overturning.statistics.elements import falls_by_element
 from overturning.statistics.falls import (
     fall_means,
@@ -81,7 +81,7 @@ def test_a_plane_is_counted_once(make_cube, sector) -> None:
     half = fall_shares(cube.isel(azimuth=cube["azimuth"] < 180))
     assert whole.values == pytest.approx(9 / 36)  # 40° to 80° by 5° of 36 planes
     xr.testing.assert_allclose(whole, half)
-    assert model_of(cube).falls(cube).sizes["azimuth"] == 36
+    assert model_of(cube).falls_in_distinct_cells(cube).sizes["azimuth"] == 36
 
 
 def both_ways(azimuth, *_):
@@ -151,7 +151,7 @@ def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube, sector) 
     """Of twelve planes from 30° to 85°, those from 40° on fall, each counted once."""
     part = np.arange(30, 90, 5)
     assert plane_weight(part) == pytest.approx(np.full(12, 1 / 12))
-    assert plane_weight(part, whole_circle=True)[[0, 1, -1]] == pytest.approx([65 / 180, 5 / 180, 65 / 180])
+    assert plane_weight(part, divide_gaps=True)[[0, 1, -1]] == pytest.approx([65 / 180, 5 / 180, 65 / 180])
     cube = make_cube(sector(62.5, 24), azimuth=part.tolist())
     assert fall_shares(cube).values == pytest.approx(10 / 12)
     assert fall_means(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
@@ -162,9 +162,9 @@ def test_two_partial_circles_have_no_extra_weight() -> None:
     """A study of azimuths near both faces of a stone: the end planes of both parts have full weight."""
     both = [*range(0, 25, 5), *range(90, 115, 5)]
     assert plane_weight(both) == pytest.approx(np.full(10, 1 / 10))
-    not_computed, step = gaps_of(both)
+    not_computed, step = azimuth_gaps(both)
     assert (np.flatnonzero(not_computed).tolist(), step) == ([4, 9], 5.0)
-    assert np.flatnonzero(gaps_of(both, 360.0)[0]).tolist() == [4, 9]
+    assert np.flatnonzero(azimuth_gaps(both, 360.0)[0]).tolist() == [4, 9]
 
 
 @pytest.mark.parametrize(
@@ -172,7 +172,7 @@ def test_two_partial_circles_have_no_extra_weight() -> None:
 )
 def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> None:
     """A range that ends a step too soon, since its end is excluded."""
-    not_computed, step = gaps_of(list(part))
+    not_computed, step = azimuth_gaps(list(part))
     assert np.flatnonzero(not_computed).tolist() == [len(part) - 1]
     assert step == part[1] - part[0]
     assert plane_weight(list(part)) == pytest.approx(1 / len(part))
@@ -192,8 +192,8 @@ def test_grid_with_a_missing_plane_is_a_partial_circle(part, last: float) -> Non
     ],
 )
 def test_azimuths_added_to_a_grid_leave_no_gap_elsewhere(whole) -> None:
-    assert not gaps_of(whole)[0].any()
-    assert plane_weight(whole) == pytest.approx(plane_weight(whole, whole_circle=True))
+    assert not azimuth_gaps(whole)[0].any()
+    assert plane_weight(whole) == pytest.approx(plane_weight(whole, divide_gaps=True))
 
 
 def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cube) -> None:
@@ -217,7 +217,7 @@ def test_ensemble_before_flag(make_cube, sector) -> None:
     towards = xr.full_like(cube["overturned"], np.nan)
     towards[{"b_over_h": 1}] = 0.25
     cube = cube.assign(probability_towards=towards, probability_away=towards * 0 + 0.5)
-    p, nominal = fall_probability(cube), fall_probability(cube, ensemble=False)
+    p, nominal = fall_probability(cube), fall_probability(cube, use_ensemble=False)
     assert (p["towards"].isel(b_over_h=1) == 0.25).all()
     assert (p["away"].isel(b_over_h=1) == 0.5).all()
     xr.testing.assert_equal(p.isel(b_over_h=0), nominal.isel(b_over_h=0))

@@ -101,7 +101,7 @@ def test_a_cube_states_if_opposite_azimuths_are_one_case(scene: str, period: flo
         describe_cube(cube, of_scene, [])
         assert cube["azimuth"].period == period
     grid = grid_of(of_scene)
-    answering = np.unique(model_for(of_scene).sources(grid).cell).size
+    answering = np.unique(model_for(of_scene).computed_cells(grid).cell).size
     assert answering == np.unique(grid["azimuth"] % period).size
     assert (answering == grid["azimuth"].size) == (period == 360)
 

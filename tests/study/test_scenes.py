@@ -15,7 +15,7 @@ from overturning.figures.explore import explorer_data
 from overturning.labels import variant_label
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.geometry import native_size
+from overturning.model.geometry import reference_element_size
 from overturning.model.scene import gravestone, load_scene
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -69,10 +69,10 @@ def test_a_study_without_a_scene_has_the_shipped_gravestone_with_its_own_contact
     assert study.scene == gravestone() == load_scene("gravestone")
     assert (study.height, study.b_over_h, study.ensemble.members) == ((0.6,), (0.2, 0.3, 0.4), 24)
     scene, soft = scene_of(study), scene_of(study, "soft")
-    assert scene.single_block
+    assert scene.is_single_block
     assert scene.materials["stone"].density == soft.materials["stone"].density == 2000
-    assert scene.law(*scene.elements).contact == Contact(damping_ratio=0.5)
-    assert soft.law(*soft.elements).contact == Contact(stiffness=1e7, damping_ratio=0.5)
+    assert scene.contact_law(*scene.elements).contact == Contact(damping_ratio=0.5)
+    assert soft.contact_law(*soft.elements).contact == Contact(stiffness=1e7, damping_ratio=0.5)
     again = Study.model_validate(study.model_dump(mode="json"))
     assert again == study
     assert scene_of(again, "soft") == soft
@@ -226,7 +226,7 @@ def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path
         assert (cube["members"] == 8).all()
     assert several == (variant == "nominal")
     scene = scene_of(study, variant)
-    height, own = native_size(scene)
+    height, own = reference_element_size(scene)
     own = 0.3 if variant == "nominal" else own
     cases = Cases(
         members.azimuth_deg, height, own * members.b_over_h, 0.8 * members.friction, members.amplitude, members.damping

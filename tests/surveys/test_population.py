@@ -11,7 +11,7 @@ from scipy.stats import binomtest, norm
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate
 from overturning.model.cases import Cases
-from overturning.model.model import Outcomes
+from overturning.model.model import StoneOutcomes
 from overturning.motion.motion import Motion
 from overturning.settings import Population, Spread
 from overturning.surveys.population import (
@@ -140,7 +140,7 @@ def test_stone_with_a_missing_plane_has_no_outcome(flag: float) -> None:
 
 def test_stones_without_an_answer_have_no_rate() -> None:
     known, untold = np.array([[False, False], [True, False]]), np.full((2, 2), np.nan)
-    found = rates(Outcomes(~known & known, known, untold, untold, untold), Population())
+    found = rates(StoneOutcomes(~known & known, known, untold, untold, untold), Population())
     np.testing.assert_array_equal(found["fall_rate"], [np.nan, 0.0])
     np.testing.assert_array_equal(found["fall_octant"], [[np.nan] * 8, [0.0] * 8])
     assert found["unknown"].tolist() == [1.0, 0.5]

@@ -7,7 +7,7 @@ from overturning.dem.polygon.prepare import PreparedScene, prepare_scene
 from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.element import ContactLaw
-from overturning.model.geometry import native_size
+from overturning.model.geometry import reference_element_size
 from overturning.model.results import Results
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import shipped
@@ -17,7 +17,7 @@ from verification.stability.checks import fallen_above, flags_fit, scene_contrad
 
 def case(scene: Scene) -> Results:
     """A case that falls: the stone away from its wall, and of the three-tier grave the shaft alone."""
-    return run(scene, pulse(6.0), Cases([180.0], *native_size(scene), 0.7))
+    return run(scene, pulse(6.0), Cases([180.0], *reference_element_size(scene), 0.7))
 
 
 def with_row(prepared: PreparedScene, found: Results, turned_deg: list[float], flags: list[int]) -> Results:
@@ -58,7 +58,7 @@ def test_softer_contact_lies_flat_at_a_smaller_rotation() -> None:
     for share in (1e-4, 1e-2):
         law = ContactLaw(between=("stone", "stone"), static_penetration=share)
         scene = shipped("gravestone").model_copy(update={"contacts": (law,)})
-        short = np.arcsin(share * native_size(scene)[1])
+        short = np.arcsin(share * reference_element_size(scene)[1])
         assert 0.5 * np.pi - fallen_above(prepare_scene(scene)) == pytest.approx(short, rel=1e-6)
         assert standing_below(prepare_scene(scene)) == pytest.approx(np.arctan(0.4))
 

@@ -108,7 +108,7 @@ def write_synthetic_parts(study: Study, folder: Path, chunks: int, variant: str 
             piece = piece_of(study, grid, chunk, variant)
             values = {
                 variable.name: synthetic_values(
-                    variable, piece.shape_of(variable), 1000 * number + part, study.ensemble.members
+                    variable, piece.variable_shape(variable), 1000 * number + part, study.ensemble.members
                 )
                 for variable in variables
             }

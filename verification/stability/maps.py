@@ -18,7 +18,7 @@ from overturning.dem.time_step import highest_eigenvalue, parse_scheme, rocking_
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
-from overturning.model.geometry import native_size
+from overturning.model.geometry import reference_element_size
 from overturning.model.scene import gravestone
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
@@ -139,7 +139,7 @@ def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str
 
 def _groups(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, float]:
     width, height = np.array([case.b_over_h * case.height]), np.array([case.height])
-    normal, tangential, dashpot = contact.specific(width, height, case.density)
+    normal, tangential, dashpot = contact.constants_per_mass(width, height, case.density)
     square = highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
     rate = highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
     groups = (
@@ -171,7 +171,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
     """
     case = setting.common
     scene, motion = scene_of_setting(setting, root), motion_of_case(setting.common, number)
-    ratio = native_size(scene)[1] * case.b_over_h
+    ratio = reference_element_size(scene)[1] * case.b_over_h
     alike = {
         "scene": setting.scene, "motion": case.motion, "scheme": case.scheme, "height": case.height, "b_over_h": ratio,
         "ending": np.int8(Ending.REFUSED), "fallen": np.int8(-1), "as_block": np.int8(-1), "energy_error": np.nan,
@@ -186,7 +186,10 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
         prepared = prepare_scene(scene, case.height, ratio)
         cases = Cases(setting.azimuth_deg, case.height, ratio, setting.friction, setting.amplitude)
         numerics = Numerics(
-            scheme=case.scheme, time_step=case.time_step, budget=ELEMENT_STEP * budget * len(scene.free), general=True
+            scheme=case.scheme,
+            time_step=case.time_step,
+            budget=ELEMENT_STEP * budget * len(scene.free_names),
+            general=True,
         )
         found = run(scene, motion, cases, numerics)
     except ArgumentError as error:
@@ -199,7 +202,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
         if not reason and found.status[row] in (Status.SIMULATED, Status.AT_REST):
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])
     rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
-    if scene.single_block:
+    if scene.is_single_block:
         block = run(scene, motion, cases, replace(numerics, general=False))
         # The ground of the scene is finite, that of the single block is not.
         there = found.peak_slip < 0.5 * prepared.placed[0].shape.width

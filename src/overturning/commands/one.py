@@ -122,10 +122,10 @@ def _simulate_planar(
     from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import outcome
     from overturning.figures.style import compass_name
-    from overturning.model.geometry import native_size
+    from overturning.model.geometry import reference_element_size
 
     stones = _scene(plane, stone.damping_ratio)
-    own_height, own_ratio = native_size(stones)
+    own_height, own_ratio = reference_element_size(stones)
     height = own_height if stone.height is None else stone.height
     b_over_h = own_ratio if stone.b_over_h is None else stone.b_over_h
     if stone.friction is not None and not stones.sweeps_friction:
@@ -145,7 +145,7 @@ def _simulate_planar(
     for path in paths:
         text, shown = outcome(path), path["element"].to_numpy() == stones.default_element
         if path["overturned"].to_numpy()[shown] == 0:
-            name = f" ({stones.default_element})" if len(stones.free) > 1 else ""
+            name = f" ({stones.default_element})" if len(stones.free_names) > 1 else ""
             text += f"; slipped {100 * path['residual_slip'].to_numpy()[shown].item():z.1f} cm by the end{name}"
         lines.append(f"motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")
     what = "" if plane.scene is None else f"{stones.title or stones.name}, "
@@ -170,7 +170,7 @@ def _simulate_body(
     plan: Any = space.plan or "rectangle"
     shape = shape_of(read_mesh(space.mesh) if space.mesh else int(plan) if plan.isdecimal() else plan)
     height, b_over_h, friction = stone.height, stone.b_over_h, stone.coefficient
-    if shape.sized:
+    if shape.has_free_slenderness:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
     contact = VertexContact() if stone.damping_ratio is None else VertexContact(damping_ratio=stone.damping_ratio)
     paths = [
@@ -184,7 +184,7 @@ def _simulate_body(
         for angle in space.orientation or [0.0]
     ]  # fmt: skip
     level = ["the motion has two components: the base moves level"] if motion.up is None else []
-    sizes, oblong = paths[0].attrs, f", D/B = {space.aspect:g}" if shape.oblong else ""
+    sizes, oblong = paths[0].attrs, f", D/B = {space.aspect:g}" if shape.has_free_aspect else ""
     return _Simulated(
         f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {friction:g}",
         [*level, *(f"{heading_of(path)}: {outcome(path)}" for path in paths)],

@@ -96,5 +96,5 @@ class PlanePath:
                 values, of_free = np.full(len(self.placed), variable.missing, variable.dtype), values
                 values[free] = of_free
             dimensions = ("element",) if variable.per_element else ()
-            variables[variable.name] = (dimensions, variable.decoded(values), variable.all_attributes)
+            variables[variable.name] = (dimensions, variable.decode(values), variable.all_attributes)
         return variables

@@ -148,7 +148,7 @@ class Plan(ABC):
         else:
             before = int(self.first[0])
             outcomes, path = self.compute(only, np.zeros(1, np.int64), path)
-            results.store(only, outcomes)
+            results.store_outcomes(only, outcomes)
         rest = self.rest_rows(self.motion.samples)
         return results, self.path(self.fill_skipped_samples(np.concatenate([rest[:before], path]), rest))
 

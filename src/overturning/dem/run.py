@@ -39,7 +39,7 @@ def plan_of(model: "Model", motion: Motion, cases: Cases, numerics: Numerics) ->
 
         return of_bodies.plan_body(model, motion, cases, numerics)
     assert isinstance(model, Planes)
-    if model.scene.single_block and not numerics.general:
+    if model.scene.is_single_block and not numerics.general:
         from overturning.dem.block.plan import plan_block
 
         return plan_block(model, motion, cases, numerics)
@@ -89,7 +89,7 @@ def run(
     order = moving[np.lexsort((-length, plan.group[moving]))]
 
     def compute(chosen: NDArray[np.int64]) -> None:
-        results.store(chosen, plan.compute(chosen, counter)[0])
+        results.store_outcomes(chosen, plan.compute(chosen, counter)[0])
 
     queues = split_into_queues(order, plan.group, plan.split_long_queues)
     run_queues(compute, queues, numerics, counter, int(length.sum()) * len(model.elements))

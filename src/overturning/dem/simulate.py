@@ -45,27 +45,27 @@ def grid_over(
             f"friction: {np.asarray(friction).tolist()}; scene {model.scene.name} has coefficients of its own; "
             "leave it out"
         )
-    height, b_over_h = model.sizes(height, b_over_h)
+    height, b_over_h = model.sizes_or_defaults(height, b_over_h)
     given, other = ("azimuth", "orientation") if model.direction == "azimuth" else ("orientation", "azimuth")
     directions = {"azimuth": azimuth_deg, "orientation": orientation_deg}
     if directions[other] is not None or directions[given] is None:
         kind = "a block or scene is a 2-D model" if model.one_component else "a body is a 3-D model"
         raise ArgumentError(f"{other}_deg: {kind}; give {given}_deg")
-    model.periods(np.atleast_1d(np.asarray(aspect, np.float64)))
+    model.rotation_periods_deg(np.atleast_1d(np.asarray(aspect, np.float64)))
     sizes = {"height": height, "b_over_h": b_over_h, "friction": friction, "aspect": aspect}
     several = model.elements if len(model.elements) > 1 else ()
     rows: dict[str, Any] = {f"{given}_deg": directions[given]} | {name: sizes[name] for name in model.case_dims}
-    return Grid.over(several, **rows)
+    return Grid.from_values(several, **rows)
 
 
 def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
     """Simulate the cases of a grid; return the arrays of `simulate_arrays`."""
-    few = model.distinct(grid)
-    sources = model.sources(few, numerics.leave_out)
+    few = model.drop_ineffective_frictions(grid)
+    sources = model.computed_cells(few, numerics.leave_out)
     own, of_each = np.arange(few.size).reshape(few.shape), few.size // few.shape[0]
-    answering = few.over_all(sources.cell) * of_each + own % of_each
+    answering = few.broadcast_to_grid(sources.cell) * of_each + own % of_each
     computed, place = np.unique(answering, return_inverse=True)
-    turn_deg = few.over_all(sources.turn_deg).ravel()[computed]
+    turn_deg = few.broadcast_to_grid(sources.turn_deg).ravel()[computed]
     results = run(model, motion, few.cases(np.unravel_index(computed, few.shape), turn_deg), numerics)
     arrays = {name: values[place.reshape(few.shape)] for name, values in vars(results).items()}
     model.rotate_outcomes(arrays, few, sources)
@@ -178,11 +178,11 @@ def simulate(
     level = "none: the motion has two components, so the base moves level"
     return dataset(
         {
-            item.name: (grid.dimensions(item), item.decoded(arrays[item.name]), item.all_attributes)
+            item.name: (grid.variable_dimensions(item), item.decode(arrays[item.name]), item.all_attributes)
             for item in model.variables
         },
         coordinates,
-        model.attributes | {"vertical_motion": level if motion.up is None else "as recorded"},
+        model.cube_attributes | {"vertical_motion": level if motion.up is None else "as recorded"},
     )
 
 
@@ -191,7 +191,7 @@ def critical_angle(model: Model, grid: Grid) -> tuple[tuple[str, ...], NDArray[n
 
     A single block or body needs none: its critical angle follows from B/H.
     """
-    if not isinstance(model, Planes) or model.scene.single_block:
+    if not isinstance(model, Planes) or model.scene.is_single_block:
         return None
     from overturning.dem.polygon.prepare import CRITICAL, free_element_critical_angles
 

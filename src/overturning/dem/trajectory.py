@@ -89,7 +89,7 @@ def trajectory(
     tilt = options.pop("initial_tilt", 0.0)
     numerics = Numerics(**options)
     # Rotated to the equivalent direction that a grid computes: in another one, the last bits of the result differ.
-    sources = model.sources(grid, numerics.leave_out)
+    sources = model.computed_cells(grid, numerics.leave_out)
     case = Cases(grid.directions - sources.turn_deg.ravel(), **size, **more, initial_tilt=tilt)
     results, path = plan_of(model, as_motion(motion), case, numerics).trace()
     views = {name: values.reshape(grid.shape + values.shape[1:]) for name, values in vars(results).items()}
@@ -98,5 +98,7 @@ def trajectory(
     known = {f"{model.direction}_deg": grid.directions.item(), **size, **more}
     given = {name: value for name, value in known.items() if name != "aspect" or name in model.case_dims}
     return dataset(
-        variables, coordinates, model.attributes | attributes | given | {"block_steps": int(results.block_steps[0])}
+        variables,
+        coordinates,
+        model.cube_attributes | attributes | given | {"block_steps": int(results.block_steps[0])},
     )

@@ -33,7 +33,7 @@ from overturning.figures.style import FAULT, HATCH_COLOUR, MISSING, PROBABILITY,
 from overturning.files import write_text
 from overturning.labels import variant_label
 from overturning.model.falls import model_of
-from overturning.model.planes import period_of
+from overturning.model.planes import azimuth_period_deg
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.study.cube import presented_study, shown_block, study_of
 from overturning.study.film_options import film_options
@@ -105,7 +105,7 @@ def explorer_data(
         "title": _title(one, study),
         "question": study.question if study else "",
         "space": not model.one_component,
-        "mirrors": not model.one_component or period_of(cube) == PLANE_PERIOD,
+        "mirrors": not model.one_component or azimuth_period_deg(cube) == PLANE_PERIOD,
         "records": records,
         "rings": rings,
         "direction": _plain(direction),

@@ -78,7 +78,7 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
 
 def block_label(study: Study, block: dict[str, float]) -> str:
     """Return slenderness, height and friction of a block as text for a title."""
-    oblong = f", D/B = {block['aspect']:g}" if model_for(study).oblong else ""
+    oblong = f", D/B = {block['aspect']:g}" if model_for(study).has_free_aspect else ""
     coefficient = friction_label(study, block["friction"])
     return f"B/H = {block['b_over_h']:.3g}{oblong}, H = {block['height']:.3g} m, {coefficient}"
 
@@ -114,7 +114,10 @@ def trajectories(
 ) -> list["xr.Dataset"]:
     """Return the trajectories of a block of a study, one for each direction, degrees."""
     model = model_for(study)
-    own = {"b_over_h": not model.sized, "friction": isinstance(model, Planes) and not model.scene.sweeps_friction}
+    own = {
+        "b_over_h": not model.has_free_slenderness,
+        "friction": isinstance(model, Planes) and not model.scene.sweeps_friction,
+    }
     given = {name: value for name, value in block.items() if not own.get(name)}
     options: dict[str, Any] = {**given, **vars(numerics_of(study))}
     return [trajectory(motion, model, **options, **{f"{model.direction}_deg": angle}) for angle in directions_deg]

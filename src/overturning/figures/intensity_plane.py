@@ -30,7 +30,7 @@ def plane_points(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return PGA (m/s²), PGV/PGA (s) and fall probability of a block for each record and azimuth, shape (n,)."""
     block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
-    planes = model_of(cube).falls(block).compute()
+    planes = model_of(cube).falls_in_distinct_cells(block).compute()
     along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
     falls = planes["falls"].transpose("record", "azimuth").to_numpy().ravel()
     pga, pgv = (along[name].transpose("record", "azimuth").to_numpy().ravel() for name in ("pga", "pgv"))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.model.planes import gaps_of
+from overturning.model.planes import azimuth_gaps
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -195,7 +195,7 @@ def compass(axes: Any, names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", 
 def gap_edges(azimuth_deg: FloatArray) -> FloatArray:
     """Return azimuths just inside each gap of a circle that was not simulated: one step from both of its ends."""
     azimuth: FloatArray = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 6))
-    not_computed, step = gaps_of(azimuth, 360.0)
+    not_computed, step = azimuth_gaps(azimuth, 360.0)
     begins, ends = azimuth[not_computed], np.roll(azimuth, -1)[not_computed]
     return np.round(np.concatenate([begins + step, ends - step]) % 360.0, 10)
 

@@ -165,7 +165,7 @@ def _element(setting: str, scene: Scene, row: ElementFalls, several: bool) -> El
     return ElementFinding(
         setting=setting,
         scene=scene.name,
-        element=row.name if several else scene.free[0],
+        element=row.name if several else scene.free_names[0],
         cases=row.cases,
         falls=row.falls,
         share=row.share,

@@ -89,7 +89,7 @@ def ensemble_of(results: Results) -> EnsembleFindings | None:
 
 def ensemble_counts(model: Model, settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
     """Count for each record: cells, cells that were run, divided, agreed on and apart, and their runs."""
-    found, half = model.spread(cube), cube.isel({model.direction: model.representative(cube)})
+    found, half = model.ensemble_disagreement(cube), cube.isel({model.direction: model.distinct_direction_index(cube)})
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 
     def of_cells(statistic: Statistic) -> xr.DataArray:

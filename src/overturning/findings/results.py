@@ -141,7 +141,7 @@ class Results:
     @property
     def free_elements(self) -> tuple[str, ...]:
         """Names of the free elements of the scene."""
-        return scene_of(self.study).free
+        return scene_of(self.study).free_names
 
     @cached_property
     def record_means(self) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""A body in space: it faces an orientation, moves with all components of the motion, and falls towards any azimuth."""
+"""3-D model: a rigid body that moves with all components of the motion and can fall towards any azimuth."""
 
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
@@ -11,16 +11,16 @@ from overturning.arrays import ArrayLike, FloatArray
 from overturning.errors import ArgumentError, suggest_keywords
 from overturning.model.contact import VertexContact
 from overturning.model.grid import Grid
-from overturning.model.model import Model, Outcomes, select_cells
+from overturning.model.model import Model, StoneOutcomes, select_cells
 from overturning.model.shapes import Rectangle, Shape, shape_of
-from overturning.model.symmetry import FULL_TURN, Sources, nearest
+from overturning.model.symmetry import FULL_TURN, ComputedCells, nearest_cells
 from overturning.model.variables import (
     BODY_ENSEMBLE_VARIABLES,
     BODY_VARIABLES,
     FACE_VARIABLES,
     INT8_MISSING,
     Variable,
-    answered,
+    is_known_flag,
 )
 
 if TYPE_CHECKING:
@@ -39,11 +39,13 @@ _MEMBERS: Final = {
     "axis_cosine": "fall_axis_cosine",
     "axis_sine": "fall_axis_sine",
 }
-"""Variable of a cube that holds the mean over members of each variable of `Model.falls`."""
+"""Variable of a cube that holds the mean over members of each variable of `Model.falls_in_distinct_cells`."""
 
 
-def direction_weight(falls: ArrayLike, north: ArrayLike, east: ArrayLike, members: ArrayLike) -> FloatArray:
-    """Return the weight of a fall in direction statistics: the resultant of the directions of its members.
+def direction_weight(
+    fall_share: ArrayLike, mean_north: ArrayLike, mean_east: ArrayLike, member_count: ArrayLike
+) -> FloatArray:
+    """Return the weight of a cell in direction statistics, 0 to 1, from the agreement of its members' directions.
 
     The square of the mean resultant length R of k members that fall exceeds that of the directions they are drawn from:
     without any common direction k R² is 1 on average. So the weight is √((k R² − 1)/(k − 1)), 0 where that is negative
@@ -51,22 +53,22 @@ def direction_weight(falls: ArrayLike, north: ArrayLike, east: ArrayLike, member
 
     Parameters
     ----------
-    falls, north, east : array_like
+    fall_share, mean_north, mean_east : array_like
         ``probability_falls``, ``fall_north`` and ``fall_east``; NaN where no member was run.
-    members : array_like
+    member_count : array_like
         Members with an outcome.
     """
-    fell = np.nan_to_num(np.asarray(falls, np.float64))
-    count = fell * np.asarray(members, np.float64)
+    fell = np.nan_to_num(np.asarray(fall_share, np.float64))
+    count = fell * np.asarray(member_count, np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
-        square = (np.asarray(north, np.float64) ** 2 + np.asarray(east, np.float64) ** 2) / fell**2
+        square = (np.asarray(mean_north, np.float64) ** 2 + np.asarray(mean_east, np.float64) ** 2) / fell**2
         known = np.sqrt(np.clip((count * square - 1.0) / (count - 1.0), 0.0, 1.0))
     return np.asarray(np.where(count > 1.5, known, 1.0))
 
 
 @dataclass(frozen=True)
-class Start:
-    """Initial state of a body that does not start at rest, in axes rotated to its orientation.
+class InitialState:
+    """Initial position and velocity of a 3-D body that does not start at rest, in axes rotated to its orientation.
 
     Parameters
     ----------
@@ -95,7 +97,7 @@ class Body(Model):
         "rectangle", "circle", the number of sides of a regular prism, or a polyhedron.
     contact : VertexContact
         Springs and dashpots at each vertex.
-    start : Start, optional
+    start : InitialState, optional
         Initial state; at rest if not given.
 
     Raises
@@ -106,7 +108,7 @@ class Body(Model):
 
     shape: Shape = field(default_factory=Rectangle)
     contact: VertexContact = field(default_factory=VertexContact)
-    start: Start | None = None
+    start: InitialState | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "shape", shape_of(self.shape))
@@ -138,29 +140,29 @@ class Body(Model):
 
     @property
     @override
-    def attributes(self) -> dict[str, str]:
+    def cube_attributes(self) -> dict[str, str]:
         return {"body": self.shape.name}
 
     @property
     @override
-    def further_variables(self) -> tuple[Variable, ...]:
-        """A rectangle also has the prediction of the planes of its faces."""
-        return FACE_VARIABLES if self.oblong else ()
+    def additional_study_variables(self) -> tuple[Variable, ...]:
+        """A rectangle also has the 2-D prediction in the vertical planes of its faces."""
+        return FACE_VARIABLES if self.has_free_aspect else ()
 
     @property
     @override
-    def sized(self) -> bool:
-        return self.shape.sized
+    def has_free_slenderness(self) -> bool:
+        return self.shape.has_free_slenderness
 
     @property
     @override
-    def oblong(self) -> bool:
-        return self.shape.oblong
+    def has_free_aspect(self) -> bool:
+        return self.shape.has_free_aspect
 
     @override
-    def sizes(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
-        """A polyhedron has a slenderness and a height of its own."""
-        if self.shape.sized:
+    def sizes_or_defaults(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
+        """A polyhedron defines its own slenderness and default height."""
+        if self.shape.has_free_slenderness:
             if b_over_h is None or height is None:
                 name = "b_over_h" if b_over_h is None else "height"
                 raise ArgumentError(f"{name}: not given; a {self.shape.name} has none of its own")
@@ -168,73 +170,77 @@ class Body(Model):
         if b_over_h is not None:
             raise ArgumentError(f"b_over_h: a {self.shape.name} has its own; leave it out")
         own = getattr(self.shape, "height", 1.0)
-        return own if height is None else height, self.shape.body(own, 1.0, 1.0).b_over_h
+        return own if height is None else height, self.shape.solid(own, 1.0, 1.0).b_over_h
 
     @override
-    def periods(self, aspect: FloatArray) -> FloatArray:
-        if not self.shape.oblong and aspect.tolist() != [1.0]:
+    def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
+        if not self.shape.has_free_aspect and aspect.tolist() != [1.0]:
             raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle has one")
-        return np.array([self.shape.body(1.0, 0.5, float(value)).period for value in aspect])
+        return np.array([self.shape.solid(1.0, 0.5, float(value)).period for value in aspect])
 
     @override
-    def stiffer(self, factor: float) -> "Body":
-        penetration = self.contact.static_penetration / factor
+    def with_stiffness_factor(self, stiffness_factor: float) -> "Body":
+        penetration = self.contact.static_penetration / stiffness_factor
         return replace(self, contact=self.contact.model_copy(update={"static_penetration": penetration}))
 
     @override
-    def sources(self, grid: Grid, symmetric: bool = True) -> Sources:
-        """The computed case is rotated back by whole symmetry periods."""
+    def computed_cells(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
+        """The computed case has the orientation reduced by whole symmetry periods."""
         direction = grid.directions[:, None]
-        period = self._periods(grid) if symmetric else np.full(1, FULL_TURN)
+        period = self._periods(grid) if use_symmetry else np.full(1, FULL_TURN)
         whole = np.floor(direction / np.where(period > 0.0, period, 1.0))
-        if symmetric and self.start is not None and np.where(period > 0.0, whole, direction).any():
+        if use_symmetry and self.start is not None and np.where(period > 0.0, whole, direction).any():
             raise ArgumentError(
                 "start: it turns with the body, so that orientations at which the body looks the same are cases of "
                 "their own; say leave_out=False"
             )
-        return replace(super().sources(grid, symmetric), turn_deg=np.where(period > 0.0, whole * period, direction))
+        return replace(
+            super().computed_cells(grid, use_symmetry), turn_deg=np.where(period > 0.0, whole * period, direction)
+        )
 
     @override
-    def rotate_outcomes(self, arrays: dict[str, NDArray[Any]], grid: Grid, sources: Sources) -> None:
-        own = np.arange(sources.cell.shape[0])[:, None]
-        arrays["repeated"] = grid.over_all(sources.cell != own).astype(np.int8)
-        faces = len(self.shape.body(1.0, 0.5, 1.0).faces)
-        turns = np.round(grid.over_all(sources.turn_deg) / FULL_TURN * max(faces, 1)).astype(np.int64)
-        down = arrays["fall_face"] != INT8_MISSING
-        arrays["fall_face"][down] = (arrays["fall_face"][down] - turns[down]) % max(faces, 1)
+    def rotate_outcomes(
+        self, outcome_arrays: dict[str, NDArray[Any]], grid: Grid, computed_cells: ComputedCells
+    ) -> None:
+        own = np.arange(computed_cells.cell.shape[0])[:, None]
+        outcome_arrays["repeated"] = grid.broadcast_to_grid(computed_cells.cell != own).astype(np.int8)
+        faces = len(self.shape.solid(1.0, 0.5, 1.0).faces)
+        turns = np.round(grid.broadcast_to_grid(computed_cells.turn_deg) / FULL_TURN * max(faces, 1)).astype(np.int64)
+        down = outcome_arrays["fall_face"] != INT8_MISSING
+        outcome_arrays["fall_face"][down] = (outcome_arrays["fall_face"][down] - turns[down]) % max(faces, 1)
 
     @override
-    def tally(
-        self, flags: NDArray[np.int8], azimuth_deg: FloatArray, scramble: NDArray[np.int64]
+    def summarise_ensemble(
+        self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, scramble_number: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        """Compute the share of members that fall and the means of their directions."""
-        known, fell, angle = flags != INT8_MISSING, flags == 1, np.radians(azimuth_deg)
+        """Compute the share of ensemble members that fall and the mean sines and cosines of their fall directions."""
+        known, fell, angle = member_flags != INT8_MISSING, member_flags == 1, np.radians(fall_azimuth_deg)
 
-        def mean(values: Any, chosen: Any = True) -> FloatArray:
-            count = (known & chosen).sum(axis=1)
+        def member_mean(values: Any, selected: Any = True) -> FloatArray:
+            count = (known & selected).sum(axis=1)
             # Rounded: cosines differ in the last digit between processors.
-            total = np.round(np.where(fell & chosen, values, 0.0), 9).sum(axis=1)
+            total = np.round(np.where(fell & selected, values, 0.0), 9).sum(axis=1)
             return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
         return {
-            "probability_falls": mean(1.0),
-            "fall_north": mean(np.cos(angle)),
-            "fall_east": mean(np.sin(angle)),
-            "fall_axis_cosine": mean(np.cos(2 * angle)),
-            "fall_axis_sine": mean(np.sin(2 * angle)),
-            "scramble_difference": mean(1.0, scramble == 0) - mean(1.0, scramble == 1),
+            "probability_falls": member_mean(1.0),
+            "fall_north": member_mean(np.cos(angle)),
+            "fall_east": member_mean(np.sin(angle)),
+            "fall_axis_cosine": member_mean(np.cos(2 * angle)),
+            "fall_axis_sine": member_mean(np.sin(2 * angle)),
+            "scramble_difference": member_mean(1.0, scramble_number == 0) - member_mean(1.0, scramble_number == 1),
             "members": known.sum(axis=1),
         }
 
     @override
-    def representative(self, cube: "xr.Dataset") -> NDArray[np.intp]:
+    def distinct_direction_index(self, cube: "xr.Dataset") -> NDArray[np.intp]:
         return np.arange(cube.sizes[self.direction])
 
     @override
-    def falls(self, cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Dataset":
+    def falls_in_distinct_cells(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
         import xarray as xr
 
-        known = answered(cube["overturned"])
+        known = is_known_flag(cube["overturned"])
         fell = (cube["overturned"] == 1).where(known)
         azimuth = cube["fall_azimuth"].astype("float64") * (np.pi / 180.0)
         found = {"falls": fell.astype("float64")}
@@ -242,14 +248,14 @@ class Body(Model):
             for name, of in (("cosine", np.cos), ("sine", np.sin)):
                 values = xr.apply_ufunc(of, angle, dask="allowed")
                 found[f"{kind}_{name}"] = values.where(fell == 1, 0.0).where(known)
-        if ensemble and "probability_falls" in cube:
+        if use_ensemble and "probability_falls" in cube:
             found = {name: cube[_MEMBERS[name]].astype("float64").fillna(values) for name, values in found.items()}
         count = cube.sizes[self.direction]
         return xr.Dataset({**found, "weight": (self.direction, np.full(count, 1.0 / count))})
 
     @override
-    def spread(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """Members agree if all fall; they fall apart if they lie more than 15° about their mean."""
+    def ensemble_disagreement(self, cube: "xr.Dataset") -> "xr.Dataset":
+        """Members agree if all fall; their directions differ if they spread by more than 15° about the mean."""
         import xarray as xr
 
         falls = cube["probability_falls"]
@@ -265,11 +271,13 @@ class Body(Model):
         )
 
     @override
-    def outcomes(self, site: "xr.Dataset", face_deg: FloatArray, cells: dict[str, NDArray[np.intp]]) -> Outcomes:
-        """The outcome is that of the square prism with the nearest orientation."""
-        square = site.isel(aspect=int(np.flatnonzero(site["aspect"].to_numpy() == 1.0)[0]))
-        sources = nearest(site[self.direction].to_numpy(), face_deg, SQUARE_PERIOD)
-        found = select_cells(square, self.reads_outcomes, {self.direction: sources.cell, **cells})
+    def square_stone_outcomes(
+        self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
+    ) -> StoneOutcomes:
+        """Each stone takes the outcome of the square prism with the nearest orientation."""
+        square = site_cube.isel(aspect=int(np.flatnonzero(site_cube["aspect"].to_numpy() == 1.0)[0]))
+        sources = nearest_cells(site_cube[self.direction].to_numpy(), face_azimuth_deg, SQUARE_PERIOD)
+        found = select_cells(square, self.reads_outcomes, {self.direction: sources.cell, **cell_positions})
         flag = found["overturned"]
         slip = np.hypot(found["residual_slip_north"], found["residual_slip_east"])
-        return Outcomes(flag == 1, np.isfinite(flag), found["fall_azimuth"], slip, found["residual_twist"])
+        return StoneOutcomes(flag == 1, np.isfinite(flag), found["fall_azimuth"], slip, found["residual_twist"])

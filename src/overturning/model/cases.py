@@ -75,7 +75,7 @@ class Cases:
                 bound = "" if signed else f" and {'above' if above else 'at least'} 0"
                 raise ArgumentError(f"{name}: {values[wrong][0]}; it must be finite{bound}")
         check_heights(self.height)
-        check_count(self.size)
+        check_case_count(self.size)
         tilt = np.tan(np.minimum(np.abs(np.asarray(self.initial_tilt)), 1.57))
         if (tilt >= np.asarray(self.b_over_h)).any():
             raise ArgumentError("initial_tilt: the block would fall by itself; it must stay below arctan(B/H)")
@@ -100,12 +100,12 @@ def checked_height(height: float) -> float:
     return height
 
 
-def check_count(count: int) -> None:
+def check_case_count(case_count: int) -> None:
     """Raise `ArgumentError` if there are no cases, or more than `MOST_CASES`."""
-    if count == 0:
+    if case_count == 0:
         raise ArgumentError("cases: none; give at least one azimuth, height, B/H and friction")
-    if count > MOST_CASES:
+    if case_count > MOST_CASES:
         raise ArgumentError(
-            f"cases: {count} at once would take {count * BYTES_PER_CASE / 2**30:.0f} GiB; "
+            f"cases: {case_count} at once would take {case_count * BYTES_PER_CASE / 2**30:.0f} GiB; "
             f"ask for at most {MOST_CASES} per call"
         )

@@ -51,18 +51,18 @@ class ContactSettings(StrictModel):
     )
 
     @model_validator(mode="after")
-    def _one_of_each(self) -> Self:
+    def _check_damping_and_stiffness(self) -> Self:
         if self.damping_ratio is not None and self.damping is not None:
             raise ValueError("damping_ratio and damping are both given; keep one")
         if self.stiffness != "auto" and self.stiffness <= 0:
             raise ValueError(f"stiffness {self.stiffness:g} N/m; it must be above 0, or auto")
         return self
 
-    def over(self, others: Self) -> Self:
-        """Merge with other settings, which are used for keys that are not given; either damping replaces both."""
+    def merged_over(self, base_settings: Self) -> Self:
+        """Merge with base settings, which apply to keys that are not given; either damping key replaces both."""
         damping = {"damping_ratio", "damping"}
         replaced = self.model_fields_set | (damping if self.model_fields_set & damping else set())
-        kept = others.model_dump(exclude=replaced)
+        kept = base_settings.model_dump(exclude=replaced)
         return type(self)(**kept | self.model_dump(include=self.model_fields_set))
 
 
@@ -99,7 +99,7 @@ class Contact(ContactSettings):
     )
 
     @model_validator(mode="after")
-    def _one_stiffness(self) -> Self:
+    def _check_single_stiffness(self) -> Self:
         if self.stiffness != "auto" and self.static_penetration != STATIC_PENETRATION:
             raise ValueError(
                 f"static_penetration {self.static_penetration:g} and stiffness {self.stiffness:g} N/m are both given; "
@@ -107,7 +107,7 @@ class Contact(ContactSettings):
             )
         return self
 
-    def specific(
+    def constants_per_mass(
         self, width: ArrayLike, height: ArrayLike, density: float
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the contact constants per unit mass of blocks one metre deep.
@@ -147,8 +147,9 @@ class VertexContact(StrictModel):
     Parameters
     ----------
     static_penetration : float
-        δ/B, where δ = m g / (n K_n) is the static penetration on n = `Solid.carriers` points, and B is twice the
-        least distance between an edge of the base and the point below the centre, at most `MAX_CONTACT_WIDTH`.
+        δ/B, where δ = m g / (n K_n) is the static penetration on n = `Solid.load_sharing_points` points, and B is
+        twice the least distance between an edge of the base and the point below the centre, at most
+        `MAX_CONTACT_WIDTH`.
     stiffness_ratio : float
         K_s/K_n for each of the two tangential springs.
     damping_ratio : float
@@ -164,23 +165,23 @@ class VertexContact(StrictModel):
     stiffness_ratio: float = Field(default=1.0, ge=0)
     damping_ratio: float = Field(default=DAMPING_RATIO, ge=0)
 
-    def specific(self, body: Solid) -> tuple[float, float, float]:
-        """Return K_n/m and K_s/m of a vertex, 1/s², and its dashpot h/m, 1/s."""
-        points = body.carriers
-        normal = STANDARD_GRAVITY / (points * self.static_penetration * min(2.0 * body.reach, MAX_CONTACT_WIDTH))
+    def constants_per_mass(self, body: Solid) -> tuple[float, float, float]:
+        """Return stiffnesses K_n/m and K_s/m of a vertex per body mass, 1/s², and its dashpot h/m, 1/s."""
+        points = body.load_sharing_points
+        normal = STANDARD_GRAVITY / (points * self.static_penetration * min(2.0 * body.base_reach, MAX_CONTACT_WIDTH))
         return normal, self.stiffness_ratio * normal, 2.0 * self.damping_ratio * math.sqrt(normal / points)
 
 
-def check_precision(normal: FloatArray, height: FloatArray, slide: float) -> None:
-    """Refuse a stiffness whose static penetration is too small for double precision.
+def check_stiffness_precision(normal_stiffness: FloatArray, height: FloatArray, largest_displacement: float) -> None:
+    """Raise an ArgumentError if a static penetration is too small for double precision.
 
     Parameters
     ----------
-    normal : ndarray
+    normal_stiffness : ndarray
         Normal stiffness per mass K_n/m, 1/s².
     height : ndarray
         Height H, m.
-    slide : float
+    largest_displacement : float
         Largest displacement of the block, m.
 
     Raises
@@ -188,8 +189,8 @@ def check_precision(normal: FloatArray, height: FloatArray, slide: float) -> Non
     ArgumentError
         If δ < `PRECISION_FLOOR` · ε · max(H, slide), with ε the machine epsilon.
     """
-    penetration = STANDARD_GRAVITY / (2.0 * normal)
-    bound = PRECISION_FLOOR * np.finfo(np.float64).eps * np.maximum(height, slide)
+    penetration = STANDARD_GRAVITY / (2.0 * normal_stiffness)
+    bound = PRECISION_FLOOR * np.finfo(np.float64).eps * np.maximum(height, largest_displacement)
     if (penetration < bound).any():
         worst = int(np.argmin(penetration / bound))
         raise ArgumentError(

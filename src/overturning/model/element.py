@@ -1,4 +1,4 @@
-"""Parts of a scene file (config/scenes/): elements, materials and contact laws."""
+"""Elements, materials and contact laws of a scene file (config/scenes/)."""
 
 from typing import Annotated, Literal, Self
 
@@ -8,8 +8,8 @@ from pydantic import Field, model_validator
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.contact import Contact
-from overturning.model.pieces import outline as outline_of
-from overturning.model.polygon import Polygon, polygon, rectangle
+from overturning.model.pieces import joined_outline
+from overturning.model.polygon import Polygon, make_polygon, rectangle_vertices
 from overturning.units import GRANITE_DENSITY
 from overturning.validation import StrictModel
 
@@ -33,12 +33,12 @@ class ContactLaw(Contact):
 
     @property
     def contact(self) -> Contact:
-        """Springs and dashpots, without materials and friction."""
+        """Springs and dashpots of the law, without materials and friction."""
         return Contact(**self.model_dump(include={*Contact.model_fields}))
 
 
 class Element(StrictModel):
-    """A rigid polygon."""
+    """Element of a scene: a rigid polygon."""
 
     name: Name = Field(description="name, unique in the scene")
     kind: Literal["free", "driven", "held"] = Field(
@@ -81,7 +81,7 @@ class Element(StrictModel):
     )
 
     @model_validator(mode="after")
-    def _one_form(self) -> Self:
+    def _check_single_geometry(self) -> Self:
         rectangle = self.width is not None and self.height is not None
         forms = (rectangle, self.vertices is not None, self.pieces is not None)
         if sum(forms) != 1 or (not rectangle and (self.width or self.height)):
@@ -105,16 +105,16 @@ class Element(StrictModel):
             points = np.array(self.vertices, dtype=np.float64)
         elif self.pieces is not None:
             for number, piece in enumerate(self.pieces, 1):
-                if polygon(f"{self.name}, piece {number}", piece).pieces:
+                if make_polygon(f"{self.name}, piece {number}", piece).pieces:
                     raise ArgumentError(
                         f"element {self.name}: piece {number} is not convex; split it, or give the outline of all as "
                         "vertices"
                     )
-            points = outline_of(self.name, [np.array(piece) for piece in self.pieces])
+            points = joined_outline(self.name, [np.array(piece) for piece in self.pieces])
         else:
             assert self.width is not None  # one form is given
             assert self.height is not None
-            points = rectangle(self.width, self.height)
+            points = rectangle_vertices(self.width, self.height)
         return points
 
     def rotate(self, points: FloatArray) -> FloatArray:
@@ -133,10 +133,10 @@ class Element(StrictModel):
     @property
     def shape(self) -> Polygon:
         """Polygon after rotation and before the shift."""
-        return polygon(self.name, self.points)
+        return make_polygon(self.name, self.points)
 
     @property
     def unrotated_size(self) -> tuple[float, float]:
         """Width and height before rotation, m."""
-        upright = polygon(self.name, self.outline)
+        upright = make_polygon(self.name, self.outline)
         return upright.width, upright.height

@@ -1,4 +1,4 @@
-"""Choice of the model. To add one, write a subclass of `Model` and name it here."""
+"""Choice between the 2-D and the 3-D model. To add a model, write a subclass of `Model` and name it here."""
 
 from typing import TYPE_CHECKING
 
@@ -13,20 +13,20 @@ if TYPE_CHECKING:
 
 
 def model_of(cube: "xr.Dataset") -> Model:
-    """Return the model whose outcomes a cube, or a part of it, holds."""
+    """Return the model, 2-D or 3-D, whose outcomes a cube (or a selection from it) holds."""
     return Body() if Body.direction in cube.dims else Planes()
 
 
-def as_model(given: Model | Scene | Shape | str | int | None) -> Model:
-    """Return the model for an argument: a model, a scene (2-D), the shape of a body (3-D), or None for a single block.
+def as_model(model_argument: Model | Scene | Shape | str | int | None) -> Model:
+    """Return the model for a model, a scene (2-D), the shape of a body (3-D), or None (single 2-D block).
 
     Raises
     ------
     ArgumentError
         If no shape has the given name.
     """
-    if isinstance(given, Model):
-        return given
-    if given is None:
+    if isinstance(model_argument, Model):
+        return model_argument
+    if model_argument is None:
         return Planes()
-    return Planes(given) if isinstance(given, Scene) else Body(shape_of(given))
+    return Planes(model_argument) if isinstance(model_argument, Scene) else Body(shape_of(model_argument))

@@ -10,7 +10,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.element import Element, Material
-from overturning.model.polygon import Polygon, polygon
+from overturning.model.polygon import Polygon, make_polygon
 from overturning.model.symmetry import FULL_TURN, PLANE_PERIOD
 
 CONTACT_GAP: Final = 1e-7
@@ -91,8 +91,8 @@ class ElementPair(NamedTuple):
 
 
 @dataclass(frozen=True)
-class StretchEnd:
-    """One end of the segment that two nearest faces share."""
+class SharedSegmentEnd:
+    """One end of the segment along which two nearest faces lie opposite each other."""
 
     gap: float  # m, negative if the elements overlap; infinite if there is no common segment
     point: tuple[float, float]  # the vertex, m
@@ -101,11 +101,11 @@ class StretchEnd:
 
 
 class TouchingEnd(NamedTuple):
-    """Touching end: index of its pair, 0 or 1 for the first or second end, and the end."""
+    """End of a shared segment that touches: index of the element pair, 0 or 1 for the end, and the end."""
 
     pair: int
     side: int
-    end: StretchEnd
+    end: SharedSegmentEnd
 
 
 def place_elements(
@@ -129,7 +129,7 @@ def place_elements(
             middle = 0.5 * (points[:, 0].max() + points[:, 0].min())
             # Rounded once, exactly as the width B/H · H of a single block.
             points[:, 0] = (points[:, 0] - middle) * (b_over_h * own_height / own_width) + middle
-        shape = polygon(element.name, element.rotate(points) * scale)
+        shape = make_polygon(element.name, element.rotate(points) * scale)
         shift_x, shift_z = element.at[0] * scale, element.at[1] * scale
         x, z = shape.centre[0] + shift_x, shape.centre[1] + shift_z
         if element.stands_on is not None:
@@ -160,7 +160,7 @@ def ground_name(scene: SceneLayout) -> str | None:
 
 
 def plane_period(scene: SceneLayout) -> float:
-    """Return the rotation of the motion after which the case repeats, degrees.
+    """Return the rotation of the motion after which the case of a scene repeats, degrees.
 
     180 if every element of the scene is its own mirror image, so that φ + 180° mirrors φ exactly; otherwise 360.
     """
@@ -168,103 +168,123 @@ def plane_period(scene: SceneLayout) -> float:
     return PLANE_PERIOD if mirror else FULL_TURN
 
 
-def native_size(scene: SceneLayout) -> tuple[float, float]:
-    """Return height (m) and B/H of the reference element as given in the file, before its rotation."""
+def reference_element_size(scene: SceneLayout) -> tuple[float, float]:
+    """Return height (m) and B/H of a scene's reference element as given in the file, before its rotation."""
     width, height = next(item.unrotated_size for item in scene.elements if item.name == scene.reference_name)
     return height, width / height
 
 
-def separations(one: PlacedElement, other: PlacedElement) -> FloatArray:
-    """Return the signed distance of the nearest vertex of `other` from each face of `one`, m, positive outside.
+def face_distances(element: PlacedElement, other_element: PlacedElement) -> FloatArray:
+    """Return the signed distance, m, from each face of a convex element to the nearest vertex of another one.
 
-    Both are convex.
+    Positive outside.
     """
-    faces = one.shape.faces
-    points = other.points - np.array([one.x, one.z])
+    faces = element.shape.faces
+    points = other_element.points - np.array([element.x, element.z])
     reach = faces[:, 4:5] * points[:, 0] + faces[:, 5:6] * points[:, 1]
     return np.asarray(reach.min(axis=1) - faces[:, 6])
 
 
-def nearest_faces(a: PlacedElement, b: PlacedElement) -> tuple[int, int, float]:
+def nearest_faces(first_element: PlacedElement, second_element: PlacedElement) -> tuple[int, int, float]:
     """Return the nearest faces of two convex elements, by the rule of docs/scenes.md, and their separation, m.
 
     Face i runs from vertex i to vertex i + 1. The separation is negative if the elements overlap.
     """
-    faces_a, faces_b = a.shape.faces, b.shape.faces
+    faces_a, faces_b = first_element.shape.faces, second_element.shape.faces
     products = faces_a[:, 4:5] * faces_b[:, 4] + faces_a[:, 5:6] * faces_b[:, 5]
     candidates = [
-        *zip(-separations(a, b), products.min(axis=1), range(len(faces_a)), products.argmin(axis=1), strict=True),
-        *zip(-separations(b, a), products.min(axis=0), products.argmin(axis=0), range(len(faces_b)), strict=True),
+        *zip(
+            -face_distances(first_element, second_element),
+            products.min(axis=1),
+            range(len(faces_a)),
+            products.argmin(axis=1),
+            strict=True,
+        ),
+        *zip(
+            -face_distances(second_element, first_element),
+            products.min(axis=0),
+            products.argmin(axis=0),
+            range(len(faces_b)),
+            strict=True,
+        ),
     ]
     best = min(candidates, key=lambda candidate: candidate[:2])  # the first one of equals
     return int(best[2]), int(best[3]), float(-best[0])
 
 
-def common_stretch(a: PlacedElement, b: PlacedElement) -> tuple[StretchEnd, StretchEnd]:
+def common_stretch(
+    first_element: PlacedElement, second_element: PlacedElement
+) -> tuple[SharedSegmentEnd, SharedSegmentEnd]:
     """Return both ends of the segment shared by the nearest faces of two convex elements.
 
     At each end, the inner one of the two vertices counts.
     """
-    face_a, face_b, _ = nearest_faces(a, b)
-    fa, fb = a.shape.faces[face_a], b.shape.faces[face_b]
-    delta = np.array([a.x - b.x, a.z - b.z])
+    face_a, face_b, _ = nearest_faces(first_element, second_element)
+    fa, fb = first_element.shape.faces[face_a], second_element.shape.faces[face_b]
+    delta = np.array([first_element.x - second_element.x, first_element.z - second_element.z])
 
-    def seen(
+    def vertex_end(
         item: PlacedElement, vertex: FloatArray, shift: FloatArray, face: FloatArray, sign: float, carries: float
-    ) -> tuple[float, StretchEnd]:
+    ) -> tuple[float, SharedSegmentEnd]:
         """Return the position of a vertex along the other's face, m, and the end it would form."""
         x, z = vertex + shift
         gap = face[4] * x + face[5] * z - face[6]
         along = face[4] * z - face[5] * x - face[7]
         nx, nz = sign * float(face[4]), sign * float(face[5])
         point = float(vertex[0] + item.x), float(vertex[1] + item.z)
-        return along, StretchEnd(
+        return along, SharedSegmentEnd(
             float(gap) if abs(along) <= face[8] and carries * face[11] else np.inf, point, (nx, nz), (nz, -nx)
         )
 
     ends = []
     for mine, theirs, side in ((0, 1, 1.0), (1, 0, -1.0)):
-        along, end = seen(a, fa[2 * mine : 2 * mine + 2], delta, fb, 1.0, fa[9 + mine])
+        along, end = vertex_end(first_element, fa[2 * mine : 2 * mine + 2], delta, fb, 1.0, fa[9 + mine])
         other = fb[2 * theirs : 2 * theirs + 2]
-        ends.append(end if side * along <= fb[8] else seen(b, other, -delta, fa, -1.0, fb[9 + theirs])[1])
+        ends.append(
+            end if side * along <= fb[8] else vertex_end(second_element, other, -delta, fa, -1.0, fb[9 + theirs])[1]
+        )
     return ends[0], ends[1]
 
 
-def _gaps(placed: list[PlacedElement]) -> Iterator[tuple[int, int, float]]:
+def _gaps_between_elements(placed_elements: list[PlacedElement]) -> Iterator[tuple[int, int, float]]:
     """Yield the indices of each two elements, at least one of them free, and the gap between them, m."""
-    for (j, b), (i, a) in combinations(enumerate(placed), 2):
+    for (j, b), (i, a) in combinations(enumerate(placed_elements), 2):
         if not (a.fixed and b.fixed):
-            gaps = (max(separations(p, q).max(), separations(q, p).max()) for p, q in product(a.parts, b.parts))
+            gaps = (max(face_distances(p, q).max(), face_distances(q, p).max()) for p, q in product(a.parts, b.parts))
             yield i, j, float(min(gaps))
 
 
-def element_pairs(placed: list[PlacedElement]) -> list[ElementPair]:
+def element_pairs(placed_elements: list[PlacedElement]) -> list[ElementPair]:
     """Return the pairs of convex pieces that can touch: not too far apart, and at least one of their elements free."""
-    extent = sum(item.shape.width + item.shape.height for item in placed if not item.fixed)
+    extent = sum(item.shape.width + item.shape.height for item in placed_elements if not item.fixed)
     return [
         ElementPair(i, j, m, n)
-        for i, j, gap in _gaps(placed)
+        for i, j, gap in _gaps_between_elements(placed_elements)
         if gap <= MAX_PAIR_DISTANCE * extent
-        for m, n in product(range(len(placed[i].shape.parts)), range(len(placed[j].shape.parts)))
+        for m, n in product(range(len(placed_elements[i].shape.parts)), range(len(placed_elements[j].shape.parts)))
     ]
 
 
-def paired_pieces(placed: list[PlacedElement], pairs: list[ElementPair]) -> list[tuple[PlacedElement, PlacedElement]]:
-    """Return the two convex elements of each pair."""
-    parts = [item.parts for item in placed]
+def paired_pieces(
+    placed_elements: list[PlacedElement], pairs: list[ElementPair]
+) -> list[tuple[PlacedElement, PlacedElement]]:
+    """Return, for each pair, the two convex pieces as elements."""
+    parts = [item.parts for item in placed_elements]
     return [(parts[pair.a][pair.part_a], parts[pair.b][pair.part_b]) for pair in pairs]
 
 
-def touching_ends(placed: list[PlacedElement], pairs: list[ElementPair], lean: float = 0.0) -> list[TouchingEnd]:
-    """Return the ends that touch.
+def touching_ends(
+    placed_elements: list[PlacedElement], pairs: list[ElementPair], max_inclination: float = 0.0
+) -> list[TouchingEnd]:
+    """Return the ends of shared segments at which two elements touch at rest.
 
-    With `lean` (rad), two faces that touch at one end and are inclined by less than it also touch at the other end.
+    Two faces that touch at one end and are inclined by less than `max_inclination` (rad) also touch at the other end.
     """
     touching = []
-    for index, (a, b) in enumerate(paired_pieces(placed, pairs)):
+    for index, (a, b) in enumerate(paired_pieces(placed_elements, pairs)):
         ends, closed = common_stretch(a, b), CONTACT_GAP * min(a.size, b.size)
         (x, z), (u, w) = ends[0].point, ends[1].point
-        far = np.sin(lean) * np.sqrt((x - u) ** 2 + (z - w) ** 2)
+        far = np.sin(max_inclination) * np.sqrt((x - u) ** 2 + (z - w) ** 2)
         for side, end in enumerate(ends):
             if end.gap <= closed or (ends[1 - side].gap <= closed and end.gap < far):
                 touching.append(TouchingEnd(index, side, end))
@@ -277,18 +297,18 @@ def check_geometry(scene: SceneLayout) -> None:
         raise ArgumentError(fault)
 
 
-def placement_error(placed: list[PlacedElement]) -> str:
-    """Return a message naming an element that overlaps another or lacks support, and the remedy; "" if none does."""
-    for i, j, gap in sorted(_gaps(placed)):
-        a, b = placed[i], placed[j]
+def placement_error(placed_elements: list[PlacedElement]) -> str:
+    """Return an error message for the first element that overlaps another or lacks support; "" if there is none."""
+    for i, j, gap in sorted(_gaps_between_elements(placed_elements)):
+        a, b = placed_elements[i], placed_elements[j]
         if -gap > 1e-6 * min(a.size, b.size):
             return (
                 f"element {a.element.name}: overlaps {b.element.name} by {-gap:.3g} m; move it, or place it with "
                 f"stands_on: {b.element.name}"
             )
-    pairs = element_pairs(placed)
-    carried = {i for i, item in enumerate(placed) if item.fixed}
-    ends = touching_ends(placed, pairs)
+    pairs = element_pairs(placed_elements)
+    carried = {i for i, item in enumerate(placed_elements) if item.fixed}
+    ends = touching_ends(placed_elements, pairs)
     while more := {
         up
         for index, _, end in ends
@@ -296,7 +316,7 @@ def placement_error(placed: list[PlacedElement]) -> str:
         if low in carried and up not in carried and sign * end.normal[1] > 1e-3
     }:
         carried |= more
-    for i, item in enumerate(placed):
+    for i, item in enumerate(placed_elements):
         if i not in carried:
             return (
                 f"element {item.element.name}: hangs in the air, nothing carries it; place it with stands_on: and an "

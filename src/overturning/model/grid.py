@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.cases import Cases, check_count
+from overturning.model.cases import Cases, check_case_count
 from overturning.model.variables import Variable
 
 AXES: Final[dict[str, dict[str, Any]]] = {
@@ -29,7 +29,7 @@ AXES: Final[dict[str, dict[str, Any]]] = {
 
 @dataclass(frozen=True)
 class Grid:
-    """Coordinates of the cases of one motion.
+    """Grid of the cases of one motion: values along each dimension.
 
     Parameters
     ----------
@@ -46,8 +46,8 @@ class Grid:
     amplitude: tuple[float, ...] = ()
 
     @classmethod
-    def over(cls, element: tuple[str, ...] = (), **rows: ArrayLike) -> Self:
-        """Return the grid over rows of values, each of shape (n,).
+    def from_values(cls, element: tuple[str, ...] = (), **dimension_values: ArrayLike) -> Self:
+        """Return the grid of all combinations of the given values of each dimension, each of shape (n,).
 
         Raises
         ------
@@ -55,7 +55,7 @@ class Grid:
             If a row is empty or no row of numbers, or the cases are too many.
         """
         checked = {}
-        for name, values in rows.items():
+        for name, values in dimension_values.items():
             try:
                 row = np.atleast_1d(np.asarray(values, dtype=np.float64))
             except (TypeError, ValueError):
@@ -63,7 +63,7 @@ class Grid:
             if row.ndim != 1 or row.size == 0:
                 raise ArgumentError(f"{name}: shape {row.shape}; give a row of at least one value")
             checked[name.removesuffix("_deg")] = row
-        check_count(int(np.prod([float(row.size) for row in checked.values()])))
+        check_case_count(int(np.prod([float(row.size) for row in checked.values()])))
         return cls(checked, element)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
@@ -89,11 +89,11 @@ class Grid:
         """Number of cases."""
         return int(np.prod(self.shape))
 
-    def replace_rows(self, **rows: NDArray[Any]) -> Self:
+    def replace_rows(self, **new_rows: NDArray[Any]) -> Self:
         """Return the grid with other values along some dimensions."""
-        return replace(self, rows=self.rows | rows)
+        return replace(self, rows=self.rows | new_rows)
 
-    def over_all(self, values: NDArray[Any]) -> NDArray[Any]:
+    def broadcast_to_grid(self, values: NDArray[Any]) -> NDArray[Any]:
         """Broadcast values of shape (directions, 1) or (directions, aspects) to the shape of the grid."""
         shape = [1] * len(self.names)
         shape[0] = values.shape[0]
@@ -102,28 +102,31 @@ class Grid:
         return np.broadcast_to(values.reshape(shape), self.shape)
 
     def cases(
-        self, places: Sequence[NDArray[np.intp]], turn_deg: FloatArray | float = 0.0, **columns: ArrayLike
+        self,
+        cell_positions: Sequence[NDArray[np.intp]],
+        subtracted_deg: FloatArray | float = 0.0,
+        **further_columns: ArrayLike,
     ) -> Cases:
-        """Return the cases of cells.
+        """Return the cases at given cell positions of the grid.
 
         Parameters
         ----------
-        places : sequence of ndarray
+        cell_positions : sequence of ndarray
             Positions along each dimension.
-        turn_deg : ndarray or float
+        subtracted_deg : ndarray or float
             Angle subtracted from the direction of each cell, degrees.
-        **columns
+        **further_columns
             Further columns of `Cases`.
         """
-        values = {name: self[name][at].astype(np.float64) for name, at in zip(self.names, places, strict=True)}
-        return Cases(values.pop(self.names[0]) - turn_deg, **values, **columns)
+        values = {name: self[name][at].astype(np.float64) for name, at in zip(self.names, cell_positions, strict=True)}
+        return Cases(values.pop(self.names[0]) - subtracted_deg, **values, **further_columns)
 
-    def dimensions(self, variable: Variable) -> tuple[str, ...]:
-        """Return the dimensions of an outcome variable, without the record."""
+    def variable_dimensions(self, variable: Variable) -> tuple[str, ...]:
+        """Return the dimension names of an outcome variable, without the record."""
         before = ("amplitude",) if self.amplitude else ()
         return (*before, *self.names, *(("element",) if self.element and variable.per_element else ()))
 
-    def shape_of(self, variable: Variable) -> tuple[int, ...]:
-        """Return the sizes of `dimensions` of a variable."""
+    def variable_shape(self, variable: Variable) -> tuple[int, ...]:
+        """Return the shape of an outcome variable, without the record."""
         sizes = self.rows | {"element": np.array(self.element), "amplitude": np.array(self.amplitude)}
-        return tuple(sizes[name].size for name in self.dimensions(variable))
+        return tuple(sizes[name].size for name in self.variable_dimensions(variable))

@@ -55,7 +55,7 @@ def read_mesh(path: Path | str) -> Polyhedron:
         `Polyhedron`).
     """
     path = Path(path)
-    readers = {".obj": _obj, ".ply": _ply, ".stl": _stl}
+    readers = {".obj": _parse_obj, ".ply": _parse_ply, ".stl": _parse_stl}
     if path.suffix.lower() not in readers:
         raise ArgumentError(f"{path}: unknown mesh format; give {', '.join(readers)}")
     try:
@@ -78,23 +78,26 @@ def read_mesh(path: Path | str) -> Polyhedron:
     return body
 
 
-def _check_convex(vertices: FloatArray, sides: FloatArray) -> None:
-    """Refuse a mesh with a side inside the hull of its vertices; `sides` has shape (n, 2, 3).
+def _check_convex(vertices: FloatArray, mesh_sides: FloatArray) -> None:
+    """Raise an ArgumentError if a side of a mesh lies inside the hull of its vertices; sides have shape (n, 2, 3).
 
     Checking the vertices is not enough: all vertices of a notched slab lie on its hull.
     """
     planes = scipy.spatial.ConvexHull(vertices).equations
-    inside = -(sides.mean(axis=1) @ planes[:, :3].T + planes[:, 3]).max(axis=1)
+    inside = -(mesh_sides.mean(axis=1) @ planes[:, :3].T + planes[:, 3]).max(axis=1)
     if np.max(inside, initial=0.0) > NOTCH_TOLERANCE * np.ptp(vertices, axis=0).max():
-        one, other = sides[inside.argmax()].round(6).tolist()
+        one, other = mesh_sides[inside.argmax()].round(6).tolist()
         raise ArgumentError(
             f"body: not convex; the side from {one} to {other} runs {inside.max():.3g} m inside the hull of the "
             "vertices: give the vertices of a convex body"
         )
 
 
-def _obj(content: bytes) -> Mesh:
-    """Parse OBJ. A face lists vertex numbers, before the first slash, from 1 or negative from the latest vertex."""
+def _parse_obj(content: bytes) -> Mesh:
+    """Parse an OBJ mesh.
+
+    A face lists vertex numbers, before the first slash, from 1 or negative from the latest vertex.
+    """
     faces, count = [], 0
     for text in content.decode("utf-8", errors="replace").splitlines():
         line = text.partition("#")[0].split()
@@ -102,25 +105,31 @@ def _obj(content: bytes) -> Mesh:
         if line[:1] == ["f"]:
             numbers = [int(word.split("/")[0]) for word in line[1:]]
             faces.append([number - 1 if number > 0 else count + number for number in numbers])
-    return _keyword_rows(content, "v", 1), faces
+    return _numbers_after_keyword(content, "v", 1), faces
 
 
-def _keyword_rows(content: bytes, word: str, skip: int) -> FloatArray:
-    """Return three numbers from each line that begins with a keyword, after `skip` words."""
+def _numbers_after_keyword(content: bytes, keyword: str, skipped_words: int) -> FloatArray:
+    """Return three numbers from each line of a text that begins with a keyword, after `skipped_words` words."""
     lines = (line.split() for line in content.decode("utf-8", errors="replace").splitlines())
-    return np.array([[float(value) for value in line[skip : skip + 3]] for line in lines if line and line[0] == word])
+    return np.array(
+        [
+            [float(value) for value in line[skipped_words : skipped_words + 3]]
+            for line in lines
+            if line and line[0] == keyword
+        ]
+    )
 
 
-def _stl(content: bytes) -> Mesh:
+def _parse_stl(content: bytes) -> Mesh:
     count = int.from_bytes(content[_STL_HEADER - 4 : _STL_HEADER], "little")
     if len(content) == _STL_HEADER + count * _STL_TRIANGLE.itemsize:
         corners = np.frombuffer(content, _STL_TRIANGLE, count, _STL_HEADER)["corners"].astype(np.float64).reshape(-1, 3)
     else:
-        corners = _keyword_rows(content, "vertex", 1)
+        corners = _numbers_after_keyword(content, "vertex", 1)
     return corners, np.arange(len(corners)).reshape(-1, 3).tolist() if len(corners) % 3 == 0 else []
 
 
-def _ply(content: bytes) -> Mesh:
+def _parse_ply(content: bytes) -> Mesh:
     head, _, body = content.partition(b"end_header")
     body = body[body.index(b"\n") + 1 :]
     lines = [line.split() for line in head.decode("ascii").splitlines()]
@@ -145,26 +154,26 @@ def _ply(content: bytes) -> Mesh:
         records = np.frombuffer(body, layout, count)
         vertices = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
         read = partial(_next_binary_numbers, io.BytesIO(body[records.nbytes :]), order)
-    return vertices, _ply_faces(read, many, kinds) if second == "face" else []
+    return vertices, _read_ply_faces(read, many, kinds) if second == "face" else []
 
 
-def _next_text_numbers(words: Iterator[str], _kind: str, size: int) -> list[float]:
-    """Return the next numbers of a text."""
-    return [float(next(words)) for _ in range(size)]
+def _next_text_numbers(words: Iterator[str], _kind: str, count: int) -> list[float]:
+    """Return the next numbers from an iterator of words."""
+    return [float(next(words)) for _ in range(count)]
 
 
-def _next_binary_numbers(stream: io.BytesIO, order: str, kind: str, size: int) -> list[float]:
-    """Return the next numbers of a binary type."""
-    layout = np.dtype(order + _PLY_TYPES[kind])
-    return np.frombuffer(stream.read(size * layout.itemsize), layout, size).tolist() if size else []
+def _next_binary_numbers(stream: io.BytesIO, byte_order: str, type_name: str, count: int) -> list[float]:
+    """Return the next numbers of a PLY type from a binary stream."""
+    layout = np.dtype(byte_order + _PLY_TYPES[type_name])
+    return np.frombuffer(stream.read(count * layout.itemsize), layout, count).tolist() if count else []
 
 
-def _ply_faces(read: ReadNumbers, many: int, kinds: list[list[str]]) -> list[list[int]]:
-    """Read `many` faces; `kinds` are the property types in the header, scalars or lists."""
+def _read_ply_faces(read_numbers: ReadNumbers, face_count: int, property_types: list[list[str]]) -> list[list[int]]:
+    """Read the vertex indices of PLY faces; `property_types` come from the header, scalars or lists."""
     faces = []
-    for _ in range(many):
-        for *of_list, kind, name in kinds:
-            values = read(kind, int(read(of_list[1], 1)[0]) if of_list else 1)
+    for _ in range(face_count):
+        for *of_list, kind, name in property_types:
+            values = read_numbers(kind, int(read_numbers(of_list[1], 1)[0]) if of_list else 1)
             if name in {"vertex_indices", "vertex_index"}:
                 faces.append([int(value) for value in values])
     return faces

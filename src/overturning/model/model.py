@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from overturning.arrays import ArrayLike, FloatArray
 from overturning.model.grid import Grid
-from overturning.model.symmetry import FULL_TURN, Sources, representatives
+from overturning.model.symmetry import FULL_TURN, ComputedCells, first_equal_directions
 from overturning.model.variables import Variable
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-class Outcomes(NamedTuple):
+class StoneOutcomes(NamedTuple):
     """Outcomes of n stones under one record at each amplitude; arrays of shape (amplitudes, n)."""
 
     fell: NDArray[np.bool_]
@@ -33,14 +33,14 @@ class Outcomes(NamedTuple):
     twist: FloatArray
     """Residual rotation about the vertical, degrees; NaN for a stone that fell and for models without twist."""
 
-    def some(self, own: NDArray[np.bool_]) -> "Outcomes":
-        """Select a subset of the stones, given as a mask of shape (n,)."""
-        chosen: Any = (values[:, own] for values in self)
-        return Outcomes(*chosen)
+    def select_stones(self, selected: NDArray[np.bool_]) -> "StoneOutcomes":
+        """Select stones by a mask of shape (n,)."""
+        chosen: Any = (values[:, selected] for values in self)
+        return StoneOutcomes(*chosen)
 
 
 class Model(ABC):
-    """Abstract model.
+    """Abstract base class of the 2-D and 3-D models.
 
     A subclass must be constructible without arguments, because a cube does not store its parameters.
     """
@@ -48,7 +48,7 @@ class Model(ABC):
     variables: ClassVar[tuple[Variable, ...]]
     """Outcome variables."""
     ensemble_variables: ClassVar[tuple[Variable, ...]]
-    """Variables that summarise the ensemble members of a cell (see `tally`)."""
+    """Variables that summarise the ensemble members of a cell (see `summarise_ensemble`)."""
     comment: ClassVar[str]
     """Meaning of ``overturned``, for the attributes of a cube."""
     direction: ClassVar[str]
@@ -62,9 +62,9 @@ class Model(ABC):
     twists: ClassVar[bool]
     """True if the model can rotate about the vertical."""
     reads: ClassVar[tuple[str, ...]]
-    """Variables that `falls` reads, as far as a cube has them."""
+    """Variables that `falls_in_distinct_cells` reads, as far as a cube has them."""
     reads_outcomes: ClassVar[tuple[str, ...]]
-    """Variables that `outcomes` reads."""
+    """Variables that `square_stone_outcomes` reads."""
 
     @property
     def dims(self) -> tuple[str, ...]:
@@ -79,16 +79,16 @@ class Model(ABC):
     @property
     @abstractmethod
     def cost(self) -> float:
-        """Approximate cost of a case relative to a case of a single block."""
+        """Approximate computing time of a case relative to a case of a single 2-D block."""
 
     @property
     @abstractmethod
-    def attributes(self) -> dict[str, str]:
+    def cube_attributes(self) -> dict[str, str]:
         """Attributes that describe the model in a dataset."""
 
     @abstractmethod
-    def sizes(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
-        """Return heights (m) and B/H, the model's own where not given.
+    def sizes_or_defaults(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
+        """Return heights (m) and B/H; those of the model replace sizes that are None.
 
         Raises
         ------
@@ -97,26 +97,29 @@ class Model(ABC):
         """
 
     @abstractmethod
-    def periods(self, aspect: FloatArray) -> FloatArray:
-        """Return the rotation period of a case, degrees, shape (1,) or (aspects,); 0 for a body of revolution."""
+    def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
+        """Return the rotation about the vertical after which a case repeats, degrees, shape (1,) or (aspects,).
+
+        0 for a body of revolution.
+        """
 
     @abstractmethod
-    def stiffer(self, factor: float) -> "Model":
-        """Return the model with contact stiffness × `factor`."""
+    def with_stiffness_factor(self, stiffness_factor: float) -> "Model":
+        """Return the model with contact stiffness × `stiffness_factor`."""
 
     @property
-    def further_variables(self) -> tuple[Variable, ...]:
-        """Variables that a study adds to the outcome variables."""
+    def additional_study_variables(self) -> tuple[Variable, ...]:
+        """Variables that a cube of a study has in addition to the outcome variables."""
         return ()
 
     @property
-    def sized(self) -> bool:
-        """True if the slenderness can be chosen."""
+    def has_free_slenderness(self) -> bool:
+        """True if the slenderness B/H is a parameter; False if the shape fixes it."""
         return True
 
     @property
-    def oblong(self) -> bool:
-        """True if the aspect of the base can be chosen."""
+    def has_free_aspect(self) -> bool:
+        """True if the aspect D/B of the base is a parameter."""
         return False
 
     @property
@@ -124,64 +127,66 @@ class Model(ABC):
         """Attributes of the direction coordinate of a cube."""
         return {}
 
-    def distinct(self, grid: Grid) -> Grid:
-        """Return the grid with one friction value if the swept coefficient has no effect on the model."""
+    def drop_ineffective_frictions(self, grid: Grid) -> Grid:
+        """Return the grid with a single friction value if the friction of the study has no effect on the model."""
         return grid
 
-    def sources(self, grid: Grid, symmetric: bool = True) -> Sources:
-        """Return for each direction the direction that is computed in its place.
+    def computed_cells(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
+        """Return, for each direction of a grid, the symmetric direction whose outcome is computed and rotated to it.
 
         Parameters
         ----------
         grid : Grid
             Cases.
-        symmetric : bool
+        use_symmetry : bool
             Use the symmetry of the model; otherwise only a full turn leaves a case unchanged.
 
         Returns
         -------
-        Sources
+        ComputedCells
             Shape (directions, 1) or (directions, aspects); `turn_deg` is the clockwise rotation from the computed case
             to the requested one.
         """
-        return representatives(grid.directions, self._periods(grid) if symmetric else FULL_TURN)
+        return first_equal_directions(grid.directions, self._periods(grid) if use_symmetry else FULL_TURN)
 
     def _periods(self, grid: Grid) -> FloatArray:
-        return self.periods(grid["aspect"] if "aspect" in grid.names else np.ones(1))
+        return self.rotation_periods_deg(grid["aspect"] if "aspect" in grid.names else np.ones(1))
 
     @abstractmethod
-    def rotate_outcomes(self, arrays: dict[str, NDArray[Any]], grid: Grid, sources: Sources) -> None:
-        """Rotate outcomes in the shape of the grid from their source to the requested case, and mark the copies."""
+    def rotate_outcomes(
+        self, outcome_arrays: dict[str, NDArray[Any]], grid: Grid, computed_cells: ComputedCells
+    ) -> None:
+        """Rotate outcomes, copied from symmetric cells, to their own directions in place, and mark the copies."""
 
     @abstractmethod
-    def tally(
-        self, flags: NDArray[np.int8], azimuth_deg: FloatArray, scramble: NDArray[np.int64]
+    def summarise_ensemble(
+        self, member_flags: NDArray[np.int8], fall_azimuth_deg: FloatArray, scramble_number: NDArray[np.int64]
     ) -> dict[str, NDArray[Any]]:
-        """Compute `ensemble_variables`, one row per cell.
+        """Compute the ensemble variables of a cube, such as the share of members that fall, one row per cell.
 
         Parameters
         ----------
-        flags : ndarray of int8, shape (cells, members) or (cells, members, elements)
+        member_flags : ndarray of int8, shape (cells, members) or (cells, members, elements)
             Outcome of each member.
-        azimuth_deg : ndarray, shape (cells, members)
+        fall_azimuth_deg : ndarray, shape (cells, members)
             Azimuth of the fall in 3-D, degrees.
-        scramble : ndarray of int, shape (members,)
+        scramble_number : ndarray of int, shape (members,)
             Number of the scrambled Sobol sequence of each member.
         """
 
     @abstractmethod
-    def representative(self, cube: "xr.Dataset") -> NDArray[np.intp]:
-        """Return the positions along the direction that hold each distinct case once."""
+    def distinct_direction_index(self, cube: "xr.Dataset") -> NDArray[np.intp]:
+        """Return the positions along the direction of a cube that hold each distinct case once (no mirror images)."""
 
     @abstractmethod
-    def falls(self, cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Dataset":
-        """Return the falls of the representative cells, as lazy as the cube.
+    def falls_in_distinct_cells(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
+        """Return the probability and mean direction of falls in the distinct cells of a cube, as lazy as the cube.
 
         Parameters
         ----------
         cube : Dataset
             Cube with the variables of `reads`, as stored or decoded.
-        ensemble : bool
+        use_ensemble : bool
             Use the ensemble members of a cell where they were run; otherwise the nominal outcome.
 
         Returns
@@ -194,36 +199,41 @@ class Model(ABC):
         """
 
     @abstractmethod
-    def spread(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """Return the disagreement of the ensemble members in the representative cells.
+    def ensemble_disagreement(self, cube: "xr.Dataset") -> "xr.Dataset":
+        """Return the shares of ensemble members that fall to either side in the distinct cells of a cube.
 
         Returns
         -------
         Dataset
-            ``towards`` and ``away``, shares of the members that fall to either side, missing where none was run. Where
-            falls have azimuths of their own ``away`` is 0, and of the cells in which members ``agree`` that it falls
-            there are those in which they fall ``apart``, each its own way.
+            ``towards`` and ``away``, shares of the members that fall to either side, missing where none was run. In
+            3-D, ``away`` is 0, ``agree`` is True where all members fall, and ``apart`` is True where all fall but in
+            different directions.
         """
 
     @abstractmethod
-    def outcomes(self, site: "xr.Dataset", face_deg: FloatArray, cells: dict[str, NDArray[np.intp]]) -> Outcomes:
-        """Return the outcomes of stones of square footprint.
+    def square_stone_outcomes(
+        self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
+    ) -> StoneOutcomes:
+        """Return the outcomes of stones of square footprint from the nearest directions of a cube.
 
         Parameters
         ----------
-        site : Dataset
+        site_cube : Dataset
             Cube of one record, with or without the dimension of amplitudes.
-        face_deg : ndarray, shape (n,)
+        face_azimuth_deg : ndarray, shape (n,)
             Azimuth that the front of each stone faces, degrees.
-        cells : dict of ndarray, shape (n,)
+        cell_positions : dict of ndarray, shape (n,)
             Positions of each stone along height, B/H and friction.
         """
 
 
 def select_cells(
-    site: "xr.Dataset", names: tuple[str, ...], cells: dict[str, NDArray[np.intp]]
+    site_cube: "xr.Dataset", variable_names: tuple[str, ...], cell_positions: dict[str, NDArray[np.intp]]
 ) -> dict[str, FloatArray]:
-    """Return variables of a record at cells, by name, shape (amplitudes, *shape of the positions)."""
-    several = ["amplitude"] if "amplitude" in site.dims else []
-    place = (slice(None) if several else None, *cells.values())
-    return {name: np.asarray(site[name].transpose(*several, *cells).to_numpy()[place], np.float64) for name in names}
+    """Return variables of a cube of one record at given cells, by name, shape (amplitudes, *shape of the positions)."""
+    several = ["amplitude"] if "amplitude" in site_cube.dims else []
+    place = (slice(None) if several else None, *cell_positions.values())
+    return {
+        name: np.asarray(site_cube[name].transpose(*several, *cell_positions).to_numpy()[place], np.float64)
+        for name in variable_names
+    }

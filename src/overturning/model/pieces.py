@@ -26,7 +26,7 @@ def doubled_area(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
 
 
 def crosses_itself(points: FloatArray) -> bool:
-    """True if any two sides of a closed line cross."""
+    """True if any two sides of a closed polygon cross."""
     n = len(points)
     for i, j in combinations(range(n), 2):
         a, b, c, d = (points[k % n] for k in (i, i + 1, j, j + 1))
@@ -35,12 +35,12 @@ def crosses_itself(points: FloatArray) -> bool:
     return False
 
 
-def outline(name: str, pieces: Sequence[FloatArray]) -> FloatArray:
-    """Return the outline of convex polygons that are rigidly joined: all sides except those that two of them share.
+def joined_outline(element_name: str, pieces: Sequence[FloatArray]) -> FloatArray:
+    """Return the outer outline of rigidly joined convex polygons: all sides except those that two of them share.
 
     Parameters
     ----------
-    name : str
+    element_name : str
         Name of the element, for messages.
     pieces : sequence of ndarray, shape (n, 2)
         Convex, counter-clockwise, m; in any order.
@@ -58,11 +58,12 @@ def outline(name: str, pieces: Sequence[FloatArray]) -> FloatArray:
     ordered = sorted((np.asarray(piece, dtype=np.float64) for piece in pieces), key=lambda piece: piece.tolist())
     size = float(np.ptp(np.concatenate(ordered), axis=0).max())
     for (i, one), (j, other) in combinations(enumerate(ordered), 2):
-        depth = -max(_gap(one, other), _gap(other, one))
+        depth = -max(_distance_outside(one, other), _distance_outside(other, one))
         if depth > JOIN_TOLERANCE * size:
             raise ArgumentError(
-                f"element {name}: the pieces with {_corner(ordered[i])} and {_corner(ordered[j])} overlap by "
-                f"{depth:.3g} m; make them share a side, or give the outline as vertices"
+                f"element {element_name}: the pieces with {_first_vertex_text(ordered[i])} and "
+                f"{_first_vertex_text(ordered[j])} overlap by {depth:.3g} m; make them share a side, or give the "
+                "outline as vertices"
             )
     points: list[FloatArray] = []
     loops = [[_point_index(point, points, JOIN_TOLERANCE * size) for point in piece] for piece in ordered]
@@ -81,7 +82,8 @@ def outline(name: str, pieces: Sequence[FloatArray]) -> FloatArray:
         way.append(following[way[-1]])
     if len(way) != len(left) or len(following) != len(left):
         raise ArgumentError(
-            f"element {name}: its pieces do not form one outline without holes; make each share a side with another"
+            f"element {element_name}: its pieces do not form one outline without holes; make each share a side with "
+            "another"
         )
     line = places[way]
     before, after = np.roll(line, 1, axis=0), np.roll(line, -1, axis=0)
@@ -89,34 +91,34 @@ def outline(name: str, pieces: Sequence[FloatArray]) -> FloatArray:
     return np.asarray(line[area > JOIN_TOLERANCE * size * np.sqrt(((after - before) ** 2).sum(axis=1))])
 
 
-def _corner(piece: FloatArray) -> str:
+def _first_vertex_text(piece: FloatArray) -> str:
     return f"[{piece[0, 0]:g}, {piece[0, 1]:g}]"
 
 
-def _gap(one: FloatArray, other: FloatArray) -> float:
-    """Return the largest distance of `other` from the line of a side of `one`, m; negative if it is behind all."""
-    edge = np.roll(one, -1, axis=0) - one
+def _distance_outside(piece: FloatArray, other_piece: FloatArray) -> float:
+    """Return the largest distance of a polygon from the line of a side of another, m; negative if behind all sides."""
+    edge = np.roll(piece, -1, axis=0) - piece
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.sqrt((edge**2).sum(axis=1))[:, None]
-    return float(((other @ normal.T).min(axis=0) - (one * normal).sum(axis=1)).max())
+    return float(((other_piece @ normal.T).min(axis=0) - (piece * normal).sum(axis=1)).max())
 
 
-def _point_index(point: FloatArray, points: list[FloatArray], near: float) -> int:
-    """Return the index of the known point near a point; add the point if there is none."""
-    for number, other in enumerate(points):
-        if np.abs(point - other).max() <= near:
+def _point_index(point: FloatArray, known_points: list[FloatArray], tolerance: float) -> int:
+    """Return the index of the known point within the tolerance of a point; append the point if there is none."""
+    for number, other in enumerate(known_points):
+        if np.abs(point - other).max() <= tolerance:
             return number
-    points.append(point)
-    return len(points) - 1
+    known_points.append(point)
+    return len(known_points) - 1
 
 
-def _split_side(first: int, second: int, places: FloatArray, near: float) -> list[tuple[int, int]]:
-    """Split a side at each point that lies on it."""
-    edge = places[second] - places[first]
+def _split_side(start_index: int, end_index: int, points: FloatArray, tolerance: float) -> list[tuple[int, int]]:
+    """Split a polygon side at each point that lies on it, and return the index pairs of the parts."""
+    edge = points[end_index] - points[start_index]
     length = float(np.sqrt((edge**2).sum()))
-    along = (places - places[first]) @ edge / length
-    across = np.abs((places - places[first]) @ np.array([-edge[1], edge[0]])) / length
-    on = np.flatnonzero((across <= near) & (along > near) & (along < length - near))
-    stops = [first, *on[np.argsort(along[on])].tolist(), second]
+    along = (points - points[start_index]) @ edge / length
+    across = np.abs((points - points[start_index]) @ np.array([-edge[1], edge[0]])) / length
+    on = np.flatnonzero((across <= tolerance) & (along > tolerance) & (along < length - tolerance))
+    stops = [start_index, *on[np.argsort(along[on])].tolist(), end_index]
     return list(pairwise(stops))
 
 
@@ -134,7 +136,7 @@ def convex_pieces(points: FloatArray) -> list[list[int]]:
         If the outline crosses or touches itself.
     """
     least = COLLINEAR_AREA * float(np.ptp(points, axis=0).max()) ** 2
-    pieces = _triangles(points, least)
+    pieces = _triangulate(points, least)
     merged = True
     while merged:
         merged = False
@@ -150,13 +152,13 @@ def convex_pieces(points: FloatArray) -> list[list[int]]:
     return pieces
 
 
-def _triangles(points: FloatArray, least: float) -> list[list[int]]:
+def _triangulate(points: FloatArray, min_doubled_area: float) -> list[list[int]]:
     """Return the triangles of an outline, by ear clipping."""
     left, triangles = list(range(len(points))), []
     while len(left) > 3:
         for k, at in enumerate(left):
             ear = [left[k - 1], at, left[(k + 1) % len(left)]]
-            if _is_ear(points, left, ear, least):
+            if _is_ear(points, left, ear, min_doubled_area):
                 triangles.append(ear)
                 del left[k]
                 break
@@ -165,21 +167,23 @@ def _triangles(points: FloatArray, least: float) -> list[list[int]]:
     return [*triangles, left]
 
 
-def _is_ear(points: FloatArray, left: list[int], ear: list[int], least: float) -> bool:
+def _is_ear(points: FloatArray, remaining: list[int], ear: list[int], min_doubled_area: float) -> bool:
     """True if a triangle of neighbouring vertices has an area and contains no other vertex, not even on its sides."""
     a, b, c = points[ear]
-    if doubled_area(a, b, c) <= least:
+    if doubled_area(a, b, c) <= min_doubled_area:
         return False
-    others = (points[k] for k in left if k not in ear)
-    return not any(min(doubled_area(a, b, p), doubled_area(b, c, p), doubled_area(c, a, p)) >= -least for p in others)
+    others = (points[k] for k in remaining if k not in ear)
+    return not any(
+        min(doubled_area(a, b, p), doubled_area(b, c, p), doubled_area(c, a, p)) >= -min_doubled_area for p in others
+    )
 
 
-def _merge_at_diagonal(one: list[int], other: list[int]) -> list[int] | None:
+def _merge_at_diagonal(piece: list[int], other_piece: list[int]) -> list[int] | None:
     """Merge two pieces at the diagonal that they share; None if they share none."""
-    for k, first in enumerate(one):
-        second = one[(k + 1) % len(one)]
-        for m, at in enumerate(other):
-            if at == second and other[(m + 1) % len(other)] == first:
+    for k, first in enumerate(piece):
+        second = piece[(k + 1) % len(piece)]
+        for m, at in enumerate(other_piece):
+            if at == second and other_piece[(m + 1) % len(other_piece)] == first:
                 # Around the first piece from the diagonal's second end to its first, then around the other.
-                return one[k + 1 :] + one[: k + 1] + (other[m:] + other[:m])[2:]
+                return piece[k + 1 :] + piece[: k + 1] + (other_piece[m:] + other_piece[:m])[2:]
     return None

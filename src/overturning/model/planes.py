@@ -15,13 +15,13 @@ from typing_extensions import override
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError, ResultError
-from overturning.model.edges import first_edge
-from overturning.model.geometry import native_size, plane_period
+from overturning.model.edges import first_edge_fall
+from overturning.model.geometry import plane_period, reference_element_size
 from overturning.model.grid import Grid
-from overturning.model.model import Model, Outcomes, select_cells
+from overturning.model.model import Model, StoneOutcomes, select_cells
 from overturning.model.scene import Scene, gravestone
-from overturning.model.symmetry import PLANE_PERIOD, Sources, mirrored_planes, nearest, nearest_planes
-from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES, answered
+from overturning.model.symmetry import PLANE_PERIOD, ComputedCells, mark_mirrored_planes, nearest_cells, nearest_planes
+from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES, is_known_flag
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,20 +30,20 @@ FALLS = ("overturned", "probability_towards", "probability_away")
 """Variables of a cube that `fall_probability` reads."""
 
 
-def period_of(cube: "xr.Dataset | xr.DataArray") -> float:
-    """Return the rotation of the motion after which a case repeats: 180°, or 360° without mirror symmetry."""
+def azimuth_period_deg(cube: "xr.Dataset | xr.DataArray") -> float:
+    """Return the rotation of the motion after which a case of a 2-D cube repeats, degrees: 180, else 360."""
     return float(cube["azimuth"].attrs.get("period", PLANE_PERIOD))
 
 
-def plane_index(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> NDArray[np.intp]:
-    """Return the position of one azimuth per distinct case, ordered by azimuth modulo the period.
+def plane_index(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> NDArray[np.intp]:
+    """Return the positions of one azimuth per distinct case, ordered by azimuth modulo the period.
 
     Parameters
     ----------
     azimuth_deg : array_like, shape (n,)
         Azimuths, degrees.
-    period : float
-        Period of the azimuth, degrees (see `period_of`).
+    period_deg : float
+        Period of the azimuth, degrees (see `azimuth_period_deg`).
 
     Returns
     -------
@@ -51,18 +51,18 @@ def plane_index(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> NDArray
         Positions; if φ and φ + 180° are one plane and both are given, the one below 180°.
     """
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
-    planes = np.unique(np.round(azimuth % period, 6) % period)
-    return nearest(azimuth, planes, period).cell if azimuth.size else np.zeros(0, np.intp)
+    planes = np.unique(np.round(azimuth % period_deg, 6) % period_deg)
+    return nearest_cells(azimuth, planes, period_deg).cell if azimuth.size else np.zeros(0, np.intp)
 
 
-def gaps_of(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> tuple[NDArray[np.bool_], float]:
+def azimuth_gaps(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> tuple[NDArray[np.bool_], float]:
     """Find gaps in a circle of azimuths, and the step outside the gaps.
 
     Parameters
     ----------
     azimuth_deg : array_like, shape (n,)
         Ascending azimuths modulo the period, each once, degrees.
-    period : float
+    period_deg : float
         Period of the azimuth, degrees.
 
     Returns
@@ -75,7 +75,7 @@ def gaps_of(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> tuple[NDArr
         its points.
     """
     azimuth = np.round(np.asarray(azimuth_deg, dtype=np.float64), 6)
-    gap = np.diff(azimuth, append=azimuth[:1] + period)
+    gap = np.diff(azimuth, append=azimuth[:1] + period_deg)
     wide: NDArray[np.bool_] = gap >= 2.0 * np.maximum(np.roll(gap, 1), np.roll(gap, -1)) * (1.0 - 1e-9)
     computed = np.sort(gap[~wide])
     step = float(computed[np.searchsorted(np.cumsum(computed), 0.5 * computed.sum())])
@@ -83,21 +83,21 @@ def gaps_of(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> tuple[NDArr
 
 
 def plane_weight(
-    plane_azimuth_deg: ArrayLike, period: float = PLANE_PERIOD, *, whole_circle: bool = False
+    plane_azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD, *, divide_gaps: bool = False
 ) -> FloatArray:
     """Compute the share of the half circle that each plane represents (trapezoidal rule).
 
     A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so
-    that a study's extra azimuths do not count twice. The planes next to a gap (`gaps_of`) represent half
+    that a study's extra azimuths do not count twice. The planes next to a gap (`azimuth_gaps`) represent half
     a step of it, since the outcome in the gap is unknown.
 
     Parameters
     ----------
     plane_azimuth_deg : array_like, shape (n,)
         Ascending azimuths of the planes, modulo the period.
-    period : float
+    period_deg : float
         Period of the azimuth, degrees; 360 for shares of the whole circle.
-    whole_circle : bool
+    divide_gaps : bool
         Divide each gap between the planes next to it.
 
     Returns
@@ -105,31 +105,31 @@ def plane_weight(
     ndarray, shape (n,)
         Weights that sum to 1.
     """
-    plane = np.round(np.asarray(plane_azimuth_deg, dtype=np.float64) % period, 6)
-    gap = np.diff(plane, append=plane[:1] + period)
-    if not whole_circle:
-        not_computed, step = gaps_of(plane, period)
-        period -= float((gap[not_computed] - step).sum())
+    plane = np.round(np.asarray(plane_azimuth_deg, dtype=np.float64) % period_deg, 6)
+    gap = np.diff(plane, append=plane[:1] + period_deg)
+    if not divide_gaps:
+        not_computed, step = azimuth_gaps(plane, period_deg)
+        period_deg -= float((gap[not_computed] - step).sum())
         gap[not_computed] = step
-    return (gap + np.roll(gap, 1)) / (2.0 * period)
+    return (gap + np.roll(gap, 1)) / (2.0 * period_deg)
 
 
-def azimuth_weight(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> FloatArray:
+def azimuth_weight(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> FloatArray:
     """Return the weight of each azimuth: 1 on a regular grid; an added azimuth shares the weight of its neighbours."""
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
-    index = plane_index(azimuth, period)
-    weight = plane_weight(azimuth[index], period) * index.size
-    return np.asarray(weight[nearest(azimuth[index], azimuth, period).cell])
+    index = plane_index(azimuth, period_deg)
+    weight = plane_weight(azimuth[index], period_deg) * index.size
+    return np.asarray(weight[nearest_cells(azimuth[index], azimuth, period_deg).cell])
 
 
-def fall_probability(cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Dataset":
+def fall_probability(cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
     """Compute the probability of falling towards φ and towards φ + 180°, cell by cell.
 
     Parameters
     ----------
     cube : Dataset
         The cube; ``overturned`` as stored or decoded.
-    ensemble : bool
+    use_ensemble : bool
         Use the ensemble's probabilities where the cube has them; elsewhere the nominal flag as 0 or 1.
 
     Returns
@@ -150,8 +150,8 @@ def fall_probability(cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Datase
 
     made = {}
     for sign, name, where in ((1, "towards", "azimuth"), (-1, "away", "azimuth + 180°")):
-        chance = (flag == sign).where(answered(flag)).astype("float32")
-        if ensemble and "probability_towards" in cube:
+        chance = (flag == sign).where(is_known_flag(flag)).astype("float32")
+        if use_ensemble and "probability_towards" in cube:
             chance = cube[f"probability_{name}"].astype("float32").fillna(chance)
         chance.attrs = {"long_name": f"probability of falling towards the {where}", "units": "1"}
         made[name] = chance
@@ -180,17 +180,17 @@ class Planes(Model):
     @property
     @override
     def elements(self) -> tuple[str, ...]:
-        return self.scene.free
+        return self.scene.free_names
 
     @property
     @override
     def cost(self) -> float:
-        """A scene other than a single block uses the general kernel."""
+        """A scene other than a single block is simulated by the slower general kernel."""
         return 1.0 if len(self.elements) == 1 else 5.0 * len(self.elements)
 
     @property
     @override
-    def attributes(self) -> dict[str, str]:
+    def cube_attributes(self) -> dict[str, str]:
         return {"scene": self.scene.name}
 
     @property
@@ -199,77 +199,79 @@ class Planes(Model):
         return {"period": plane_period(self.scene)}
 
     @override
-    def sizes(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
-        """Sizes not given are those of the reference element."""
-        own_height, own_ratio = native_size(self.scene)
+    def sizes_or_defaults(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
+        """Sizes that are None are those of the reference element of the scene."""
+        own_height, own_ratio = reference_element_size(self.scene)
         return own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
 
     @override
-    def periods(self, aspect: FloatArray) -> FloatArray:
+    def rotation_periods_deg(self, aspect: FloatArray) -> FloatArray:
         if (aspect != 1.0).any():
             raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle in space has one")
         return np.array([plane_period(self.scene)])
 
     @override
-    def stiffer(self, factor: float) -> "Planes":
-        """The default contact law is scaled as well."""
+    def with_stiffness_factor(self, stiffness_factor: float) -> "Planes":
+        """All contact laws are scaled, including the default one."""
         laws = []
         for pair in combinations_with_replacement(self.scene.materials, 2):
-            law = self.scene.law_between(*pair)
-            changed: dict[str, float] = {"static_penetration": law.static_penetration / factor}
+            law = self.scene.contact_law_of_materials(*pair)
+            changed: dict[str, float] = {"static_penetration": law.static_penetration / stiffness_factor}
             if law.stiffness != "auto":
-                changed = {"stiffness": law.stiffness * factor}
+                changed = {"stiffness": law.stiffness * stiffness_factor}
             laws.append(law.model_copy(update=changed))
         return replace(self, scene=self.scene.model_copy(update={"contacts": tuple(laws)}))
 
     @override
-    def distinct(self, grid: Grid) -> Grid:
+    def drop_ineffective_frictions(self, grid: Grid) -> Grid:
         """A scene may have friction coefficients of its own for all contacts."""
         return grid if self.scene.sweeps_friction else grid.replace_rows(friction=grid["friction"][:1])
 
     @override
-    def sources(self, grid: Grid, symmetric: bool = True) -> Sources:
+    def computed_cells(self, grid: Grid, use_symmetry: bool = True) -> ComputedCells:
         """Cells at φ + 180° are mirrored."""
-        found = super().sources(grid, symmetric)
-        return mirrored_planes(found, float(self._periods(grid)[0])) if symmetric else found
+        found = super().computed_cells(grid, use_symmetry)
+        return mark_mirrored_planes(found, float(self._periods(grid)[0])) if use_symmetry else found
 
     @override
-    def rotate_outcomes(self, arrays: dict[str, NDArray[Any]], grid: Grid, sources: Sources) -> None:
-        mirrored = grid.over_all(sources.mirrored)
-        arrays["mirrored"] = mirrored.astype(np.int8)
+    def rotate_outcomes(
+        self, outcome_arrays: dict[str, NDArray[Any]], grid: Grid, computed_cells: ComputedCells
+    ) -> None:
+        mirrored = grid.broadcast_to_grid(computed_cells.mirrored)
+        outcome_arrays["mirrored"] = mirrored.astype(np.int8)
         for variable in self.variables:
             if variable.name != "mirrored":
-                arrays[variable.name][mirrored] = variable.mirrored(arrays, mirrored)
+                outcome_arrays[variable.name][mirrored] = variable.mirrored_values(outcome_arrays, mirrored)
 
     @override
-    def tally(
+    def summarise_ensemble(
         self,
-        flags: NDArray[np.int8],
-        azimuth_deg: FloatArray,
-        scramble: NDArray[np.int64],
+        member_flags: NDArray[np.int8],
+        fall_azimuth_deg: FloatArray,
+        scramble_number: NDArray[np.int64],
     ) -> dict[str, NDArray[Any]]:
-        """Compute the shares of members that fall to either side."""
-        known = flags != INT8_MISSING
+        """Compute the shares of ensemble members that fall to either side."""
+        known = member_flags != INT8_MISSING
         counted = known.sum(axis=1)
         found = {"members": counted if counted.ndim == 1 else counted.min(axis=1)}
         for name, side in (("towards", 1), ("away", -1)):
             shares = []
-            for chosen in (np.ones(scramble.size, dtype=bool), scramble == 0, scramble == 1):
-                count, fell = known[:, chosen].sum(axis=1), (flags[:, chosen] == side).sum(axis=1)
+            for chosen in (np.ones(scramble_number.size, dtype=bool), scramble_number == 0, scramble_number == 1):
+                count, fell = known[:, chosen].sum(axis=1), (member_flags[:, chosen] == side).sum(axis=1)
                 with np.errstate(invalid="ignore"):
                     shares.append(np.where(count > 0, fell / np.maximum(count, 1), np.nan))
             found[f"probability_{name}"], found[f"scramble_difference_{name}"] = shares[0], shares[1] - shares[2]
         return found
 
     @override
-    def representative(self, cube: "xr.Dataset") -> NDArray[np.intp]:
-        return plane_index(cube["azimuth"].to_numpy(), period_of(cube))
+    def distinct_direction_index(self, cube: "xr.Dataset") -> NDArray[np.intp]:
+        return plane_index(cube["azimuth"].to_numpy(), azimuth_period_deg(cube))
 
     @override
-    def falls(self, cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Dataset":
+    def falls_in_distinct_cells(self, cube: "xr.Dataset", *, use_ensemble: bool = True) -> "xr.Dataset":
         import xarray as xr
 
-        p = fall_probability(cube, ensemble=ensemble).isel(azimuth=self.representative(cube))
+        p = fall_probability(cube, use_ensemble=use_ensemble).isel(azimuth=self.distinct_direction_index(cube))
         angle = np.radians(p["azimuth"].astype("float64"))
         falls, net = p["towards"] + p["away"], p["towards"] - p["away"]
         return xr.Dataset({
@@ -278,26 +280,28 @@ class Planes(Model):
             "direction_sine": net * np.sin(angle),
             "axis_cosine": falls * np.cos(2 * angle),
             "axis_sine": falls * np.sin(2 * angle),
-            "weight": ("azimuth", plane_weight(p["azimuth"].to_numpy(), period_of(cube))),
+            "weight": ("azimuth", plane_weight(p["azimuth"].to_numpy(), azimuth_period_deg(cube))),
         })  # fmt: skip
 
     @override
-    def spread(self, cube: "xr.Dataset") -> "xr.Dataset":
+    def ensemble_disagreement(self, cube: "xr.Dataset") -> "xr.Dataset":
         import xarray as xr
 
-        half = cube.isel(azimuth=self.representative(cube))
+        half = cube.isel(azimuth=self.distinct_direction_index(cube))
         return xr.Dataset({side: half[f"probability_{side}"] for side in ("towards", "away")})
 
     @override
-    def outcomes(self, site: "xr.Dataset", face_deg: FloatArray, cells: dict[str, NDArray[np.intp]]) -> Outcomes:
-        """A stone can fall in the planes of both pairs of faces; `first_edge` decides which."""
-        faces = np.stack([face_deg, face_deg + 90])
-        planes = nearest_planes(site["azimuth"].to_numpy(), faces, period_of(site))
-        both = {"azimuth": planes.cell, **{name: np.stack([at, at]) for name, at in cells.items()}}
-        found = select_cells(site, self.reads_outcomes, both)
+    def square_stone_outcomes(
+        self, site_cube: "xr.Dataset", face_azimuth_deg: FloatArray, cell_positions: dict[str, NDArray[np.intp]]
+    ) -> StoneOutcomes:
+        """A stone can fall in the planes of both pairs of faces; `first_edge_fall` decides which."""
+        faces = np.stack([face_azimuth_deg, face_azimuth_deg + 90])
+        planes = nearest_planes(site_cube["azimuth"].to_numpy(), faces, azimuth_period_deg(site_cube))
+        both = {"azimuth": planes.cell, **{name: np.stack([at, at]) for name, at in cell_positions.items()}}
+        found = select_cells(site_cube, self.reads_outcomes, both)
         side = np.where(planes.mirrored, -found["overturned"], found["overturned"])
         side = np.where(planes.known, side, np.nan).swapaxes(0, 1)
         towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)
-        fell, azimuth = first_edge(np.abs(side), found["overturning_time"].swapaxes(0, 1), towards)
+        fell, azimuth = first_edge_fall(np.abs(side), found["overturning_time"].swapaxes(0, 1), towards)
         untold = np.full(fell.shape, np.nan)
-        return Outcomes(fell == 1, np.isfinite(fell), azimuth, untold, untold)
+        return StoneOutcomes(fell == 1, np.isfinite(fell), azimuth, untold, untold)

@@ -95,14 +95,14 @@ class Polygon:
         return table
 
 
-def polygon(name: str, vertices: ArrayLike) -> Polygon:
-    """Check a polygon and compute its constants and, if it is not convex, its pieces.
+def make_polygon(element_name: str, vertices: ArrayLike) -> Polygon:
+    """Check a polygon and compute its area, centre and inertia and, if it is not convex, its convex pieces.
 
     Area, centre and second moment follow from Green's theorem.
 
     Parameters
     ----------
-    name : str
+    element_name : str
         Name of the element, for messages.
     vertices : array_like, shape (n, 2)
         Vertices counter-clockwise, x to the right, z up, m.
@@ -114,7 +114,7 @@ def polygon(name: str, vertices: ArrayLike) -> Polygon:
     """
     points = np.asarray(vertices, dtype=np.float64)
     if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 3 or not np.isfinite(points).all():
-        raise ArgumentError(f"element {name}: a polygon has at least three vertices [x, z] of finite numbers")
+        raise ArgumentError(f"element {element_name}: a polygon has at least three vertices [x, z] of finite numbers")
     origin = points[0].copy()
     x, z = (points - origin).T  # near the origin, so that a polygon far away keeps its digits
     u, w = np.roll(x, -1), np.roll(z, -1)
@@ -123,91 +123,91 @@ def polygon(name: str, vertices: ArrayLike) -> Polygon:
     size = float(np.ptp(points, axis=0).max())
     if abs(area) <= 1e-9 * size**2 or size == 0:
         raise ArgumentError(
-            f"element {name}: the polygon is degenerate, its area {abs(area):.3g} m²; move its vertices apart"
+            f"element {element_name}: the polygon is degenerate, its area {abs(area):.3g} m²; move its vertices apart"
         )
     if area < 0:
-        raise ArgumentError(f"element {name}: the polygon runs clockwise; list its vertices counter-clockwise")
+        raise ArgumentError(f"element {element_name}: the polygon runs clockwise; list its vertices counter-clockwise")
     edge = np.stack([u - x, w - z], axis=1)
     following = np.roll(edge, -1, axis=0)
     corners = edge[:, 0] * following[:, 1] - edge[:, 1] * following[:, 0]
     if (np.hypot(edge[:, 0], edge[:, 1]) <= 1e-9 * size).any():
-        raise ArgumentError(f"element {name}: the polygon is degenerate, two vertices coincide; leave one out")
+        raise ArgumentError(f"element {element_name}: the polygon is degenerate, two vertices coincide; leave one out")
     straight = np.abs(corners) <= COLLINEAR_AREA * size**2
     if straight.any():
         corner = (int(np.argmax(straight)) + 1) % len(points)
         raise ArgumentError(
-            f"element {name}: vertex {corner} ({points[corner, 0]:g}, {points[corner, 1]:g}) lies in line with its "
-            "neighbours; leave it out"
+            f"element {element_name}: vertex {corner} ({points[corner, 0]:g}, {points[corner, 1]:g}) lies in line with "
+            "its neighbours; leave it out"
         )
     turns = np.arctan2(corners, edge[:, 0] * following[:, 0] + edge[:, 1] * following[:, 1]).sum()
     if not 0.5 < turns / (2 * np.pi) < 1.5 or crosses_itself(points):
-        raise ArgumentError(f"element {name}: the polygon crosses itself; list its vertices in order around it")
+        raise ArgumentError(f"element {element_name}: the polygon crosses itself; list its vertices in order around it")
     cx = float(((x + u) * cross).sum()) / (6 * area)
     cz = float(((z + w) * cross).sum()) / (6 * area)
-    local = _exactly_symmetric(np.stack([x - cx, z - cz], axis=1), size)
-    pieces = _pieces(name, local, corners < 0) if (corners < 0).any() else ()
+    local = _symmetrise(np.stack([x - cx, z - cz], axis=1), size)
+    pieces = _convex_pieces_of_polygon(element_name, local, corners < 0) if (corners < 0).any() else ()
     x, z = local.T
     u, w = np.roll(x, -1), np.roll(z, -1)
     polar = float(((x * w - u * z) * (x * x + x * u + u * u + z * z + z * w + w * w)).sum()) / 12.0
     return Polygon(local, (cx + float(origin[0]), cz + float(origin[1])), area, polar, pieces)
 
 
-def _pieces(name: str, local: FloatArray, inward: NDArray[np.bool_]) -> tuple[Polygon, ...]:
-    """Return the convex pieces of an outline; `inward`, shape (n,), marks sides with a reflex vertex at their end.
+def _convex_pieces_of_polygon(name: str, vertices: FloatArray, reflex: NDArray[np.bool_]) -> tuple[Polygon, ...]:
+    """Return the convex pieces of an outline; `reflex`, shape (n,), marks sides with a reflex vertex at their end.
 
     A convex vertex belongs to one piece only, that of the adjacent side that faces down more; otherwise a corner that
     is cut in two would touch twice. At a reflex vertex, both adjacent sides have an end of their own.
     """
-    count, turns_in = len(local), np.roll(inward, 1)
+    count, turns_in = len(vertices), np.roll(reflex, 1)
     try:
-        loops = convex_pieces(local)
+        loops = convex_pieces(vertices)
     except ArgumentError as error:
         raise ArgumentError(f"element {name}: {error}") from None
     owner = {
         vertex: piece
         for piece, loop in enumerate(loops)
         for vertex in loop
-        if _side_down(local, vertex) in _sides(loop)
+        if _more_downward_side(vertices, vertex) in _loop_sides(loop)
     }
     shapes = []
     for piece, loop in enumerate(loops):
         carries = []
-        for first, second in _sides(loop):
+        for first, second in _loop_sides(loop):
             side = second == (first + 1) % count
             ends = [side if turns_in[k] else owner[k] == piece for k in (first, second)]
             carries.append([*ends, side])
-        shapes.append(Polygon(local[loop], (0.0, 0.0), 0.0, 0.0, carries=np.array(carries, dtype=np.float64)))
+        shapes.append(Polygon(vertices[loop], (0.0, 0.0), 0.0, 0.0, carries=np.array(carries, dtype=np.float64)))
     return tuple(shapes)
 
 
-def _sides(loop: list[int]) -> list[tuple[int, int]]:
+def _loop_sides(loop: list[int]) -> list[tuple[int, int]]:
     return list(zip(loop, loop[1:] + loop[:1], strict=True))
 
 
-def _side_down(local: FloatArray, vertex: int) -> tuple[int, int]:
-    """Return the side at a vertex of an outline whose outward normal points down more."""
-    count = len(local)
+def _more_downward_side(vertices: FloatArray, vertex: int) -> tuple[int, int]:
+    """Return, of the two sides at a vertex of an outline, the one whose outward normal points down more."""
+    count = len(vertices)
     both = [((vertex - 1) % count, vertex), (vertex, (vertex + 1) % count)]
 
     def up(side: tuple[int, int]) -> float:
-        x, z = local[side[1]] - local[side[0]]
+        x, z = vertices[side[1]] - vertices[side[0]]
         return float(-x / np.sqrt(x * x + z * z))
 
     return min(both, key=up)
 
 
-def _exactly_symmetric(local: FloatArray, size: float) -> FloatArray:
+def _symmetrise(vertices: FloatArray, size: float) -> FloatArray:
     """Remove rounding errors so that a symmetric polygon is its own mirror image bit by bit."""
-    x, z = local.T
+    x, z = vertices.T
     distance = np.abs(x + x[:, None]) + np.abs(z - z[:, None])
     if (distance.min(axis=1) > SYMMETRY_TOLERANCE * size).any():
-        return local
+        return vertices
     # Both vertices of a pair are computed from the same two numbers, in the same order.
     partner = distance.argmin(axis=1)
     return np.asarray(0.5 * np.stack([x - x[partner], z + z[partner]], axis=1))
 
 
-def rectangle(width: float, height: float) -> FloatArray:
+def rectangle_vertices(width: float, height: float) -> FloatArray:
     """Return the vertices of a rectangle, shape (4, 2), m; the origin is the middle of its lower side."""
     half = 0.5 * width
     return np.array([[-half, 0.0], [half, 0.0], [half, height], [-half, height]])

@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.rest import FLAT, can_rest
 from overturning.model.solid import Solid
-from overturning.model.tipping import Hull, fall_of
+from overturning.model.tipping import Hull, fall_limits
 
 DIGITS: Final = 12
 """Decimals to which lengths relative to the body's size are rounded: the last digit differs between processors."""
@@ -18,7 +18,7 @@ DIGITS: Final = 12
 
 def solid_from_vertices(vertices: FloatArray) -> Solid:
     """Return the body that stands on the lowest face of a polyhedron; see `Polyhedron` for parameters and errors."""
-    hull = _hull(vertices)
+    hull = _convex_hull(vertices)
     size = float(np.ptp(hull.points, axis=0).max())
     bottom = float(hull.points[:, 2].min())
     below = np.flatnonzero(hull.points[:, 2] <= bottom + FLAT * size)
@@ -32,18 +32,20 @@ def solid_from_vertices(vertices: FloatArray) -> Solid:
     except scipy.spatial.QhullError:
         raise ArgumentError("body: it stands on an edge; turn it so that a face lies on z = const") from None
     tilt, faces = _resting_faces(hull, size)
-    fall = fall_of(hull, size, tilt, faces)
-    kept = np.concatenate([base, np.setdiff1d(np.append(_can_touch(hull, tilt), fall.touched), below)])
+    fall = fall_limits(hull, size, tilt, faces)
+    kept = np.concatenate([base, np.setdiff1d(np.append(_vertices_that_touch(hull, tilt), fall.touched), below)])
     points = np.round(hull.points[kept] / size, DIGITS) * size
     points[: base.size, 2] = np.round(bottom / size, DIGITS) * size
     inertia = np.round(hull.inertia / size**2, DIGITS) * size**2
-    normals = np.unique(np.round(hull.normals[-hull.normals[:, 2] > np.cos(fall.tilt(hull.normals)) - FLAT], 5), axis=0)
+    normals = np.unique(
+        np.round(hull.normals[-hull.normals[:, 2] > np.cos(fall.tilt_towards(hull.normals)) - FLAT], 5), axis=0
+    )
     heights = hull.points[kept] @ normals.T
     facets = [np.flatnonzero(column > column.max() - 1e-4 * size) for column in heights.T]
     return Solid(points, base.size, inertia, tilt, faces, facets=tuple(facets), sectors=fall.sectors)
 
 
-def _hull(vertices: FloatArray) -> Hull:
+def _convex_hull(vertices: FloatArray) -> Hull:
     if vertices.ndim != 2 or vertices.shape[1] != 3 or len(vertices) < 4 or not np.isfinite(vertices).all():
         raise ArgumentError(f"body: vertices of shape {vertices.shape}; give at least 4 finite points [x, y, z]")
     size = float(np.ptp(vertices, axis=0).max())
@@ -74,10 +76,10 @@ def _hull(vertices: FloatArray) -> Hull:
     return Hull(vertices - centre, simplices, neighbours, normals, -hull.equations[:, 3] - normals @ centre, inertia)
 
 
-def _mass_properties(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _mass_properties(triangle_corners: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the centre of mass and the inertia per mass about it, summed over tetrahedra from an inner point."""
-    origin = corners.reshape(-1, 3).mean(axis=0)
-    a, b, c = (corners[:, k] - origin for k in range(3))
+    origin = triangle_corners.reshape(-1, 3).mean(axis=0)
+    a, b, c = (triangle_corners[:, k] - origin for k in range(3))
     volume = np.sum(np.cross(a, b) * c, axis=1)  # six times the volume of each tetrahedron
     total = volume.sum()
     mean = (volume[:, None] * (a + b + c)).sum(axis=0) / (4.0 * total)
@@ -91,7 +93,7 @@ def _mass_properties(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _resting_faces(hull: Hull, size: float) -> tuple[float, FloatArray]:
-    """Return the least tilt at which it can rest on another face, rad, and the normals of all such faces, clockwise."""
+    """Return the least tilt at which a hull can rest on another face, rad, and the normals of all such faces."""
     _, first = np.unique(np.round(hull.normals, 5), axis=0, return_index=True)
     normals, offsets = hull.normals[first], hull.offsets[first]
     down = -normals[:, 2]
@@ -108,8 +110,8 @@ def _resting_faces(hull: Hull, size: float) -> tuple[float, FloatArray]:
     return tilt, np.round(faces[np.argsort(turn, kind="stable")], DIGITS)
 
 
-def _can_touch(hull: Hull, tilt: float) -> NDArray[np.int64]:
-    """Return the vertices that are lowest at some tilt below the given one.
+def _vertices_that_touch(hull: Hull, max_tilt: float) -> NDArray[np.int64]:
+    """Return the indices of the vertices that are lowest at some tilt below the given one, rad.
 
     A vertex is lowest while the downward vertical lies in the spherical polygon of the normals of its faces. The sides
     of that polygon are the arcs between the normals of neighbouring triangles. So one of these arcs comes within the
@@ -117,8 +119,8 @@ def _can_touch(hull: Hull, tilt: float) -> NDArray[np.int64]:
     """
     n1 = hull.normals[:, None, :].repeat(3, axis=1).reshape(-1, 3)
     n2 = hull.normals[hull.neighbours].reshape(-1, 3)
-    nearest = _nearest_to_down(n1, n2).reshape(-1, 3)
-    reached = nearest > np.cos(tilt) + 1e-9  # vertices that only touch after the fall are not needed
+    nearest = _max_cosine_to_down(n1, n2).reshape(-1, 3)
+    reached = nearest > np.cos(max_tilt) + 1e-9  # vertices that only touch after the fall are not needed
     vertices = []
     for k in range(3):  # the edge opposite to vertex k
         pair = hull.triangles[:, [(k + 1) % 3, (k + 2) % 3]]
@@ -126,10 +128,10 @@ def _can_touch(hull: Hull, tilt: float) -> NDArray[np.int64]:
     return np.unique(np.concatenate(vertices))
 
 
-def _nearest_to_down(n1: FloatArray, n2: FloatArray) -> FloatArray:
+def _max_cosine_to_down(first_normals: FloatArray, second_normals: FloatArray) -> FloatArray:
     """Return the largest cosine between down and a point of the arc between unit vectors n1, n2, shape (m, 3)."""
-    ends = np.maximum(-n1[:, 2], -n2[:, 2])
-    axis = np.cross(n1, n2)
+    ends = np.maximum(-first_normals[:, 2], -second_normals[:, 2])
+    axis = np.cross(first_normals, second_normals)
     length = np.sqrt(np.sum(axis * axis, axis=1))
     arc = length > 1e-9
     axis = axis / np.where(arc, length, 1.0)[:, None]
@@ -137,13 +139,15 @@ def _nearest_to_down(n1: FloatArray, n2: FloatArray) -> FloatArray:
     point = np.array([0.0, 0.0, -1.0]) + axis[:, 2:] * axis
     norm = np.sqrt(np.sum(point * point, axis=1))
     point = point / np.where(norm > 1e-12, norm, 1.0)[:, None]
-    between = (np.sum(np.cross(n1, point) * axis, axis=1) >= 0) & (np.sum(np.cross(point, n2) * axis, axis=1) >= 0)
+    between = (np.sum(np.cross(first_normals, point) * axis, axis=1) >= 0) & (
+        np.sum(np.cross(point, second_normals) * axis, axis=1) >= 0
+    )
     return np.where(arc & between, norm, ends)
 
 
 def hull_outline(vertices: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return the corners about the centre of mass, m, and the edges between faces that are not coplanar."""
-    hull = _hull(vertices)
+    """Return the vertices of a convex hull about its centre of mass, m, and its edges, without those inside a face."""
+    hull = _convex_hull(vertices)
     edges = set()
     for triangle, neighbours, normal in zip(hull.triangles, hull.neighbours, hull.normals, strict=True):
         for k, other in enumerate(neighbours):

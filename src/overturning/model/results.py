@@ -29,25 +29,25 @@ class Results:
         def __getattr__(self, name: str) -> NDArray[Any]: ...
 
     @classmethod
-    def at_rest(cls, variables: tuple[Variable, ...], count: int, elements: int = 1) -> Self:
-        """Return results of cases that stay at rest."""
-        shape = (count, elements) if elements > 1 else (count,)
-        arrays = {item.name: np.zeros(shape if item.per_element else count, item.dtype) for item in variables}
+    def at_rest(cls, variables: tuple[Variable, ...], case_count: int, element_count: int = 1) -> Self:
+        """Return results for cases that stay at rest throughout."""
+        shape = (case_count, element_count) if element_count > 1 else (case_count,)
+        arrays = {item.name: np.zeros(shape if item.per_element else case_count, item.dtype) for item in variables}
         for item in variables:
             if item.of_falls:
                 arrays[item.name][:] = item.missing
         arrays["status"][:] = Status.AT_REST
-        return cls(**arrays, **{name: np.zeros(count, np.int64) for name in COUNTS})
+        return cls(**arrays, **{name: np.zeros(case_count, np.int64) for name in COUNTS})
 
-    def store(self, chosen: NDArray[np.int64], answers: Mapping[str, Any]) -> None:
-        """Store the outcomes of chosen cases, by name; flags and times of cases without an outcome become missing."""
-        status = np.asarray(answers["status"]).astype(np.int8)
+    def store_outcomes(self, case_numbers: NDArray[np.int64], outcomes: Mapping[str, Any]) -> None:
+        """Store outcome arrays, by name, at the numbers of their cases; missing where a case has no outcome."""
+        status = np.asarray(outcomes["status"]).astype(np.int8)
         with np.errstate(invalid="ignore", over="ignore"):
-            for name, values in answers.items():
+            for name, values in outcomes.items():
                 kept: NDArray[Any] = vars(self)[name]
                 answered = (status == Status.SIMULATED).reshape(-1, *(1,) * (kept.ndim - 1))
                 if name == "overturned":
                     values = np.where(answered, values, INT8_MISSING)
                 if name == "overturning_time":
                     values = np.where(answered, values, np.nan)
-                kept[chosen] = values
+                kept[case_numbers] = values

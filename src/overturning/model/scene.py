@@ -38,7 +38,7 @@ class Scene(StrictModel):
     elements: tuple[Element, ...] = Field(min_length=2, max_length=MAX_ELEMENTS, description="the elements")
 
     @model_validator(mode="after")
-    def _names_fit(self) -> Self:
+    def _check_names(self) -> Self:
         names = [element.name for element in self.elements]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -65,40 +65,40 @@ class Scene(StrictModel):
         return self
 
     @model_validator(mode="after")
-    def _can_stand(self) -> Self:
+    def _check_stability_at_rest(self) -> Self:
         check_geometry(self)
         # The single-block kernel applies the height and B/H of each case to the block.
-        if self.single_block and self.reference_name not in self.free:
+        if self.is_single_block and self.reference_name not in self.free_names:
             raise ValueError(
                 f"reference: {self.reference_name} is the ground of a single block; leave it out, or name "
-                f"{self.free[0]}"
+                f"{self.free_names[0]}"
             )
         return self
 
     @property
-    def free(self) -> tuple[str, ...]:
+    def free_names(self) -> tuple[str, ...]:
         """Names of the free elements, in order."""
         return tuple(element.name for element in self.elements if element.kind == "free")
 
     @property
     def reference_name(self) -> str:
         """Name of the element whose height and B/H the study varies."""
-        return self.reference or self.free[0]
+        return self.reference or self.free_names[0]
 
     @property
     def default_element(self) -> str:
         """Name of the free element in outputs of a single element: the reference element if free, else the last."""
-        return self.reference_name if self.reference_name in self.free else self.free[-1]
+        return self.reference_name if self.reference_name in self.free_names else self.free_names[-1]
 
     @property
     def sweeps_friction(self) -> bool:
-        """True if a contact of a free element has no friction coefficient of its own, and so that of the study."""
+        """True if a contact of a free element has no friction coefficient in the scene file and takes the study's."""
         pairs = combinations(self.elements, 2)
-        return any(self.law(a, b).friction is None for a, b in pairs if "free" in (a.kind, b.kind))
+        return any(self.contact_law(a, b).friction is None for a, b in pairs if "free" in (a.kind, b.kind))
 
     @property
-    def single_block(self) -> bool:
-        """True if it is one upright free rectangle centred on a wide driven one, under standard gravity."""
+    def is_single_block(self) -> bool:
+        """True if the scene is one upright free rectangle centred on a wide driven one, under standard gravity."""
         if len(self.elements) != 2 or self.gravity != STANDARD_GRAVITY:
             return False
         ground, block = self.elements
@@ -118,14 +118,14 @@ class Scene(StrictModel):
         """Return the element with a name."""
         return next(element for element in self.elements if element.name == name)
 
-    def law(self, one: Element, other: Element) -> ContactLaw:
-        """Return the contact law of two elements."""
-        return self.law_between(one.material, other.material)
+    def contact_law(self, element: Element, other_element: Element) -> ContactLaw:
+        """Return the contact law between two elements, by their materials."""
+        return self.contact_law_of_materials(element.material, other_element.material)
 
-    def law_between(self, one: Name, other: Name) -> ContactLaw:
+    def contact_law_of_materials(self, material: Name, other_material: Name) -> ContactLaw:
         """Return the contact law of two materials; the default law if the file has none."""
-        laws = (law for law in self.contacts if set(law.between) == {one, other})
-        return next(laws, ContactLaw(between=(one, other)))
+        laws = (law for law in self.contacts if set(law.between) == {material, other_material})
+        return next(laws, ContactLaw(between=(material, other_material)))
 
 
 @lru_cache(maxsize=64)
@@ -193,19 +193,19 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
     return check_scene(read_mapping(path, "scene", "see docs/scenes.md"), str(path))
 
 
-def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
+def check_scene(content: dict[str, Any], file_name: str = "scene") -> Scene:
     """Validate the content of a scene file; raises a ConfigError with one line per wrong key."""
     try:
-        return Scene.model_validate(data)
+        return Scene.model_validate(content)
     except ValidationError as error:
-        lines = describe_faults(error, Scene, partial(_by_name, data))
-        raise ConfigError("\n       ".join(f"{where}: {line}" for line in lines)) from None
+        lines = describe_faults(error, Scene, partial(_name_elements_in_path, content))
+        raise ConfigError("\n       ".join(f"{file_name}: {line}" for line in lines)) from None
 
 
-def _by_name(data: Any, steps: list[int | str]) -> list[int | str]:
-    """Return the path of a wrong value, with the name of an element in place of its index."""
-    if len(steps) > 1 and steps[0] == "elements" and isinstance(steps[1], int):
-        element = data["elements"][steps[1]]
+def _name_elements_in_path(content: Any, path_keys: list[int | str]) -> list[int | str]:
+    """Return the key path of a wrong value, with the name of an element in place of its index."""
+    if len(path_keys) > 1 and path_keys[0] == "elements" and isinstance(path_keys[1], int):
+        element = content["elements"][path_keys[1]]
         if isinstance(element, dict) and "name" in element:
-            return [steps[0], str(element["name"]), *steps[2:]]
-    return steps
+            return [path_keys[0], str(element["name"]), *path_keys[2:]]
+    return path_keys

@@ -28,9 +28,9 @@ Outline = tuple[FloatArray, NDArray[np.int64]]
 class Shape(ABC):
     """Shape of a body; its size follows from height, B/H and aspect of a case."""
 
-    sized: ClassVar[bool] = True
+    has_free_slenderness: ClassVar[bool] = True
     """True if B/H is a parameter; False if it is fixed by the shape."""
-    oblong: ClassVar[bool] = False
+    has_free_aspect: ClassVar[bool] = False
     """True if the aspect D/B is a parameter."""
 
     @property
@@ -39,12 +39,12 @@ class Shape(ABC):
         """Name in datasets."""
 
     @abstractmethod
-    def body(self, height: float, b_over_h: float, aspect: float) -> Solid:
-        """Return the body with a height (m), slenderness B/H and aspect D/B."""
+    def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
+        """Return the rigid body of this shape with a height (m), slenderness B/H and aspect D/B."""
 
     def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:
-        """Return the corners and edges with which it is drawn."""
-        return _prism(self.body(height, b_over_h, aspect).points)
+        """Return the corners and edges with which the body is drawn."""
+        return _prism_outline(self.solid(height, b_over_h, aspect).points)
 
 
 @dataclass(frozen=True)
@@ -52,17 +52,17 @@ class Rectangle(Shape):
     """Right prism B × D × H with B along the azimuth of its orientation and D = aspect · B across it."""
 
     name: ClassVar[str] = "rectangle"
-    oblong: ClassVar[bool] = True
+    has_free_aspect: ClassVar[bool] = True
 
     @override
-    def body(self, height: float, b_over_h: float, aspect: float) -> Solid:
+    def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
         B = b_over_h * height
         D = aspect * B
         b, d, h = 0.5 * B, 0.5 * D, 0.5 * height
         points = np.array([[b, d, -h], [-b, d, -h], [-b, -d, -h], [b, -d, -h]])
         x, y, z = B * B / 12.0, D * D / 12.0, height * height / 12.0
         inertia = np.diag([y + z, x + z, x + y])
-        return Solid(points, 4, inertia, 0.5 * np.pi, _sides(4), 90.0 if B == D else 180.0)
+        return Solid(points, 4, inertia, 0.5 * np.pi, _side_normals(4), 90.0 if B == D else 180.0)
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Regular(Shape):
         return f"{self.sides} sides"
 
     @override
-    def body(self, height: float, b_over_h: float, aspect: float) -> Solid:
+    def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
         n, apothem, h = self.sides, 0.5 * b_over_h * height, 0.5 * height
         turn = 2.0 * np.pi * (np.arange(n) + 0.5) / n
         radius = apothem / np.round(np.cos(np.pi / n), 12)
@@ -86,7 +86,9 @@ class Regular(Shape):
         square = radius * radius * (2.0 + np.round(np.cos(2.0 * np.pi / n), 12)) / 12.0
         z = height * height / 12.0
         points = np.concatenate([ring, np.full((n, 1), -h)], axis=1)
-        return Solid(points, n, np.diag([square + z, square + z, 2.0 * square]), 0.5 * np.pi, _sides(n), 360.0 / n)
+        return Solid(
+            points, n, np.diag([square + z, square + z, 2.0 * square]), 0.5 * np.pi, _side_normals(n), 360.0 / n
+        )
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,7 @@ class Circle(Shape):
     name: ClassVar[str] = "circle"
 
     @override
-    def body(self, height: float, b_over_h: float, aspect: float) -> Solid:
+    def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
         R, h = 0.5 * b_over_h * height, 0.5 * height
         points = np.concatenate([R * RIM_POINTS, np.full((4, 1), -h)], axis=1)
         across = (3.0 * R * R + height * height) / 12.0
@@ -106,7 +108,7 @@ class Circle(Shape):
     def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:
         turn = 2.0 * np.pi * np.arange(DRAWN_SIDES) / DRAWN_SIDES
         ring = 0.5 * b_over_h * height * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-        return _prism(np.concatenate([ring, np.full((DRAWN_SIDES, 1), -0.5 * height)], axis=1))
+        return _prism_outline(np.concatenate([ring, np.full((DRAWN_SIDES, 1), -0.5 * height)], axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,27 +131,27 @@ class Polyhedron(Shape):
 
     vertices: ArrayLike
     name: str = "polyhedron"
-    sized: ClassVar[bool] = False
+    has_free_slenderness: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", np.array(self.vertices, dtype=np.float64))
-        _ = self.own  # raises the errors
+        _ = self.given_body  # raises the errors
 
     @property
     def height(self) -> float:
-        """Height of the vertices as given, m."""
+        """Height of the given vertices, m."""
         return float(np.ptp(np.asarray(self.vertices)[:, 2]))
 
     @cached_property
-    def own(self) -> Solid:
-        """Body at the size of the vertices as given."""
+    def given_body(self) -> Solid:
+        """Rigid body at the size of the given vertices."""
         made = solid_from_vertices(np.asarray(self.vertices))
         check_heights(self.height)
         return made
 
     @override
-    def body(self, height: float, b_over_h: float, aspect: float) -> Solid:
-        return self.own.scaled(height / self.height)
+    def solid(self, height: float, b_over_h: float, aspect: float) -> Solid:
+        return self.given_body.scaled_by(height / self.height)
 
     @override
     def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:
@@ -157,7 +159,7 @@ class Polyhedron(Shape):
         return corners * (height / self.height), edges
 
 
-def shape_of(body: "str | int | Shape") -> Shape:
+def shape_of(shape_argument: "str | int | Shape") -> Shape:
     """Return the shape for a name ("rectangle", "circle"), a number of sides, or a shape itself.
 
     Raises
@@ -165,30 +167,33 @@ def shape_of(body: "str | int | Shape") -> Shape:
     ArgumentError
         If the name or number is unknown, or the argument is of another type.
     """
-    if isinstance(body, str):
+    if isinstance(shape_argument, str):
         named: dict[str, Shape] = {shape.name: shape for shape in (Rectangle(), Circle())}
-        if body not in named:
+        if shape_argument not in named:
             raise ArgumentError(
-                f"body: {body!r}; give 'rectangle', 'circle', a number of sides, or a scene by load_scene or --scene"
+                f"body: {shape_argument!r}; give 'rectangle', 'circle', a number of sides, or a scene by load_scene or "
+                "--scene"
             )
-        return named[body]
-    if isinstance(body, int):
-        if not 3 <= body <= MAX_SIDES:
-            raise ArgumentError(f"body: {body} sides; from 3 to {MAX_SIDES}, or 'circle'")
-        return Regular(body)
-    if not isinstance(body, Shape):
-        raise ArgumentError(f"model: a {type(body).__name__}; give a scene of load_scene or gravestone, or a body")
-    return body
+        return named[shape_argument]
+    if isinstance(shape_argument, int):
+        if not 3 <= shape_argument <= MAX_SIDES:
+            raise ArgumentError(f"body: {shape_argument} sides; from 3 to {MAX_SIDES}, or 'circle'")
+        return Regular(shape_argument)
+    if not isinstance(shape_argument, Shape):
+        raise ArgumentError(
+            f"model: a {type(shape_argument).__name__}; give a scene of load_scene or gravestone, or a body"
+        )
+    return shape_argument
 
 
-def _prism(ring: FloatArray) -> Outline:
+def _prism_outline(base_vertices: FloatArray) -> Outline:
     """Return corners and edges of a right prism from the vertices of its base, shape (n, 3), m."""
-    n = len(ring)
+    n = len(base_vertices)
     lower, after = np.arange(n), np.roll(np.arange(n), -1)
     edges = np.concatenate(
         [np.stack(pair, axis=1) for pair in ((lower, after), (lower + n, after + n), (lower, lower + n))]
     )
-    return np.concatenate([ring, ring * [1.0, 1.0, -1.0]]), edges
+    return np.concatenate([base_vertices, base_vertices * [1.0, 1.0, -1.0]]), edges
 
 
 def orientation_grid(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> FloatArray:
@@ -199,7 +204,7 @@ def orientation_grid(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> 
     ArgumentError
         If the step does not divide that period, or there are too many orientations.
     """
-    turns = {shape.body(1.0, 0.5, float(value)).period for value in np.atleast_1d(np.asarray(aspect))}
+    turns = {shape.solid(1.0, 0.5, float(value)).period for value in np.atleast_1d(np.asarray(aspect))}
     turn = max(turns)
     if turn == 0.0:
         return np.zeros(1)
@@ -213,7 +218,7 @@ def orientation_grid(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> 
     return np.asarray(np.arange(count) * step_deg, np.float64)
 
 
-def _sides(n: int) -> FloatArray:
+def _side_normals(n: int) -> FloatArray:
     """Return the outward normals of n sides, shape (n, 3), clockwise from above; the first points to +x."""
     turn = -2.0 * np.pi * np.arange(n) / n
     return np.stack([np.round(np.cos(turn), 12), np.round(np.sin(turn), 12), np.zeros(n)], axis=1)

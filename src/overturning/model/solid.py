@@ -14,7 +14,7 @@ MAX_CONTACT_VERTICES: Final = 128
 """Maximum number of contact vertices; each one is tested in every step."""
 
 MAX_CARRYING_CORNERS: Final = 4
-"""Largest number of vertices of a base that share its weight equally; see `Solid.carriers`."""
+"""Largest number of vertices of a base that share its weight equally; see `Solid.load_sharing_points`."""
 
 RIM_POINTS: Final = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 """Contact points of a circular base that stands flat, in units of its radius."""
@@ -66,19 +66,19 @@ class Solid:
                 f"body: {len(self.points)} vertices can touch; at most {MAX_CONTACT_VERTICES}: simplify the mesh, or "
                 "take 'circle' for a round body"
             )
-        if not self.reach > 0.0:
+        if not self.base_reach > 0.0:
             raise ArgumentError(
-                f"body: its centre is {-self.reach:.3g} m outside its base, so it falls by itself; stand it on "
+                f"body: its centre is {-self.base_reach:.3g} m outside its base, so it falls by itself; stand it on "
                 "another face"
             )
 
     @property
-    def foot(self) -> float:
+    def centre_height(self) -> float:
         """Height of the centre of mass above the base, m."""
         return -float(self.points[0, 2])
 
     @property
-    def carriers(self) -> int:
+    def load_sharing_points(self) -> int:
         """Number of points that share the weight when springs and dashpots are sized.
 
         2, as in the 2-D model, for a rim or more than `MAX_CARRYING_CORNERS` vertices: while such a body rocks, a
@@ -87,15 +87,15 @@ class Solid:
         return 2 if self.radius or self.base > MAX_CARRYING_CORNERS else self.base
 
     @property
-    def ends(self) -> float:
-        """Share of the rise from lowest to highest vertex of a tilted base within which vertices count as its ends.
+    def end_rise_share(self) -> float:
+        """Share of the rise from lowest to highest vertex of a tilted base within which vertices count as lowest.
 
         For a regular polygon these are the two vertices of the edge over which it leans, or the single vertex.
         """
         return float(np.round(0.4995 * (1.0 - np.cos(2.0 * np.pi / self.base)), 12))
 
     @cached_property
-    def edges(self) -> FloatArray:
+    def edge_distances(self) -> FloatArray:
         """Distances of the base's edges from the point below the centre, m; negative if that point lies outside."""
         if self.radius:
             return np.array([self.radius])
@@ -104,14 +104,14 @@ class Solid:
         return np.asarray((x * dy - y * dx) / np.sqrt(dx * dx + dy * dy))
 
     @property
-    def reach(self) -> float:
-        """Least distance of an edge of the base from the point below the centre, m."""
-        return float(self.edges.min())
+    def base_reach(self) -> float:
+        """Least horizontal distance from the point below the centre to an edge of the base, m."""
+        return float(self.edge_distances.min())
 
     @property
     def b_over_h(self) -> float:
         """Slenderness: tan α towards the nearest edge; B/H for a prism."""
-        return self.reach / self.foot
+        return self.base_reach / self.centre_height
 
     @cached_property
     def inverse_inertia(self) -> FloatArray:
@@ -120,6 +120,6 @@ class Solid:
         cofactors = np.array([np.cross(a[1], a[2]), np.cross(a[2], a[0]), np.cross(a[0], a[1])])
         return np.asarray(cofactors / np.sum(a[0] * cofactors[0]))
 
-    def scaled(self, factor: float) -> Self:
+    def scaled_by(self, factor: float) -> Self:
         """Return the body with all lengths multiplied by a factor."""
         return replace(self, points=self.points * factor, inertia=self.inertia * factor**2, radius=self.radius * factor)

@@ -4,7 +4,7 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """Origin of a cell's flag, or the reason why it is missing."""
+    """Status of a case: how its outcome was obtained, or the reason why it is missing."""
 
     SIMULATED = 0
     """Computed to the end."""

@@ -25,8 +25,8 @@ _DIGITS: Final = 9
 
 
 @dataclass(frozen=True)
-class Sources:
-    """Computed cell for each requested case; arrays of the shape of the request.
+class ComputedCells:
+    """Computed cells whose outcomes, rotated or mirrored, are those of the requested cases.
 
     Attributes
     ----------
@@ -49,19 +49,19 @@ class Sources:
     known: NDArray[np.bool_]
 
 
-def nearest_planes(azimuth_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> Sources:
-    """Return the planes nearest to requested azimuths, mirrored where rotated by 180° (see `nearest`)."""
-    return mirrored_planes(nearest(azimuth_deg, asked_deg, period_deg), period_deg)
+def nearest_planes(azimuth_deg: ArrayLike, requested_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> ComputedCells:
+    """Return the computed vertical planes nearest to requested azimuths, mirrored where rotated by 180°."""
+    return mark_mirrored_planes(nearest_cells(azimuth_deg, requested_deg, period_deg), period_deg)
 
 
-def nearest(direction_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float) -> Sources:
-    """Return the cells whose directions, rotated by whole periods, are nearest to the requested ones.
+def nearest_cells(direction_deg: ArrayLike, requested_deg: ArrayLike, period_deg: float) -> ComputedCells:
+    """Return the computed cells whose directions, rotated by whole periods, are nearest to requested directions.
 
     Parameters
     ----------
     direction_deg : array_like, shape (n,)
         Azimuths or orientations of a grid, degrees clockwise from north, in any order; at least one.
-    asked_deg : array_like, shape (m,)
+    requested_deg : array_like, shape (m,)
         Requested directions, any real numbers. Half way between two cells the anticlockwise one is taken.
     period_deg : float
         Rotation period of a case: `PLANE_PERIOD` in 2-D, the body's own in 3-D, 360 without symmetry, 0 for a body of
@@ -69,56 +69,58 @@ def nearest(direction_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float) -
 
     Returns
     -------
-    Sources
+    ComputedCells
         Shape (m,). A cell of the grid takes precedence over an equal cell that has to be rotated.
     """
-    direction, asked = np.asarray(direction_deg, np.float64), np.asarray(asked_deg, np.float64)
+    direction, asked = np.asarray(direction_deg, np.float64), np.asarray(requested_deg, np.float64)
     if period_deg == 0.0:
         cell = np.zeros(asked.shape, np.intp)
-        return Sources(cell, asked - direction[0], cell.astype(bool), ~cell.astype(bool))
+        return ComputedCells(cell, asked - direction[0], cell.astype(bool), ~cell.astype(bool))
     turns: FloatArray = period_deg * np.arange(round(FULL_TURN / period_deg), dtype=np.float64)
     # Ends of the turned cells round the compass; of equal ones the first, which is turned least.
-    end, first = np.unique(_within(turns[:, None] + direction, FULL_TURN), return_index=True)
-    wanted = _within(asked, FULL_TURN)
+    end, first = np.unique(_reduce_to_period(turns[:, None] + direction, FULL_TURN), return_index=True)
+    wanted = _reduce_to_period(asked, FULL_TURN)
     after = np.searchsorted(end, wanted, side="right")
     before, after = after - 1, after % end.size
     past, ahead = (wanted - end[before]) % FULL_TURN, (end[after] - wanted) % FULL_TURN
     chosen = first[np.where(ahead < past - 10.0**-_DIGITS, after, before)]
     known = (past == 0.0) | (past + ahead <= FULL_TURN / 2)
-    return Sources(chosen % direction.size, turns[chosen // direction.size], np.zeros(asked.shape, np.bool_), known)
+    return ComputedCells(
+        chosen % direction.size, turns[chosen // direction.size], np.zeros(asked.shape, np.bool_), known
+    )
 
 
-def mirrored_planes(sources: Sources, period_deg: float) -> Sources:
+def mark_mirrored_planes(computed_cells: ComputedCells, period_deg: float) -> ComputedCells:
     """Return the sources with planes that were rotated by 180° marked as mirrored."""
-    return replace(sources, mirrored=(sources.turn_deg == PLANE_PERIOD) & (period_deg == PLANE_PERIOD))
+    return replace(computed_cells, mirrored=(computed_cells.turn_deg == PLANE_PERIOD) & (period_deg == PLANE_PERIOD))
 
 
-def representatives(direction_deg: ArrayLike, period_deg: ArrayLike) -> Sources:
-    """Return for each direction of a grid the first direction of the grid that is the same case.
+def first_equal_directions(direction_deg: ArrayLike, periods_deg: ArrayLike) -> ComputedCells:
+    """Return, for each direction of a grid, the first direction of the grid that is the same case by symmetry.
 
     Parameters
     ----------
     direction_deg : array_like, shape (n,)
         Azimuths or orientations, degrees clockwise from north.
-    period_deg : array_like, shape (p,)
-        Rotation periods (see `nearest`), for instance one for each aspect of a body.
+    periods_deg : array_like, shape (p,)
+        Rotation periods (see `nearest_cells`), for instance one for each aspect of a body.
 
     Returns
     -------
-    Sources
+    ComputedCells
         Shape (n, p). Only cells that are their own source need to be computed.
     """
-    direction, periods = np.asarray(direction_deg, np.float64), np.atleast_1d(np.asarray(period_deg, np.float64))
+    direction, periods = np.asarray(direction_deg, np.float64), np.atleast_1d(np.asarray(periods_deg, np.float64))
     cell = np.empty((direction.size, periods.size), np.intp)
     for column, period in enumerate(periods):
-        within = _within(direction, period) if period > 0.0 else np.zeros(direction.size)
+        within = _reduce_to_period(direction, period) if period > 0.0 else np.zeros(direction.size)
         first, place = np.unique(within, return_index=True, return_inverse=True)[1:]
         cell[:, column] = first[place]
-    turn = _within(direction[:, None] - direction[cell], FULL_TURN)
-    return Sources(cell, turn, np.zeros(cell.shape, np.bool_), np.ones(cell.shape, np.bool_))
+    turn = _reduce_to_period(direction[:, None] - direction[cell], FULL_TURN)
+    return ComputedCells(cell, turn, np.zeros(cell.shape, np.bool_), np.ones(cell.shape, np.bool_))
 
 
-def _within(angle_deg: FloatArray, period: float) -> FloatArray:
+def _reduce_to_period(angle_deg: FloatArray, period_deg: float) -> FloatArray:
     """Reduce angles to [0, period), rounded so that equal angles compare equal."""
-    angle = np.round(np.mod(angle_deg, period), _DIGITS)
-    return np.where(angle >= np.round(period, _DIGITS), 0.0, angle)
+    angle = np.round(np.mod(angle_deg, period_deg), _DIGITS)
+    return np.where(angle >= np.round(period_deg, _DIGITS), 0.0, angle)

@@ -52,7 +52,7 @@ class FallLimits(NamedTuple):
     touched: NDArray[np.int64]
     """Indices of the vertices that can touch at a tilt between the least one and the fall."""
 
-    def tilt(self, normals: FloatArray) -> FloatArray:
+    def tilt_towards(self, normals: FloatArray) -> FloatArray:
         """Return the tilt of the fall towards faces with outward normals, shape (faces, 3), rad."""
         turn = np.arctan2(normals[:, 1], normals[:, 0]) % (2.0 * np.pi)
         return self.limits[np.minimum((turn / (2.0 * np.pi) * DIRECTIONS).astype(np.int64), DIRECTIONS - 1)]
@@ -73,8 +73,8 @@ class TiltCrossings(NamedTuple):
     """Index of the triangle towards which the body rolls over the edge."""
 
 
-def fall_of(hull: Hull, size: float, least: float, faces: FloatArray) -> FallLimits:
-    """Compute the tilt of a fall in each direction of lean.
+def fall_limits(hull: Hull, size: float, least_tilt: float, resting_normals: FloatArray) -> FallLimits:
+    """Compute the tilt at which a convex body has fallen, for each direction in which it leans.
 
     Parameters
     ----------
@@ -82,13 +82,13 @@ def fall_of(hull: Hull, size: float, least: float, faces: FloatArray) -> FallLim
         Convex hull of the body.
     size : float
         Largest extent of the body, m.
-    least : float
+    least_tilt : float
         Least tilt at which it can rest on another face, rad; no smaller tilt counts as a fall.
-    faces : ndarray, shape (faces, 3)
+    resting_normals : ndarray, shape (faces, 3)
         Outward normals of the other faces on which it can rest; resting on any of them counts as a fall.
     """
-    ends, sides = _edges(hull)
-    found = _crossings(hull, ends, sides)
+    ends, sides = _hull_edges(hull)
+    found = _tilt_crossings(hull, ends, sides)
     off_base = -hull.normals[_final_triangles(hull, size)[found.rolls_to], 2] < 1.0 - FLAT
     rests = off_base & (found.rises.min(axis=1) < -FLAT * size) & (found.rises.max(axis=1) > FLAT * size)
     limits, rows = np.full(DIRECTIONS, np.pi), np.zeros((DIRECTIONS, 4))
@@ -98,31 +98,31 @@ def fall_of(hull: Hull, size: float, least: float, faces: FloatArray) -> FallLim
     along = hull.points[ends[found.edge[order], 1]] - hull.points[ends[found.edge[order], 0]]
     along *= np.where(found.rises[order, 1] > found.rises[order, 0], 1.0, -1.0)[:, None]
     along /= np.sqrt(np.sum(along * along, axis=1))[:, None]
-    rows[found.direction[order]] = np.column_stack([along, np.full(order.size, (FALL_SHARE - 1.0) * least)])
-    limits = np.maximum(limits, least)
-    if (limits <= least + 1e-9).all():
-        return FallLimits(least, np.full(DIRECTIONS, least), np.zeros((0, 5)), np.zeros(0, np.int64))
+    rows[found.direction[order]] = np.column_stack([along, np.full(order.size, (FALL_SHARE - 1.0) * least_tilt)])
+    limits = np.maximum(limits, least_tilt)
+    if (limits <= least_tilt + 1e-9).all():
+        return FallLimits(least_tilt, np.full(DIRECTIONS, least_tilt), np.zeros((0, 5)), np.zeros(0, np.int64))
     touched = ends[found.edge[found.tilt < limits[found.direction] * (1.0 - 1e-6)]]
-    _add_resting_faces(limits, rows, faces)
-    starts = _turn(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
+    _add_resting_faces(limits, rows, resting_normals)
+    starts = _direction_measure(2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
     first = np.any(rows != np.roll(rows, 1, axis=0), axis=1)
     first[0] = True
     sectors = np.asarray(np.round(np.column_stack([starts, rows])[first], DIGITS), np.float64)
-    return FallLimits(least, limits, sectors, np.unique(touched))
+    return FallLimits(least_tilt, limits, sectors, np.unique(touched))
 
 
-def _add_resting_faces(limits: FloatArray, rows: FloatArray, faces: FloatArray) -> None:
-    """Lower the limits so that a body resting on any of the faces has fallen, even on a very narrow one."""
-    for normal in faces:
+def _add_resting_faces(limits: FloatArray, sector_rows: FloatArray, resting_normals: FloatArray) -> None:
+    """Lower the fall limits so that a body resting on any of the faces counts as fallen, even on a narrow face."""
+    for normal in resting_normals:
         turn, tilt = np.arctan2(normal[1], normal[0]) % (2.0 * np.pi), float(np.arccos(np.clip(-normal[2], -1.0, 1.0)))
         number = min(int(turn / (2.0 * np.pi) * DIRECTIONS), DIRECTIONS - 1)
-        if rows[number, :3] @ normal < rows[number, 3]:
+        if sector_rows[number, :3] @ normal < sector_rows[number, 3]:
             ahead = np.array([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)])
-            rows[number], limits[number] = np.append(ahead, (FALL_SHARE - 1.0) * tilt), tilt
+            sector_rows[number], limits[number] = np.append(ahead, (FALL_SHARE - 1.0) * tilt), tilt
 
 
-def _turn(angle: FloatArray) -> FloatArray:
-    """Return a measure of direction, 0 to 4, that grows with the angle and needs no trigonometry in the kernel."""
+def _direction_measure(angle: FloatArray) -> FloatArray:
+    """Return a measure of direction, 0 to 4, that increases with the angle and needs no trigonometry in the kernel."""
     x, y = np.round(np.cos(angle), 15), np.round(np.sin(angle), 15)
     share = np.abs(x) / (np.abs(x) + np.abs(y))
     return np.asarray(
@@ -130,7 +130,7 @@ def _turn(angle: FloatArray) -> FloatArray:
     )
 
 
-def _edges(hull: Hull) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _hull_edges(hull: Hull) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return both vertices and both triangles of each edge, as indices, shape (edges, 2) each."""
     ends, sides = [], []
     for k in range(3):
@@ -141,7 +141,7 @@ def _edges(hull: Hull) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.concatenate(ends), np.concatenate(sides)
 
 
-def _crossings(hull: Hull, ends: NDArray[np.int64], sides: NDArray[np.int64]) -> TiltCrossings:
+def _tilt_crossings(hull: Hull, edge_vertices: NDArray[np.int64], edge_triangles: NDArray[np.int64]) -> TiltCrossings:
     """Compute, for each direction of lean, the tilts at which the lowest vertex changes.
 
     There, the downward vertical crosses the arc between the normals of neighbouring triangles. Along such an arc both
@@ -151,8 +151,8 @@ def _crossings(hull: Hull, ends: NDArray[np.int64], sides: NDArray[np.int64]) ->
     cosine, sine = np.cos(turn), np.sin(turn)
     aside = hull.normals[:, 1] * cosine[:, None] - hull.normals[:, 0] * sine[:, None]
     left = aside >= 0.0
-    direction, edge = np.nonzero(left[:, sides[:, 0]] != left[:, sides[:, 1]])
-    one, other = sides[edge].T
+    direction, edge = np.nonzero(left[:, edge_triangles[:, 0]] != left[:, edge_triangles[:, 1]])
+    one, other = edge_triangles[edge].T
     down = (
         hull.normals[one] * np.abs(aside[direction, other])[:, None]
         + hull.normals[other] * np.abs(aside[direction, one])[:, None]
@@ -164,7 +164,7 @@ def _crossings(hull: Hull, ends: NDArray[np.int64], sides: NDArray[np.int64]) ->
     down /= np.sqrt(np.sum(down * down, axis=1))[:, None]
     level, upward = np.cos(tilt), np.sin(tilt)
     path = np.stack([level * cosine[direction], level * sine[direction], upward], axis=1)
-    corners = hull.points[ends[edge]]
+    corners = hull.points[edge_vertices[edge]]
     rises = np.sum(corners * path[:, None, :], axis=2)
     # The body rolls to the triangle towards which its centre descends.
     height = np.sum(corners[:, 0] * down, axis=1)

@@ -22,8 +22,8 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 """Fill value of float32 variables: netCDF's own default."""
 
 
-def answered(flag: Any) -> Any:
-    """Return True where a flag, as stored or decoded, is known: neither NaN nor the fill value."""
+def is_known_flag(flag: Any) -> Any:
+    """Return True where an outcome flag, as stored or decoded, is neither NaN nor the fill value."""
     return np.abs(flag.astype("float32")) <= 1
 
 
@@ -56,21 +56,21 @@ class Variable:
         """CF attributes."""
         return {"long_name": self.long_name, "units": self.units, **self.attributes}
 
-    def mirrored(self, arrays: Mapping[str, NDArray[Any]], chosen: Any = ...) -> NDArray[Any]:
-        """Return the values at φ + 180° of a scene with mirror symmetry from the arrays, by name, at φ."""
-        values = np.asarray(arrays[self.exchanged or self.name][chosen])
+    def mirrored_values(self, outcome_arrays: Mapping[str, NDArray[Any]], selection: Any = ...) -> NDArray[Any]:
+        """Return this variable at φ + 180° from the outcome arrays at azimuth φ, for a mirror-symmetric scene."""
+        values = np.asarray(outcome_arrays[self.exchanged or self.name][selection])
         # 0 stays 0 and not −0, so that equal cubes are equal bytes.
         return np.where((values == 0) | (values == self.fill_value), values, -values) if self.odd else values
 
-    def decoded(self, values: Any) -> NDArray[Any]:
-        """Return values as a user gets them: integers as float32 with NaN for missing, as xarray decodes the file."""
+    def decode(self, values: Any) -> NDArray[Any]:
+        """Return stored values as xarray decodes them: integers become float32 with NaN for missing."""
         array = np.asarray(values)
         if array.dtype.kind == "f":
             return array
         return np.where(array == self.fill_value, np.float32(np.nan), array.astype(np.float32))
 
-    def stored(self, values: Any) -> NDArray[Any]:
-        """Return values in the type of the file, with the fill value for NaN."""
+    def encode(self, values: Any) -> NDArray[Any]:
+        """Return values in the data type of the file, with the fill value for NaN."""
         array = np.asarray(values)
         if array.dtype.kind == "f":
             array = np.where(np.isnan(array), self.fill_value, array)

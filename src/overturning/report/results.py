@@ -45,7 +45,7 @@ class Results(findings.Results):
     @property
     def words(self) -> Words:
         """Phrases for the model of the cube."""
-        return words_of(self.cube, len(scene_of(self.study).free))
+        return words_of(self.cube, len(scene_of(self.study).free_names))
 
     @property
     def of_known(self) -> str:

@@ -8,7 +8,7 @@ import xarray as xr
 from overturning.model.body import Body
 from overturning.model.falls import model_of
 from overturning.model.model import Model
-from overturning.model.planes import Planes, period_of
+from overturning.model.planes import Planes, azimuth_period_deg
 from overturning.model.symmetry import PLANE_PERIOD
 
 
@@ -130,6 +130,6 @@ _OF_SEVERAL: Final = {
 def words_of(cube: xr.Dataset, stones: int = 1) -> Words:
     """The words for a cube: those of its model, others of several stones, and of what is not its own mirror image."""
     model = model_of(cube)
-    alike = not model.one_component or period_of(cube) == PLANE_PERIOD
+    alike = not model.one_component or azimuth_period_deg(cube) == PLANE_PERIOD
     words = WORDS[type(model)] if alike else _NO_MIRROR_IMAGE
     return words if stones == 1 else replace(words, **_OF_SEVERAL)

@@ -70,7 +70,7 @@ def alignment_by_rule(
 def _sums(rules: Sequence[BlockRule], cube: xr.Dataset) -> xr.Dataset:
     """Sum falls and the cosines and sines of their doubled axes under each rule; dimensions (record, rule)."""
     model, share = model_of(cube), overturning_shares(cube)
-    falls = model.falls(cube)
+    falls = model.falls_in_distinct_cells(cube)
     names = ["falls", "axis_cosine", "axis_sine"]
     weighted = falls[names] * falls["weight"]
     over = (model.direction, *model.case_dims)

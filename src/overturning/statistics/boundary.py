@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.planes import fall_probability, period_of, plane_index, plane_weight
+from overturning.model.planes import azimuth_period_deg, fall_probability, plane_index, plane_weight
 from overturning.statistics.circular import resultant
 
 HALF = 0.5
@@ -106,7 +106,7 @@ def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
         them is only a bound, so that the ratio is a lower bound.
     """
     grid = np.asarray(b_over_h, dtype=np.float64)
-    period = period_of(bounds)
+    period = azimuth_period_deg(bounds)
     index = plane_index(bounds["azimuth"].values, period)
     planes = bounds[["boundary", "falls_beyond", "largest_known", "stands_throughout"]].isel(azimuth=index).compute()
     weight = plane_weight(planes["azimuth"].values, period)

@@ -1,8 +1,8 @@
 """Fall directions: falls by azimuth, shares of cases that overturn, mean fall directions and axes.
 
 In shares and means each plane counts once, and azimuths added to a regular grid share the weight of their neighbourhood
-(see `Model.falls`). The parameter ``over`` names dimensions that are summed together with the direction, with equal
-weights.
+(see `Model.falls_in_distinct_cells`). The parameter ``over`` names dimensions that are summed together with the
+direction, with equal weights.
 """
 
 import math
@@ -14,9 +14,9 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.falls import model_of
-from overturning.model.planes import FALLS, fall_probability, period_of
+from overturning.model.planes import FALLS, azimuth_period_deg, fall_probability
 from overturning.model.symmetry import PLANE_PERIOD, nearest_planes
-from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES, answered
+from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES, is_known_flag
 from overturning.statistics.circular import NO_DIRECTION
 
 
@@ -32,8 +32,8 @@ def whole_circle(cube: xr.Dataset) -> xr.Dataset:
     everywhere = np.union1d(azimuth, opposite)
     if np.array_equal(everywhere, azimuth):
         return cube
-    sources = nearest_planes(azimuth, everywhere, period_of(cube))
-    if period_of(cube) != PLANE_PERIOD:
+    sources = nearest_planes(azimuth, everywhere, azimuth_period_deg(cube))
+    if azimuth_period_deg(cube) != PLANE_PERIOD:
         return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.known])
     turned = cube.isel(azimuth=sources.cell).assign_coords(azimuth=("azimuth", everywhere, cube["azimuth"].attrs))
     behind = xr.DataArray(sources.mirrored, dims="azimuth")
@@ -66,9 +66,9 @@ def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
         Azimuths as from `whole_circle`; for a scene without mirror symmetry including all opposites.
     """
     used = [name for name in (FALLS if ensemble else FALLS[:1]) if name in cube]
-    p = fall_probability(whole_circle(cube[used]), ensemble=ensemble)
+    p = fall_probability(whole_circle(cube[used]), use_ensemble=ensemble)
     falls, azimuth = p["towards"], p["azimuth"]
-    if period_of(cube) != PLANE_PERIOD:
+    if azimuth_period_deg(cube) != PLANE_PERIOD:
         away = p["away"].assign_coords(azimuth=((azimuth + 180) % 360).astype(azimuth.dtype)).sortby("azimuth")
         both = xr.concat(xr.align(falls, away, join="outer"), "side")
         falls = both.sum("side", min_count=1).transpose(*falls.dims)
@@ -78,7 +78,7 @@ def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
 def overturns(cube: xr.Dataset) -> xr.DataArray:
     """Return 1 if the block falls to either side, 0 if it stands, NaN if the outcome is missing."""
     overturned = cube["overturned"]
-    return xr.where(answered(overturned), (overturned != 0).astype("float32"), np.nan).assign_attrs(
+    return xr.where(is_known_flag(overturned), (overturned != 0).astype("float32"), np.nan).assign_attrs(
         long_name="block overturns to either side", units="1"
     )
 
@@ -113,7 +113,7 @@ def flag_changes_between_neighbours(cube: xr.Dataset, dim: str) -> tuple[int, in
     gap = float(np.diff(at).max(initial=0.0))
     round_about = dim == "azimuth" and at[0] + 360.0 - at[-1] <= gap * (1 + 1e-9)
     beyond = flags.roll({dim: -1}, roll_coords=False) if round_about else flags.shift({dim: -1})
-    known = answered(flags) & answered(beyond)
+    known = is_known_flag(flags) & is_known_flag(beyond)
     return int(((flags != beyond) & known).sum()), int(known.sum())
 
 
@@ -170,7 +170,7 @@ def overturning_shares(cube: xr.Dataset) -> xr.DataArray:
     Directions with a missing outcome do not count.
     """
     model = model_of(cube)
-    once = {model.direction: model.representative(cube)}
+    once = {model.direction: model.distinct_direction_index(cube)}
     return overturns(cube).isel(once).mean(model.direction).compute()
 
 
@@ -189,20 +189,20 @@ def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
 def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = ()) -> xr.DataArray:
     """Compute the share of planes (3-D: orientations) with a known outcome that overturn; missing if none is known."""
     model = model_of(cube)
-    falls, dims = model.falls(cube), (model.direction, *over)
+    falls, dims = model.falls_in_distinct_cells(cube), (model.direction, *over)
     weight = falls["weight"].where(falls["falls"].notnull(), 0.0).sum(dims)
     share = (falls["falls"] * falls["weight"]).sum(dims) / weight.where(weight > 0)
     return share.assign_attrs(long_name=f"share of {model.direction}s in which the block falls", units="1")
 
 
 def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool = False) -> xr.Dataset:
-    """Compute weighted sums of the variables of `Model.falls`, from which mean directions are computed.
+    """Compute weighted sums of the variables of `Model.falls_in_distinct_cells`, for the mean directions of falls.
 
     The sums can be added further before an angle is computed. With ``informative`` they cover the `informative_blocks`
     only; ``all_falls`` always counts the falls of all blocks.
     """
     model = model_of(cube)
-    falls, dims = model.falls(cube), (model.direction, *over)
+    falls, dims = model.falls_in_distinct_cells(cube), (model.direction, *over)
     weighted = falls.drop_vars("weight") * falls["weight"]
     sums = (weighted.where(informative_blocks(cube)) if informative else weighted).sum(dims)
     return sums.assign(all_falls=weighted["falls"].sum(dims))

@@ -160,14 +160,14 @@ RULES: Final = (
 
 def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
     """Find the illustrative cases of a study, at most one for each of `RULES`; the cube is read in batches."""
-    model, cells = model_of(cube), model_of(cube).representative(cube)
+    model, cells = model_of(cube), model_of(cube).distinct_direction_index(cube)
     rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
     names = ["overturned", *model.reads, *{name for rule in rules for name in rule.needs}]
     best: dict[str, tuple[BestCase, int]] = {}
     for places, some in record_batches(cube, names):
         half = some.isel({model.direction: cells})
-        nominal = model.falls(half, ensemble=False)[["direction_cosine", "direction_sine"]]
-        candidates = half.assign(nominal.assign(sure=model.falls(half)["falls"] > 0.99))
+        nominal = model.falls_in_distinct_cells(half, use_ensemble=False)[["direction_cosine", "direction_sine"]]
+        candidates = half.assign(nominal.assign(sure=model.falls_in_distinct_cells(half)["falls"] > 0.99))
         candidates = candidates.transpose("record", *model.dims, ...)
         for at, record in enumerate(places):
             one = candidates.isel(record=at)

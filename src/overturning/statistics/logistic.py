@@ -227,7 +227,7 @@ def overturning_rows(
         ``pga`` (m/s²) and ``pgv`` (m/s) over ``record`` and ``azimuth``; an `ArgumentError` is raised if an azimuth of
         the cube is missing.
     ensemble : bool
-        Use probabilities instead of flags (see `Model.falls`).
+        Use probabilities instead of flags (see `Model.falls_in_distinct_cells`).
 
     Returns
     -------
@@ -240,7 +240,7 @@ def overturning_rows(
     model, parts = model_of(cube), []
     number = np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
     for places, some in record_batches(cube, model.reads):
-        planes = model.falls(some, ensemble=ensemble)
+        planes = model.falls_in_distinct_cells(some, use_ensemble=ensemble)
         where, falls = planes["azimuth"], planes["falls"].transpose("record", *model.dims)
         try:
             along = intensity[["pga", "pgv"]].isel(record=places).sel(azimuth=where, method="nearest", tolerance=1e-6)

@@ -9,7 +9,7 @@ import xarray as xr
 from overturning.arrays import FloatArray
 from overturning.model.body import direction_weight
 from overturning.model.falls import model_of
-from overturning.model.planes import azimuth_weight, gaps_of, period_of
+from overturning.model.planes import azimuth_gaps, azimuth_period_deg, azimuth_weight
 from overturning.model.symmetry import FULL_TURN
 from overturning.statistics.bootstrap import bootstrap, event_means, mean_of_sample
 from overturning.statistics.by_record import each_record, record_groups
@@ -77,7 +77,7 @@ def _azimuth_width(azimuth: FloatArray) -> float:
 
     It is 0 for a single plane, and if all sectors have equally many planes.
     """
-    step = gaps_of(azimuth, FULL_TURN)[1]
+    step = azimuth_gaps(azimuth, FULL_TURN)[1]
     in_a_sector = FULL_TURN / SECTORS / step
     return 0.0 if azimuth.size <= 2 or abs(in_a_sector - round(in_a_sector)) < 1e-9 else step
 
@@ -100,7 +100,7 @@ def rose_of(
     for row, one in enumerate(each_record(cube, ["overturned"] if planes else ["fall_azimuth", *_DIRECTIONS])):
         azimuth, counts = _nominal_falls(one)
         if counts.any() and np.isfinite(zero[row]):
-            weight = counts * azimuth_weight(azimuth, period_of(cube)) if planes else counts
+            weight = counts * azimuth_weight(azimuth, azimuth_period_deg(cube)) if planes else counts
             wide = _azimuth_width(azimuth) if planes else 0.0
             shares[row] = sector_shares(azimuth - zero[row], weight, wide)
             total += round(counts.sum()) if planes else counts.size

@@ -256,5 +256,5 @@ def computations(study: Study) -> dict[str, Callable[[Motion, Cases], Results]]:
         "nominal": partial(run, model, numerics=numerics),
         "finer": partial(run, model, numerics=finer),
         "finest": partial(run, model, numerics=finest),
-        "stiffer": partial(run, model.stiffer(STIFFER), numerics=shorter),
+        "stiffer": partial(run, model.with_stiffness_factor(STIFFER), numerics=shorter),
     }

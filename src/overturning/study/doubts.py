@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.model.geometry import native_size
+from overturning.model.geometry import reference_element_size
 from overturning.model.scene import Scene
 from overturning.motion.soil import Layer, Rock
 from overturning.records.site import Site
@@ -50,7 +50,7 @@ def doubtful_settings(study: Study) -> Iterator[str]:
 
 def _of_values(study: Study) -> Iterator[str]:
     vertices = study.body is not None and study.body.vertices is not None
-    own = round(native_size(study.scene)[1], 10)
+    own = round(reference_element_size(study.scene)[1], 10)
     shapes = [one for one in study.b_over_h if one > LARGEST_B_OVER_H and not vertices and one != own]
     if shapes:
         yield (

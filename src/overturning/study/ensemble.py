@@ -244,7 +244,7 @@ class CellEnsemble:
             azimuth = np.full((len(cells), members.size), np.nan)
             of_group = progress_of_part(progress, done / work, (done + len(cells)) / work)
             block_steps += self._run_batches(grid, cells, run, flags, azimuth, of_group)
-            found = self.model.tally(flags, azimuth - members.azimuth_deg, members.scramble)
+            found = self.model.summarise_ensemble(flags, azimuth - members.azimuth_deg, members.scramble)
             for name, values in found.items():
                 arrays[name][tuple(cells.T)] = values
             done += len(cells)
@@ -297,13 +297,13 @@ class CellEnsemble:
 
     def _copy(self, grid: Grid, arrays: Arrays, marked: NDArray[Any]) -> None:
         """Copy the marked cells from their symmetric counterparts."""
-        source = self.model.sources(grid).cell
+        source = self.model.computed_cells(grid).cell
         for column in range(source.shape[1]):
             # In the 3-D model the period depends on the aspect, the dimension before friction.
             rest = (slice(None), slice(None), column) if source.shape[1] > 1 else ()
             alike = marked[(slice(None), *rest)]
             behind = np.flatnonzero(alike.any(axis=tuple(range(1, alike.ndim))))
             where = (source[behind, column], *rest)
-            seen = {item.name: item.mirrored(arrays, where) for item in self.model.ensemble_variables}
+            seen = {item.name: item.mirrored_values(arrays, where) for item in self.model.ensemble_variables}
             for name, values in seen.items():
                 arrays[name][(behind, *rest)] = values

@@ -84,7 +84,7 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
         angles.setncatts(attributes)
         angles[:] = values
     for variable in variables_of(study):
-        names = ("element_name",) if "element" in grid.dimensions(variable) else ()
+        names = ("element_name",) if "element" in grid.variable_dimensions(variable) else ()
         add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
 
 
@@ -99,7 +99,7 @@ def _copy_record(paths: Sequence[Path], cube: Any, index: int, grid: Grid, varia
             return False
         cube.block_steps += sum(int(part.file.block_steps) for part in parts)
         for variable in variables:
-            cells = np.full(grid.shape_of(variable), variable.fill_value, variable.dtype)
+            cells = np.full(grid.variable_shape(variable), variable.fill_value, variable.dtype)
             for part in parts:
                 part.put(variable.name, cells)
             cube[variable.name][index] = cells

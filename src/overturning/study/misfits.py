@@ -87,7 +87,10 @@ def _of_body(study: Any, body: BodySettings, contacts: dict[str, ContactSettings
     for where, contact in contacts.items():
         if contact.stiffness != "auto" or contact.damping is not None:
             yield f"{where}contact: in space stiffness is auto and the dashpot is given as damping_ratio"
-    if not body.shape().sized and study.ensemble.b_over_h not in (0.0, Ensemble.model_fields["b_over_h"].default):
+    if not body.shape().has_free_slenderness and study.ensemble.b_over_h not in (
+        0.0,
+        Ensemble.model_fields["b_over_h"].default,
+    ):
         yield "ensemble.b_over_h: the body of these vertices keeps its own in every run; leave it out"
     if study.ensemble.initial_tilt:
         yield "ensemble.initial_tilt: a body in space starts at rest; leave it at 0"

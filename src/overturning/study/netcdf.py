@@ -71,8 +71,8 @@ def chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
 
 def add_variable(file: Any, variable: Variable, grid: Grid, *before: str) -> Any:
     """Create an outcome variable over dimensions `before` and those of a grid, filled with "missing"."""
-    dimensions = (*before, *grid.dimensions(variable))
-    own = chunk_shape(grid.shape_of(variable)[1 if grid.amplitude else 0 :])
+    dimensions = (*before, *grid.variable_dimensions(variable))
+    own = chunk_shape(grid.variable_shape(variable)[1 if grid.amplitude else 0 :])
     created = file.createVariable(
         variable.name, variable.dtype, dimensions, fill_value=variable.fill_value,
         zlib=True, complevel=1, shuffle=variable.dtype != "i1", chunksizes=(1,) * (len(dimensions) - len(own)) + own,

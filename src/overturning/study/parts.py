@@ -65,7 +65,7 @@ def piece_of(study: Study, grid: Grid, chunk: Chunk, variant: str = NOMINAL) -> 
     name = grid.names[0]
     directions = grid[name]
     group = np.arange(directions.size)
-    for index, others in enumerate(model_for(study, variant).sources(grid).cell):
+    for index, others in enumerate(model_for(study, variant).computed_cells(grid).cell):
         for other in others:
             group[group == group[index]] = group[other]
     number = np.unique(group, return_inverse=True)[1]
@@ -86,7 +86,7 @@ def write_part(
         if grid.size:
             add_grid(file, grid)
             for variable in variables:
-                add_variable(file, variable, grid)[:] = variable.stored(outcome[variable.name])
+                add_variable(file, variable, grid)[:] = variable.encode(outcome[variable.name])
         file.setncatts(attributes)
 
 

@@ -76,7 +76,7 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
             where = ", ".join(f"{d} {grid[d][i]:g}" for d, i in zip(grid.names, place, strict=True))
             where += f", amplitude {scales[scale]:g}" if grid.amplitude else ""
             for variable in (variable for variable in variables if variable.name in again):
-                kept, new = file[variable.name][cell], variable.stored(again[variable.name])
+                kept, new = file[variable.name][cell], variable.encode(again[variable.name])
                 if new.tobytes() != kept.tobytes():
                     text = f"{names[index]}, {where}: {variable.name} is {kept} in the cube, {new} here"
                     result.differences.append(text)
@@ -87,7 +87,7 @@ def _recompute_cell(
     motion: Motion, grid: Grid, place: list[int], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
     """Return the values of a cell by name, simulated with its direction and the one it may be copied from."""
-    sources = model_for(study, variant).sources(grid).cell[place[0]]
+    sources = model_for(study, variant).computed_cells(grid).cell[place[0]]
     source = int(sources[place[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, place[0]] if study.simulation.leave_out else [place[0]]))
     rows = zip(grid.names, [directions, *([i] for i in place[1:])], strict=True)

@@ -59,9 +59,9 @@ def choose(
 def rigid_applicable(study: Study) -> NDArray[np.bool_]:
     """True for grid cells whose rigid limit is Housner's block: rectangles with friction ≥ `NO_SLIP_FRICTION`."""
     model, grid = model_for(study), grid_of(study)
-    if not (isinstance(model, Planes) and model.scene.single_block):
+    if not (isinstance(model, Planes) and model.scene.is_single_block):
         return np.zeros(grid.shape, np.bool_)
-    own = model.scene.law(*model.scene.elements).friction
+    own = model.scene.contact_law(*model.scene.elements).friction
     friction = grid["friction"] if own is None else np.full(grid["friction"].size, own)
     holds = (friction >= NO_SLIP_FRICTION) & (friction > grid["b_over_h"][:, None])
     return np.broadcast_to(holds, grid.shape)

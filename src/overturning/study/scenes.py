@@ -13,7 +13,7 @@ from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ConfigError
 from overturning.model.body import Body
 from overturning.model.contact import DAMPING_RATIO, Contact, ContactSettings, VertexContact
-from overturning.model.geometry import native_size
+from overturning.model.geometry import reference_element_size
 from overturning.model.grid import Grid
 from overturning.model.model import Model
 from overturning.model.planes import Planes
@@ -97,8 +97,8 @@ class Sizes:
         scene = setting_of(study, variant).scene or study.scene
         if scene == study.scene:
             return cls(digits=None if scene == gravestone() else 12)
-        own_height, own_ratio = native_size(scene)
-        factor = own_height / native_size(study.scene)[0]
+        own_height, own_ratio = reference_element_size(scene)
+        factor = own_height / reference_element_size(study.scene)[0]
         return cls(factor, own_ratio if scene.reference_name != study.scene.reference_name else None)
 
     def heights(self, height: FloatArray) -> FloatArray:

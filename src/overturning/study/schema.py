@@ -17,7 +17,7 @@ from pydantic import (
 from overturning.model.cases import HIGHEST, LOWEST, checked_height
 from overturning.model.contact import ContactSettings
 from overturning.model.element import Name
-from overturning.model.geometry import native_size
+from overturning.model.geometry import reference_element_size
 from overturning.model.scene import Scene, gravestone
 from overturning.quantities import Density, Metre
 from overturning.records.site import Site
@@ -142,7 +142,7 @@ class Study(StrictModel):
             filled["scene"] = Scene.model_validate(scene_of_choice(data["scene"]))
         except ValueError:
             return filled  # the field says what is wrong, and where
-        height, b_over_h = native_size(filled["scene"])
+        height, b_over_h = reference_element_size(filled["scene"])
         filled.setdefault("height", [round(height, 10)])
         filled.setdefault("b_over_h", [round(b_over_h, 10)])
         filled.setdefault("ensemble", {"members": 0})
@@ -154,8 +154,8 @@ class Study(StrictModel):
             shape = BodySettings.model_validate(filled["body"]).shape()
         except ValidationError:
             return filled  # said where the body stands
-        if not shape.sized:
-            own = round(shape.body(1.0, 1.0, 1.0).b_over_h, 10)
+        if not shape.has_free_slenderness:
+            own = round(shape.solid(1.0, 1.0, 1.0).b_over_h, 10)
             if list(filled.setdefault("b_over_h", [own])) != [own]:
                 raise ValueError("b_over_h: the body of these vertices has its own; leave it out")
             filled.setdefault("height", [round(getattr(shape, "height", 1.0), 10)])
@@ -174,7 +174,7 @@ class Study(StrictModel):
         own: ContactSettings = info.data.get("contact", ContactSettings())
         # What is not given is filled in, so that a filled-in study is the same when it is read again.
         return {
-            name: one.model_copy(update={"contact": one.contact and one.contact.over(own)})
+            name: one.model_copy(update={"contact": one.contact and one.contact.merged_over(own)})
             for name, one in variants.items()
         }
 

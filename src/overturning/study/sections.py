@@ -174,7 +174,7 @@ class BodySettings(StrictModel):
             raise ValueError(str(error).removeprefix("body: ")) from None
         if self.vertices is not None and self.plan != "rectangle":
             raise ValueError(f"plan {self.plan}: the body has vertices of its own; keep one of them")
-        if not shape.oblong and self.aspect != (1.0,):
+        if not shape.has_free_aspect and self.aspect != (1.0,):
             raise ValueError(f"aspect {list(self.aspect)}: only a rectangle has one; leave it out")
         return self
 

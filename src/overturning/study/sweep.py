@@ -29,7 +29,11 @@ NOMINAL_SHARE = 0.15
 def variables_of(study: Study) -> tuple[Variable, ...]:
     """Return the variables of the cube of a study: outcome variables, and those of the ensemble if there is one."""
     model = model_for(study)
-    return (*model.variables, *model.further_variables, *(model.ensemble_variables if study.ensemble.members else ()))
+    return (
+        *model.variables,
+        *model.additional_study_variables,
+        *(model.ensemble_variables if study.ensemble.members else ()),
+    )
 
 
 def ensemble_of(

@@ -197,7 +197,7 @@ def _likelihood_ratio(site: SitePrediction, fallen: Sequence[_Fallen], draws: in
         if stone.octant:
             table, chance, place = octants / uniform_octant, uniform_octant, int(sector(stone.azimuth_deg, 8))
         else:
-            table, chance, place = density / site.share, site.share, site.nearest(stone.azimuth_deg)
+            table, chance, place = density / site.share, site.share, site.nearest_azimuth_index(stone.azimuth_deg)
         with np.errstate(divide="ignore"):  # a density of 0 is possible without background
             logs = np.log(table)
         ratios.append(logs[place])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of
-from overturning.model.model import Outcomes
+from overturning.model.model import StoneOutcomes
 from overturning.settings import Population, Spread
 from overturning.statistics.by_record import one_record
 from overturning.statistics.circular import resultant, sector
@@ -106,7 +106,7 @@ def outside_grid(cube: xr.Dataset, stones: Stones) -> float:
     return float(beyond.mean())
 
 
-def stone_outcomes(site: xr.Dataset, stones: Stones) -> Outcomes:
+def stone_outcomes(site: xr.Dataset, stones: Stones) -> StoneOutcomes:
     """Return the outcomes of n stones under one record; `site` is its cube, with or without amplitudes.
 
     A block with µ below B/H slides and does not rock. So if one of the two neighbouring friction values is on the same
@@ -122,10 +122,10 @@ def stone_outcomes(site: xr.Dataset, stones: Stones) -> Outcomes:
     above = np.minimum(below + 1, grid.size - 1)
     lower, upper = ((grid[place] > ratio) == rocks for place in (below, above))
     cells["friction"] = np.where(lower & ~upper, below, np.where(upper & ~lower, above, cells["friction"]))
-    return model_of(site).outcomes(site, stones.face, cells)
+    return model_of(site).square_stone_outcomes(site, stones.face, cells)
 
 
-def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
+def rates(found: StoneOutcomes, population: Population) -> dict[str, FloatArray]:
     """Compute rates over the stones with a known outcome from `stone_outcomes`.
 
     Returns
@@ -185,7 +185,7 @@ def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATES}
     for record in range(cube.sizes["record"]):
         outcomes = stone_outcomes(one_record(cube, record, reads), stones)
-        of_class = [rates(outcomes.some(own), population)["fall_rate"] for own in classes.values()]
+        of_class = [rates(outcomes.select_stones(own), population)["fall_rate"] for own in classes.values()]
         for name, values in (rates(outcomes, population) | {"class_rate": np.stack(of_class, axis=1)}).items():
             found[name].append(values)
     data = {

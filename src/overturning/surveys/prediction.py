@@ -9,7 +9,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.edges import edge_probabilities
 from overturning.model.planes import fall_probability, plane_weight
-from overturning.model.symmetry import FULL_TURN, nearest
+from overturning.model.symmetry import FULL_TURN, nearest_cells
 from overturning.statistics.circular import sector
 from overturning.statistics.falls import falls_towards, whole_circle
 from overturning.surveys.stones import BACKGROUND, Stone
@@ -48,7 +48,7 @@ class SitePrediction:
         self.background = background
         self.b_over_h: FloatArray = site["b_over_h"].values.astype(np.float64)
         self.azimuth: FloatArray = falls_towards(site)["azimuth"].values.astype(np.float64)
-        self.share: FloatArray = plane_weight(self.azimuth, FULL_TURN, whole_circle=True)
+        self.share: FloatArray = plane_weight(self.azimuth, FULL_TURN, divide_gaps=True)
         self._densities: dict[str, FloatArray] = {}
         self._never: set[str] = set()
         # Probability of falling towards and away from the azimuth of each plane, and time of the fall, for each block
@@ -77,7 +77,7 @@ class SitePrediction:
         by_azimuth = self.blocks[:, low] + (place - low) * (self.blocks[:, high] - self.blocks[:, low])
         lines = by_azimuth.reshape(self.plane.size, -1).T
         p = np.array([np.interp(azimuth_deg, self.plane, line, period=360) for line in lines])
-        cell = nearest(self.plane, azimuth_deg, FULL_TURN).cell
+        cell = nearest_cells(self.plane, azimuth_deg, FULL_TURN).cell
         return p.reshape(*by_azimuth.shape[1:], -1), self.times[cell, round(float(place))].T
 
     def is_outside_grid(self, stone: Stone) -> bool:
@@ -85,9 +85,9 @@ class SitePrediction:
         least, most = self.b_over_h[[0, -1]].tolist()
         return min(stone.slenderness) < least - 1e-9 or max(stone.slenderness) > most + 1e-9
 
-    def nearest(self, azimuth_deg: float) -> int:
+    def nearest_azimuth_index(self, azimuth_deg: float) -> int:
         """Return the index of the nearest azimuth."""
-        return int(nearest(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
+        return int(nearest_cells(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
 
     def density(self, b_over_h: float = math.nan, b_over_h_side: float = math.nan) -> FloatArray:
         """Return the probability of each sector of azimuth for a fallen stone of unknown orientation; sums to 1.

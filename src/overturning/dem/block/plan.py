@@ -29,7 +29,7 @@ from overturning.dem.time_step import (
     steps_per_sample,
 )
 from overturning.model.cases import Cases
-from overturning.model.contact import check_precision
+from overturning.model.contact import check_stiffness_precision
 from overturning.model.planes import Planes
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -98,16 +98,16 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         If an argument is outside its bounds, or the time step is not stable.
     """
     ground_element, block = model.scene.elements
-    law, density = model.scene.law(ground_element, block), model.scene.materials[block.material].density
+    law, density = model.scene.contact_law(ground_element, block), model.scene.materials[block.material].density
     scheme = parse_scheme(numerics.scheme)
     height, ratio = np.asarray(cases.height), np.asarray(cases.b_over_h)
     friction = np.asarray(cases.friction) if law.friction is None else np.full(cases.size, law.friction)
     amplitude, tilt = np.asarray(cases.amplitude), np.asarray(cases.initial_tilt)
     width = ratio * height
-    normal, tangential, dashpot = law.contact.specific(width, height, density)
+    normal, tangential, dashpot = law.contact.constants_per_mass(width, height, density)
     dashpot = dashpot * np.asarray(cases.damping_factor)
     row, ground = ground_motions(motion, cases)
-    check_precision(normal, height, 0.0)
+    check_stiffness_precision(normal, height, 0.0)
     square = highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
     rate = highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
     period = rocking_time(width, height)

@@ -58,7 +58,7 @@ class BodyPath:
         }
         for item in BODY_VARIABLES:
             if item.name != "repeated":
-                variables[item.name] = ((), item.decoded(getattr(results, item.name)[0]), item.all_attributes)
+                variables[item.name] = ((), item.decode(getattr(results, item.name)[0]), item.all_attributes)
         coordinates = {
             "time": variable_spec("time", self.rows["time"], "s", "time after the record's start"),
             "enu": ("enu", ["east", "north", "up"]),

@@ -28,7 +28,7 @@ from overturning.dem.time_step import Scheme, contact_time, parse_scheme, steps_
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
-from overturning.model.contact import check_precision
+from overturning.model.contact import check_stiffness_precision
 from overturning.model.solid import Solid
 from overturning.model.tipping import FALL_SHARE
 from overturning.motion.direction import direction_cosines
@@ -114,19 +114,19 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         raise ArgumentError(f"scheme: {numerics.scheme!r}; a 3-D body supports only 'centred'")
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a 3-D body starts at rest; leave it at 0")
-    if not shape.oblong and (np.asarray(cases.aspect) != 1.0).any():
+    if not shape.has_free_aspect and (np.asarray(cases.aspect) != 1.0).any():
         raise ArgumentError(f"aspect: {np.unique(cases.aspect).tolist()}; only a rectangle has one")
     if start is not None and not abs(np.sum(np.square(start.quaternion)) - 1.0) < 1e-6:
         raise ArgumentError(f"start: quaternion {start.quaternion}; its length must be 1")
     sizes, which = np.unique(
         np.stack([cases.height, cases.b_over_h, cases.aspect], axis=1), axis=0, return_inverse=True
     )
-    made = [shape.body(*(float(value) for value in size)) for size in sizes]
-    laws = np.array([contact.specific(body) for body in made])
+    made = [shape.solid(*(float(value) for value in size)) for size in sizes]
+    laws = np.array([contact.constants_per_mass(body) for body in made])
     modes = np.array([largest_unit_eigenvalue(body) for body in made])
-    foot, reach = np.array([body.foot for body in made]), np.array([body.reach for body in made])
+    foot, reach = np.array([body.centre_height for body in made]), np.array([body.base_reach for body in made])
     base = made[0].base
-    check_precision(0.5 * base * laws[:, 0], 2.0 * foot, 0.0)
+    check_stiffness_precision(0.5 * base * laws[:, 0], 2.0 * foot, 0.0)
     square = np.maximum(laws[:, 0], laws[:, 1]) * modes
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
     interval, samples = motion.sampling_interval, motion.samples
@@ -245,7 +245,7 @@ def _base_motions(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], Floa
 def _deepest_penetration(body: Solid, pose: FloatArray) -> float:
     """Return the penetration of the deepest vertex of the base in the pose at rest, m."""
     x, y = body.points[: body.base, :2].T
-    return float(np.max(body.foot - pose[2] - (pose[3] * y - pose[4] * x)))
+    return float(np.max(body.centre_height - pose[2] - (pose[3] * y - pose[4] * x)))
 
 
 def _start_at_rest(pose: FloatArray) -> NDArray[np.void]:
@@ -266,13 +266,13 @@ def _body_tables(solids: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
         points[index, :count] = body.points
         for name, at in pairs.items():
             table[index][f"i{name}"], table[index][f"a{name}"] = body.inverse_inertia[at], body.inertia[at]
-        foot, reach = body.foot, body.reach
+        foot, reach = body.centre_height, body.base_reach
         # If the angle of fall depends on the direction, the body may lie on its new face on springs: allow for that.
         fallen = body.fall_tilt * (FALL_SHARE if len(body.sectors) else 1.0)
         values = {
             "foot": foot, "radius": body.radius, "reach": reach, "critical": reach**2 / (reach**2 + foot**2),
             "fallen": np.round(np.cos(fallen), 12), "deepest": MAX_PENETRATION * min(reach, foot),
-            "ends": body.ends,
+            "ends": body.end_rise_share,
         }  # fmt: skip
         for name, value in values.items():
             table[index][name] = value

@@ -28,9 +28,9 @@ def pose_at_rest(body: Solid, normal_stiffness: float) -> FloatArray:
             break
         sunk = plane[0] + plane[1] * x + plane[2] * y
         if (sunk[on] > 0).all():
-            return np.array([0.0, 0.0, body.foot - plane[0], -plane[2], plane[1], 0.0])
+            return np.array([0.0, 0.0, body.centre_height - plane[0], -plane[2], plane[1], 0.0])
         on &= sunk > 0
-    return np.array([0.0, 0.0, body.foot - STANDARD_GRAVITY / (body.base * normal_stiffness), 0.0, 0.0, 0.0])
+    return np.array([0.0, 0.0, body.centre_height - STANDARD_GRAVITY / (body.base * normal_stiffness), 0.0, 0.0, 0.0])
 
 
 def largest_unit_eigenvalue(body: Solid) -> float:
@@ -63,7 +63,7 @@ def unloading_limits(body: Solid) -> tuple[float, float]:
         return 0.0, 0.0
     # Force at each vertex over the weight: from gravity, and from the moments of accelerations along x and y.
     own, ahead, aside = (np.sum(plane[:, None] * rows, axis=0) for plane in planes if plane is not None)
-    change = body.foot * np.sqrt(ahead**2 + aside**2)
+    change = body.centre_height * np.sqrt(ahead**2 + aside**2)
     least = float(np.min(own))
     return (float(np.min(own / change)), least * body.base) if least > 0.0 else (0.0, 0.0)
 

@@ -22,7 +22,7 @@ from overturning.dem.quiet import SAFE_SHARE, SCENE_REST_THRESHOLD_FACTOR, overs
 from overturning.dem.time_step import HEAVY_DAMPING, Scheme, parse_scheme, steps_from_stable, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
-from overturning.model.contact import check_precision
+from overturning.model.contact import check_stiffness_precision
 from overturning.model.planes import Planes
 from overturning.model.scene import Scene
 from overturning.model.status import Status
@@ -210,7 +210,7 @@ def _check_variants(scene: Scene, variants: list[PreparedScene]) -> None:
     """Check the precision of all sizes of a scene, and that the same elements can touch at each size."""
     for item in variants:
         # Check as for a block as high as the scene.
-        check_precision(
+        check_stiffness_precision(
             scene.gravity / (2.0 * item.static_penetration), np.full(item.static_penetration.size, item.height), 0.0
         )
     alike = {(tuple(item.pairs), tuple(item.support.tolist()), tuple(item.sizes)) for item in variants}

@@ -22,7 +22,7 @@ from overturning.dem.polygon.statics import (
 from overturning.model.geometry import (
     ElementPair,
     PlacedElement,
-    StretchEnd,
+    SharedSegmentEnd,
     element_pairs,
     ground_name,
     place_elements,
@@ -201,7 +201,7 @@ def smallest_element_side(placed: list[PlacedElement]) -> float:
     return min(item.size for item in placed if not item.fixed)
 
 
-Supports = dict[int, dict[int, list[StretchEnd]]]
+Supports = dict[int, dict[int, list[SharedSegmentEnd]]]
 """Loaded ends, by the element that stands on them and the element that carries it."""
 
 MAX_PARALLEL_SINE: Final = 0.05

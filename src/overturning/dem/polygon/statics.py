@@ -9,7 +9,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.dem.linear import highest_eigenvalue, lowest_eigenvalue, solve
 from overturning.model.contact import DAMPING_RATIO
-from overturning.model.geometry import ElementPair, PlacedElement, StretchEnd, TouchingEnd, touching_ends
+from overturning.model.geometry import ElementPair, PlacedElement, SharedSegmentEnd, TouchingEnd, touching_ends
 from overturning.model.scene import Scene
 
 MAX_FLUSH_LEAN: Final = np.radians(0.1)
@@ -24,7 +24,7 @@ class LoadedEnd(NamedTuple):
 
     pair: int
     side: int
-    end: StretchEnd
+    end: SharedSegmentEnd
     approach: float
     slip: float
 
@@ -99,7 +99,7 @@ def supporting_ends(
 
 
 def _stretch_derivatives(
-    placed: list[PlacedElement], pair: ElementPair, end: StretchEnd
+    placed: list[PlacedElement], pair: ElementPair, end: SharedSegmentEnd
 ) -> tuple[FloatArray, FloatArray]:
     """Return the derivatives of approach and slip of an end by all displacements, shape (3 · free,) each."""
     number = _displacement_slices(placed)
@@ -182,7 +182,7 @@ def contact_laws(
     normal, tangential, dashpot, friction = (np.zeros(len(pairs)) for _ in range(4))
     for index, pair in enumerate(pairs):
         a, b = placed[pair.a], placed[pair.b]
-        law = scene.law(a.element, b.element)
+        law = scene.contact_law(a.element, b.element)
         free = [item for item in (a, b) if not item.fixed]
         depth = min(a.element.depth, b.element.depth)
         lightest = min(free, key=lambda item: item.mass)

@@ -10,7 +10,7 @@ import xarray as xr
 from overturning.arrays import FloatArray
 from overturning.findings.contrast import compared_records
 from overturning.labels import azimuth_gap_label, earthquake_notes
-from overturning.model.planes import period_of
+from overturning.model.planes import azimuth_period_deg
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.report.blocks import Answer, Figure, Note, Said, section
 from overturning.report.results import Results
@@ -235,7 +235,7 @@ def _counted(results: Results) -> Iterator[str]:
         )
     # Nothing can fall along planes that were left out.
     if results.model.one_component and not results.one_axis and (gaps := azimuth_gap_label(results.cube)):
-        none = ", so that no block could fall that way" if period_of(results.cube) == PLANE_PERIOD else ""
+        none = ", so that no block could fall that way" if azimuth_period_deg(results.cube) == PLANE_PERIOD else ""
         yield f"No plane {gaps} was computed{none}: directions, axes and shares are those of the other planes."
     if with_vertical == 0:
         why = "None of these records has vertical motion"

@@ -35,7 +35,7 @@ def scene(results: Results) -> Said:
         title = f"{one.default_element} of the {one.name} scene{again}"
         stones[title] = results.reference_cube(name)
         for row in results.element_falls[name]:
-            element = row.name if several else one.free[0]
+            element = row.name if several else one.free_names[0]
             falls = (row.cases, row.falls, row.share, row.first, row.median_time)
             rows.append((f"{one.title or one.name}{again}", element, *falls))
     in_answer = study.primary.against if study.asks == "scene" else None

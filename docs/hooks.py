@@ -80,16 +80,16 @@ def commands() -> str:
 
 def keys() -> str:
     """Return the table of the keys of a study."""
-    from overturning.study.document import tables
+    from overturning.study.document import documentation_tables
 
-    return tables()["keys"]
+    return documentation_tables()["keys"]
 
 
 def columns() -> str:
     """Return the table of the columns of the record table."""
-    from overturning.study.document import tables
+    from overturning.study.document import documentation_tables
 
-    return tables()["columns"]
+    return documentation_tables()["columns"]
 
 
 def variables() -> str:

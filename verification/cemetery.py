@@ -25,8 +25,8 @@ from overturning.report.sections.population import population
 from overturning.statistics.space import plane_agreement, plane_counts
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study
-from overturning.study.scenes import NOMINAL, motion_of
-from overturning.study.sweep import scaled
+from overturning.study.scenes import NOMINAL, motion_for_variant
+from overturning.study.sweep import scale_motion
 from overturning.surveys.population import draw_stones
 from verification.tables import RESULTS, ROOT, Figure, lines_of, markdown, publish, wrap_text, write_figures
 
@@ -137,9 +137,9 @@ def simulate_each_stone(results: Results) -> str:
     planes = np.concatenate([stones.face, stones.face + 90])
     cases = Cases(planes, np.tile(stones.height, 2), np.tile(stones.b_over_h, 2), np.tile(stones.friction, 2))
     for name in results.names:
-        motion = motion_of(results.study, read_motion(STUDY / "motion" / f"{name.id}.nc"))
+        motion = motion_for_variant(results.study, read_motion(STUDY / "motion" / f"{name.id}.nc"))
         for factor in found["amplitude"].to_numpy():
-            flags = run_cases(scaled(motion, float(factor)), cases, threads=2).overturned
+            flags = run_cases(scale_motion(motion, float(factor)), cases, threads=2).overturned
             rates.append(float((np.abs(flags) == 1).reshape(2, -1).any(axis=0).mean()))
     computed = found["fall_rate"].to_numpy().ravel()
     apart = 100 * np.abs(np.array(rates) - computed)

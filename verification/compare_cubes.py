@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.variables import INT8_MISSING
-from overturning.study.answers import MAX_AZIMUTH_DIFFERENCE_DEG, compare
+from overturning.study.answers import MAX_AZIMUTH_DIFFERENCE_DEG, count_differences
 from overturning.study.cube import open_cube
 from verification.measures import ROCKS, percent
 from verification.tables import markdown
@@ -86,8 +86,8 @@ def changes(old: xr.Dataset, new: xr.Dataset) -> dict[str, str]:
     azimuths = (old.fall_azimuth.values, new.fall_azimuth.values) if "fall_azimuth" in old else None
     away = None if azimuths is None else differ_in_azimuth(*azimuths)
     firm = neighbours_agree(flags, None if azimuths is None else azimuths[0])
-    counts = compare(before, after, away)
-    firmly = compare(before[firm], after[firm], None if away is None else away[firm])
+    counts = count_differences(before, after, away)
+    firmly = count_differences(before[firm], after[firm], None if away is None else away[firm])
     turned, turned_too, stands = rotation(old), rotation(new), (before == 0) & (after == 0)
     slid, slid_too = (np.asarray(cube.peak_slip, dtype=np.float64) for cube in (old, new))
     rocks, slides = stands & (turned > ROCKS) & np.isfinite(turned_too), stands & (slid > SLIDES)

@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.run import run_cases
 from overturning.model.results import Results
 from overturning.model.status import Status
-from overturning.study.answers import Counts, compare
+from overturning.study.answers import DifferenceCounts, count_differences
 from verification.inputs import Group
 from verification.timing import Answer, time_run
 
@@ -73,10 +73,10 @@ def neighbours_agree(flags: Flags) -> NDArray[np.bool_]:
 class Difference(NamedTuple):
     """Comparison of results with a reference."""
 
-    counts: Counts
-    firm: Counts
+    counts: DifferenceCounts
+    firm: DifferenceCounts
     """Counts over the cases whose neighbours agree in the reference; empty if the set is not a grid."""
-    moving: Counts
+    moving: DifferenceCounts
     """Counts over the cases that the reference simulates."""
     rotation: FloatArray
     """Errors of peak rotation, as a share of α."""
@@ -106,9 +106,9 @@ def difference(found: Results, exact: Results, shape: Sequence[int] = ()) -> Dif
     firm = neighbours_agree(right.reshape(shape)).ravel() if shape else np.zeros(right.size, bool)
     moves = exact.status != Status.AT_REST
     return Difference(
-        compare(right, flags),
-        compare(right[firm], flags[firm]),
-        compare(right[moves], flags[moves]),
+        count_differences(right, flags),
+        count_differences(right[firm], flags[firm]),
+        count_differences(right[moves], flags[moves]),
         rotation_errors(flags, found.peak_rotation, right, exact.peak_rotation),
         int((found.status == Status.UNSTABLE).sum()),
         int(found.block_steps.sum()),
@@ -126,6 +126,6 @@ def percent(part: float, of: float) -> float:
     return 100.0 * part / of if of else float("nan")
 
 
-def error_shares(counts: Counts) -> tuple[float, float]:
+def error_shares(counts: DifferenceCounts) -> tuple[float, float]:
     """Return wrong flags, and cases that do not end on the same side (wrong flags included), both in percent."""
     return percent(counts.flags, counts.cases), percent(counts.flags + counts.sides, counts.cases)

@@ -11,7 +11,7 @@ from overturning.report.blocks import Answer, Paragraph, Table
 from overturning.report.results import Results, open_results
 from overturning.report.sections.ground import ground
 from overturning.study.load import load_study
-from overturning.study.scenes import NOMINAL, setting_of
+from overturning.study.scenes import NOMINAL, variant_settings
 from verification.tables import RESULTS, ROOT, markdown, publish, wrap_text, write_csv
 
 STUDY: Final = ROOT / "results" / "soft-ground"
@@ -31,7 +31,7 @@ def periods(results: Results) -> str:
     """Return the fundamental periods of the variants, in order."""
     found = []
     for name in results.study.variants:
-        site = setting_of(results.study, name).site
+        site = variant_settings(results.study, name).site
         if site is not None:
             found.append(4 * sum(one.thickness_m / one.velocity_m_s for one in site.layers))
     return ", ".join(f"{one:.2f} s" for one in found)

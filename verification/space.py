@@ -26,7 +26,7 @@ from overturning.model.shapes import Rectangle
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from overturning.study.load import load_study
-from overturning.study.scenes import grid_of
+from overturning.study.scenes import variant_grid
 from verification import inputs
 from verification.engines import SPACE_ENGINES, Prism, fall_azimuth, installed
 from verification.inputs import near_fault, strong_part
@@ -149,7 +149,7 @@ def convergence() -> Iterator[Figure]:
 
 def study() -> Iterator[Figure]:
     """Measure config/in-space.yaml without its ensemble: time, energy, cases computed again, and marked cases."""
-    grid, again = grid_of(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
+    grid, again = variant_grid(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
     axes = {"orientation_deg": grid.directions} | {name: grid[name] for name in grid.names[1:]}
     motions = list(near_fault().values())
     run_all(motions[:1], grid={name: values[:1] for name, values in axes.items()})

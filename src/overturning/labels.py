@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from overturning.model.planes import azimuth_gaps, azimuth_period_deg
-from overturning.study.cube import json_attribute, shown_element, study_of
-from overturning.study.scenes import NOMINAL, scene_of, size_note
+from overturning.study.cube import element_of_cube, json_attribute, study_of_cube
+from overturning.study.scenes import NOMINAL, variant_scene, variant_size_note
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -27,30 +27,30 @@ def friction_label(source: "xr.Dataset | Study", friction: float) -> str:
     if isinstance(source, Study):
         study = source
     elif "study" in source.attrs:
-        study, variant = study_of(source), source.attrs["variant"]
-    scene_has_own = study is not None and study.body is None and not scene_of(study, variant).sweeps_friction
+        study, variant = study_of_cube(source), source.attrs["variant"]
+    scene_has_own = study is not None and study.body is None and not variant_scene(study, variant).sweeps_friction
     return "µ of the scene" if scene_has_own else f"µ = {friction:g}"
 
 
 def variant_label(cube: "xr.Dataset") -> list[str]:
-    """Return the label of the variant of a cube, with its `size_note`, as a list of one.
+    """Return the label of the variant of a cube, with its `variant_size_note`, as a list of one.
 
     The list is empty for the nominal cube of a study, and for a cube without a study.
     """
     name = str(cube.attrs.get("variant", NOMINAL))
     if name == NOMINAL:
         return []
-    sizes = size_note(study_of(cube), name)
+    sizes = variant_size_note(study_of_cube(cube), name)
     return [f"variant {name}{f' ({sizes})' if sizes else ''}"]
 
 
 def element_size_note(cube: "xr.Dataset") -> str:
     """Return a note on the element or stone that H and B/H belong to; "" if it is the element of the cube."""
-    study, variant = study_of(cube), cube.attrs["variant"]
-    reference = scene_of(study, variant).reference_name
-    if shown_element(cube) != reference:
-        return f"H and B/H are those of the {reference}, not of the {shown_element(cube)}"
-    return size_note(study, variant)
+    study, variant = study_of_cube(cube), cube.attrs["variant"]
+    reference = variant_scene(study, variant).reference_name
+    if element_of_cube(cube) != reference:
+        return f"H and B/H are those of the {reference}, not of the {element_of_cube(cube)}"
+    return variant_size_note(study, variant)
 
 
 def earthquake_notes(cube: "xr.Dataset") -> list[str]:

@@ -66,9 +66,9 @@ def polar(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: 
     frictions, or comes from `overturning.simulate`, all its blocks are shown. Several records, as a list, are drawn on
     one radial scale (2-D only).
     """
-    from overturning.study.cube import shown_block
+    from overturning.study.cube import first_shown_block
 
-    return _map("polar", cube.sel(shown_block(cube)), record, title)
+    return _map("polar", cube.sel(first_shown_block(cube)), record, title)
 
 
 @_cube_figure
@@ -276,24 +276,24 @@ def response(paths: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Fi
 def _figure_of_all_records(cube: "xr.Dataset", draw: Callable[["xr.Dataset"], "Figure"]) -> "Figure":
     """Draw a figure of all records of a cube of one element and factor; its title names variant, factor and scene."""
     from overturning.figures.style import caption
-    from overturning.study.cube import in_order
+    from overturning.study.cube import sorted_for_figures
 
     if "record" not in cube.dims:
         raise ArgumentError("cube: it has no dimension record; keep the dimension: cube.sel(record=['rinaldi'])")
-    whole = in_order(cube.assign_coords(record=range(cube.sizes["record"])))
+    whole = sorted_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
     figure = draw(whole)
     caption(figure, f"{_title(whole, ())}{_stone_line(whole)}\n{figure.get_suptitle()}".strip())
     return figure
 
 
 def _select_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
-    from overturning.study.cube import in_order, record_number
+    from overturning.study.cube import record_number, sorted_for_figures
 
     number = record_number(cube, record)
     one = cube.isel(record=number) if "record" in cube.dims else cube
     unknown = {"station": "", "event": "", "fault_normal": float("nan")}  # defaults for a cube of no study
     one = one.assign_coords({name: value for name, value in unknown.items() if name not in one})
-    return in_order(one).drop_vars("record", errors="ignore").load()
+    return sorted_for_figures(one).drop_vars("record", errors="ignore").load()
 
 
 def _check_moving(motion: AnyMotion, kind: str) -> AnyMotion:
@@ -336,14 +336,18 @@ def _motion_path(one: "xr.Dataset") -> Path:
 
 def _motion_folder(cube: "xr.Dataset") -> Path:
     """Return the folder of the motions relative to the cube; `motion` for a cube that belongs to no study."""
-    from overturning.study.cube import motion_folder, study_of
+    from overturning.study.cube import motion_folder_of_cube, study_of_cube
 
     if _factor(cube) != 1.0:
         raise MissingDataError(
             f"amplitude: motions and measures exist only for the factor 1, not {_factor(cube):g}; open the cube with "
             "amplitude=1"
         )
-    return motion_folder(Path(), study_of(cube), cube.attrs["variant"]) if "study" in cube.attrs else Path("motion")
+    return (
+        motion_folder_of_cube(Path(), study_of_cube(cube), cube.attrs["variant"])
+        if "study" in cube.attrs
+        else Path("motion")
+    )
 
 
 def _measures(cube: "xr.Dataset") -> "xr.Dataset":

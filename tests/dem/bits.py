@@ -20,9 +20,9 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
-from overturning.study.gather import gather
-from overturning.study.load import study_from
-from overturning.study.scenes import numerics_of
+from overturning.study.gather import merge_parts
+from overturning.study.load import load_study_from_text
+from overturning.study.scenes import numerics_of_study
 from overturning.study.sweep import sweep_record
 from tests.dem.polygon_scenes import shipped
 from tests.dem.test_polygon_identity import FIELDS, cases_of, motion_of_noise
@@ -86,10 +86,10 @@ def space_hash(stored: Path, threads: int) -> str:
 def cube_hash(stored: Path, folder: Path, threads: int) -> str:
     """Return the hash of the cube file of a small study of one stored motion."""
     record = read_motion(stored)
-    study = study_from(json.dumps(STUDY | {"records": {"use": [record.record_id]}}))
+    study = load_study_from_text(json.dumps(STUDY | {"records": {"use": [record.record_id]}}))
     folder.mkdir(parents=True)
-    sweep_record(study, record, folder / "part.nc", numerics=numerics_of(study, threads))
-    gather(study, [record], [folder / "part.nc"], folder / "cube.nc")
+    sweep_record(study, record, folder / "part.nc", numerics=numerics_of_study(study, threads))
+    merge_parts(study, [record], [folder / "part.nc"], folder / "cube.nc")
     return hashlib.sha256((folder / "cube.nc").read_bytes()).hexdigest()
 
 

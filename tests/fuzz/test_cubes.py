@@ -19,8 +19,8 @@ from overturning.figures.explore import write_explorer
 from overturning.files import seal
 from overturning.records.record import Record
 from overturning.report import blocks
-from overturning.study.cube import open_cube, processing_of, sources_of_records, study_of
-from overturning.study.gather import gather
+from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
+from overturning.study.gather import merge_parts
 from overturning.study.load import check_study
 from overturning.study.sweep import sweep_record
 from tests.fuzz.spoiling import EVIL_WORDS, fuzz, met, scripts_of, spoilt, wrong_tree
@@ -43,7 +43,7 @@ def cube(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     wave = 6.0 * np.sin(np.arange(300) / 12.0)
     record = Record("a", wave, 0.1 * wave, None, 0.01, station="S", event="E", sha256="0" * 64)
     sweep_record(study, record, folder / "a.nc")
-    gather(study, [record], [folder / "a.nc"], folder / "cube.nc")
+    merge_parts(study, [record], [folder / "a.nc"], folder / "cube.nc")
     return (folder / "cube.nc").read_bytes()
 
 
@@ -64,7 +64,7 @@ def look_at(path: Path) -> None:
             "a script in the page"
         )
     with suppress(RuntimeError), open_cube(path) as opened:
-        study_of(opened), sources_of_records(opened), processing_of(opened)
+        study_of_cube(opened), record_sources(opened), record_provenance(opened)
 
 
 def in_a_child(read: Callable[[], Any]) -> str:

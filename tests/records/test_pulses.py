@@ -12,7 +12,7 @@ from overturning.records.catalogue import RecordEntry
 from overturning.records.earthquakes import earthquakes_of
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.read import read_record
-from overturning.study.load import check_study, entries_of
+from overturning.study.load import check_study, record_table_rows
 from tests.expect import refused
 
 
@@ -60,13 +60,13 @@ def test_a_pulse_in_the_config_is_one_line():
         {"name": "x", "records": {"pulses": {"paper-sine": "sine amplitude_gal=300 period_s=1"}}}, "x.yaml"
     )
     assert study.records.use == ("paper-sine",)
-    assert entries_of(study, "x.yaml")["paper-sine"].format == "synthetic"
+    assert record_table_rows(study, "x.yaml")["paper-sine"].format == "synthetic"
     both = check_study(
         {"name": "x", "records": {"use": ["rinaldi"], "pulses": {"r": "ricker amplitude_gal=1 period_s=1"}}}, "x"
     )
-    assert list(entries_of(both, "x")) == ["rinaldi", "r"]
+    assert list(record_table_rows(both, "x")) == ["rinaldi", "r"]
     with pytest.raises(ConfigError, match=r"x\.yaml: records\.pulses: 'rinaldi' is also in"):
-        entries_of(
+        record_table_rows(
             check_study({"name": "x", "records": {"pulses": {"rinaldi": "sine amplitude_gal=1 period_s=1"}}}, ""),
             "x.yaml",
         )

@@ -24,7 +24,7 @@ def test_nothing_from_outside_and_nothing_run(rendered: tuple[str, bytes]) -> No
 
 
 def test_recheck(hostile: Path, tmp_path: Path) -> None:
-    found = recheck(hostile / "cube.nc", cells=40)
+    found = recheck(hostile / "cube.nc", cell_count=40)
     assert found.same
     assert found.cells == 40
     assert found.ensemble_cells > 0
@@ -35,7 +35,7 @@ def test_recheck(hostile: Path, tmp_path: Path) -> None:
     with Dataset(changed, "a") as file:
         file.set_auto_maskandscale(False)
         file["overturned"][:] = 1 - file["overturned"][:]
-    spoilt = recheck(changed, hostile / "motion", cells=10)
+    spoilt = recheck(changed, hostile / "motion", cell_count=10)
     assert not spoilt.content_as_stated
     assert len(spoilt.differences) >= 5
     assert "overturned is" in spoilt.differences[0]

@@ -7,9 +7,9 @@ import numpy as np
 
 from overturning.records.record import Record
 from overturning.records.store import read_motion, write_motion
-from overturning.study.gather import gather
+from overturning.study.gather import merge_parts
 from overturning.study.load import check_study
-from overturning.study.parts import WHOLE, Chunk, parts_of
+from overturning.study.parts import WHOLE, Chunk, part_paths
 from overturning.study.schema import Study
 from overturning.study.sweep import sweep_record
 
@@ -39,10 +39,10 @@ def cube_of(
     for record in records:
         write_motion(record, folder / "motion" / f"{record.record_id}.nc")
     kept = [read_motion(folder / "motion" / f"{record.record_id}.nc") for record in records]
-    parts = parts_of(folder / "sweep" / variant, [record.record_id for record in records], chunks)
+    parts = part_paths(folder / "sweep" / variant, [record.record_id for record in records], chunks)
     for number, part in enumerate(parts):
         chunk = Chunk(number % chunks + 1, chunks) if chunks > 1 else WHOLE
         sweep_record(settings, kept[number // chunks], part, variant, chunk=chunk)
     path = folder / ("cube.nc" if variant == "nominal" else f"cube.{variant}.nc")
-    gather(settings, kept, parts, path, variant)
+    merge_parts(settings, kept, parts, path, variant)
     return path

@@ -11,12 +11,12 @@ from overturning.dem.simulate import simulate
 from overturning.errors import MissingDataError, ResultError
 from overturning.motion.motion import Motion
 from overturning.study.cube import open_cube
-from overturning.study.gather import gather
+from overturning.study.gather import merge_parts
 from overturning.study.intensity import write_intensity
 from overturning.study.load import check_study
 from overturning.study.recheck import recheck
 from overturning.study.sample import read_sample
-from overturning.study.scenes import numerics_of
+from overturning.study.scenes import numerics_of_study
 from overturning.study.sections import Verification
 from overturning.study.sweep import sweep_record
 from tests.expect import refused
@@ -40,7 +40,7 @@ def cubes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 def test_progress_increases_to_the_total_over_all_factors(tmp_path: Path) -> None:
     told: list[float] = []
     settings = check_study(SMALL | {"amplitude": [0.5, 1, 2]}, "test")
-    numerics = numerics_of(settings, progress=lambda done, whole: told.append(done / whole))
+    numerics = numerics_of_study(settings, progress=lambda done, whole: told.append(done / whole))
     sweep_record(settings, RECORD, tmp_path / "part.nc", numerics=numerics)
     assert told == sorted(told)
     assert told[-1] == pytest.approx(1.0)
@@ -77,7 +77,7 @@ def test_each_factor_is_the_motion_times_it(cubes: dict[str, Path]) -> None:
 
 
 def test_a_recheck_finds_every_factor_the_same_and_a_sample_is_as_recorded(cubes: dict[str, Path]) -> None:
-    found = recheck(cubes["three"], cells=72)
+    found = recheck(cubes["three"], cell_count=72)
     assert (found.of, found.cells, found.same) == (72, 72, True)
     samples = [read_sample(cubes[name], Verification(at_least=12)) for name in ("one", "three")]
     np.testing.assert_array_equal(*(sample.answers["overturned"] for sample in samples))
@@ -88,7 +88,7 @@ def test_the_record_itself_and_a_known_factor_are_needed(cubes: dict[str, Path])
         open_cube(cubes["three"], amplitude=3.0)
     other, parts = check_study(SMALL | {"amplitude": [1, 3]}, "test"), cubes["three"].parent / "sweep" / "nominal"
     with pytest.raises(ResultError, match="its amplitude values are not those of the study"):
-        gather(other, [RECORD], list(parts.iterdir()), cubes["three"].with_name("none.nc"))
+        merge_parts(other, [RECORD], list(parts.iterdir()), cubes["three"].with_name("none.nc"))
 
 
 def test_a_figure_of_a_factor_names_it_and_takes_no_measures_of_the_record_as_it_is(cubes: dict[str, Path]) -> None:

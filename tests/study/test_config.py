@@ -7,9 +7,9 @@ from overturning.commands.workflow import read
 from overturning.errors import ArgumentError, ConfigError
 from overturning.model.contact import ContactSettings
 from overturning.quantities import parse_quantity
-from overturning.study.document import CATALOGUE, catalogue_schema_text, schema_text, with_tables
-from overturning.study.load import check_study, entries_of, load_study, study_from
-from overturning.study.scenes import contact_of
+from overturning.study.document import CATALOGUE, catalogue_schema_text, insert_tables, schema_text
+from overturning.study.load import check_study, load_study, load_study_from_text, record_table_rows
+from overturning.study.scenes import variant_contact
 from overturning.study.values import AzimuthRange, Range
 from tests.expect import refused
 
@@ -35,22 +35,22 @@ def test_default_study_has_the_cases_that_the_readme_states() -> None:
 @pytest.mark.parametrize("name", ["near-fault.yaml", "tottori.yaml"])
 def test_shipped_studies_name_records_of_the_table(name: str) -> None:
     study = load_study(CONFIG / name)
-    assert list(entries_of(study, name, CONFIG.parent)) == list(study.records.use)
+    assert list(record_table_rows(study, name, CONFIG.parent)) == list(study.records.use)
 
 
 def test_schema_and_key_table_are_those_of_the_model() -> None:
     assert (CONFIG / "schema.json").read_text(encoding="utf-8") == schema_text(), "run: overturning study document"
     assert (CONFIG.parent / CATALOGUE).read_text(encoding="utf-8") == catalogue_schema_text()
     readme = (CONFIG / "README.md").read_text(encoding="utf-8")
-    assert readme == with_tables(readme), "run: overturning study document"
+    assert readme == insert_tables(readme), "run: overturning study document"
 
 
 def test_filled_in_study_reads_back_equal() -> None:
     study = load_study(CONFIG / "tottori.yaml")
-    assert study_from(study.model_dump_json()) == study
-    assert study_from(str(CONFIG / "tottori.yaml")) == study
+    assert load_study_from_text(study.model_dump_json()) == study
+    assert load_study_from_text(str(CONFIG / "tottori.yaml")) == study
     with pytest.raises(ConfigError, match="not valid JSON"):
-        study_from("{name:")
+        load_study_from_text("{name:")
 
 
 @pytest.mark.parametrize("path", sorted(CONFIG.glob("*.yaml")), ids=lambda path: path.stem)
@@ -207,14 +207,14 @@ def test_each_wrong_key_or_value_gives_a_line_with_the_remedy(
 def test_record_that_is_not_in_the_table() -> None:
     study = check_study({"name": "small", "records": {"use": ["rinaldy"]}}, "mine.yaml")
     with pytest.raises(ConfigError, match=r"mine.yaml: records.use: 'rinaldy' is not in .*did you mean rinaldi\?"):
-        entries_of(study, "mine.yaml", CONFIG.parent)
+        record_table_rows(study, "mine.yaml", CONFIG.parent)
 
 
 def test_record_missing_in_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     study = check_study({"name": "small", "records": {"use": ["my-own"]}}, "mine.yaml")
     with pytest.raises(ConfigError, match="there is none here but the package's: run in the study's project"):
-        entries_of(study, "mine.yaml")
+        record_table_rows(study, "mine.yaml")
 
 
 def test_unreadable_files(tmp_path: Path) -> None:
@@ -249,8 +249,8 @@ def test_contact_of_a_variant_defaults_to_that_of_the_study() -> None:
     variants = {"ringing": {"contact": {"damping": 9}}, "hard": {"contact": {"stiffness": "auto"}}}
     own = {"stiffness": 1e7, "stiffness_ratio": 0.5, "damping_ratio": 1.0}
     study = check_study(SMALL | {"contact": own, "variants": variants}, "x")
-    assert contact_of(study, "ringing") == ContactSettings(stiffness=1e7, stiffness_ratio=0.5, damping=9)
-    assert contact_of(study, "hard") == ContactSettings(stiffness_ratio=0.5, damping_ratio=1.0)
+    assert variant_contact(study, "ringing") == ContactSettings(stiffness=1e7, stiffness_ratio=0.5, damping=9)
+    assert variant_contact(study, "hard") == ContactSettings(stiffness_ratio=0.5, damping_ratio=1.0)
     for left_out in ((), {"contact"}):  # as a step of the workflow may be given it
         part = check_study(study.model_dump(mode="json", exclude=left_out), "x")
         assert part.variants == study.variants

@@ -27,14 +27,14 @@ from overturning.report.blocks import Paragraph, Table
 from overturning.report.sections.exactness import convergence
 from overturning.settings import Ensemble
 from overturning.stored import write_result
-from overturning.study.answers import Counts, compare, empty_outcomes
+from overturning.study.answers import DifferenceCounts, count_differences, empty_outcomes
 from overturning.study.convergence import Convergence, read_convergence
-from overturning.study.convergence_check import check_convergence, computations
+from overturning.study.convergence_check import check_convergence, rerun_functions
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import wilson
+from overturning.study.ensemble import wilson_interval
 from overturning.study.load import check_study
-from overturning.study.sample import Sample, choose, read_rigid, read_sample
-from overturning.study.scenes import grid_of
+from overturning.study.sample import Sample, choose_random_cells, read_rigid, read_sample
+from overturning.study.scenes import variant_grid
 from overturning.study.schema import Study
 from overturning.study.sections import Verification
 from tests.dem.near_field import strong_part
@@ -45,34 +45,34 @@ from tests.study.small_study import cube_of, study
 def test_intervals_are_scipys() -> None:
     count, total = np.array([0, 3, 200, 17, 1]), np.array([200, 200, 200, 40, 1])
     expected = [binomtest(n, of).proportion_ci(method="wilson") for n, of in zip(count, total, strict=True)]
-    low, high = wilson(count, total)
+    low, high = wilson_interval(count, total)
     np.testing.assert_allclose(np.stack([low, high], axis=1), expected, rtol=0, atol=1e-12)
 
 
 def test_interval_without_cases_is_0_to_1() -> None:
-    assert wilson(0, 0) == (0.0, 1.0)
+    assert wilson_interval(0, 0) == (0.0, 1.0)
 
 
 def test_comparison_counts_each_kind_of_change_once() -> None:
     first = np.array([0, 0, 1, 1, -1, -1, -128, 1, -128], np.int8)
     second = np.array([0, 1, 0, -1, -1, 1, 0, -128, -128], np.int8)
-    found = compare(first, second)
-    assert found == Counts(cases=6, flags=2, fallen=3, sides=2, unanswered=3)
-    assert found + found == Counts(cases=12, flags=4, fallen=6, sides=4, unanswered=6)
+    found = count_differences(first, second)
+    assert found == DifferenceCounts(cases=6, flags=2, fallen=3, sides=2, unanswered=3)
+    assert found + found == DifferenceCounts(cases=12, flags=4, fallen=6, sides=4, unanswered=6)
 
 
 def test_choice_has_the_wanted_size_no_mirrored_cell_and_none_twice() -> None:
     computed = np.ones((10, 1, 20, 2), bool)
     computed[5:] = False
-    record, cells = choose(Verification(share=0.1, at_least=7), 3, computed)
+    record, cells = choose_random_cells(Verification(share=0.1, at_least=7), 3, computed)
     assert len(record) == round(0.1 * 3 * 400)
     assert computed[tuple(cells.T)].all()
     assert len(np.unique(np.column_stack([record, cells]), axis=0)) == len(cells)
-    fewer = choose(Verification(share=0.001, at_least=50), 3, computed)
+    fewer = choose_random_cells(Verification(share=0.001, at_least=50), 3, computed)
     assert len(fewer[0]) == 50
     np.testing.assert_array_equal(fewer[1], cells[:50], "a first part of the order is a choice too")
-    assert len(choose(Verification(at_least=10_000), 3, computed)[0]) == 600, "all of a small study"
-    other = choose(Verification(share=0.1, seed=2), 3, computed)
+    assert len(choose_random_cells(Verification(at_least=10_000), 3, computed)[0]) == 600, "all of a small study"
+    other = choose_random_cells(Verification(share=0.1, seed=2), 3, computed)
     assert not np.array_equal(other[1], cells)
 
 
@@ -170,7 +170,7 @@ def test_changed_cases_are_confirmed_by_finer_steps_or_chaotic(tmp_path: Path, m
     own = done.sample.answers["overturned"][:, 0]
     other = np.where(own == 0, 1, 0).astype(np.int8)
     position = {tuple(cell): row for row, cell in enumerate(done.sample.index.tolist())}
-    grid = grid_of(settings)
+    grid = variant_grid(settings)
     axes = tuple(grid.rows.values())
 
     def made(kind: str) -> Any:
@@ -191,7 +191,7 @@ def test_changed_cases_are_confirmed_by_finer_steps_or_chaotic(tmp_path: Path, m
         return again
 
     fakes = {kind: made(kind) for kind in ("finer", "finest", "stiffer")}
-    monkeypatch.setattr("overturning.study.convergence_check.computations", lambda _: fakes)
+    monkeypatch.setattr("overturning.study.convergence_check.rerun_functions", lambda _: fakes)
     found = check_convergence(settings, done.records, replace(done.sample, block_steps=1000))
     assert found.settling.model_dump() == {
         "changed": 4,
@@ -210,7 +210,7 @@ def test_changed_cases_are_confirmed_by_finer_steps_or_chaotic(tmp_path: Path, m
 
 
 def cases_of(settings: Study, index: np.ndarray) -> Cases:
-    grid = grid_of(settings)
+    grid = variant_grid(settings)
     return grid.cases(list(index.T))
 
 
@@ -249,7 +249,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     assert rigid is not None
     # Three azimuths of two records: µ = 1 holds two of the three, 1.2 all.
     assert rigid.computed == len(rigid.record) == 2 * 3 * (2 + 3)
-    found = check_convergence(settings, records, sample, rigid=rigid).rigid
+    found = check_convergence(settings, records, sample, rigid_sample=rigid).rigid
     assert found is not None
     assert found.cells == found.cases == 30
     assert found.fallen > 3
@@ -259,7 +259,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     overturned[first], overturned[second] = 0, -overturned[second]
     wrong = replace(rigid, answers=rigid.answers.copy())
     wrong.answers["overturned"] = overturned
-    again = check_convergence(settings, records, sample, threads=2, rigid=wrong).rigid
+    again = check_convergence(settings, records, sample, threads=2, rigid_sample=wrong).rigid
     one_fall_less = dict.fromkeys(("fallen", "fallen_undivided", "fallen_agreed"), found.fallen - 1)
     one_of_each = dict.fromkeys(("flags", "sides", "flags_undivided", "sides_undivided", "sides_agreed"), 1)
     assert again == found.model_copy(update=one_fall_less | one_of_each)
@@ -268,7 +268,7 @@ def test_blocks_that_cannot_slide_are_compared_with_the_rigid_block(tmp_path: Pa
     # From under one record's blocks the ground drops by more than g: the rigid block, which stays on it, knows nothing.
     drop = np.zeros(records[1].samples)
     drop[50] = -10.0
-    hopping = check_convergence(settings, [records[0], replace(records[1], up=drop)], sample, rigid=rigid).rigid
+    hopping = check_convergence(settings, [records[0], replace(records[1], up=drop)], sample, rigid_sample=rigid).rigid
     assert hopping is not None
     assert (hopping.cases, hopping.unanswered) == (15, 15)
 
@@ -326,12 +326,12 @@ def test_scene_repetitions_are_finer_and_stiffer() -> None:
     own = run(settings.scene, motion, cases)
     steps = {
         name: again(motion, cases).block_steps.sum() / own.block_steps.sum()
-        for name, again in computations(settings).items()
+        for name, again in rerun_functions(settings).items()
     }
     finer, nominal = (
         plan_of(Planes(settings.scene), motion, cases, Numerics(refinement=refinement)) for refinement in (8, 1)
     )
-    assert computations(settings)["finer"].keywords["numerics"].refinement == 8  # type: ignore[attr-defined]
+    assert rerun_functions(settings)["finer"].keywords["numerics"].refinement == 8  # type: ignore[attr-defined]
     np.testing.assert_array_equal(finer.steps, 8 * nominal.steps)  # whole steps; ticks, and so finest ones, with them
     np.testing.assert_array_equal(finer.table["finest"], nominal.table["finest"])
     # Of the steps from the finest to the whole ones after a change of contact there are as many as before.
@@ -347,8 +347,8 @@ def test_the_gravestone_scene_is_checked_with_the_fast_kernel() -> None:
     scene = study(scene="gravestone", ensemble={"members": 0}, b_over_h=[0.2], height=[0.6])
     block = study(ensemble={"members": 0}, b_over_h=[0.2])
     motion, cases = Motion.of(short(7)), Cases([0.0, 60.0], 0.6, 0.2, 0.58)
-    for kind, again in computations(scene).items():
-        found, expected = again(motion, cases), computations(block)[kind](motion, cases)
+    for kind, again in rerun_functions(scene).items():
+        found, expected = again(motion, cases), rerun_functions(block)[kind](motion, cases)
         np.testing.assert_array_equal(found.overturned, expected.overturned)
         np.testing.assert_array_equal(found.block_steps, expected.block_steps)
 
@@ -419,7 +419,7 @@ def test_falls_in_space_whose_azimuth_moves_under_nearly_the_same_motion(
     rank = np.full(len(sample.record), -1)
     rank[fell] = np.arange(fell.size)
     position = {tuple(cell): row for row, cell in enumerate(sample.index.tolist())}
-    names, axes = zip(*grid_of(settings).rows.items(), strict=True)
+    names, axes = zip(*variant_grid(settings).rows.items(), strict=True)
     factors = set[float]()
 
     def nominal(_: Motion, cases: Cases) -> Any:
@@ -439,8 +439,8 @@ def test_falls_in_space_whose_azimuth_moves_under_nearly_the_same_motion(
             block_steps=np.full(row.size, 10),
         )
 
-    kinds = computations(settings) | {"nominal": nominal}
-    monkeypatch.setattr("overturning.study.convergence_check.computations", lambda _: kinds)
+    kinds = rerun_functions(settings) | {"nominal": nominal}
+    monkeypatch.setattr("overturning.study.convergence_check.rerun_functions", lambda _: kinds)
     weight = np.linspace(0.2, 1.0, len(sample.record))
     found = check_convergence(settings, done.records, replace(sample, weight=weight)).amplitude
     assert found is not None

@@ -24,7 +24,15 @@ from overturning.motion.motion import Motion
 from overturning.settings import Ensemble
 from overturning.study import ensemble
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import BATCH, CellEnsemble, Members, cells_to_run, draw_members, is_converged, wilson
+from overturning.study.ensemble import (
+    BATCH,
+    CellEnsemble,
+    Members,
+    cells_to_run,
+    draw_members,
+    probabilities_converged,
+    wilson_interval,
+)
 from overturning.study.load import check_study
 from overturning.study.recheck import recheck
 from tests.study.small_study import cube_of, pulse
@@ -92,23 +100,23 @@ def test_a_wrong_table(tmp_path: Path) -> None:
 
 def test_cells_near_a_change() -> None:
     flags = np.array([1, 1, 1, 1, 0, 0, 0, 0, 0, 0], np.int8)[None, None, :, None]
-    assert cells_to_run(flags, everywhere=False)[0, 0, :, 0].nonzero()[0].tolist() == [2, 3, 4, 5]
-    assert cells_to_run(flags, everywhere=True).all()
-    assert not cells_to_run(np.zeros_like(flags), everywhere=False).any()
+    assert cells_to_run(flags, run_all=False)[0, 0, :, 0].nonzero()[0].tolist() == [2, 3, 4, 5]
+    assert cells_to_run(flags, run_all=True).all()
+    assert not cells_to_run(np.zeros_like(flags), run_all=False).any()
     side = np.array([1, -1, -1, -1, -1, -1], np.int8)[None, None, :, None]
-    assert cells_to_run(side, everywhere=False)[0, 0, :, 0].nonzero()[0].tolist() == [0, 1, 2]
-    assert cells_to_run(np.zeros((3, 1, 1, 2), np.int8), everywhere=False).all()
+    assert cells_to_run(side, run_all=False)[0, 0, :, 0].nonzero()[0].tolist() == [0, 1, 2]
+    assert cells_to_run(np.zeros((3, 1, 1, 2), np.int8), run_all=False).all()
 
 
 def test_cells_near_a_change_of_fall_azimuth() -> None:
     """All fall, from one B/H to the next across north by 20°, and once by 150°; in planes a flag has the side."""
     flags = np.ones((1, 1, 8, 1), np.int8)
     azimuth = np.array([350.0, 10.0, 12.0, 14.0, 164.0, 166.0, 168.0, 170.0]).reshape(flags.shape)
-    assert not cells_to_run(flags, everywhere=False).any()
-    chosen = cells_to_run(flags, everywhere=False, azimuth_deg=azimuth)
+    assert not cells_to_run(flags, run_all=False).any()
+    chosen = cells_to_run(flags, run_all=False, fall_azimuth_deg=azimuth)
     assert chosen.ravel().nonzero()[0].tolist() == [2, 3, 4, 5]
     stands = np.array([1, 1, 1, 1, 1, 1, 1, 0], np.int8).reshape(flags.shape)
-    chosen = cells_to_run(stands, everywhere=False, azimuth_deg=np.where(stands == 1, azimuth, np.nan))
+    chosen = cells_to_run(stands, run_all=False, fall_azimuth_deg=np.where(stands == 1, azimuth, np.nan))
     assert chosen.ravel().nonzero()[0].tolist() == [2, 3, 4, 5, 6, 7]
 
 
@@ -229,7 +237,7 @@ def test_members_are_run_in_batches_of_both_scrambles() -> None:
     assert [batch.size for batch in batches] == [8, 8, 8]
     assert sorted(np.concatenate(batches)) == list(range(24))
     for batch in batches:
-        assert members.some(batch).scramble.tolist() == [0, 0, 0, 0, 1, 1, 1, 1]
+        assert members.select_members(batch).scramble.tolist() == [0, 0, 0, 0, 1, 1, 1, 1]
     # Fewer members are the first of more, so that a larger number only adds to them.
     few, size = draw_members(Ensemble(members=16)), 16
     assert np.array_equal(
@@ -244,11 +252,13 @@ def test_a_cell_is_settled_by_its_own_flags() -> None:
     flags[2, :16] = [1] * 3 + [0] * 13
     flags[3, :16] = [-1] * 4 + [1] * 12
     flags[4] = [1] * 12 + [-1] * 12
-    assert is_converged(flags, 0.19).tolist() == [True, False, True, False, True]
-    assert not is_converged(flags, 0.0).any()
-    assert not is_converged(np.full((1, 24), -128, np.int8), 0.19).any()  # no member has an outcome
+    assert probabilities_converged(flags, 0.19).tolist() == [True, False, True, False, True]
+    assert not probabilities_converged(flags, 0.0).any()
+    assert not probabilities_converged(np.full((1, 24), -128, np.int8), 0.19).any()  # no member has an outcome
     elements = np.stack([flags, np.broadcast_to(flags[:1], flags.shape)], axis=2)
-    assert np.array_equal(is_converged(elements, 0.19), is_converged(flags, 0.19))  # every element counts
+    assert np.array_equal(
+        probabilities_converged(elements, 0.19), probabilities_converged(flags, 0.19)
+    )  # every element counts
 
 
 def test_a_cell_stops_by_its_own_members(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
@@ -284,7 +294,7 @@ def test_recheck_reproduces_converged_cells(tmp_path: Path) -> None:
         assert len(np.unique(cube["members"].to_numpy())) > 1
     with netCDF4.Dataset(tmp_path / "cube.nc", "a") as cube:
         cube["peak_penetration"][:] = 99.0
-    found = recheck(tmp_path / "cube.nc", cells=18)
+    found = recheck(tmp_path / "cube.nc", cell_count=18)
     assert found.cells == found.ensemble_cells == 18
     # What was changed is found in every cell, each of them looked at once, and nothing else.
     assert len(set(found.differences)) == len(found.differences) == 18
@@ -303,7 +313,7 @@ def _stopped(probability: float, widest: float, batches: list[int]) -> dict[tupl
         going = {}
         for falls, chance in enumerate(reached):
             flags = np.array([[1] * falls + [0] * (size - falls)], np.int8)
-            if is_converged(flags, widest)[0] or size == sum(batches):
+            if probabilities_converged(flags, widest)[0] or size == sum(batches):
                 ended[falls, size] = chance
             else:
                 going[falls] = chance
@@ -318,7 +328,7 @@ def test_stopping_rule_covers_as_well_as_sixteen_members() -> None:
         for probability in np.linspace(0, 1, 101):
             cover = off = 0.0
             for (falls, size), chance in _stopped(probability, 0.19, batches).items():
-                low, high = (float(end) for end in wilson(falls, size))
+                low, high = (float(end) for end in wilson_interval(falls, size))
                 half = (high - low) / 2
                 cover += chance * (low - 1e-12 <= probability <= high + 1e-12)
                 off += chance * (falls / size - probability) ** 2
@@ -336,7 +346,7 @@ def test_stopping_rule_covers_as_well_as_sixteen_members() -> None:
 def test_where_it_is_not_run_it_is_missing(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
     members = draw_members(Ensemble(members=4))
     found = run(motion, nominal, members, everywhere=False)
-    chosen = cells_to_run(nominal["overturned"], everywhere=False)
+    chosen = cells_to_run(nominal["overturned"], run_all=False)
     assert 0 < chosen.sum() < chosen.size
     assert np.array_equal(np.isfinite(found["probability_towards"]), chosen)
     assert np.array_equal(found["members"] > 0, chosen)

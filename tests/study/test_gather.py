@@ -16,11 +16,11 @@ from overturning.model.scene import load_scene
 from overturning.model.status import Status
 from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.records.record import Record
-from overturning.study.cube import open_cube, processing_of, sources_of_records, study_of
-from overturning.study.gather import describe_cube, gather
+from overturning.study.cube import open_cube, record_provenance, record_sources, study_of_cube
+from overturning.study.gather import describe_cube, merge_parts
 from overturning.study.load import check_study
 from overturning.study.parts import write_part
-from overturning.study.scenes import grid_of, model_for
+from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
 
 NAMES = ("first", "second")
@@ -44,7 +44,7 @@ def outcome(shape: tuple[int, ...], seed: int) -> dict[str, np.ndarray]:
 
 def parts(folder: Path, pieces: int = 1) -> list[Path]:
     """Parts of the study, each record's in some pieces."""
-    grid, paths = grid_of(STUDY), []
+    grid, paths = variant_grid(STUDY), []
     for seed, name in enumerate(NAMES):
         full = outcome(grid.shape, seed)
         for piece, places in enumerate(np.array_split(np.arange(grid["azimuth"].size), pieces)):
@@ -58,16 +58,16 @@ def parts(folder: Path, pieces: int = 1) -> list[Path]:
 
 def cube(folder: Path, of: list[Record] = RECORDS, settings: Study = STUDY) -> xr.Dataset:
     """The cube of the parts of the study, or of another one or of other records."""
-    gather(settings, of, parts(folder), folder / "cube.nc")
+    merge_parts(settings, of, parts(folder), folder / "cube.nc")
     with open_cube(folder / "cube.nc") as opened:
         return opened.load()
 
 
 def test_every_cell_is_in_its_place(tmp_path: Path) -> None:
     found = cube(tmp_path)
-    assert found.attrs["block_steps"] == 2 * grid_of(STUDY)["azimuth"].size, "one a direction"
+    assert found.attrs["block_steps"] == 2 * variant_grid(STUDY)["azimuth"].size, "one a direction"
     for seed in range(2):
-        for name, values in outcome(grid_of(STUDY).shape, seed).items():
+        for name, values in outcome(variant_grid(STUDY).shape, seed).items():
             np.testing.assert_array_equal(found[name].isel(record=seed), values)
     assert found["fault_normal"].values.tolist()[0] == 120.0
     assert np.isnan(found["fault_normal"].values[1])
@@ -79,7 +79,7 @@ def test_every_cell_is_in_its_place(tmp_path: Path) -> None:
     assert found["epicentre_latitude"].values.tolist()[0] == 35.3
     assert found["epicentre_longitude"].values.tolist()[0] == 133.3
     assert np.isnan([found[name].values[1] for name in found.coords if "itude" in name]).all()
-    assert study_of(found) == STUDY
+    assert study_of_cube(found) == STUDY
 
 
 def test_sources_of_places_are_in_no_coordinate(tmp_path: Path) -> None:
@@ -87,7 +87,7 @@ def test_sources_of_places_are_in_no_coordinate(tmp_path: Path) -> None:
     places = {"coordinates_source": "survey", "fault_trace": "35 133, 36 133", "fault_trace_source": "map"}
     bare = cube(tmp_path)
     with_places = cube(tmp_path, [replace(RECORDS[0], extra=EXTRA | places), RECORDS[1]])
-    first, second = sources_of_records(with_places)
+    first, second = record_sources(with_places)
     assert {name: first[name] for name in places} == places
     assert not {*places} & {*second}
     assert with_places.identical(bare.assign_attrs(record_sources=with_places.attrs["record_sources"]))
@@ -100,8 +100,8 @@ def test_a_cube_states_if_opposite_azimuths_are_one_case(scene: str, period: flo
     with netCDF4.Dataset(tmp_path / "cube.nc", "w") as cube:
         describe_cube(cube, of_scene, [])
         assert cube["azimuth"].period == period
-    grid = grid_of(of_scene)
-    answering = np.unique(model_for(of_scene).computed_cells(grid).cell).size
+    grid = variant_grid(of_scene)
+    answering = np.unique(variant_model(of_scene).computed_cells(grid).cell).size
     assert answering == np.unique(grid["azimuth"] % period).size
     assert (answering == grid["azimuth"].size) == (period == 360)
 
@@ -116,7 +116,7 @@ def test_record_metadata_are_copied_to_the_cube(tmp_path: Path) -> None:
         assert found[name].values[0] == value
         assert found[name].values[1] == "" if isinstance(value, str) else np.isnan(found[name].values[1])
     assert found["rupture_distance"].attrs["units"] == "km"
-    accounts = processing_of(found)
+    accounts = record_provenance(found)
     assert set(accounts) == set(NAMES)
     assert accounts["first"]["data"] == "raw"
     assert accounts["first"]["duration_s"] == 0.09
@@ -138,38 +138,38 @@ def test_two_names_of_an_earthquake_are_merged_with_a_note(tmp_path: Path) -> No
 
 
 def test_pieces_in_any_order_give_the_same_bytes(tmp_path: Path) -> None:
-    gather(STUDY, RECORDS, parts(tmp_path), tmp_path / "whole.nc")
-    gather(STUDY, RECORDS, parts(tmp_path, 3)[::-1], tmp_path / "pieces.nc")
+    merge_parts(STUDY, RECORDS, parts(tmp_path), tmp_path / "whole.nc")
+    merge_parts(STUDY, RECORDS, parts(tmp_path, 3)[::-1], tmp_path / "pieces.nc")
     assert (tmp_path / "whole.nc").read_bytes() == (tmp_path / "pieces.nc").read_bytes()
 
 
 def test_missing_cells_stop_the_gathering_and_leave_no_cube(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match="no part holds all cells of second"):
-        gather(STUDY, RECORDS, parts(tmp_path, 2)[:-1], tmp_path / "cube.nc")
+        merge_parts(STUDY, RECORDS, parts(tmp_path, 2)[:-1], tmp_path / "cube.nc")
     assert not [path for path in tmp_path.iterdir() if "cube" in path.name]
 
 
 def test_part_of_another_study_is_refused(tmp_path: Path) -> None:
     other = STUDY.model_copy(update={"friction": (0.5, 0.9)})
     with pytest.raises(ResultError, match="its friction values are not those of the study"):
-        gather(other, RECORDS, parts(tmp_path), tmp_path / "cube.nc")
+        merge_parts(other, RECORDS, parts(tmp_path), tmp_path / "cube.nc")
     with pytest.raises(ResultError, match="which are not in this study"):
-        gather(STUDY, RECORDS[:1], parts(tmp_path), tmp_path / "cube.nc")
+        merge_parts(STUDY, RECORDS[:1], parts(tmp_path), tmp_path / "cube.nc")
     broken = tmp_path / "broken.nc"
     broken.write_bytes(b"CDF nothing")
     with pytest.raises(ResultError, match=r"broken\.nc: damaged"):
-        gather(STUDY, RECORDS, [broken], tmp_path / "cube.nc")
+        merge_parts(STUDY, RECORDS, [broken], tmp_path / "cube.nc")
 
 
 def test_missing_outcomes_are_missing_and_never_a_flag(tmp_path: Path) -> None:
     paths = parts(tmp_path)
-    grid = grid_of(STUDY)
+    grid = variant_grid(STUDY)
     cells = outcome(grid.shape, 0)
     cells["overturned"][2, 0, 1, 1] = INT8_MISSING
     cells["overturning_time"][2, 0, 1, 1] = FLOAT32_MISSING
     cells["status"][2, 0, 1, 1] = Status.UNDECIDED
     write_part(paths[0], grid, cells, {"record_id": "first", "variant": "nominal", "block_steps": 5})
-    gather(STUDY, RECORDS, paths, tmp_path / "cube.nc")
+    merge_parts(STUDY, RECORDS, paths, tmp_path / "cube.nc")
     with open_cube(tmp_path / "cube.nc") as cube:
         assert int(cube["overturned"].isnull().sum()) == 1
         assert np.isnan(cube["overturned"][0, 2, 0, 1, 1])
@@ -186,7 +186,7 @@ def test_record_flags_have_flag_meanings(tmp_path: Path) -> None:
 
 def test_cube_passes_the_checker_of_the_convention_it_claims(tmp_path: Path) -> None:
     path = tmp_path / "cube.nc"
-    gather(STUDY, RECORDS, parts(tmp_path), path)
+    merge_parts(STUDY, RECORDS, parts(tmp_path), path)
     program = Path(sys.executable).with_name("compliance-checker")
     done = subprocess.run(
         [program, "--test", "cf:1.11", "--criteria", "strict", str(path)], capture_output=True, text=True, check=False
@@ -208,7 +208,7 @@ def test_opening_something_else_is_refused(tmp_path: Path) -> None:
         open_cube(tmp_path)
     with pytest.raises(ResultError, match="no such cube"):
         open_cube(tmp_path / "none.nc")
-    write_part(tmp_path / "part.nc", grid_of(STUDY), outcome(grid_of(STUDY).shape, 0), {"record_id": "a"})
+    write_part(tmp_path / "part.nc", variant_grid(STUDY), outcome(variant_grid(STUDY).shape, 0), {"record_id": "a"})
     with pytest.raises(ResultError, match="not a cube"):
         open_cube(tmp_path / "part.nc")
 
@@ -220,7 +220,7 @@ def test_paths_of_this_machine_stay_out_of_the_cube(tmp_path: Path) -> None:
 
 
 def test_arrays_of_dask_are_imported_where_a_cube_is_read_by_them_and_known_then(tmp_path: Path) -> None:
-    gather(STUDY, RECORDS, parts(tmp_path), tmp_path / "cube.nc")
+    merge_parts(STUDY, RECORDS, parts(tmp_path), tmp_path / "cube.nc")
     program = f"""if True:
         import sys
         from pathlib import Path

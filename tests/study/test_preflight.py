@@ -16,7 +16,14 @@ from overturning.errors import ConfigError, MissingDataError, OverturningError
 from overturning.records.catalogue import RecordEntry
 from overturning.statistics.by_record import record_groups
 from overturning.study.load import check_study, load_study
-from overturning.study.preflight import check_files, check_packages, check_records, check_size, has_alignment, size_of
+from overturning.study.preflight import (
+    check_files,
+    check_packages,
+    check_records,
+    check_size,
+    estimate_size,
+    has_alignment,
+)
 from tests.expect import said
 from tests.records.world_writers import unam_text
 
@@ -195,15 +202,17 @@ def test_cases_that_no_run_would_compute_are_refused_before_it(keys: dict[str, A
 def test_estimated_run_time_is_near_the_measured_one() -> None:
     measured = pd.read_csv(ROOT / "verification/results/x86-64-2-cores.csv").set_index("quantity")["value"]
     processor_s = float(measured["default study, whole run: processor time"])
-    assert 0.5 < size_of(load_study(ROOT / "config/near-fault.yaml")).processor_s / processor_s < 2
-    small = size_of(mine("wtmc"))
+    assert 0.5 < estimate_size(load_study(ROOT / "config/near-fault.yaml")).processor_s / processor_s < 2
+    small = estimate_size(mine("wtmc"))
     assert 10 < small.processor_s < 100, "most of it is no case"
     assert 1e6 < small.disk_bytes < 5e6, "the report alone is half a megabyte"
 
 
 def test_the_memory_of_an_ensemble_holds_the_answers_of_its_members() -> None:
     """A flag of one byte and an azimuth of eight for each member of each case of the largest job."""
-    without, with_members = (size_of(mine("rinaldi", ensemble={"members": n}), chunks=4) for n in (0, 24))
+    without, with_members = (
+        estimate_size(mine("rinaldi", ensemble={"members": n}), chunks_per_record=4) for n in (0, 24)
+    )
     assert with_members.memory_bytes - without.memory_bytes >= 9 * 24 * with_members.cases / 4
 
 

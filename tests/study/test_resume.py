@@ -15,7 +15,13 @@ from overturning.records.record import Record
 from overturning.records.store import read_motion, write_motion
 from overturning.settings import Ensemble
 from overturning.study.ensemble import Members, draw_members
-from overturning.study.resume import backup_cubes, lock, remove_leftovers, repair, restore_cubes
+from overturning.study.resume import (
+    backup_cubes,
+    lock_folder,
+    remove_damaged_results,
+    remove_files_of_dropped_records,
+    restore_cubes,
+)
 
 
 def motion(path: Path) -> Path:
@@ -58,12 +64,12 @@ def test_only_damaged_and_incomplete_files_are_removed(tmp_path: Path) -> None:
     emptied.write_bytes(b"")
     (tmp_path / ".a.nc.x.part").write_bytes(b"half")
     (tmp_path / "convergence.json").write_text("{", encoding="utf-8")
-    assert set(repair(tmp_path)) == {cut, emptied, tmp_path / "convergence.json"}
+    assert set(remove_damaged_results(tmp_path)) == {cut, emptied, tmp_path / "convergence.json"}
     left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
     assert left == {"motion/a.nc", "cube.nc"}
     assert all(map(checksum_matches, kept))
-    assert repair(tmp_path) == []
-    assert repair(tmp_path / "none") == []
+    assert remove_damaged_results(tmp_path) == []
+    assert remove_damaged_results(tmp_path / "none") == []
 
 
 def test_files_of_a_record_that_is_no_longer_in_the_study_are_removed_and_no_others(tmp_path: Path) -> None:
@@ -89,13 +95,13 @@ def test_files_of_a_record_that_is_no_longer_in_the_study_are_removed_and_no_oth
     motion(results / "motion" / "renamed.nc").rename(results / "motion" / "other.nc")
     write_motion(Record("gone", samples, samples, None, 0.01), outside / "gone.nc")
     (results / "motion" / "linked").symlink_to(outside)
-    assert remove_leftovers(results, ["kept"]) == {"gone": len((*of_record, *drawn, *notes))}
+    assert remove_files_of_dropped_records(results, ["kept"]) == {"gone": len((*of_record, *drawn, *notes))}
     left = {path.relative_to(results).as_posix() for path in results.rglob("*") if path.is_file()}
     expected = {pattern.format("kept") for pattern in (*of_record, *drawn, *notes)} | {*own, "motion/other.nc"}
     assert left - {"motion/linked/gone.nc"} == expected
     assert (outside / "gone.nc").is_file()
-    assert remove_leftovers(results, ["kept"]) == {}
-    assert remove_leftovers(tmp_path / "none", ["kept"]) == {}
+    assert remove_files_of_dropped_records(results, ["kept"]) == {}
+    assert remove_files_of_dropped_records(tmp_path / "none", ["kept"]) == {}
 
 
 def test_a_figure_that_has_gone_makes_the_figures_again(tmp_path: Path) -> None:
@@ -106,9 +112,9 @@ def test_a_figure_that_has_gone_makes_the_figures_again(tmp_path: Path) -> None:
     (figures / "illustrative.txt").write_text(
         "illustrative/1-response.svg\nillustrative/illustrative.json\n", encoding="utf-8"
     )
-    assert repair(tmp_path) == []
+    assert remove_damaged_results(tmp_path) == []
     (figures / "illustrative" / "1-response.svg").unlink()
-    assert repair(tmp_path) == [figures / "illustrative" / "1-response.svg"]
+    assert remove_damaged_results(tmp_path) == [figures / "illustrative" / "1-response.svg"]
     assert not (figures / "illustrative.txt").exists(), "an output of the rule, which is made again then"
 
 
@@ -134,7 +140,7 @@ def test_times_ahead_keep_their_order_and_lie_ahead_no_more(tmp_path: Path) -> N
     paths = [motion(tmp_path / f"{name}.nc") for name in "abcd"]
     for path, moment in zip(paths, (now - 100, now + 7200, now + 3600, now + 3601), strict=True):
         os.utime(path, (moment, moment))
-    assert repair(tmp_path) == []
+    assert remove_damaged_results(tmp_path) == []
     after = [path.stat().st_mtime for path in paths]
     assert after[0] == pytest.approx(now - 100, abs=1e-3)
     assert after[0] < after[2] < after[3] < after[1] <= time.time()
@@ -151,10 +157,10 @@ def test_the_lock_goes_with_its_process(tmp_path: Path, monkeypatch: pytest.Monk
     assert other.stdout is not None
     assert other.stdout.readline() == "holds\n"
     with pytest.raises(ResultError, match=rf"another run works in this folder \(process {other.pid}\)"):
-        lock(file)
+        lock_folder(file)
     other.kill()
     other.communicate()
-    descriptor = lock(file)
+    descriptor = lock_folder(file)
     assert descriptor is not None
     assert file.read_text(encoding="utf-8") == str(os.getpid())
     os.close(descriptor)
@@ -170,7 +176,7 @@ def test_a_step_of_a_killed_run_is_waited_for(
     )
     while Path(f"/proc/{step.pid}/cmdline").read_bytes().split(b"\0")[0] != sys.executable.encode():
         time.sleep(0.01)
-    descriptor = lock(tmp_path / "run.lock")
+    descriptor = lock_folder(tmp_path / "run.lock")
     assert descriptor is not None
     os.close(descriptor)
     assert step.poll() is not None or step.wait(1) == 0

@@ -28,7 +28,7 @@ from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_members
 from overturning.study.load import check_study
 from overturning.study.recheck import recheck
-from overturning.study.scenes import scene_of
+from overturning.study.scenes import variant_scene
 from overturning.study.schema import Study
 from tests.expect import said
 from tests.study.small_study import cube_of, pulse
@@ -68,16 +68,16 @@ def test_a_study_without_a_scene_has_the_shipped_gravestone_with_its_own_contact
     )  # fmt: skip
     assert study.scene == gravestone() == load_scene("gravestone")
     assert (study.height, study.b_over_h, study.ensemble.members) == ((0.6,), (0.2, 0.3, 0.4), 24)
-    scene, soft = scene_of(study), scene_of(study, "soft")
+    scene, soft = variant_scene(study), variant_scene(study, "soft")
     assert scene.is_single_block
     assert scene.materials["stone"].density == soft.materials["stone"].density == 2000
     assert scene.contact_law(*scene.elements).contact == Contact(damping_ratio=0.5)
     assert soft.contact_law(*soft.elements).contact == Contact(stiffness=1e7, damping_ratio=0.5)
     again = Study.model_validate(study.model_dump(mode="json"))
     assert again == study
-    assert scene_of(again, "soft") == soft
+    assert variant_scene(again, "soft") == soft
     with pytest.raises(ConfigError, match="no variant 'hard'; known: nominal, soft"):
-        scene_of(study, "hard")
+        variant_scene(study, "hard")
 
 
 def test_a_cube_with_elements(tmp_path: Path) -> None:
@@ -225,7 +225,7 @@ def test_an_ensemble_of_a_scene_has_probabilities_of_each_element(tmp_path: Path
         several = "element" in cube["probability_towards"].dims
         assert (cube["members"] == 8).all()
     assert several == (variant == "nominal")
-    scene = scene_of(study, variant)
+    scene = variant_scene(study, variant)
     height, own = reference_element_size(scene)
     own = 0.3 if variant == "nominal" else own
     cases = Cases(
@@ -253,6 +253,6 @@ def test_a_scenes_cube_is_found_again_cell_by_cell(tmp_path: Path, variant: str)
         azimuth={"start": 0, "stop": 360, "step": 180}, b_over_h=[0.25, 0.3, 0.35], friction=[0.8],
         ensemble={"members": 2, "where": "everywhere"}, variants={"wall": {"scene": "against-a-wall"}},
     )  # fmt: skip
-    found = recheck(cube_of(study, [_record()], tmp_path, variant), cells=6)
+    found = recheck(cube_of(study, [_record()], tmp_path, variant), cell_count=6)
     assert found.differences == []
     assert found.cells == found.ensemble_cells == 6

@@ -13,12 +13,12 @@ from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import read_motion
-from overturning.study.answers import azimuths_differ, compare, empty_outcomes, outcomes_differ
+from overturning.study.answers import azimuths_differ, count_differences, empty_outcomes, outcomes_differ
 from overturning.study.convergence_check import check_convergence
-from overturning.study.cube import open_cube, study_of
+from overturning.study.cube import open_cube, study_of_cube
 from overturning.study.ensemble import draw_members
-from overturning.study.gather import gather
-from overturning.study.load import check_study, load_study, study_from
+from overturning.study.gather import merge_parts
+from overturning.study.load import check_study, load_study, load_study_from_text
 from overturning.study.recheck import recheck
 from overturning.study.sample import read_sample
 from overturning.study.schema import Study
@@ -72,7 +72,7 @@ def test_cube_has_orientation_and_aspect_in_place_of_azimuth(cube: xr.Dataset, s
     assert dict(cube.sizes) == {"record": 1, "orientation": 4, "height": 1, "b_over_h": 3, "aspect": 2, "friction": 1}
     assert cube["orientation"].to_numpy().tolist() == [0, 45, 90, 135]
     assert settings.cases == cube["overturned"].size
-    assert study_of(cube) == settings
+    assert study_of_cube(cube) == settings
     assert cube["vertical"].item() == 0
 
 
@@ -150,7 +150,7 @@ def test_ensemble_is_its_members_one_by_one(cube: xr.Dataset, settings: Study, m
 
 
 def test_recheck_finds_the_same_bits(cube_file: Path) -> None:
-    found = recheck(cube_file, cells=12)
+    found = recheck(cube_file, cell_count=12)
     assert found.same
     assert found.ensemble_cells == 12
 
@@ -170,7 +170,7 @@ def test_azimuths_fifteen_degrees_apart_are_another_direction() -> None:
     first, second = empty_outcomes(4, 1), empty_outcomes(4, 1)
     first["overturned"][:, 0] = second["overturned"][:, 0] = flags = np.array([1, 1, 1, 0], np.int8)
     first["azimuth"], second["azimuth"] = [359.0, 10.0, 100.0, np.nan], [13.0, 26.0, 110.0, np.nan]
-    found = compare(flags, flags, azimuths_differ(first, second))
+    found = count_differences(flags, flags, azimuths_differ(first, second))
     assert (found.cases, found.flags, found.fallen, found.sides) == (4, 0, 3, 1)
     assert outcomes_differ(first, second).tolist() == [False, True, False, False]
 
@@ -181,7 +181,7 @@ def test_gathering_refuses_a_part_in_planes(cube_file: Path, settings: Study, tm
     sweep_record(plane, record(), tmp_path / "a.nc")
     space = settings.model_copy(update={"ensemble": plane.ensemble})
     with pytest.raises(ResultError, match=r"another (version|study)"):
-        gather(space, [record()], [tmp_path / "a.nc"], tmp_path / "cube.nc")
+        merge_parts(space, [record()], [tmp_path / "a.nc"], tmp_path / "cube.nc")
 
 
 def test_vertical_motion_is_applied_and_flagged(tmp_path: Path) -> None:
@@ -196,10 +196,10 @@ def test_vertical_motion_is_applied_and_flagged(tmp_path: Path) -> None:
 
 
 def test_filled_in_study_reads_back_equal(settings: Study) -> None:
-    assert study_from(settings.model_dump_json()) == settings
+    assert load_study_from_text(settings.model_dump_json()) == settings
     shipped = load_study(Path(__file__).parents[2] / "config" / "in-space.yaml")
     assert len(shipped.records.use) * shipped.cases == 33_264
-    assert study_from(shipped.model_dump_json()) == shipped
+    assert load_study_from_text(shipped.model_dump_json()) == shipped
 
 
 BOULDER = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.0, 0.7]]
@@ -209,7 +209,7 @@ def test_a_polyhedron_has_its_own_sizes() -> None:
     study = check_study({"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER}}, "b")
     assert study.height == (0.7,)
     assert len(study.directions) == 72
-    assert study_from(study.model_dump_json()) == study
+    assert load_study_from_text(study.model_dump_json()) == study
 
 
 def test_a_mesh_becomes_part_of_the_study(tmp_path: Path) -> None:
@@ -219,6 +219,6 @@ def test_a_mesh_becomes_part_of_the_study(tmp_path: Path) -> None:
     study = check_study({"name": "b", "records": {"use": ["a"]}, "body": {"mesh": str(tmp_path / "stone.obj")}}, "b")
     assert study.body is not None
     assert sorted(study.body.vertices or ()) == sorted(tuple(map(float, vertex)) for vertex in BOULDER)
-    assert study_from(study.model_dump_json()) == study, "and the file is no longer needed"
+    assert load_study_from_text(study.model_dump_json()) == study, "and the file is no longer needed"
     with pytest.raises(ConfigError, match=r"gone\.obj"):
         check_study({"name": "b", "records": {"use": ["a"]}, "body": {"mesh": "gone.obj"}}, "b")

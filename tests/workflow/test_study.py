@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from overturning.study.cube import open_cube
-from overturning.study.load import study_from
-from overturning.study.scenes import grid_of
+from overturning.study.load import load_study_from_text
+from overturning.study.scenes import variant_grid
 from overturning.study.sources import source_hash
 from tests.workflow.conftest import Checkout, bytes_of
 from verification.scale.same_bytes import without_snakemake
@@ -251,4 +251,4 @@ def test_settings_too_long_for_a_command_go_through_a_file(tmp_path: Path, monke
     assert 0 < max(map(len, plan.commands)) < 1 << 17
     monkeypatch.chdir(checkout.folder)
     (sweep,) = {line.split()[3] for line in plan.commands if line.startswith("overturning sweep") and "rinaldi" in line}
-    assert set(also) <= set(grid_of(study_from(sweep))["azimuth"].tolist())
+    assert set(also) <= set(variant_grid(load_study_from_text(sweep))["azimuth"].tolist())

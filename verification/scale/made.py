@@ -14,12 +14,12 @@ from overturning.model.variables import Variable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import rounded, write_motion
-from overturning.study.gather import describe_cube, gather
+from overturning.study.gather import describe_cube, merge_parts
 from overturning.study.load import check_study
-from overturning.study.parts import Chunk, part_path, piece_of, write_part
-from overturning.study.scenes import NOMINAL, grid_of
+from overturning.study.parts import Chunk, grid_of_chunk, part_path, write_part
+from overturning.study.scenes import NOMINAL, variant_grid
 from overturning.study.schema import Study
-from overturning.study.sweep import variables_of
+from overturning.study.sweep import cube_variables
 
 FALLS: Final = 0.3
 """Share of the cells that fall, as in the default study."""
@@ -101,11 +101,11 @@ def falls_of(variable: Variable, shape: tuple[int, ...], seed: int) -> NDArray[n
 
 def write_synthetic_parts(study: Study, folder: Path, chunks: int, variant: str = NOMINAL) -> list[Path]:
     """Write the parts of every record of a study."""
-    grid, variables, paths = grid_of(study, variant), variables_of(study), []
+    grid, variables, paths = variant_grid(study, variant), cube_variables(study), []
     for number, name in enumerate(study.records.use):
         for part in range(1, chunks + 1):
             chunk = Chunk(part, chunks)
-            piece = piece_of(study, grid, chunk, variant)
+            piece = grid_of_chunk(study, grid, chunk, variant)
             values = {
                 variable.name: synthetic_values(
                     variable, piece.variable_shape(variable), 1000 * number + part, study.ensemble.members
@@ -136,14 +136,14 @@ def write_synthetic_cube(study: Study, path: Path, different: int, variant: str 
     records = list(synthetic_records(study))
     few = study.model_copy(update={"records": study.records.model_copy(update={"use": study.records.use[:different]})})
     parts = write_synthetic_parts(few, path.parent / "parts", 1, variant)
-    gather(few, records[:different], parts, path.with_name("few.nc"), variant)
+    merge_parts(few, records[:different], parts, path.with_name("few.nc"), variant)
     for part in parts:
         part.unlink()
     with Dataset(path, "w", format="NETCDF4") as cube:
         describe_cube(cube, study, records, variant)
         cube.content_sha256 = "made: random numbers"
     with h5py.File(path.with_name("few.nc")) as source, h5py.File(path, "r+") as cube:
-        for variable in variables_of(study):
+        for variable in cube_variables(study):
             blocks = source[variable.name].id
             for index in range(blocks.get_num_chunks()):
                 place = blocks.get_chunk_info(index).chunk_offset

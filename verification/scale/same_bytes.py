@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from overturning.records.store import read_motion
-from overturning.study.cube import open_cube, study_of
-from overturning.study.gather import gather
+from overturning.study.cube import open_cube, study_of_cube
+from overturning.study.gather import merge_parts
 from overturning.study.parts import WHOLE, part_path
-from overturning.study.scenes import numerics_of
+from overturning.study.scenes import numerics_of_study
 from overturning.study.sweep import sweep_record
 from verification.one_node_slurm import OPTIONS, one_node_slurm, slurm_unavailable_reason
 from verification.project import CUBE, Project
@@ -94,12 +94,12 @@ def without_snakemake(folder: Project, way: str, client: object = None) -> Run:
     """Run a study with the package only, in one piece, from motions read by the workflow; with `client` on dask."""
     begin = time.perf_counter()
     with open_cube(folder.cube) as cube:
-        settings = study_of(cube)
+        settings = study_of_cube(cube)
     records = [read_motion(folder.cube.parent / "motion" / f"{name}.nc") for name in settings.records.use]
     parts = [part_path(folder.folder / "again", name, WHOLE) for name in settings.records.use]
     for record, part in zip(records, parts, strict=True):
-        sweep_record(settings, record, part, numerics=numerics_of(settings, client=client))
-    gather(settings, records, parts, folder.folder / "cube.nc")
+        sweep_record(settings, record, part, numerics=numerics_of_study(settings, client=client))
+    merge_parts(settings, records, parts, folder.folder / "cube.nc")
     content = (folder.folder / "cube.nc").read_bytes()
     return Run(way, CUBE, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts))
 

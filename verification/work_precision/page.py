@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from overturning.model.contact import STATIC_PENETRATION
-from overturning.study.ensemble import wilson
+from overturning.study.ensemble import wilson_interval
 from verification.measures import order
 from verification.tables import Figure, lines_of, markdown
 from verification.work_precision.boundaries import RESOLUTION
@@ -83,7 +83,7 @@ def figures(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> list[Figur
 
 
 def _share(count: float, total: float) -> str:
-    low, high = map(float, wilson(count, total))
+    low, high = map(float, wilson_interval(count, total))
     return f"{100 * count / max(total, 1):.2f} % ({int(count)} of {int(total)}; {100 * low:.2f} to {100 * high:.2f})"
 
 

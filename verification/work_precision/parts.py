@@ -18,7 +18,7 @@ from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, parse_schem
 from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.results import Results
 from overturning.model.scene import gravestone
-from overturning.study.answers import compare
+from overturning.study.answers import count_differences
 from verification.engines import ENGINES, Engine, installed, side_of_block
 from verification.inputs import (
     Group,
@@ -132,7 +132,7 @@ def errors(found: Results, right: tuple[Flags, FloatArray]) -> Row:
 
 def error_counts(flags: Flags, right: Flags) -> Row:
     """Return counts as columns of the table."""
-    found = compare(right, flags).model_dump()
+    found = count_differences(right, flags).model_dump()
     return {"wrong_flags": found.pop("flags"), "wrong_sides": found.pop("sides"), **found}
 
 

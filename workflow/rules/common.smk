@@ -22,16 +22,16 @@ from overturning.study.preflight import (
     check_size,
     job_seconds,
     fits_single_page,
-    size_of,
+    estimate_size,
 )
 from overturning.study.load import check_study, read_study
 from overturning.study.resume import (
     DAMAGED,
     backup_cubes,
-    lock,
+    lock_folder,
     restore_cubes,
-    remove_leftovers,
-    repair,
+    remove_files_of_dropped_records,
+    remove_damaged_results,
 )
 from overturning.study.sources import source_hash
 from snakemake_logger_plugin_overturning import QUERY_OPTIONS
@@ -73,14 +73,14 @@ def load():
             read_survey(Path(survey.stones))
         if workflow.is_main_process:
             results = Path("results", study.name)
-            # Requests that compute nothing need neither the lock nor a repair.
+            # Requests that compute nothing need neither the lock_folder nor a remove_damaged_results.
             if not (workflow.output_settings.dryrun or QUERY_OPTIONS & set(sys.argv)):
                 check_results(results)
-                lock(Path(".snakemake", "run.lock"))
+                lock_folder(Path(".snakemake", "run.lock_folder"))
                 restore_cubes(results)  # kept by an interrupted run
-                for path in repair(results):
+                for path in remove_damaged_results(results):
                     logger.warning(f"{DAMAGED}{path}")
-                for name, count in remove_leftovers(results, entries).items():
+                for name, count in remove_files_of_dropped_records(results, entries).items():
                     logger.warning(
                         f"record {name} is no longer in the study: removed its {count} files in {results}"
                     )
@@ -156,7 +156,7 @@ BATCHES = {
 }
 
 # Memory and time limit of one job of the sweep, for a cluster; the limit is five times the expected time.
-SIZE = size_of(STUDY, CHUNKS)
+SIZE = estimate_size(STUDY, CHUNKS)
 SWEEP_MB = round(SIZE.memory_bytes / 1e6)
 READING_MB = round(SIZE.reading_bytes / 1e6)
 SECONDS = job_seconds(STUDY, CHUNKS)

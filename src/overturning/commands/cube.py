@@ -55,7 +55,7 @@ def figure(
     if kind == "polar" and (height or friction):
         draw = KINDS["blocks"]
     with open_cube(cube, chunks={"record": 1}, amplitude=None) as data:
-        chosen = select_blocks(data, cube, height, friction, one=kind == "polar")
+        chosen = select_blocks(data, cube, height, friction, single=kind == "polar")
         drawn = draw(chosen, record) if of_one else draw(chosen)
     set_title(drawn, title)
     warning = save_with_checks(drawn, output, dpi=dpi, width=inches, font=font)
@@ -77,11 +77,11 @@ def findings(
     from overturning.findings.collect import findings as collect
     from overturning.findings.collect import write_findings
     from overturning.findings.lines import finding_lines
-    from overturning.study.load import study_from
+    from overturning.study.load import load_study_from_text
 
     if output is not None:
         check_output(output, "--output", ".json")
-    found = collect(cube, study_from(study) if study else None)
+    found = collect(cube, load_study_from_text(study) if study else None)
     if output is not None:
         write_findings(found, output)
         print(output)
@@ -103,7 +103,7 @@ def recheck(
     """Compute a random sample of cells again and report whether the results are identical on this machine."""
     from overturning.study.recheck import recheck as compute_again
 
-    result = compute_again(cube, motions, cells=cells, seed=seed)
+    result = compute_again(cube, motions, cell_count=cells, seed=seed)
     if not result.content_as_stated:
         print(f"{cube}: its numbers do not match its content hash; the file was changed after it was written")
     for line in result.differences[:10]:

@@ -31,7 +31,7 @@ def explore(
     from overturning.figures.explore import write_explorer
     from overturning.files import check_output
     from overturning.study.cube import open_cube, record_number
-    from overturning.study.load import study_from
+    from overturning.study.load import load_study_from_text
 
     # The page of a variant is explore.NAME.html, so that it does not replace that of the study.
     path = output or cube.with_name(cube.name.replace("cube", "explore", 1)).with_suffix(".html")
@@ -41,5 +41,5 @@ def explore(
         chosen = data.isel(record=[record_number(data, name) for name in names])
         beside = path.with_name("report.html")
         link = report if report is not None else beside.name if beside.is_file() else ""
-        write_explorer(chosen, path, study_from(study) if study else None, link)
+        write_explorer(chosen, path, load_study_from_text(study) if study else None, link)
     print(path)

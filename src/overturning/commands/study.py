@@ -56,7 +56,13 @@ def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> No
     """Check a study before a run: keys, missing or damaged files, number of cases; and estimate time and memory."""
     from overturning.study.doubts import doubtful_settings
     from overturning.study.load import load_study
-    from overturning.study.preflight import check_files, check_packages, check_primary, check_records, check_size
+    from overturning.study.preflight import (
+        check_files,
+        check_packages,
+        check_records,
+        check_size,
+        note_on_primary_statistic,
+    )
     from overturning.surveys.responses import stone_kinds
     from overturning.surveys.stones import read_survey_with_notes
 
@@ -71,7 +77,7 @@ def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> No
         stones, notes, doubts = read_survey_with_notes(Path(survey.stones))
         searched += stone_kinds(stones, survey.stones) if survey.backwards else []
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
-    for note in (*check_records(study, entries), *check_primary(study, entries)):
+    for note in (*check_records(study, entries), *note_on_primary_statistic(study, entries)):
         print(note)
     print(f"{path}: study {study.name!r}, {size}")
     if searched:
@@ -110,7 +116,7 @@ def new(
     from overturning.errors import ArgumentError, ConfigError
     from overturning.files import atomic_write, check_output
     from overturning.study.document import study_template
-    from overturning.study.load import entries_of, load_study
+    from overturning.study.load import load_study, record_table_rows
     from overturning.study.preflight import has_alignment
 
     path = folder / f"{name}.yaml"
@@ -121,7 +127,7 @@ def new(
     with atomic_write(path) as part:
         part.write_text(study_template(name, ids, title, step), encoding="utf-8")
         try:
-            entries = entries_of(load_study(part), str(path))
+            entries = record_table_rows(load_study(part), str(path))
         except ConfigError as error:  # name the requested file, not the temporary one
             raise ConfigError(str(error).replace(str(part), str(path))) from None
         if has_alignment(entries.values()):

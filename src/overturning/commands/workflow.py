@@ -51,10 +51,10 @@ def read(
     from overturning.records.processing import process
     from overturning.records.read import read_samples
     from overturning.records.store import write_motion
-    from overturning.study.load import entries_of, study_from
+    from overturning.study.load import load_study_from_text, record_table_rows
 
-    settings = study_from(study)
-    entries = entries_of(settings, settings.name)
+    settings = load_study_from_text(study)
+    entries = record_table_rows(settings, settings.name)
     if record not in entries:
         raise ArgumentError(f"--record {record}: not in the study {settings.name}; it has {', '.join(entries)}")
     entry = entries[record]
@@ -66,9 +66,9 @@ def read(
 def _with_records(study: str, motions: Path) -> tuple[Any, list[Any]]:
     """Return the study and the processed motions of its records."""
     from overturning.records.store import read_motion
-    from overturning.study.load import study_from
+    from overturning.study.load import load_study_from_text
 
-    settings = study_from(study)
+    settings = load_study_from_text(study)
     return settings, [read_motion(motions / f"{name}.nc") for name in settings.records.use]
 
 
@@ -81,12 +81,14 @@ def surface(
     """Compute the motions of all records at the surface of the soil of a variant."""
     from overturning.records.processing import process
     from overturning.records.store import write_motion
-    from overturning.study.scenes import setting_of
+    from overturning.study.scenes import variant_settings
 
     settings, records = _with_records(study, motions)
     for rock in records:
         write_motion(
-            process(rock, (), setting_of(settings, variant).site), output / f"{rock.record_id}.nc", unprocessed=rock
+            process(rock, (), variant_settings(settings, variant).site),
+            output / f"{rock.record_id}.nc",
+            unprocessed=rock,
         )
 
 
@@ -96,10 +98,10 @@ def describe(
     """Add station, event and site from the record table to the motions of all records."""
     from overturning.records import read
     from overturning.records.store import read_motion, read_unprocessed, write_motion
-    from overturning.study.load import entries_of, study_from
+    from overturning.study.load import load_study_from_text, record_table_rows
 
-    settings = study_from(study)
-    for name, entry in entries_of(settings, settings.name).items():
+    settings = load_study_from_text(study)
+    for name, entry in record_table_rows(settings, settings.name).items():
         path = motions / f"{name}.nc"
         before = read_unprocessed(path)
         labelled = None if before is None else read.describe(before, entry)
@@ -116,9 +118,9 @@ def rotate(study: Study, motions: Motions, output: NetCDF) -> None:
 def members(study: Study, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]) -> None:
     """Draw the random members of the study's ensemble, once for all jobs."""
     from overturning.study.ensemble import draw_members
-    from overturning.study.load import study_from
+    from overturning.study.load import load_study_from_text
 
-    draw_members(study_from(study).ensemble).write(output)
+    draw_members(load_study_from_text(study).ensemble).write(output)
 
 
 def sweep(
@@ -133,14 +135,14 @@ def sweep(
     """Simulate all cases of one record, or one chunk of them."""
     from overturning.records.store import read_motion
     from overturning.study.ensemble import Members
-    from overturning.study.load import study_from
+    from overturning.study.load import load_study_from_text
     from overturning.study.parts import Chunk
-    from overturning.study.scenes import numerics_of
+    from overturning.study.scenes import numerics_of_study
     from overturning.study.sweep import sweep_record
 
-    settings, part = study_from(study), Chunk.parse(chunk)
+    settings, part = load_study_from_text(study), Chunk.parse(chunk)
     record, drawn = read_motion(motion), Members.read(members) if members else None
-    numerics = numerics_of(settings, threads, _percent_lines())
+    numerics = numerics_of_study(settings, threads, _percent_lines())
     sweep_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 
 
@@ -153,11 +155,11 @@ def gather(
     chunks: Chunks = 1,
 ) -> None:
     """Combine the parts of a sweep into the cube."""
-    from overturning.study.gather import gather as gather_parts
-    from overturning.study.parts import parts_of
+    from overturning.study.gather import merge_parts as gather_parts
+    from overturning.study.parts import part_paths
 
     settings, records = _with_records(study, motions)
-    gather_parts(settings, records, parts_of(parts, settings.records.use, chunks), output, variant)
+    gather_parts(settings, records, part_paths(parts, settings.records.use, chunks), output, variant)
 
 
 def fragility(
@@ -177,10 +179,10 @@ def fragility(
         write_openquake,
     )
     from overturning.study.cube import open_cube
-    from overturning.study.load import study_from
+    from overturning.study.load import load_study_from_text
     from overturning.surveys.population import fragility_curves, population_rates
 
-    settings = study_from(study)
+    settings = load_study_from_text(study)
     if settings.population is None:
         raise ConfigError(f"{settings.name}: no population; add the key population to the study")
     with open_cube(cube, amplitude=None) as outcomes, xr.open_dataset(intensity) as measures:
@@ -221,14 +223,14 @@ def record_figures(
 
     from overturning.figures.record import draw_record_figures
     from overturning.figures.write import write_figure
-    from overturning.study.gather import gather as gather_parts
-    from overturning.study.parts import parts_of
+    from overturning.study.gather import merge_parts as gather_parts
+    from overturning.study.parts import part_paths
 
     settings, records = _with_records(study, motions)
     write = partial(write_figure, settings.figures)
     with TemporaryDirectory() as folder:
         cube = Path(folder) / "cube.nc"
-        gather_parts(settings, records, parts_of(parts, settings.records.use, chunks), cube)
+        gather_parts(settings, records, part_paths(parts, settings.records.use, chunks), cube)
         draw_record_figures(cube, intensity, motions, output, write)
 
 
@@ -238,9 +240,9 @@ def figures(study: Study, cube: Cube, intensity: Intensity, output: Figures) -> 
 
     from overturning.figures.study import draw_study_figures
     from overturning.figures.write import write_figure
-    from overturning.study.load import study_from
+    from overturning.study.load import load_study_from_text
 
-    draw_study_figures(cube, intensity, output, partial(write_figure, study_from(study).figures))
+    draw_study_figures(cube, intensity, output, partial(write_figure, load_study_from_text(study).figures))
 
 
 def illustrative(cube: Cube, motions: Motions, output: Figures) -> None:
@@ -258,9 +260,9 @@ def report(
 ) -> None:
     """Write the report of a study."""
     from overturning.report.write import write_report
-    from overturning.study.load import study_from
+    from overturning.study.load import load_study_from_text
 
-    write_report(results, output, pdf, study_from(study) if study else None)
+    write_report(results, output, pdf, load_study_from_text(study) if study else None)
 
 
 def crate(
@@ -270,10 +272,10 @@ def crate(
 ) -> None:
     """Write study.yaml and ro-crate-metadata.json, which describe the results as a research crate (RO-Crate)."""
     from overturning.study.crate import write_crate
-    from overturning.study.load import study_from
+    from overturning.study.load import load_study_from_text
 
     names = made if "\n" in made else Path(made).read_text(encoding="utf-8")
-    write_crate(study_from(study), results, [Path(name) for name in names.splitlines()])
+    write_crate(load_study_from_text(study), results, [Path(name) for name in names.splitlines()])
 
 
 STEPS = (

@@ -35,10 +35,10 @@ from overturning.labels import variant_label
 from overturning.model.falls import model_of
 from overturning.model.planes import azimuth_period_deg
 from overturning.model.symmetry import PLANE_PERIOD
-from overturning.study.cube import presented_study, shown_block, study_of
+from overturning.study.cube import first_shown_block, study_of_cube, study_with_presentation
 from overturning.study.film_options import film_options
 from overturning.study.preflight import MAX_CELLS_PER_PAGE
-from overturning.study.scenes import scene_of
+from overturning.study.scenes import variant_scene
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def explorer_data(
         Function that receives the number and the cells of each record and stores them; the returned data then does not
         contain them.
     study : Study, optional
-        Study whose title, question and `figures` the page shows; by default the `presented_study`.
+        Study whose title, question and `figures` the page shows; by default the `study_with_presentation`.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def explorer_data(
     """
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
-    model, study = model_of(cube), presented_study(cube, study)
+    model, study = model_of(cube), study_with_presentation(cube, study)
     degrees = _rotations_in_degrees(cube, one.sizes["element"])
     turn_step = DEGREE_STEP if any(degrees) else ALPHA_STEP
     first = _initial_selection(one, study)
@@ -158,8 +158,10 @@ def _title(one: "xr.Dataset", study: Study | None) -> str:
 def _initial_selection(one: "xr.Dataset", study: Study | None) -> dict[str, int]:
     """Return the indices of the height, friction and element shown first: those that the report shows."""
     names = one["element"].to_numpy().tolist()
-    element = scene_of(study_of(one), one.attrs["variant"]).default_element if len(names) > 1 else names[0]
-    block = {name: one[name].to_numpy().tolist().index(value) for name, (value,) in shown_block(one, study).items()}
+    element = variant_scene(study_of_cube(one), one.attrs["variant"]).default_element if len(names) > 1 else names[0]
+    block = {
+        name: one[name].to_numpy().tolist().index(value) for name, (value,) in first_shown_block(one, study).items()
+    }
     return {"height": 0, "friction": one.sizes["friction"] - 1, **block, "element": names.index(element)}
 
 
@@ -167,7 +169,7 @@ def _reference_note(one: "xr.Dataset") -> list[str]:
     """Return a note that names the element to which heights and B/H refer; empty for a cube of one element."""
     if one.sizes["element"] == 1:
         return []
-    return [f"H and B/H of the {scene_of(study_of(one), one.attrs['variant']).reference_name}"]
+    return [f"H and B/H of the {variant_scene(study_of_cube(one), one.attrs['variant']).reference_name}"]
 
 
 def _rotations_in_degrees(cube: "xr.Dataset", elements: int) -> list[bool]:

@@ -19,8 +19,8 @@ from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.illustrative import IllustrativeCase, illustrative_cases
-from overturning.study.cube import open_records, study_of
-from overturning.study.scenes import model_for, motion_of, numerics_of
+from overturning.study.cube import open_records, study_of_cube
+from overturning.study.scenes import motion_for_variant, numerics_of_study, variant_model
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -45,9 +45,9 @@ CaseFigure = tuple[str, "Figure", str, dict[str, float]]
 
 
 def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Path, number: int) -> DrawnCase:
-    study, one = study_of(cube), cube.isel(record=case.record).load()
+    study, one = study_of_cube(cube), cube.isel(record=case.record).load()
     record = str(one["record_id"].item())
-    motion = motion_of(study, read_motion(motions / f"{record}.nc"))
+    motion = motion_for_variant(study, read_motion(motions / f"{record}.nc"))
     paths = trajectories(study, motion, case.block, case.direction_deg)
     place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
     title = f"{place}: {block_label(study, case.block)}"
@@ -78,7 +78,7 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
 
 def block_label(study: Study, block: dict[str, float]) -> str:
     """Return slenderness, height and friction of a block as text for a title."""
-    oblong = f", D/B = {block['aspect']:g}" if model_for(study).has_free_aspect else ""
+    oblong = f", D/B = {block['aspect']:g}" if variant_model(study).has_free_aspect else ""
     coefficient = friction_label(study, block["friction"])
     return f"B/H = {block['b_over_h']:.3g}{oblong}, H = {block['height']:.3g} m, {coefficient}"
 
@@ -113,11 +113,11 @@ def trajectories(
     study: Study, motion: Motion, block: dict[str, float], directions_deg: Sequence[float]
 ) -> list["xr.Dataset"]:
     """Return the trajectories of a block of a study, one for each direction, degrees."""
-    model = model_for(study)
+    model = variant_model(study)
     own = {
         "b_over_h": not model.has_free_slenderness,
         "friction": isinstance(model, Planes) and not model.scene.sweeps_friction,
     }
     given = {name: value for name, value in block.items() if not own.get(name)}
-    options: dict[str, Any] = {**given, **vars(numerics_of(study))}
+    options: dict[str, Any] = {**given, **vars(numerics_of_study(study))}
     return [trajectory(motion, model, **options, **{f"{model.direction}_deg": angle}) for angle in directions_deg]

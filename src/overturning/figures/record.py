@@ -12,8 +12,8 @@ from overturning.figures.style import style
 from overturning.figures.write import Write, save
 from overturning.model.scene import gravestone
 from overturning.records.store import read_motion, read_unprocessed
-from overturning.study.cube import open_cube, shown_block, shown_element, study_of
-from overturning.study.scenes import scene_of
+from overturning.study.cube import element_of_cube, first_shown_block, open_cube, study_of_cube
+from overturning.study.scenes import variant_scene
 
 
 def draw_record_figures(
@@ -43,7 +43,7 @@ def draw_record_figures(
         Positions of the records to draw; all by default.
     """
     with open_cube(cube_path) as cube, xr.open_dataset(intensity_path) as intensity:
-        everyone, study, stone = intensity["record_id"].to_numpy().tolist(), study_of(cube), stone_label(cube)
+        everyone, study, stone = intensity["record_id"].to_numpy().tolist(), study_of_cube(cube), stone_label(cube)
         for index in range(cube.sizes["record"]) if numbers is None else numbers:
             one = cube.isel(record=index).load()
             name, station = (str(one[key].item()) for key in ("record_id", "station"))
@@ -53,7 +53,10 @@ def draw_record_figures(
             motion = motions / f"{name}.nc"
             used = read_motion(motion)
             with style():
-                write(map_figure(one.sel(shown_block(one)), f"{title}{stone}", around["pgv"]), folder / "polar" / name)
+                write(
+                    map_figure(one.sel(first_shown_block(one)), f"{title}{stone}", around["pgv"]),
+                    folder / "polar" / name,
+                )
                 if study.several_blocks:
                     write(map_figure(one, f"{title}{stone}", around["pgv"]), folder / "blocks" / name)
                 write(intensity_figure(around, float(one["fault_normal"]), title), folder / "intensity" / name)
@@ -68,9 +71,9 @@ def stone_label(cube: xr.Dataset) -> str:
 
     It names the element to which H and B/H refer if this is another one. Empty for the default gravestone.
     """
-    scene = scene_of(study_of(cube), cube.attrs["variant"])
+    scene = variant_scene(study_of_cube(cube), cube.attrs["variant"])
     if scene.name == gravestone().name:
         return ""
-    shown = shown_element(cube)
+    shown = element_of_cube(cube)
     sizes = "" if shown == scene.reference_name else f", by H and B/H of the {scene.reference_name}"
     return f"\n{scene.title or scene.name}: {shown}{sizes}"

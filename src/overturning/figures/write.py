@@ -214,8 +214,8 @@ def refill_folder(folder: Path) -> Iterator[None]:
     """Empty a folder before the block that fills it, and list its files afterwards.
 
     The number of files is not known in advance, and files of an earlier study must not be taken for those of this one.
-    The list goes into a file next to the folder, ``maps.txt`` for ``maps/``; `overturning.study.resume.repair` reads
-    it.
+    The list goes into a file next to the folder, ``maps.txt`` for ``maps/``, which
+    `overturning.study.resume.remove_damaged_results` reads.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.iterdir():

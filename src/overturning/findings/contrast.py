@@ -10,8 +10,8 @@ from overturning.records.site import Site
 from overturning.statistics.bootstrap import mean_over_earthquakes, share_over_earthquakes
 from overturning.statistics.elements import ElementFalls, compare_stones, contrast
 from overturning.statistics.falls import shares_by_record
-from overturning.study.cube import processing_of
-from overturning.study.scenes import NOMINAL, contact_of, scene_of, setting_of, uses_vertical
+from overturning.study.cube import record_provenance
+from overturning.study.scenes import NOMINAL, uses_vertical, variant_contact, variant_scene, variant_settings
 from overturning.study.schema import Study
 
 
@@ -88,10 +88,10 @@ SHARE = "share of the cases that overturn"
 
 def differences(study: Study, variant: str, against: str) -> list[str]:
     """Return the settings in which two variants differ: scene, contact, vertical, site."""
-    one, other = setting_of(study, variant), setting_of(study, against)
+    one, other = variant_settings(study, variant), variant_settings(study, against)
     differing = {
         "scene": (one.scene or study.scene) != (other.scene or study.scene),
-        "contact": contact_of(study, variant) != contact_of(study, against),
+        "contact": variant_contact(study, variant) != variant_contact(study, against),
         "vertical": uses_vertical(study, variant) != uses_vertical(study, against),
         "site": one.site != other.site,
     }
@@ -155,7 +155,7 @@ def elements_of(results: Results) -> list[ElementFinding]:
     if not several and not any(variant.scene for variant in study.variants.values()):
         return []
     return [
-        _element(name, scene_of(study, name), row, "element" in cube.dims)
+        _element(name, variant_scene(study, name), row, "element" in cube.dims)
         for name, cube in results.cubes.items()
         for row in results.element_falls[name]
     ]
@@ -177,7 +177,7 @@ def _element(setting: str, scene: Scene, row: ElementFalls, several: bool) -> El
 def ground_of(results: Results) -> list[GroundFinding]:
     """Compute the fall rates of the population on each ground; empty without variants through soil or population."""
     sites: dict[str, Site | None] = {NOMINAL: None}
-    sites |= {name: setting_of(results.study, name).site for name in results.study.variants}
+    sites |= {name: variant_settings(results.study, name).site for name in results.study.variants}
     sites = {name: site for name, site in sites.items() if site is not None or name == NOMINAL}
     if len(sites) == 1 or not results.populations:
         return []
@@ -185,7 +185,7 @@ def ground_of(results: Results) -> list[GroundFinding]:
     for factor in map(float, results.populations[NOMINAL]["amplitude"].to_numpy()):
         for name, site in sites.items():
             rate = results.populations[name].sel(amplitude=factor)["fall_rate"]
-            accounts = processing_of(results.cubes[name]).values()
+            accounts = record_provenance(results.cubes[name]).values()
             layers = site.layers if site is not None else ()
             found.append(
                 GroundFinding(

@@ -21,8 +21,8 @@ from overturning.statistics.falls import fall_means, overturns
 from overturning.statistics.fragility import Fragility
 from overturning.statistics.space import plane_counts
 from overturning.study.convergence import Convergence, read_convergence
-from overturning.study.cube import open_records, study_of
-from overturning.study.scenes import NOMINAL, scene_of
+from overturning.study.cube import open_records, study_of_cube
+from overturning.study.scenes import NOMINAL, variant_scene
 from overturning.study.schema import Study
 from overturning.surveys.comparison import SurveyResult, read_survey
 from overturning.surveys.population import fragility_curves, population_rates
@@ -141,7 +141,7 @@ class Results:
     @property
     def free_elements(self) -> tuple[str, ...]:
         """Names of the free elements of the scene."""
-        return scene_of(self.study).free_names
+        return variant_scene(self.study).free_names
 
     @cached_property
     def record_means(self) -> xr.Dataset:
@@ -217,7 +217,7 @@ CLASSES = 3
 
 
 def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
-    return cube.sel(element=scene_of(study, variant).default_element) if "element" in cube.dims else cube
+    return cube.sel(element=variant_scene(study, variant).default_element) if "element" in cube.dims else cube
 
 
 @contextmanager
@@ -239,7 +239,7 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
     with ExitStack() as stack:
         # Each file is opened once: read through two handles at a time, it crashed the library below.
         nominal = cube_of(NOMINAL)
-        study = study_of(nominal)
+        study = study_of_cube(nominal)
         if beside is not None:
             named = (survey.model_copy(update={"stones": portable_name(survey.stones)}) for survey in beside.surveys)
             own = {name: getattr(beside, name) for name in REPORT_KEYS}

@@ -12,7 +12,7 @@ from overturning.model.status import Status
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
 from overturning.statistics.falls import shares_by_record, shares_near_normal
-from overturning.study.cube import processing_of
+from overturning.study.cube import record_provenance
 
 
 class StudyFacts(Finding):
@@ -145,7 +145,7 @@ def cases_of(results: Results) -> Cases:
 def records_of(results: Results) -> list[RecordFacts]:
     """Return the records with their peaks and the falls under them."""
     cube, intensity, found = results.cube, results.intensity, results.record_means
-    azimuth, accounts = intensity["azimuth"].to_numpy(), processing_of(cube)
+    azimuth, accounts = intensity["azimuth"].to_numpy(), record_provenance(cube)
     shares, groups = shares_by_record(cube).to_numpy(), record_groups(cube)
     at_rest = cube["status"] == Status.AT_REST
     still = at_rest.all([name for name in at_rest.dims if name != "record"]).compute().to_numpy()

@@ -15,8 +15,8 @@ from overturning.findings import results as findings
 from overturning.findings.results import RecordName
 from overturning.report.words import Words, words_of
 from overturning.statistics.by_record import record_groups
-from overturning.study.cube import shown_block
-from overturning.study.scenes import scene_of
+from overturning.study.cube import first_shown_block
+from overturning.study.scenes import variant_scene
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class Results(findings.Results):
     @property
     def words(self) -> Words:
         """Phrases for the model of the cube."""
-        return words_of(self.cube, len(scene_of(self.study).free_names))
+        return words_of(self.cube, len(variant_scene(self.study).free_names))
 
     @property
     def of_known(self) -> str:
@@ -61,7 +61,7 @@ class Results(findings.Results):
         if len(self.names) <= MOST_MAPS:
             return list(self.names)
         members = next(iter(record_groups(self.cube).values()))
-        block = self.cube["overturned"].sel(shown_block(self.cube, self.study))
+        block = self.cube["overturned"].sel(first_shown_block(self.cube, self.study))
         falls = members & (abs(block) == 1).any([name for name in block.dims if name != "record"]).to_numpy()
         chosen = zip(self.names, falls if falls.any() else members, strict=True)
         one_each = {name.event: name for name, own in reversed(list(chosen)) if own}

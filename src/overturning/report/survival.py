@@ -8,7 +8,7 @@ from overturning.errors import ResultError
 from overturning.report.blocks import Section, table
 from overturning.report.plain import plain_lines
 from overturning.report.text import counted, percent, share
-from overturning.study.ensemble import wilson
+from overturning.study.ensemble import wilson_interval
 from overturning.surveys.standing import (
     BOUND_PROBABILITY,
     LARGEST_SHARE_BEYOND,
@@ -86,6 +86,6 @@ def _standing_stones(upright: int, fell: int, years: float, bound: float) -> str
             f"with {percent(BOUND_PROBABILITY)} probability; they share their earthquakes and count as one. The "
             "hazard is bounded in the line of their class alone, which is not sought by the sizes in the survey"
         )
-    low, high = wilson(upright, upright + fell)
+    low, high = wilson_interval(upright, upright + fell)
     standing_share = share(upright / (upright + fell), float(low), float(high))
     return f"{upright} of {upright + fell} stones stand, {standing_share}; where some fell no bound is given"

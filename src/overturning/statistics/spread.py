@@ -9,7 +9,7 @@ from scipy.special import comb
 
 from overturning.arrays import FloatArray
 from overturning.settings import Ensemble
-from overturning.study.ensemble import BATCH, intervals_within
+from overturning.study.ensemble import BATCH, intervals_within_half_width
 
 MAX_RUNS_PER_CELL: Final = 128
 """Largest number of runs per cell for which stopping orders are enumerated."""
@@ -78,7 +78,7 @@ def first_batch_estimate(
         possible = orders[places] > 0
         found.flat[ended[possible]] = (sums[places] / np.where(possible, orders[places], 1.0))[possible]
         i, j = _decode_counts(made)
-        unsettled = ~intervals_within(i, np.minimum(j, made), made, settings.half_width)
+        unsettled = ~intervals_within_half_width(i, np.minimum(j, made), made, settings.half_width)
         more = max(min(BATCH, settings.members - made), 1)
         orders, sums = (np.convolve(one * unsettled, _order_counts(more)) for one in (orders, sums))
         made += more

@@ -15,14 +15,16 @@ CaseOutcomes = NDArray[np.void]
 """Structured array of outcomes with the fields `overturned`, `azimuth` and `block_steps`; see `empty_outcomes`."""
 
 
-def empty_outcomes(count: int, elements: int) -> CaseOutcomes:
-    """Create an array of outcomes: flag of each element, azimuth of a 3-D fall, degrees (otherwise NaN), steps."""
-    answers = np.zeros(count, [("overturned", np.int8, (elements,)), ("azimuth", "f4"), ("block_steps", np.int64)])
+def empty_outcomes(case_count: int, element_count: int) -> CaseOutcomes:
+    """Create a structured array of outcomes: flag of each element, azimuth of a 3-D fall, degrees, and block steps."""
+    answers = np.zeros(
+        case_count, [("overturned", np.int8, (element_count,)), ("azimuth", "f4"), ("block_steps", np.int64)]
+    )
     answers["azimuth"] = np.nan
     return answers
 
 
-class Counts(BaseModel):
+class DifferenceCounts(BaseModel):
     """Counts of cases whose outcomes in two computations differ."""
 
     cases: int  # with an outcome in both
@@ -31,32 +33,39 @@ class Counts(BaseModel):
     sides: int  # of these, to the other side, or azimuths differ by `MAX_AZIMUTH_DIFFERENCE_DEG` or more (3-D)
     unanswered: int  # without an outcome in one or both
 
-    def __add__(self, other: "Counts") -> "Counts":
-        return Counts(**{name: getattr(self, name) + getattr(other, name) for name in Counts.model_fields})
+    def __add__(self, other: "DifferenceCounts") -> "DifferenceCounts":
+        return DifferenceCounts(
+            **{name: getattr(self, name) + getattr(other, name) for name in DifferenceCounts.model_fields}
+        )
 
 
-def compare(first: NDArray[np.int8], second: NDArray[np.int8], elsewhere: NDArray[np.bool_] | None = None) -> Counts:
-    """Count the differences between two arrays of `overturned`: +1, −1, 0, or −128 without an outcome.
+def count_differences(
+    first_flags: NDArray[np.int8], second_flags: NDArray[np.int8], azimuths_differ: NDArray[np.bool_] | None = None
+) -> DifferenceCounts:
+    """Count the differences between two arrays of outcome flags: +1, −1, 0, or −128 without an outcome.
 
-    `elsewhere` is True for 3-D cases whose two falls have different directions; in planar models the flags show it.
+    `azimuths_differ` is True for 3-D cases whose two falls have different directions; in planar models the flags show
+    it.
     """
-    known = (first != INT8_MISSING) & (second != INT8_MISSING)
-    fell, fell_too = first != 0, second != 0
+    known = (first_flags != INT8_MISSING) & (second_flags != INT8_MISSING)
+    fell, fell_too = first_flags != 0, second_flags != 0
     both = known & fell & fell_too
-    other = first != second if elsewhere is None else (first != second) | elsewhere
+    other = first_flags != second_flags if azimuths_differ is None else (first_flags != second_flags) | azimuths_differ
     counted = {"cases": known, "flags": known & (fell != fell_too), "fallen": both, "sides": both & other}
-    return Counts(**{name: int(mask.sum()) for name, mask in (counted | {"unanswered": ~known}).items()})
+    return DifferenceCounts(**{name: int(mask.sum()) for name, mask in (counted | {"unanswered": ~known}).items()})
 
 
 def azimuths_differ(
-    first: CaseOutcomes, second: CaseOutcomes, aside_deg: float = MAX_AZIMUTH_DIFFERENCE_DEG
+    first_outcomes: CaseOutcomes, second_outcomes: CaseOutcomes, min_difference_deg: float = MAX_AZIMUTH_DIFFERENCE_DEG
 ) -> NDArray[np.bool_]:
-    """True for 3-D cases that fall in both, with azimuths at least `aside_deg` apart; False for planar models."""
-    both = ((first["overturned"] == 1) & (second["overturned"] == 1)).all(axis=1)
-    turn = np.where(both, first["azimuth"], 0.0) - np.where(both, second["azimuth"], 0.0)
-    return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= aside_deg)
+    """True for 3-D cases that fall in both computations, with azimuths at least `min_difference_deg` apart."""
+    both = ((first_outcomes["overturned"] == 1) & (second_outcomes["overturned"] == 1)).all(axis=1)
+    turn = np.where(both, first_outcomes["azimuth"], 0.0) - np.where(both, second_outcomes["azimuth"], 0.0)
+    return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= min_difference_deg)
 
 
-def outcomes_differ(first: CaseOutcomes, second: CaseOutcomes) -> NDArray[np.bool_]:
+def outcomes_differ(first_outcomes: CaseOutcomes, second_outcomes: CaseOutcomes) -> NDArray[np.bool_]:
     """True for cases in which the outcome of any element differs; shape (n,)."""
-    return (first["overturned"] != second["overturned"]).any(axis=1) | azimuths_differ(first, second)
+    return (first_outcomes["overturned"] != second_outcomes["overturned"]).any(axis=1) | azimuths_differ(
+        first_outcomes, second_outcomes
+    )

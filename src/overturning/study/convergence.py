@@ -6,7 +6,7 @@ from typing import Final
 from pydantic import BaseModel
 
 from overturning.stored import read_result
-from overturning.study.answers import Counts
+from overturning.study.answers import DifferenceCounts
 
 AMPLITUDE_PERTURBATION: Final = 1e-9
 """Relative increase of the motion, far below its accuracy, that shows whether an outcome is chaotic."""
@@ -21,7 +21,7 @@ WARN_ABOVE: Final = 0.01
 """Share of changed flags above which the report warns; cells with a divided ensemble are not counted."""
 
 
-class Outcome(Counts):
+class ElementChanges(DifferenceCounts):
     """Changes of the outcomes of one element; the name is empty for a single block."""
 
     element: str
@@ -33,17 +33,17 @@ class Outcome(Counts):
     sides_agreed: int  # of these, that fall to the other side
 
 
-class Rigid(Outcome):
+class RigidComparison(ElementChanges):
     """Changes of outcomes between the study and the exact rigid block."""
 
     cells: int  # number of cells of the study with blocks that cannot slide
 
 
-class Repetition(BaseModel):
+class RerunResult(BaseModel):
     """Cases that were run again, or the reason why they were refused."""
 
     block_steps: int
-    outcomes: list[Outcome]
+    outcomes: list[ElementChanges]
     refused: str = ""
 
 
@@ -81,11 +81,11 @@ class Convergence(BaseModel):
     cost: float
     finer_by: int
     stiffer_by: float
-    finer: Repetition
-    stiffer: Repetition
+    finer: RerunResult
+    stiffer: RerunResult
     settling: RefinementOfChanges
     amplitude: AmplitudeChange | None  # None for planar models
-    rigid: Rigid | None  # None if no cell has a block that cannot slide
+    rigid: RigidComparison | None  # None if no cell has a block that cannot slide
 
 
 def read_convergence(path: Path) -> Convergence:

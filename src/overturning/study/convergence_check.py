@@ -24,20 +24,20 @@ from overturning.model.results import Results
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.answers import CaseOutcomes, azimuths_differ, compare, outcomes_differ
+from overturning.study.answers import CaseOutcomes, azimuths_differ, count_differences, outcomes_differ
 from overturning.study.convergence import (
     AMPLITUDE_PERTURBATION,
     AMPLITUDE_REACH,
     MIN_AZIMUTH_SHIFT_DEG,
     AmplitudeChange,
     Convergence,
-    Outcome,
+    ElementChanges,
     RefinementOfChanges,
-    Repetition,
-    Rigid,
+    RerunResult,
+    RigidComparison,
 )
 from overturning.study.sample import Sample
-from overturning.study.scenes import grid_of, model_for, motion_of, numerics_of
+from overturning.study.scenes import motion_for_variant, numerics_of_study, variant_grid, variant_model
 from overturning.study.schema import Study
 from overturning.units import STANDARD_GRAVITY
 
@@ -60,28 +60,28 @@ def check_convergence(
     sample: Sample,
     threads: int = 1,
     progress: Progress | None = None,
-    rigid: Sample | None = None,
+    rigid_sample: Sample | None = None,
 ) -> Convergence:
-    """Run chosen cases again with finer steps and with stiffer springs, within the allowed cost.
+    """Rerun a sample of cases with finer time steps and with stiffer contact springs, within the allowed cost.
 
     Stiffer springs are run first, in growing batches; their block steps predict the cost of finer steps. Finer steps
     are run for the first cases of the same random order, as many as the remaining allowance permits, and both results
     are evaluated for these cases. `records` are the processed records in the order of the study, whose `verification`
     must be settings, not "none". The result does not depend on the number of threads. `progress` is called with the
-    number of finished cases and of all cases of both runs. The cells `rigid`, from `read_rigid`, are compared with the
-    exact rigid block.
+    number of finished cases and of all cases of both runs. The cells `rigid_sample`, from `read_rigid`, are compared
+    with the exact rigid block.
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it
     allowed = round(settings.cost * sample.block_steps)
-    runs = _Runs(study, records, sample, threads, progress)
+    runs = _SampleReruns(study, records, sample, threads, progress)
     # If springs four times stiffer are refused (numerical limits), only the finer steps are run.
-    if runs.run_affordable("stiffer", 1.0 + FINER_OVER_STIFFER, allowed):
+    if runs.run_affordable_cases("stiffer", 1.0 + FINER_OVER_STIFFER, allowed):
         spent = runs.answers["stiffer"]["block_steps"]
         affordable = np.cumsum(FINER_OVER_STIFFER * spent)
-        runs.run("finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right")))
+        runs.run_up_to("finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right")))
     else:
-        runs.run_affordable("finer", 1.0, allowed)
+        runs.run_affordable_cases("finer", 1.0, allowed)
     count = len(runs.answers["finer"])
     done = sum(int(one["block_steps"].sum()) for one in runs.answers.values())
     return Convergence(
@@ -95,110 +95,119 @@ def check_convergence(
         cost=settings.cost,
         finer_by=FINER,
         stiffer_by=STIFFER,
-        finer=runs.outcome("finer", count),
-        stiffer=runs.outcome("stiffer", count),
-        settling=(settling := runs.settle(count, allowed - done)),
-        amplitude=runs.change_amplitude(count, allowed - done - settling.block_steps),
-        rigid=None if rigid is None else _Runs(study, records, rigid, threads, None).compare_with_rigid(),
+        finer=runs.changes_of_first_cases("finer", count),
+        stiffer=runs.changes_of_first_cases("stiffer", count),
+        settling=(settling := runs.confirm_changes(count, allowed - done)),
+        amplitude=runs.rerun_with_changed_amplitude(count, allowed - done - settling.block_steps),
+        rigid=None
+        if rigid_sample is None
+        else _SampleReruns(study, records, rigid_sample, threads, None).compare_with_rigid(),
     )
 
 
-class _Runs:
-    """Reruns of the first cases of a sample; the arrays of outcomes grow with each batch."""
+class _SampleReruns:
+    """Reruns of the first cases of a sample, in growing batches, and their outcomes."""
 
     def __init__(
         self, study: Study, records: Sequence[Record], sample: Sample, threads: int, progress: Progress | None
     ) -> None:
         self.sample, self.threads, self.progress = sample, threads, progress
-        self.motions, self.grid = [motion_of(study, record) for record in records], grid_of(study)
-        self.computations: dict[str, Callable[[Motion, Cases], Any]] = {**computations(study), "rigid": rigid_reference}
-        self.one_component = model_for(study).one_component
+        self.motions, self.grid = [motion_for_variant(study, record) for record in records], variant_grid(study)
+        self.computations: dict[str, Callable[[Motion, Cases], Any]] = {
+            **rerun_functions(study),
+            "rigid": rigid_reference,
+        }
+        self.one_component = variant_model(study).one_component
         self.answers = dict.fromkeys(("finer", "stiffer"), sample.answers[:0])
         self.refused: dict[str, str] = {}
 
-    def run_affordable(self, kind: str, factor: float, allowed: int) -> bool:
-        """Run first cases until `factor` times their block steps reaches `allowed`; False if refused."""
+    def run_affordable_cases(self, rerun_kind: str, step_factor: float, allowed_steps: int) -> bool:
+        """Rerun the first cases, as many as the allowed block steps permit; False if a rerun is refused."""
         most = len(self.sample.record)
         size = min(PILOT_CASES, most, max(self.sample.computed // 12, 1))
         while size > 0:
-            done = len(self.answers[kind]) + size
-            if not self.run(kind, done):
+            done = len(self.answers[rerun_kind]) + size
+            if not self.run_up_to(rerun_kind, done):
                 return False
-            mean = factor * float(self.answers[kind]["block_steps"].mean())
-            affordable = most if mean == 0 else min(most, int(0.95 * allowed / mean))
+            mean = step_factor * float(self.answers[rerun_kind]["block_steps"].mean())
+            affordable = most if mean == 0 else min(most, int(0.95 * allowed_steps / mean))
             size = min(affordable - done, 3 * done)
         return True
 
-    def run(self, kind: str, until: int) -> bool:
-        """Continue until `until` cases have been run again; False if they are refused."""
+    def run_up_to(self, rerun_kind: str, case_count: int) -> bool:
+        """Rerun further cases until `case_count` have been run again; False if they are refused."""
         try:
-            more = self._compute(kind, np.arange(len(self.answers[kind]), until))
+            more = self._rerun_cases(rerun_kind, np.arange(len(self.answers[rerun_kind]), case_count))
         except ArgumentError as error:
-            self.refused[kind] = str(error)
+            self.refused[rerun_kind] = str(error)
             return False
-        self.answers[kind] = np.concatenate([self.answers[kind], more])
+        self.answers[rerun_kind] = np.concatenate([self.answers[rerun_kind], more])
         if self.progress:
             self.progress(sum(map(len, self.answers.values())), 2 * len(self.sample.record))
         return True
 
-    def _compute(self, kind: str, rows: NDArray[np.int64], amplitude: float = 1.0) -> CaseOutcomes:
-        """Run cases under motions scaled by an amplitude."""
-        answers = np.zeros(rows.size, self.sample.answers.dtype)
+    def _rerun_cases(self, rerun_kind: str, case_numbers: NDArray[np.int64], amplitude: float = 1.0) -> CaseOutcomes:
+        """Rerun cases of the sample under motions scaled by an amplitude, and return their outcomes."""
+        answers = np.zeros(case_numbers.size, self.sample.answers.dtype)
 
-        def one(number: int) -> None:
-            mine = self.sample.record[rows] == number
-            chosen = self.sample.index[rows[mine]]
+        def run_record(record_number: int) -> None:
+            mine = self.sample.record[case_numbers] == record_number
+            chosen = self.sample.index[case_numbers[mine]]
             cases = self.grid.cases(list(chosen.T), amplitude=amplitude)
-            results = self.computations[kind](self.motions[number], cases)
+            results = self.computations[rerun_kind](self.motions[record_number], cases)
             answers["overturned"][mine] = results.overturned.reshape(len(chosen), -1)
             answers["azimuth"][mine] = getattr(results, "fall_azimuth", np.nan)
             answers["block_steps"][mine] = getattr(results, "block_steps", 0)
 
         with ThreadPoolExecutor(max_workers=self.threads) as pool:
-            list(pool.map(one, np.unique(self.sample.record[rows]).tolist()))
+            list(pool.map(run_record, np.unique(self.sample.record[case_numbers]).tolist()))
         return answers
 
-    def outcome(self, kind: str, count: int) -> Repetition:
-        """Count the changes among the first cases."""
-        if kind in self.refused:
-            return Repetition(block_steps=0, outcomes=[], refused=self.refused[kind])
-        outcomes = self._changed(self.answers[kind][:count])
-        return Repetition(block_steps=int(self.answers[kind]["block_steps"].sum()), outcomes=outcomes)
+    def changes_of_first_cases(self, rerun_kind: str, case_count: int) -> RerunResult:
+        """Count the outcomes that a kind of rerun changes among the first cases of the sample."""
+        if rerun_kind in self.refused:
+            return RerunResult(block_steps=0, outcomes=[], refused=self.refused[rerun_kind])
+        outcomes = self._count_changes(self.answers[rerun_kind][:case_count])
+        return RerunResult(block_steps=int(self.answers[rerun_kind]["block_steps"].sum()), outcomes=outcomes)
 
-    def _changed(self, again: CaseOutcomes) -> list[Outcome]:
+    def _count_changes(self, rerun_outcomes: CaseOutcomes) -> list[ElementChanges]:
         """Count the changes of each element between the study and a rerun of the first cases."""
-        count, outcomes = len(again), []
+        count, outcomes = len(rerun_outcomes), []
         own = self.sample.answers[:count]
-        away = azimuths_differ(own, again)
+        away = azimuths_differ(own, rerun_outcomes)
         for column, name in enumerate(self.grid.element or ("",)):
-            before, after = own["overturned"][:, column], again["overturned"][:, column]
+            before, after = own["overturned"][:, column], rerun_outcomes["overturned"][:, column]
             sure = ~self.sample.divided[:count, column]
             one_way = ~self.sample.apart[:count, column]
             counts, those, agreed = (
-                compare(before[chosen], after[chosen], away[chosen]) for chosen in (np.ones_like(sure), sure, one_way)
+                count_differences(before[chosen], after[chosen], away[chosen])
+                for chosen in (np.ones_like(sure), sure, one_way)
             )
             undivided = {
                 "undivided": those.cases, "flags_undivided": those.flags, "sides_undivided": those.sides,
                 "fallen_undivided": those.fallen,
                 "fallen_agreed": agreed.fallen, "sides_agreed": agreed.sides,
             }  # fmt: skip
-            outcomes.append(Outcome(element=name, **undivided, **counts.model_dump()))
+            outcomes.append(ElementChanges(element=name, **undivided, **counts.model_dump()))
         return outcomes
 
-    def compare_with_rigid(self) -> Rigid:
+    def compare_with_rigid(self) -> RigidComparison:
         """Compare the outcomes of all cases of the sample with the exact rigid block."""
         every = np.arange(len(self.sample.record))
-        (found,) = self._changed(self._compute("rigid", every))
-        return Rigid(cells=self.sample.computed, **found.model_dump())
+        (found,) = self._count_changes(self._rerun_cases("rigid", every))
+        return RigidComparison(cells=self.sample.computed, **found.model_dump())
 
-    def settle(self, count: int, allowed: int) -> RefinementOfChanges:
+    def confirm_changes(self, case_count: int, allowed_steps: int) -> RefinementOfChanges:
         """Run the changed cases again with the finest steps and a perturbed motion, within the allowed block steps."""
-        own, finer = self.sample.answers[:count], self.answers["finer"][:count]
+        own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
         changed = np.flatnonzero(known & outcomes_differ(finer, own))
         # Cost: steps half as long (2), and the finer steps once more (1).
-        rows = changed[3 * np.cumsum(finer["block_steps"][changed]) <= allowed]
-        finest, nudged = self._compute("finest", rows), self._compute("finer", rows, 1.0 + AMPLITUDE_PERTURBATION)
+        rows = changed[3 * np.cumsum(finer["block_steps"][changed]) <= allowed_steps]
+        finest, nudged = (
+            self._rerun_cases("finest", rows),
+            self._rerun_cases("finer", rows, 1.0 + AMPLITUDE_PERTURBATION),
+        )
         kept = ~outcomes_differ(nudged, finer[rows])
         return RefinementOfChanges(
             changed=changed.size,
@@ -208,18 +217,18 @@ class _Runs:
             block_steps=int(finest["block_steps"].sum() + nudged["block_steps"].sum()),
         )
 
-    def change_amplitude(self, count: int, allowed: int) -> AmplitudeChange | None:
+    def rerun_with_changed_amplitude(self, case_count: int, allowed_steps: int) -> AmplitudeChange | None:
         """Run the falls among the first cases again under weaker and stronger motions, as far as allowed; 3-D only."""
-        own, finer = self.sample.answers[:count], self.answers["finer"][:count]
+        own, finer = self.sample.answers[:case_count], self.answers["finer"][:case_count]
         if self.one_component:
             return None
         falls = np.flatnonzero((own["overturned"] == 1).all(axis=1))
         factors = 1.0 + AMPLITUDE_REACH * np.array([-1.0, -0.5, 0.5, 1.0])
         # Estimate the cost from the finer steps.
-        rows = falls[np.cumsum(finer["block_steps"][falls]) * (factors.size / FINER) <= allowed]
+        rows = falls[np.cumsum(finer["block_steps"][falls]) * (factors.size / FINER) <= allowed_steps]
         moved, stood, steps = np.zeros(rows.size, np.bool_), np.zeros(rows.size, np.bool_), 0
         for factor in factors:
-            again = self._compute("nominal", rows, float(factor))
+            again = self._rerun_cases("nominal", rows, float(factor))
             moved |= azimuths_differ(own[rows], again, MIN_AZIMUTH_SHIFT_DEG)
             stood |= (again["overturned"] == 0).any(axis=1)
             steps += int(again["block_steps"].sum())
@@ -243,12 +252,12 @@ def rigid_reference(motion: Motion, cases: Cases) -> Any:
     return found._replace(overturned=np.where(left, np.int8(INT8_MISSING), found.overturned))
 
 
-def computations(study: Study) -> dict[str, Callable[[Motion, Cases], Results]]:
+def rerun_functions(study: Study) -> dict[str, Callable[[Motion, Cases], Results]]:
     """Return the functions that rerun nominal cases: unchanged, with finer and finest steps, with stiffer springs.
 
     A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.
     """
-    numerics, model = numerics_of(study), model_for(study)
+    numerics, model = numerics_of_study(study), variant_model(study)
     step = numerics.time_step
     finer, finest = (replace(numerics, refinement=times * FINER) for times in (1, 2))
     shorter = replace(numerics, time_step=step if isinstance(step, str) else step / np.sqrt(STIFFER))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 from overturning.errors import ResultError
 from overturning.files import project_folders, read_mapping, write_text
 from overturning.study.cube import CONFIGURATION
-from overturning.study.load import portable
+from overturning.study.load import without_absolute_paths
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ _MEDIA: Final = {
 }
 
 
-def write_crate(study: Study, results: Path, made: Sequence[Path]) -> None:
+def write_crate(study: Study, results: Path, produced_files: Sequence[Path]) -> None:
     """Write ``ro-crate-metadata.json`` and the configuration, ``study.yaml``, into a study's folder of results.
 
     Parameters
@@ -84,7 +84,7 @@ def write_crate(study: Study, results: Path, made: Sequence[Path]) -> None:
         The study, as it was run.
     results : Path
         The folder.
-    made : sequence of Path
+    produced_files : sequence of Path
         Files and folders of results to describe, the cube among them, all in that folder.
 
     Raises
@@ -95,33 +95,33 @@ def write_crate(study: Study, results: Path, made: Sequence[Path]) -> None:
     import yaml
     from rocrate.rocrate import ROCrate
 
-    text = yaml.safe_dump(portable(study), allow_unicode=True, sort_keys=False, width=120)
+    text = yaml.safe_dump(without_absolute_paths(study), allow_unicode=True, sort_keys=False, width=120)
     write_text(results / CONFIGURATION, text)
-    cube = _about_cube(results / "cube.nc")
-    program = _about_program()
+    cube = _cube_metadata(results / "cube.nc")
+    program = _program_metadata()
     crate = ROCrate(version="1.1")
     crate.metadata.extra_terms = _TERMS
     root = crate.root_dataset
     root["name"] = study.title or study.name
     root["description"] = f"{study.question} Results of the study {study.name} by overturning: {program['abstract']}"
     root["datePublished"] = str(study.crate.date or program["date-released"])
-    root["license"] = _terms(crate, study.crate.licence or _NO_LICENCE)
+    root["license"] = _licence_entity(crate, study.crate.licence or _NO_LICENCE)
     if study.crate.authors:
         named = enumerate(study.crate.authors, 1)
         root["author"] = _unwrap_single(
-            _entity(crate, f"#author-{number}", "Person", name=name) for number, name in named
+            _add_entity(crate, f"#author-{number}", "Person", name=name) for number, name in named
         )
     records = _add_records(crate, cube["records"])
-    files = _add_files(crate, results, made, records)
+    files = _add_files(crate, results, produced_files, records)
     versions = {
-        name: _entity(crate, f"#{name}", "SoftwareApplication", name=name, version=version, softwareVersion=version)
+        name: _add_entity(crate, f"#{name}", "SoftwareApplication", name=name, version=version, softwareVersion=version)
         for name, version in cube["versions"].items()
     }
     overturning = versions.pop("overturning")
-    overturning["license"] = _terms(crate, f"https://spdx.org/licenses/{program['license']}")
+    overturning["license"] = _licence_entity(crate, f"https://spdx.org/licenses/{program['license']}")
     overturning["softwareRequirements"] = _unwrap_single(versions.values())
     configuration = files.pop(CONFIGURATION)
-    root["mentions"] = _entity(
+    root["mentions"] = _add_entity(
         crate,
         "#run",
         "CreateAction",
@@ -139,7 +139,7 @@ _NO_LICENCE: Final = (
 )
 
 
-def _about_cube(path: Path) -> dict[str, Any]:
+def _cube_metadata(path: Path) -> dict[str, Any]:
     """Records of a cube with source, hash, licence and names, and the versions of the packages that made it."""
     import netCDF4
 
@@ -152,7 +152,7 @@ def _about_cube(path: Path) -> dict[str, Any]:
         raise ResultError(f"{path}: cannot be read ({problem}); run the study again") from None
 
 
-def _about_program() -> dict[str, Any]:
+def _program_metadata() -> dict[str, Any]:
     """Read the citation metadata (CITATION.cff) of this version of the program."""
     files = (root / "CITATION.cff" for root in project_folders())
     return read_mapping(next(file for file in files if file.is_file()), "citation", "citation-file-format.github.io")
@@ -164,25 +164,25 @@ def _unwrap_single(values: Iterable[Any]) -> Any:
     return listed[0] if len(listed) == 1 else listed
 
 
-def _entity(crate: "ROCrate", key: str, kind: str, **properties: Any) -> Any:
+def _add_entity(crate: "ROCrate", entity_id: str, entity_type: str, **properties: Any) -> Any:
     """Add an entity that is not a file of the crate; empty properties are left out."""
     from rocrate.model.contextentity import ContextEntity
 
     stated = {name: value for name, value in properties.items() if value not in ("", [])}
-    return crate.add(ContextEntity(crate, key, properties={"@type": kind, **stated}))
+    return crate.add(ContextEntity(crate, entity_id, properties={"@type": entity_type, **stated}))
 
 
-def _terms(crate: "ROCrate", licence: str) -> Any:
+def _licence_entity(crate: "ROCrate", licence: str) -> Any:
     """Return the entity of a licence, identified by its URL, or by a hash of its text."""
     key = licence if licence.startswith("http") else f"#licence-{hashlib.sha256(licence.encode()).hexdigest()[:8]}"
     name = key.rpartition("/")[2] if key is licence else licence
-    return crate.get(key) or _entity(crate, key, "CreativeWork", name=name, description=f"Terms of use: {licence}")
+    return crate.get(key) or _add_entity(crate, key, "CreativeWork", name=name, description=f"Terms of use: {licence}")
 
 
-def _add_records(crate: "ROCrate", rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _add_records(crate: "ROCrate", record_rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Add the input records, by id. Many must not be redistributed, so the crate has only the hash of each."""
     return {
-        row["id"]: _entity(
+        row["id"]: _add_entity(
             crate,
             f"#record-{row['id']}",
             "CreativeWork",
@@ -190,15 +190,17 @@ def _add_records(crate: "ROCrate", rows: Sequence[dict[str, Any]]) -> dict[str, 
             description=", ".join(filter(None, row["where"])) or "Ground motion",
             identifier=row["source"],
             sha256=row["sha256"],
-            license=_terms(crate, row["licence"]) if row["licence"] else "",
+            license=_licence_entity(crate, row["licence"]) if row["licence"] else "",
         )
-        for row in rows
+        for row in record_rows
     }
 
 
-def _add_files(crate: "ROCrate", results: Path, made: Sequence[Path], records: dict[str, Any]) -> dict[str, Any]:
+def _add_files(
+    crate: "ROCrate", results: Path, produced_files: Sequence[Path], records: dict[str, Any]
+) -> dict[str, Any]:
     """Add the files of the crate, grouped by folder, and return them by their path in the crate."""
-    paths = [below for path in made for below in (path.rglob("*") if path.is_dir() else [path])]
+    paths = [below for path in produced_files for below in (path.rglob("*") if path.is_dir() else [path])]
     names = {path.relative_to(results).as_posix(): path for path in paths if path.name[0] != "." and not path.is_dir()}
     names[CONFIGURATION] = results / CONFIGURATION
     files = {name: _add_file(crate, name, names[name], records) for name in sorted(names)}

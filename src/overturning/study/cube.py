@@ -15,7 +15,7 @@ from overturning.model.falls import model_of
 from overturning.model.grid import AXES
 from overturning.model.symmetry import FULL_TURN
 from overturning.study.load import check_study, load_study
-from overturning.study.scenes import model_for, scene_of, setting_of
+from overturning.study.scenes import variant_model, variant_scene, variant_settings
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def open_cube(
         raise ResultError(f"{path}: not a cube of this package, or an unfinished one; run the study again")
     if absent := _find_missing(cube):
         raise ResultError(f"{path}: not a cube of this package: {absent}; run the study again")
-    chosen = choose(cube, path, element, amplitude)
+    chosen = select_element_and_amplitude(cube, path, element, amplitude)
     chosen = chosen.assign_coords(record=chosen["record_id"].variable)
     chosen.set_close(cube.close)  # a selection has no reference to the file, which must stay open until it is closed
     if chunks is not None:
@@ -126,7 +126,7 @@ def open_records(path: Path, element: str | None = "reference", amplitude: float
 
 @contextmanager
 def _small_chunk_cache(read_once: bool) -> Iterator[None]:
-    """Open files with a small chunk cache if chunks are read only once; HDF5 would cache 64 MB of each variable."""
+    """Open HDF5 files with a small chunk cache if chunks are read once; otherwise 64 MB per variable are cached."""
     import netCDF4
 
     before = netCDF4.get_chunk_cache()
@@ -138,10 +138,10 @@ def _small_chunk_cache(read_once: bool) -> Iterator[None]:
         netCDF4.set_chunk_cache(*before)
 
 
-def choose(
+def select_element_and_amplitude(
     cube: "xr.Dataset", path: Path, element: str | None = "reference", amplitude: float | None = 1.0
 ) -> "xr.Dataset":
-    """Select an element and an amplitude of an open cube; for the parameters see `overturning.open_cube`."""
+    """Select an element and an amplitude factor of an open cube; for the parameters see `overturning.open_cube`."""
     if amplitude is not None:
         several = "amplitude" in cube.dims  # otherwise one amplitude, 1 unless the coordinate has another value
         known = np.atleast_1d(cube["amplitude"]).tolist() if "amplitude" in cube.coords else [1.0]
@@ -151,25 +151,26 @@ def choose(
             cube = cube.sel(amplitude=amplitude, drop=amplitude == 1.0)
     if "element" not in cube.dims:
         if element not in (None, "reference"):
-            _check_element(element, model_for(study_of(cube), cube.attrs["variant"]).elements, path)
+            _check_element(element, variant_model(study_of_cube(cube), cube.attrs["variant"]).elements, path)
         return cube
     if "element_name" in cube:
         cube = cube.assign_coords(element=cube["element_name"].to_numpy().astype(str)).drop_vars("element_name")
     if element is None:
         return cube
     if element == "reference":
-        element = scene_of(study_of(cube), cube.attrs["variant"]).default_element
+        element = variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_element
     _check_element(element, cube["element"].to_numpy().tolist(), path)
     return cube.sel(element=element)
 
 
-def in_order(cube: "xr.Dataset") -> "xr.Dataset":
-    """Return a part of a cube for figures: with all dimensions, sorted, and each value once.
+def sorted_for_figures(cube: "xr.Dataset") -> "xr.Dataset":
+    """Return a selection from a cube for figures: with all dimensions, sorted, and each value once.
 
-    One element and amplitude are selected (see `choose`). B/H and directions ascend, with azimuths in [0°, 360°);
-    heights, aspects and frictions stay in their order. An `ArgumentError` is raised if a dimension is empty.
+    One element and amplitude are selected (see `select_element_and_amplitude`). B/H and directions ascend, with
+    azimuths in [0°, 360°); heights, aspects and frictions stay in their order. An `ArgumentError` is raised if a
+    dimension is empty.
     """
-    cube = choose(cube, Path("cube"), amplitude=1.0 if "amplitude" in cube.dims else None)
+    cube = select_element_and_amplitude(cube, Path("cube"), amplitude=1.0 if "amplitude" in cube.dims else None)
     alone = [name for name in AXES if name in cube.coords and name not in cube.dims]
     cube = cube.expand_dims(alone).transpose("record", *AXES, ..., missing_dims="ignore")
     if "azimuth" in cube.dims:
@@ -187,12 +188,12 @@ def in_order(cube: "xr.Dataset") -> "xr.Dataset":
     return cube
 
 
-def _check_element(element: str | None, known: Sequence[str], path: Path) -> None:
-    if element not in known:
-        raise ResultError(f"{path}: no element {element!r}; known: {', '.join(known)}")
+def _check_element(element: str | None, known_elements: Sequence[str], path: Path) -> None:
+    if element not in known_elements:
+        raise ResultError(f"{path}: no element {element!r}; known: {', '.join(known_elements)}")
 
 
-def record_number(cube: "xr.Dataset", record: str | None) -> int:
+def record_number(cube: "xr.Dataset", record_id: str | None) -> int:
     """Return the position of a record by its id, which may be None for a cube with one record.
 
     A selection of one record has its id without a dimension; a cube without a study has no ids. An `ArgumentError`
@@ -200,30 +201,30 @@ def record_number(cube: "xr.Dataset", record: str | None) -> int:
     """
     names = np.atleast_1d(cube["record_id"]).astype(str).tolist() if "record_id" in cube else []
     file, some = Path(cube.encoding.get("source", "cube")).name, ", ".join(names[:4] + ["…"][: len(names) > 4])
-    if record is None and len(names) > 1:
+    if record_id is None and len(names) > 1:
         raise ArgumentError(f"{file}: {len(names)} records; name one as record (--record): {some}")
-    if record is not None and record not in names:
-        raise ArgumentError(f"{file}: no record {record!r}; it has {', '.join(names) or 'none'}")
-    return names.index(record) if record is not None else 0
+    if record_id is not None and record_id not in names:
+        raise ArgumentError(f"{file}: no record {record_id!r}; it has {', '.join(names) or 'none'}")
+    return names.index(record_id) if record_id is not None else 0
 
 
-def json_attribute(cube: "xr.Dataset", name: str, kind: type) -> Any:
-    """Return the content of a JSON attribute of a cube; a `ResultError` if it is missing or not of type `kind`."""
+def json_attribute(cube: "xr.Dataset", name: str, expected_type: type) -> Any:
+    """Return the parsed content of a JSON attribute of a cube; a ResultError if missing or of another type."""
     try:
         found = json.loads(cube.attrs[name])
-        if not isinstance(found, kind):
+        if not isinstance(found, expected_type):
             raise ValueError(name)
     except (KeyError, TypeError, ValueError, RecursionError):
         raise ResultError(f"cube: its attribute {name!r} is missing or damaged; run the study again") from None
     return found
 
 
-def study_of(cube: "xr.Dataset") -> Study:
+def study_of_cube(cube: "xr.Dataset") -> Study:
     """Return the complete study of a cube; a ResultError if it is missing, a ConfigError if it is invalid."""
     return check_study(json_attribute(cube, "study", dict), "study in the cube")
 
 
-def presented_study(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
+def study_with_presentation(cube: "xr.Dataset", study: Study | None = None) -> Study | None:
     """Return the study whose title, question and figures a page of a cube shows; None if the cube belongs to no study.
 
     It is the given study, otherwise that of the configuration next to the cube if it has the same name, otherwise that
@@ -233,17 +234,18 @@ def presented_study(cube: "xr.Dataset", study: Study | None = None) -> Study | N
         return study
     if "study" not in cube.attrs:
         return None
-    own, path = study_of(cube), Path(cube.encoding.get("source", "")).with_name(CONFIGURATION)
+    own, path = study_of_cube(cube), Path(cube.encoding.get("source", "")).with_name(CONFIGURATION)
     return beside if path.is_file() and (beside := load_study(path)).name == own.name else own
 
 
-def shown_block(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
+def first_shown_block(cube: "xr.Dataset", study: Study | None = None) -> dict[str, list[float]]:
     """Return height and friction of the block that figures show first, as a selection with one value per dimension.
 
-    The block is set by `figures` of the `presented_study`, with the first height and the last friction as defaults. No
-    selection is made along a dimension that the cube holds only in part, or if the cube belongs to no study.
+    The block is set by `figures` of the `study_with_presentation`, with the first height and the last friction as
+    defaults. No selection is made along a dimension that the cube holds only in part, or if the cube belongs to no
+    study.
     """
-    own = presented_study(cube, study)
+    own = study_with_presentation(cube, study)
     if own is None:
         return {}
     chosen = own.figures.height or own.height[0], own.figures.friction
@@ -258,11 +260,11 @@ def select_blocks(
     height: Sequence[float] | None,
     friction: Sequence[float] | None,
     *,
-    one: bool = False,
+    single: bool = False,
 ) -> "xr.Dataset":
     """Select heights and frictions of a cube by their values; an `ArgumentError` names an unknown value.
 
-    With `one`, if only one of both is given, the other is that of the block that figures show first.
+    With `single`, if only one of both is given, the other is that of the block that figures show first.
     """
     given = {"height": height, "friction": friction}
     for name, chosen in given.items():
@@ -271,23 +273,27 @@ def select_blocks(
             known_text = ", ".join(f"{value:g}" for value in known)
             raise ArgumentError(f"--{name} {unknown[0]:g}: not in {path}; it has {known_text}")
         cube = cube.sel({name: chosen}) if chosen else cube
-    if one and (height or friction):
-        return cube.sel({name: shown for name, shown in shown_block(cube).items() if not given[name]})
+    if single and (height or friction):
+        return cube.sel({name: shown for name, shown in first_shown_block(cube).items() if not given[name]})
     return cube
 
 
-def shown_element(cube: "xr.Dataset") -> str:
-    """Return the element of a cube of one element: the selected one, or the only one of the scene."""
+def element_of_cube(cube: "xr.Dataset") -> str:
+    """Return the name of the element of a cube: the selected one, or the only one of the scene."""
     chosen = "element" in cube.coords
-    return str(cube["element"].item()) if chosen else scene_of(study_of(cube), cube.attrs["variant"]).default_element
+    return (
+        str(cube["element"].item())
+        if chosen
+        else variant_scene(study_of_cube(cube), cube.attrs["variant"]).default_element
+    )
 
 
-def motion_folder(path: Path, study: Study, variant: str) -> Path:
+def motion_folder_of_cube(cube_path: Path, study: Study, variant: str) -> Path:
     """Return the folder of the motions of a cube, next to it; a variant with soil has its own."""
-    return path.parent / "motion" / (variant if setting_of(study, variant).site else "")
+    return cube_path.parent / "motion" / (variant if variant_settings(study, variant).site else "")
 
 
-def sources_of_records(cube: "xr.Dataset") -> list[dict[str, Any]]:
+def record_sources(cube: "xr.Dataset") -> list[dict[str, Any]]:
     """Return source, SHA-256 and licence of each record, in the order of the cube, and the sources of its places.
 
     See `overturning.records.catalogue.RecordDescription.places`.
@@ -295,6 +301,6 @@ def sources_of_records(cube: "xr.Dataset") -> list[dict[str, Any]]:
     return list(json_attribute(cube, "record_sources", list))
 
 
-def processing_of(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
+def record_provenance(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
     """Return the provenance of each record, by id; see `overturning.records.record.provenance`."""
     return dict(json_attribute(cube, "record_processing", dict))

@@ -29,7 +29,7 @@ def catalogue_schema_text() -> str:
     return f"# Made by `overturning study document`, do not edit.\n{text}"
 
 
-def _resolve(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
+def _resolve_reference(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
     optional = entry.get("anyOf", ())
     forms = optional if len(optional) == 2 and optional[1] == {"type": "null"} else entry.get("oneOf", ())
     for form in (entry, *forms):  # text, settings or null: use the keys of the settings
@@ -39,31 +39,31 @@ def _resolve(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
     return entry
 
 
-def _keys(schema: dict[str, Any], model: dict[str, Any], prefix: str) -> list[tuple[str, dict[str, Any], bool]]:
+def _key_rows(schema: dict[str, Any], model: dict[str, Any], prefix: str) -> list[tuple[str, dict[str, Any], bool]]:
     entries = []
     said = model.get("default") or {}  # of settings within settings, whose own keys may be needed
     for name, raw in model.get("properties", {}).items():
-        entry = _resolve(schema, raw)
+        entry = _resolve_reference(schema, raw)
         key, required = f"{prefix}{name}", name in model.get("required", [])
         if required and name in said:
             entry, required = entry | {"default": said[name], "description": model["description"]}, False
         below, items = entry.get("additionalProperties"), entry.get("items", {})
         if entry.get("properties"):
-            entries += _keys(schema, entry, f"{key}.")
+            entries += _key_rows(schema, entry, f"{key}.")
             continue
         entries.append((key, entry, required))
         if isinstance(below, dict):
-            entries += _keys(schema, _resolve(schema, below), f"{key}.NAME.")
+            entries += _key_rows(schema, _resolve_reference(schema, below), f"{key}.NAME.")
         elif "$ref" in items:  # a list of settings
-            entries += _keys(schema, _resolve(schema, items), f"{key}[].")
+            entries += _key_rows(schema, _resolve_reference(schema, items), f"{key}[].")
     return entries
 
 
-def tables() -> dict[str, str]:
+def documentation_tables() -> dict[str, str]:
     """Return the ``keys`` of a study file and the ``columns`` of the record table as Markdown tables."""
     schema = Study.model_json_schema()
     keys, columns = ["| key | default | meaning |", "|---|---|---|"], ["| column | meaning |", "|---|---|"]
-    for key, entry, required in _keys(schema, schema, ""):
+    for key, entry, required in _key_rows(schema, schema, ""):
         default = "required" if required else f"`{json.dumps(entry.get('default'), ensure_ascii=False)}`"
         keys.append(f"| `{key}` | {default} | {entry.get('description', '')} |")
     for column, entry in RecordEntry.model_json_schema()["properties"].items():
@@ -71,9 +71,9 @@ def tables() -> dict[str, str]:
     return {"keys": "\n".join(keys), "columns": "\n".join(columns)}
 
 
-def with_tables(text: str) -> str:
+def insert_tables(text: str) -> str:
     """Return the text of a README with the tables inserted between their marks."""
-    for name, table in tables().items():
+    for name, table in documentation_tables().items():
         begin, end = f"<!-- {name}: made by `overturning study document`, do not edit -->", f"<!-- end of {name} -->"
         before, _, rest = text.partition(begin)
         text = f"{before}{begin}\n{table}\n{end}{rest.partition(end)[2]}"
@@ -87,7 +87,7 @@ def write_documentation(folder: Path) -> None:
     if catalogue.parent.is_dir():
         catalogue.write_text(catalogue_schema_text(), encoding="utf-8")
     readme = folder / "README.md"
-    readme.write_text(with_tables(readme.read_text(encoding="utf-8")), encoding="utf-8")
+    readme.write_text(insert_tables(readme.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 _TEXT = """\

@@ -34,48 +34,52 @@ LARGEST_SHARE_OUTSIDE: Final = 0.2
 
 
 def doubtful_settings(study: Study) -> Iterator[str]:
-    """Yield a line for each doubtful value of a study: key, value, bound, and the likely cause."""
-    yield from _of_values(study)
+    """Yield a warning for each implausible value of a study: key, value, bound, and the likely cause."""
+    yield from _doubtful_values(study)
     sites = {"site": study.site} | {f"variants.{name}.site": one.site for name, one in study.variants.items()}
     for key, site in sites.items():
         if site is not None:
-            yield from _of_site(key, site)
+            yield from _doubtful_site(key, site)
     scenes = {"scene": study.scene} | {f"variants.{name}.scene": one.scene for name, one in study.variants.items()}
     for key, scene in scenes.items():
         if scene is not None:
-            yield from _of_scene(key, scene)
+            yield from _doubtful_scene(key, scene)
     if study.population is not None:
-        yield from _of_population(study, study.population)
+        yield from _doubtful_population(study, study.population)
 
 
-def _of_values(study: Study) -> Iterator[str]:
+def _doubtful_values(study: Study) -> Iterator[str]:
     vertices = study.body is not None and study.body.vertices is not None
     own = round(reference_element_size(study.scene)[1], 10)
     shapes = [one for one in study.b_over_h if one > LARGEST_B_OVER_H and not vertices and one != own]
     if shapes:
         yield (
-            f"b_over_h: {_listed(shapes)} above {LARGEST_B_OVER_H:g}; H/B? Give width over height: "
-            f"{_listed([1 / one for one in shapes])}"
+            f"b_over_h: {_format_first_three(shapes)} above {LARGEST_B_OVER_H:g}; H/B? Give width over height: "
+            f"{_format_first_three([1 / one for one in shapes])}"
         )
-    yield from _of_friction("friction", study.friction)
+    yield from _doubtful_friction("friction", study.friction)
     factors = [one for one in study.amplitude if one > LARGEST_AMPLITUDE]
     if factors:
         yield (
-            f"amplitude: {_listed(factors)} above {LARGEST_AMPLITUDE:g}; per cent, or a peak? Give factors on each "
-            "record, 1 for the record as it is"
+            f"amplitude: {_format_first_three(factors)} above {LARGEST_AMPLITUDE:g}; per cent, or a peak? Give factors "
+            "on each record, 1 for the record as it is"
         )
-    yield from _of_density("density", study.density)
+    yield from _doubtful_density("density", study.density)
 
 
-def _of_friction(key: str, values: tuple[float, ...]) -> Iterator[str]:
+def _doubtful_friction(key: str, values: tuple[float, ...]) -> Iterator[str]:
     doubtful = [one for one in values if one > LARGEST_FRICTION]
     if doubtful:
         angles = [math.tan(math.radians(one)) for one in doubtful if one < 90]
-        instead = f" An angle of friction in degrees? Give its tangent: {_listed(angles)}" if angles else " Per cent?"
-        yield f"{key}: {_listed(doubtful)} above {LARGEST_FRICTION:g}.{instead}"
+        instead = (
+            f" An angle of friction in degrees? Give its tangent: {_format_first_three(angles)}"
+            if angles
+            else " Per cent?"
+        )
+        yield f"{key}: {_format_first_three(doubtful)} above {LARGEST_FRICTION:g}.{instead}"
 
 
-def _of_density(key: str, density: float) -> Iterator[str]:
+def _doubtful_density(key: str, density: float) -> Iterator[str]:
     low, high = DENSITIES
     if not low <= density <= high:
         light = "; kN/m³? Times 102" if density < 100 else ""
@@ -83,39 +87,39 @@ def _of_density(key: str, density: float) -> Iterator[str]:
         yield f"{key}: {density:g} kg/m³ outside {low:,.0f} to {high:,.0f} kg/m³{cause}"
 
 
-def _of_site(key: str, site: Site) -> Iterator[str]:
+def _doubtful_site(key: str, site: Site) -> Iterator[str]:
     below: list[tuple[str, Layer | Rock]] = [(f"layers.{number}", one) for number, one in enumerate(site.layers)]
     for name, one in [*below, ("rock", site.rock)]:
         velocity = one.velocity_m_s
         if velocity < SLOWEST_SOIL:
             instead = f"km/s? Give {1000 * velocity:g}" if 1000 * velocity <= 1e4 else "another unit?"
             yield f"{key}.{name}.velocity_m_s: {velocity:g} m/s below {SLOWEST_SOIL:g} m/s; {instead}"
-        yield from _of_density(f"{key}.{name}.density_kg_m3", one.density_kg_m3)
+        yield from _doubtful_density(f"{key}.{name}.density_kg_m3", one.density_kg_m3)
 
 
-def _of_scene(key: str, scene: Scene) -> Iterator[str]:
+def _doubtful_scene(key: str, scene: Scene) -> Iterator[str]:
     for name, material in scene.materials.items():
-        yield from _of_density(f"{key}.materials.{name}.density", material.density)
+        yield from _doubtful_density(f"{key}.materials.{name}.density", material.density)
     for number, law in enumerate(scene.contacts):
         if law.friction is not None:
-            yield from _of_friction(f"{key}.contacts.{number}.friction", (law.friction,))
+            yield from _doubtful_friction(f"{key}.contacts.{number}.friction", (law.friction,))
 
 
-def _of_population(study: Study, stones: Population) -> Iterator[str]:
+def _doubtful_population(study: Study, population: Population) -> Iterator[str]:
     """Yield a warning if much of a population lies outside the heights, B/H or frictions of the study.
 
     Such stones take the nearest value. Sizes are uniformly distributed, so quantiles represent the stones.
     """
     quantile = (np.arange(50) + 0.5) / 50
 
-    def values(spread: Spread) -> FloatArray:
+    def values_at_quantiles(spread: Spread) -> FloatArray:
         return np.asarray(spread.low + (spread.high - spread.low) * quantile)
 
-    width, height = values(stones.width), values(stones.height)
+    width, height = values_at_quantiles(population.width), values_at_quantiles(population.height)
     sizes = (
         ("height", "population.height", height, study.height),
         ("b_over_h", "population.width over height", width / height[:, None], study.b_over_h),
-        ("friction", "population.friction", values(stones.friction), study.friction),
+        ("friction", "population.friction", values_at_quantiles(population.friction), study.friction),
     )
     for key, of, drawn, grid in sizes:
         outside = float(np.mean((drawn < min(grid) - 1e-9) | (drawn > max(grid) + 1e-9)))
@@ -127,6 +131,6 @@ def _of_population(study: Study, stones: Population) -> Iterator[str]:
             )
 
 
-def _listed(values: list[float]) -> str:
+def _format_first_three(values: list[float]) -> str:
     more = f" and {len(values) - 3} more" if len(values) > 3 else ""
     return ", ".join(f"{one:.3g}" for one in values[:3]) + more

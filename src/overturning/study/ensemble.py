@@ -57,7 +57,7 @@ Arrays = dict[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Members:
-    """Parameter changes of each member, the same for every cell.
+    """Parameter changes of each ensemble member, the same for every cell.
 
     Attributes
     ----------
@@ -84,14 +84,14 @@ class Members:
         """Number of members."""
         return int(self.scramble.size)
 
-    def some(self, chosen: NDArray[np.intp]) -> "Members":
-        """Select a subset of the members."""
-        return Members(*(getattr(self, name)[chosen] for name in COLUMNS))
+    def select_members(self, member_numbers: NDArray[np.intp]) -> "Members":
+        """Select a subset of the ensemble members."""
+        return Members(*(getattr(self, name)[member_numbers] for name in COLUMNS))
 
-    def batches(self, size: int) -> list[NDArray[np.intp]]:
-        """Return the members in running order: batches of `size`, half from each scramble."""
+    def batches(self, batch_size: int) -> list[NDArray[np.intp]]:
+        """Return the members in running order: batches of `batch_size`, half from each scramble."""
         own = [np.flatnonzero(self.scramble == scramble) for scramble in range(SCRAMBLES)]
-        each = size // SCRAMBLES
+        each = batch_size // SCRAMBLES
         starts = range(0, max(places.size for places in own), each)
         return [np.concatenate([places[start : start + each] for places in own]) for start in starts]
 
@@ -119,7 +119,7 @@ _MemberRow = create_model("_MemberRow", **dict.fromkeys(COLUMNS, (float, ...))) 
 
 
 def draw_members(settings: Ensemble) -> Members:
-    """Draw the members: two scrambles of one Sobol sequence (Owen 1998, ACM TOMACS 8).
+    """Draw the parameter changes of the ensemble members: two scrambles of one Sobol sequence (Owen 1998).
 
     Values are rounded to 1e-9, so that the file has exactly the same numbers.
     """
@@ -139,30 +139,32 @@ def draw_members(settings: Ensemble) -> Members:
 
 
 def cells_to_run(
-    overturned: NDArray[np.int8], everywhere: bool, dimensions: int = 4, azimuth_deg: FloatArray | None = None
+    overturned: NDArray[np.int8], run_all: bool, dimension_count: int = 4, fall_azimuth_deg: FloatArray | None = None
 ) -> NDArray[np.bool_]:
-    """Return True for the cells that the ensemble runs, shape (a, h, b, …) with `dimensions` dimensions.
+    """Return True for the cells near a change of outcome, in which the ensemble is run, shape (a, h, b, …).
 
-    These are all cells with `everywhere`, or if there is a single B/H. Otherwise, cells within two steps along B/H of a
+    These are all cells with `run_all`, or if there is a single B/H. Otherwise, cells within two steps along B/H of a
     change of the nominal flag of any element, shape (a, h, b, …) or (a, h, b, …, elements); a missing flag differs
     from every other. In the 3-D model, where flags do not show the direction, a change of the fall azimuth
-    (`azimuth_deg`, shape (a, h, b, …), NaN without a fall) by `MIN_AZIMUTH_CHANGE_DEG` or more counts, too.
+    (`fall_azimuth_deg`, shape (a, h, b, …), NaN without a fall) by `MIN_AZIMUTH_CHANGE_DEG` or more counts, too.
     """
-    shape = overturned.shape[:dimensions]
-    if everywhere or shape[2] == 1:
+    shape = overturned.shape[:dimension_count]
+    if run_all or shape[2] == 1:
         return np.ones(shape, dtype=bool)
     change = overturned[:, :, 1:] != overturned[:, :, :-1]
-    change = change.any(axis=dimensions) if change.ndim > dimensions else change
-    if azimuth_deg is not None:
-        turn = np.diff(azimuth_deg.astype(np.float64), axis=2)
+    change = change.any(axis=dimension_count) if change.ndim > dimension_count else change
+    if fall_azimuth_deg is not None:
+        turn = np.diff(fall_azimuth_deg.astype(np.float64), axis=2)
         change = change | (np.abs((turn + 180.0) % 360.0 - 180.0) >= MIN_AZIMUTH_CHANGE_DEG)
     # A change between i and i + 1 selects i − 1 to i + 2.
-    padded = np.pad(change, [(BOUNDARY_REACH, BOUNDARY_REACH) if axis == 2 else (0, 0) for axis in range(dimensions)])
+    padded = np.pad(
+        change, [(BOUNDARY_REACH, BOUNDARY_REACH) if axis == 2 else (0, 0) for axis in range(dimension_count)]
+    )
     return np.asarray(sliding_window_view(padded, 2 * BOUNDARY_REACH, axis=2).any(axis=-1))
 
 
-def wilson(count: ArrayLike, total: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Compute the 95 % interval (low, high) of the share of `count` among `total` cases; 0 and 1 without cases.
+def wilson_interval(count: ArrayLike, total: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Compute the 95 % Wilson interval (low, high) of the share of `count` among `total` cases; (0, 1) if total is 0.
 
     Wilson (1927), Journal of the American Statistical Association 22. Implemented here because the function of SciPy
     takes one share at a time, which is too slow for a sweep.
@@ -175,56 +177,62 @@ def wilson(count: ArrayLike, total: ArrayLike) -> tuple[FloatArray, FloatArray]:
     return np.where(k == 0, 0.0, middle - half), np.where(k == n, 1.0, middle + half)
 
 
-def is_converged(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
-    """True for cells that need no further members, shape (cells,).
+def probabilities_converged(member_flags: NDArray[np.int8], max_half_width: float) -> NDArray[np.bool_]:
+    """True for cells whose fall probabilities are accurate enough without further members, shape (cells,).
 
-    For every element the `wilson` intervals of both probabilities (fall to +1 and to −1) are within ±`widest`.
-    Flags, shape (cells, members) or (cells, members, elements), are missing if the member has no outcome or was not run
-    yet. The result depends on the flags of the cell only.
+    For every element the intervals (`wilson_interval`) of both probabilities (fall to +1 and to −1) are within
+    ±`max_half_width`. Flags, shape (cells, members) or (cells, members, elements), are missing if the member has no
+    outcome or was not run yet. The result depends on the flags of the cell only.
     """
-    known = (flags != INT8_MISSING).sum(axis=1)
-    known_well = intervals_within((flags == 1).sum(axis=1), (flags == -1).sum(axis=1), known, widest)
-    return np.asarray(known_well.reshape(len(flags), -1).all(axis=1))
+    known = (member_flags != INT8_MISSING).sum(axis=1)
+    known_well = intervals_within_half_width(
+        (member_flags == 1).sum(axis=1), (member_flags == -1).sum(axis=1), known, max_half_width
+    )
+    return np.asarray(known_well.reshape(len(member_flags), -1).all(axis=1))
 
 
-def intervals_within(towards: NDArray[Any], away: NDArray[Any], known: ArrayLike, widest: float) -> NDArray[np.bool_]:
-    """True if the `wilson` intervals of both shares, of `known` outcomes, are no wider than ±`widest`."""
-    ends = [wilson(count, known) for count in (towards, away)]
-    return np.asarray(np.logical_and(*(high - low <= 2.0 * widest for low, high in ends)))
+def intervals_within_half_width(
+    towards_count: NDArray[Any], away_count: NDArray[Any], known_count: ArrayLike, max_half_width: float
+) -> NDArray[np.bool_]:
+    """True if the 95 % intervals of the shares of falls to either side are no wider than ±`max_half_width`."""
+    ends = [wilson_interval(count, known_count) for count in (towards_count, away_count)]
+    return np.asarray(np.logical_and(*(high - low <= 2.0 * max_half_width for low, high in ends)))
 
 
-def progress_of_part(progress: Progress | None, begin: float, end: float) -> Progress | None:
-    """Wrap a progress callback for the part of a task between the shares `begin` and `end`; counts in millionths."""
+def progress_of_subtask(progress: Progress | None, begin_share: float, end_share: float) -> Progress | None:
+    """Wrap a progress callback for a part of a task, from one share of the whole to another; counts in millionths."""
     if progress is None:
         return None
-    return lambda done, total: progress(round(1e6 * (begin + (end - begin) * (done / total if total else 1.0))), 10**6)
+    return lambda done, total: progress(
+        round(1e6 * (begin_share + (end_share - begin_share) * (done / total if total else 1.0))), 10**6
+    )
 
 
 @dataclass(frozen=True)
 class CellEnsemble:
-    """The ensemble of a study."""
+    """Ensemble of a study: runs every cell, or cells near a change of outcome, with all members."""
 
     model: Model
     members: Members
     everywhere: bool = True  # run all cells, not only those near a change of outcome
-    widest: float = 0.0  # half-width for `is_converged`; 0: every cell gets all members
+    widest: float = 0.0  # half-width for `probabilities_converged`; 0: every cell gets all members
 
     def run(
         self,
         motion: Motion,
         grid: Grid,
-        nominal: Mapping[str, NDArray[Any]],
-        run: Runner,
+        nominal_outcomes: Mapping[str, NDArray[Any]],
+        run_cases: Runner,
         progress: Progress | None = None,
     ) -> tuple[Arrays, int]:
-        """Run the ensemble, and return its variables and the number of block steps.
+        """Run the ensemble members of all cells, and return the ensemble variables and the number of block steps.
 
-        `nominal` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark of cells that are
-        copied from others by symmetry; these are not run. `run` runs the cases of members. The variables have shape
-        (a, h, b, …), with elements if `overturned` has them; missing floats are NaN.
+        `nominal_outcomes` has `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and the mark of cells that
+        are copied from others by symmetry; these are not run. `run_cases` runs the cases of members. The variables have
+        shape (a, h, b, …), with elements if `overturned` has them; missing floats are NaN.
         """
-        overturned, marked, members = nominal["overturned"], nominal[self.model.copied], self.members
-        azimuths = nominal.get("fall_azimuth")
+        overturned, marked, members = nominal_outcomes["overturned"], nominal_outcomes[self.model.copied], self.members
+        azimuths = nominal_outcomes.get("fall_azimuth")
         chosen = cells_to_run(overturned, self.everywhere, len(grid.shape), azimuths) & (marked == 0)
         arrays: Arrays = {}
         for variable in self.model.ensemble_variables:
@@ -242,43 +250,45 @@ class CellEnsemble:
             cells = np.argwhere(chosen & some)
             flags = np.full((len(cells), members.size, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
             azimuth = np.full((len(cells), members.size), np.nan)
-            of_group = progress_of_part(progress, done / work, (done + len(cells)) / work)
-            block_steps += self._run_batches(grid, cells, run, flags, azimuth, of_group)
+            of_group = progress_of_subtask(progress, done / work, (done + len(cells)) / work)
+            block_steps += self._run_batches(grid, cells, run_cases, flags, azimuth, of_group)
             found = self.model.summarise_ensemble(flags, azimuth - members.azimuth_deg, members.scramble)
             for name, values in found.items():
                 arrays[name][tuple(cells.T)] = values
             done += len(cells)
-        self._copy(grid, arrays, marked)
+        self._copy_symmetric_cells(grid, arrays, marked)
         return arrays, block_steps
 
     def _run_batches(
         self,
         grid: Grid,
         cells: NDArray[np.int64],
-        run: Runner,
-        flags: NDArray[np.int8],
-        azimuth: FloatArray,
+        run_cases: Runner,
+        member_flags: NDArray[np.int8],
+        fall_azimuth_deg: FloatArray,
         progress: Progress | None,
     ) -> int:
         """Fill in flags and (3-D) fall azimuths of cells batch by batch until they converge; return block steps."""
         batches, block_steps = self.members.batches(BATCH), 0
         unsettled = np.arange(len(cells))
         for index, batch in enumerate(batches):
-            of_batch = progress_of_part(progress, index / len(batches), (index + 1) / len(batches))
-            results = run(self._cases(grid, cells[unsettled], self.members.some(batch)), of_batch)
+            of_batch = progress_of_subtask(progress, index / len(batches), (index + 1) / len(batches))
+            results = run_cases(
+                self._member_cases(grid, cells[unsettled], self.members.select_members(batch)), of_batch
+            )
             block_steps += int(results.block_steps.sum())
-            new = results.overturned.reshape(unsettled.size, batch.size, *flags.shape[2:])
-            flags[unsettled[:, None], batch] = new
+            new = results.overturned.reshape(unsettled.size, batch.size, *member_flags.shape[2:])
+            member_flags[unsettled[:, None], batch] = new
             if (towards := getattr(results, "fall_azimuth", None)) is not None:
-                azimuth[unsettled[:, None], batch] = towards.reshape(unsettled.size, batch.size)
-            unsettled = unsettled[~is_converged(flags[unsettled], self.widest)]
+                fall_azimuth_deg[unsettled[:, None], batch] = towards.reshape(unsettled.size, batch.size)
+            unsettled = unsettled[~probabilities_converged(member_flags[unsettled], self.widest)]
             if unsettled.size == 0:
                 break
         if progress:
             progress(1, 1)
         return block_steps
 
-    def _cases(self, grid: Grid, cells: NDArray[np.int64], members: Members) -> Cases:
+    def _member_cases(self, grid: Grid, cells: NDArray[np.int64], members: Members) -> Cases:
         """Create the cases of all members of the cells; members of a cell are contiguous."""
         direction, *rest = (grid[name][cells[:, at], None].astype(np.float64) for at, name in enumerate(grid.names))
         same = np.ones(members.size)
@@ -295,13 +305,13 @@ class CellEnsemble:
             **{name: np.tile(one, len(cells)) for name, one in alike.items()},
         )
 
-    def _copy(self, grid: Grid, arrays: Arrays, marked: NDArray[Any]) -> None:
+    def _copy_symmetric_cells(self, grid: Grid, arrays: Arrays, copied_cells: NDArray[Any]) -> None:
         """Copy the marked cells from their symmetric counterparts."""
         source = self.model.computed_cells(grid).cell
         for column in range(source.shape[1]):
             # In the 3-D model the period depends on the aspect, the dimension before friction.
             rest = (slice(None), slice(None), column) if source.shape[1] > 1 else ()
-            alike = marked[(slice(None), *rest)]
+            alike = copied_cells[(slice(None), *rest)]
             behind = np.flatnonzero(alike.any(axis=tuple(range(1, alike.ndim))))
             where = (source[behind, column], *rest)
             seen = {item.name: item.mirrored_values(arrays, where) for item in self.model.ensemble_variables}

@@ -10,8 +10,8 @@ from overturning.errors import OverturningError
 from overturning.model.contact import DAMPING_RATIO
 from overturning.model.planes import Planes
 from overturning.model.scene import Scene, gravestone, load_scene
-from overturning.study.cube import study_of
-from overturning.study.scenes import Sizes, contact_of, model_for, setting_of, uses_vertical
+from overturning.study.cube import study_of_cube
+from overturning.study.scenes import SizeConversion, uses_vertical, variant_contact, variant_model, variant_settings
 from overturning.study.schema import Study
 from overturning.study.sections import Records, Simulation
 from overturning.units import GRANITE_DENSITY
@@ -33,24 +33,24 @@ def film_options(cube: "xr.Dataset") -> dict[str, Any]:
     if "study" not in cube.attrs:
         empty: dict[str, Any] = {"options": [], "heights": [], "ratios": [], "friction": True, "pulses": {}}
         return {"missing": "the cube belongs to no study", **empty}
-    study, variant = study_of(cube), str(cube.attrs["variant"])
-    missing, options = _of_motion(study, variant)
-    own_missing, own_options = _of_model(study, variant)
-    model, sizes = model_for(study, variant), Sizes.of(study, variant)
+    study, variant = study_of_cube(cube), str(cube.attrs["variant"])
+    missing, options = _motion_options(study, variant)
+    own_missing, own_options = _model_options(study, variant)
+    model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
     height, ratio = (np.asarray(cube[name].to_numpy(), np.float64) for name in ("height", "b_over_h"))
     return {
         "missing": "; ".join(missing + own_missing),
         "options": options + own_options,
-        "heights": [round(float(one), 9) for one in sizes.heights(height)],
-        "ratios": [round(float(one), 9) for one in sizes.ratios(ratio, ratio)],
+        "heights": [round(float(one), 9) for one in sizes.scene_heights(height)],
+        "ratios": [round(float(one), 9) for one in sizes.scene_b_over_h(ratio, ratio)],
         "friction": not isinstance(model, Planes) or model.scene.sweeps_friction,
         "pulses": dict(study.records.pulses),
     }
 
 
-def _of_motion(study: Study, variant: str) -> tuple[list[str], list[str]]:
+def _motion_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
     """Reasons against a command, and options, that come from the motion and its processing."""
-    own = setting_of(study, variant)
+    own = variant_settings(study, variant)
     missing = []
     if study.processing is not None:
         missing.append("the study processes its records in its own way")
@@ -65,9 +65,9 @@ def _of_motion(study: Study, variant: str) -> tuple[list[str], list[str]]:
     return missing, options
 
 
-def _of_model(study: Study, variant: str) -> tuple[list[str], list[str]]:
+def _model_options(study: Study, variant: str) -> tuple[list[str], list[str]]:
     """Reasons against a command, and options, that come from the scene or body and its contact."""
-    contact = contact_of(study, variant)
+    contact = variant_contact(study, variant)
     ratio = contact.damping_ratio
     missing = [] if contact.stiffness_ratio == 1.0 else ["the contact has a stiffness ratio of its own"]
     options = [] if ratio in (None, DAMPING_RATIO) else ["--damping-ratio", f"{ratio:g}"]
@@ -76,9 +76,9 @@ def _of_model(study: Study, variant: str) -> tuple[list[str], list[str]]:
             missing.append("the body is given by its vertices")
         plan = study.body.plan
         return missing, [*options, "--body", *([] if plan == "rectangle" else ["--plan", str(plan)])]
-    scene = setting_of(study, variant).scene or study.scene
+    scene = variant_settings(study, variant).scene or study.scene
     if scene != gravestone():
-        known = _is_file(scene)
+        known = _is_loaded_by_name(scene)
         return [] if known else ["the scene is no file of config/scenes"], ["--scene", scene.name]
     options += [] if study.density == GRANITE_DENSITY else ["--density", f"{study.density:g}"]
     options += [] if contact.damping is None else ["--damping", f"{contact.damping:g}"]
@@ -86,7 +86,7 @@ def _of_model(study: Study, variant: str) -> tuple[list[str], list[str]]:
     return missing, options
 
 
-def _is_file(scene: Scene) -> bool:
+def _is_loaded_by_name(scene: Scene) -> bool:
     """True if a scene is the one that its name loads."""
     with suppress(OverturningError):
         return load_scene(scene.name) == scene

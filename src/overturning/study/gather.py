@@ -19,12 +19,19 @@ from overturning.records.catalogue import METADATA, PLACES
 from overturning.records.duplicates import refuse_duplicates
 from overturning.records.earthquakes import earthquakes_of
 from overturning.records.record import Record, provenance
-from overturning.study.load import portable
+from overturning.study.load import without_absolute_paths
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
-from overturning.study.parts import open_part, record_of
-from overturning.study.scenes import NOMINAL, Sizes, grid_of, model_for, size_note, uses_vertical
+from overturning.study.parts import open_part, record_and_variant_of_part
+from overturning.study.scenes import (
+    NOMINAL,
+    SizeConversion,
+    uses_vertical,
+    variant_grid,
+    variant_model,
+    variant_size_note,
+)
 from overturning.study.schema import Study
-from overturning.study.sweep import variables_of
+from overturning.study.sweep import cube_variables
 
 CONVENTIONS = "CF-1.11"
 RECORD_COORDINATES = (
@@ -38,7 +45,9 @@ _PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xar
 """Packages that affect the numerical results; the cube lists their versions."""
 
 
-def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path: Path, variant: str = NOMINAL) -> None:
+def merge_parts(
+    study: Study, records: Sequence[Record], part_paths: Sequence[Path], path: Path, variant: str = NOMINAL
+) -> None:
     """Merge the parts of a sweep into the cube of a variant; `records` are processed, in the order of the cube.
 
     A part has cells of one record, from any piece of the grid; the order of parts does not matter. At most one variable
@@ -48,17 +57,17 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     from netCDF4 import Dataset
 
     refuse_duplicates(records)
-    grid, variables = grid_of(study, variant), variables_of(study)
+    grid, variables = variant_grid(study, variant), cube_variables(study)
     of_record: dict[str, list[Path]] = {record.record_id: [] for record in records}
-    for part in parts:
-        name, of_variant = record_of(part)
+    for part in part_paths:
+        name, of_variant = record_and_variant_of_part(part)
         if name not in of_record or of_variant != variant:
             raise ResultError(f"{part}: holds record {name}, variant {of_variant}, which are not in this study")
         of_record[name].append(part)
     with atomic_write(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
         describe_cube(cube, study, records, variant)
         cube.block_steps = 0
-        whole = [_copy_record(paths, cube, at, grid, variables) for at, paths in enumerate(of_record.values())]
+        whole = [_copy_parts_of_record(paths, cube, at, grid, variables) for at, paths in enumerate(of_record.values())]
         if missing := [name for name, found in zip(of_record, whole, strict=True) if not found]:
             raise ResultError(
                 f"{path}: no part holds all cells of {', '.join(missing)}; run the sweep of these records again"
@@ -68,30 +77,32 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
 
 def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: str = NOMINAL) -> None:
     """Create dimensions, coordinates, attributes and variables (all missing) of a cube in an open netCDF4 file."""
-    model, grid = model_for(study, variant), grid_of(study, variant)
-    cube.setncatts(_attributes(study, records, variant))
+    model, grid = variant_model(study, variant), variant_grid(study, variant)
+    cube.setncatts(_cube_attributes(study, records, variant))
     cube.createDimension("record", len(records))
     _add_records(cube, records, uses_vertical(study, variant))
     add_grid(cube, grid)
     cube[model.direction].setncatts(model.direction_attributes)
-    if said := size_note(study, variant):
+    if said := variant_size_note(study, variant):
         cube["height"].comment = cube["b_over_h"].comment = said
-    own = Sizes.of(study, variant).own_ratio
+    own = SizeConversion.for_variant(study, variant).own_ratio
     sized = grid if own is None else grid.replace_rows(b_over_h=np.full(grid["b_over_h"].size, own))
     if (critical := critical_angle(model, sized)) is not None:  # None for a single block, where it follows from B/H
         dimensions, values, attributes = critical
         angles = cube.createVariable("critical_angle", "f8", dimensions, fill_value=np.nan)
         angles.setncatts(attributes)
         angles[:] = values
-    for variable in variables_of(study):
+    for variable in cube_variables(study):
         names = ("element_name",) if "element" in grid.variable_dimensions(variable) else ()
         add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
 
 
-def _copy_record(paths: Sequence[Path], cube: Any, index: int, grid: Grid, variables: Sequence[Variable]) -> bool:
+def _copy_parts_of_record(
+    part_paths: Sequence[Path], cube: Any, record_index: int, grid: Grid, variables: Sequence[Variable]
+) -> bool:
     """Copy the parts of a record, one variable at a time, and add their block steps; False if a cell is missing."""
     with ExitStack() as stack:
-        parts = [stack.enter_context(open_part(path, grid, variables)) for path in paths]
+        parts = [stack.enter_context(open_part(path, grid, variables)) for path in part_paths]
         filled = np.zeros(grid.shape, dtype=bool)
         for part in parts:
             filled[np.ix_(*part.places)] = True
@@ -101,8 +112,8 @@ def _copy_record(paths: Sequence[Path], cube: Any, index: int, grid: Grid, varia
         for variable in variables:
             cells = np.full(grid.variable_shape(variable), variable.fill_value, variable.dtype)
             for part in parts:
-                part.put(variable.name, cells)
-            cube[variable.name][index] = cells
+                part.copy_variable(variable.name, cells)
+            cube[variable.name][record_index] = cells
     return True
 
 
@@ -120,7 +131,7 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
     normals = [None if strike is None else (strike + 90.0) % 360.0 for strike in strikes]
     about = "azimuth of the fault normal, strike + 90 degrees"
     add("fault_normal", "f8", normals, np.nan, long_name=about, units="degree")
-    _add_places(add, records)
+    _add_station_coordinates(add, records)
     for name, (_, long_name, unit) in METADATA.items():
         known = [record.extra.get(name) for record in records]
         if unit:
@@ -138,7 +149,7 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
         add(name, "i1", flags, missing, long_name=long_name, **flag, flag_meanings=meanings)
 
 
-def _add_places(add: Callable[..., None], records: Sequence[Record]) -> None:
+def _add_station_coordinates(add: Callable[..., None], records: Sequence[Record]) -> None:
     """Add the coordinates of stations and epicentres."""
     for where, pairs in (
         ("station", [(record.latitude, record.longitude) for record in records]),
@@ -151,7 +162,7 @@ def _add_places(add: Callable[..., None], records: Sequence[Record]) -> None:
             add(f"{where}_{name}", "f8", values, np.nan, **said)
 
 
-def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[str, str]:
+def _cube_attributes(study: Study, records: Sequence[Record], variant: str) -> dict[str, str]:
     sources = [
         {"id": record.record_id, "source": record.source, "sha256": record.sha256, "licence": record.licence}
         | {name: record.extra[name] for name in PLACES if name in record.extra}
@@ -166,8 +177,8 @@ def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[s
         # No time of day, so that equal runs give equal files.
         "history": f"gathered by overturning {metadata.version('overturning')} from one sweep per record",
         "references": "see the documentation of overturning",
-        "comment": model_for(study, variant).comment,
-        "study": json.dumps(portable(study), ensure_ascii=False),
+        "comment": variant_model(study, variant).comment,
+        "study": json.dumps(without_absolute_paths(study), ensure_ascii=False),
         "variant": variant,
         "earthquakes": json.dumps(earthquakes_of(records).notes, ensure_ascii=False),
         "record_sources": json.dumps(sources, ensure_ascii=False),

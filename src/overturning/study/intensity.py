@@ -15,7 +15,7 @@ from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd
 from overturning.records.earthquakes import earthquakes_of
 from overturning.records.record import Record
-from overturning.study.scenes import directions
+from overturning.study.scenes import to_direction_values
 from overturning.study.schema import Study
 
 PERCENTILES = (0.0, 50.0, 100.0)
@@ -35,7 +35,7 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
     """
     import xarray as xr
 
-    azimuth = directions(study.azimuth.values())
+    azimuth = to_direction_values(study.azimuth.values())
     measures = [intensity_by_azimuth(Motion.of(record), azimuth) for record in records]
     table = xr.concat(measures, dim="record", combine_attrs="override", coords="minimal", compat="override")
     table = table.assign_coords(
@@ -44,7 +44,7 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
         event=("record", list(earthquakes_of(records).labels), {"long_name": "earthquake, one name for each"}),
     )
     own = study.population.period if study.population else ()
-    table = table.assign(_of_records(records, np.unique([*SPECTRUM_PERIODS, *own])))
+    table = table.assign(_record_measures(records, np.unique([*SPECTRUM_PERIODS, *own])))
     table.attrs = {"Conventions": "CF-1.11", "title": f"{study.title or study.name}: intensity by azimuth"}
     # CF forbids a fill value for coordinates.
     for name in table.coords:
@@ -53,7 +53,7 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
         table.to_netcdf(part, engine="netcdf4")
 
 
-def _of_records(records: Sequence[Record], periods: FloatArray) -> dict[str, Any]:
+def _record_measures(records: Sequence[Record], periods: FloatArray) -> dict[str, Any]:
     """Compute the variables of whole records; NaN if a record has no such measure."""
     motions = [Motion.of(record) for record in records]
     columns = [record_measures(motion, record.processing) for motion, record in zip(motions, records, strict=True)]
@@ -89,14 +89,14 @@ def _of_records(records: Sequence[Record], periods: FloatArray) -> dict[str, Any
     psa = "pseudo-acceleration, damping ratio 0.05, RotD"
     add("psa_rotd", "record percentile period", [one["psa"] for one in spectra], "m s-2", psa)
     for name in ("north", "east"):
-        values = [_smoothed(getattr(record, name), record.sampling_interval) for record in records]
+        values = [_smoothed_fourier_amplitude(getattr(record, name), record.sampling_interval) for record in records]
         smoothed = f"Fourier amplitude of {name}, smoothed after Konno and Ohmachi, b = 40"
         untold = "missing where the record is too short to tell, and beyond its Nyquist frequency"
         add(f"fourier_{name}", "record frequency", values, "m s-1", f"{smoothed}; {untold}")
     return variables
 
 
-def _smoothed(samples: FloatArray, interval: float) -> FloatArray:
+def _smoothed_fourier_amplitude(samples: FloatArray, interval: float) -> FloatArray:
     """Compute the Fourier amplitude, smoothed by `konno_ohmachi`, at `FREQUENCIES`; NaN above the Nyquist frequency."""
     frequency, amplitude = amplitude_spectrum(samples, interval)
     inside = frequency[-1] >= FREQUENCIES

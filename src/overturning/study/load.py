@@ -29,19 +29,19 @@ def read_study(path: Path) -> dict[str, Any]:
     return read_mapping(path, "study", "see config/README.md", "name a study file with --configfile")
 
 
-def check_study(data: Mapping[str, Any], where: str) -> Study:
-    """Validate the content of a study file, called `where` in messages; a ConfigError has one line per wrong key."""
+def check_study(content: Mapping[str, Any], study_file: str) -> Study:
+    """Validate the content of a study file; raises a ConfigError with the file name and one line per wrong key."""
     try:
-        return Study.model_validate(dict(data))
+        return Study.model_validate(dict(content))
     except ValidationError as error:
         lines = describe_faults(error, Study, whole="the study")
-        raise ConfigError("\n       ".join(f"{where}: {line}" for line in lines)) from None
+        raise ConfigError("\n       ".join(f"{study_file}: {line}" for line in lines)) from None
 
 
-def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, "RecordEntry"]:
+def record_table_rows(study: Study, study_file: str, root: Path = Path()) -> dict[str, "RecordEntry"]:
     """Return the rows of the record table (path relative to `root`) that a study uses, in its order.
 
-    A `ConfigError` names a record that is not in the table, with the study file as `where`.
+    A `ConfigError` names a record that is not in the table, with the study file as `study_file`.
     """
     # Imported lazily: workflow steps that read no record start faster.
     from overturning.records.catalogue import RecordEntry, read_catalogue
@@ -51,7 +51,7 @@ def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, "Reco
     for name, line in study.records.pulses.items():
         if name in table:
             raise ConfigError(
-                f"{where}: records.pulses: {name!r} is also in {study.records.table}; give the pulse another id"
+                f"{study_file}: records.pulses: {name!r} is also in {study.records.table}; give the pulse another id"
             )
         parse_pulse(line)
         table[name] = RecordEntry(id=name, format="synthetic", source=line)
@@ -60,24 +60,24 @@ def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, "Reco
             elsewhere = "there is none here but the package's: run in the study's project"
             remedy = "add a row for it" if (root / study.records.table).is_file() else elsewhere
             hint = did_you_mean(name, table, remedy)
-            raise ConfigError(f"{where}: records.use: {name!r} is not in {study.records.table}; {hint}")
+            raise ConfigError(f"{study_file}: records.use: {name!r} is not in {study.records.table}; {hint}")
     return {name: table[name] for name in study.records.use}
 
 
-def study_from(text: str) -> Study:
+def load_study_from_text(file_or_json: str) -> Study:
     """Load a study from a file name or from JSON text; for errors see `load_study`."""
-    if not text.lstrip().startswith("{"):
-        return load_study(Path(text))
+    if not file_or_json.lstrip().startswith("{"):
+        return load_study(Path(file_or_json))
     try:
-        return check_study(json.loads(text), "--study")
+        return check_study(json.loads(file_or_json), "--study")
     except json.JSONDecodeError as error:
         raise ConfigError(
             f"--study: not valid JSON ({error.msg} at character {error.pos}); give a file or its content"
         ) from None
 
 
-def portable(study: Study) -> dict[str, Any]:
-    """Return the complete study without folders of this machine: absolute paths are cut to their last part."""
+def without_absolute_paths(study: Study) -> dict[str, Any]:
+    """Return the complete study as a dictionary in which absolute paths are cut to their last part."""
     data = study.model_dump(mode="json")
     for key in ("table", "folder"):
         data["records"][key] = portable_name(data["records"][key])

@@ -29,28 +29,28 @@ def incompatible_settings(study: Any) -> Iterator[str]:
     contacts = {f"variants.{name}.": one.contact for name, one in study.variants.items() if one.contact is not None}
     contacts[""] = study.contact
     if study.body is not None:
-        yield from _of_body(study, study.body, contacts)
+        yield from _body_conflicts(study, study.body, contacts)
     elif study.orientation != Orientations():
         yield "orientation: only a body in space has one; give `body`, or `azimuth` instead"
-    yield from _of_population(study)
-    yield from _of_scenes(study, contacts)
-    yield from _of_variants(study)
-    yield from _of_primary(study)
-    yield from _of_question(study)
+    yield from _population_conflicts(study)
+    yield from _scene_conflicts(study, contacts)
+    yield from _variant_conflicts(study)
+    yield from _primary_statistic_conflicts(study)
+    yield from _question_conflicts(study)
     for key in ("height", "friction"):
         if (one := getattr(study.figures, key)) is not None and one not in getattr(study, key):
             yield f"figures.{key}: {one:g} is not computed; add it to {key}, or name one of them"
-    yield from _of_observations(study)
+    yield from _observation_conflicts(study)
 
 
-def _of_population(study: Any) -> Iterator[str]:
+def _population_conflicts(study: Any) -> Iterator[str]:
     if study.body is None and study.population is not None:
         own = study.population.model_dump(include={"shifted", "rotated"}).items()
         if said := [name for name, value in own if value != Population.model_fields[name].default]:
             yield f"population.{said[0]}: only stones in space are told shifted or rotated; give `body`"
 
 
-def _of_variants(study: Any) -> Iterator[str]:
+def _variant_conflicts(study: Any) -> Iterator[str]:
     if "nominal" in study.variants:
         yield "variants: the name nominal is that of the study's own contact; choose another"
     if bare := [name for name, variant in study.variants.items() if variant == Variant()]:
@@ -60,7 +60,7 @@ def _of_variants(study: Any) -> Iterator[str]:
         yield f"variants.{on_soil[0]}.site: the study has a site too; make that a variant as well"
 
 
-def _of_observations(study: Any) -> Iterator[str]:
+def _observation_conflicts(study: Any) -> Iterator[str]:
     for row in study.published:
         if row.record not in study.records.use:
             yield f"published: record {row.record!r} is not in records.use"
@@ -75,7 +75,7 @@ def _of_observations(study: Any) -> Iterator[str]:
             yield f"surveys.{index}.record: {survey.record!r} is not in records.use"
 
 
-def _of_body(study: Any, body: BodySettings, contacts: dict[str, ContactSettings]) -> Iterator[str]:
+def _body_conflicts(study: Any, body: BodySettings, contacts: dict[str, ContactSettings]) -> Iterator[str]:
     for key, reason in _PLANAR_ONLY.items():
         if getattr(study, key) != (gravestone() if key == "scene" else type(study).model_fields[key].default):
             yield f"{key}: {reason}"
@@ -96,7 +96,7 @@ def _of_body(study: Any, body: BodySettings, contacts: dict[str, ContactSettings
         yield "ensemble.initial_tilt: a body in space starts at rest; leave it at 0"
 
 
-def _of_primary(study: Any) -> Iterator[str]:
+def _primary_statistic_conflicts(study: Any) -> Iterator[str]:
     statistic, against = study.primary.statistic, study.primary.against
     if statistic == "published" and not study.published:
         yield "primary.statistic: nothing is published to compare with; give `published`"
@@ -108,7 +108,7 @@ def _of_primary(study: Any) -> Iterator[str]:
         yield f"primary.against: {against!r} is none of the variants"
 
 
-def _of_question(study: Any) -> Iterator[str]:
+def _question_conflicts(study: Any) -> Iterator[str]:
     if study.asks == "survey" and not (study.surveys or study.published):
         yield "asks: survey, and there is nothing to compare with; give `surveys` or `published`"
     if study.asks == "reference" and study.body is None:
@@ -123,7 +123,7 @@ def _of_question(study: Any) -> Iterator[str]:
         yield f"asks: {study.asks}, but variant {study.primary.against!r} has none of its own; change it there"
 
 
-def _of_scenes(study: Any, contacts: dict[str, ContactSettings]) -> Iterator[str]:
+def _scene_conflicts(study: Any, contacts: dict[str, ContactSettings]) -> Iterator[str]:
     scenes = {f"variants.{name}.": one.scene or study.scene for name, one in study.variants.items()}
     scenes[""] = study.scene
     own = [where for where, scene in scenes.items() if scene != gravestone()]  # that takes contact and density

@@ -14,33 +14,33 @@ from overturning.model.grid import AXES, Grid
 from overturning.model.variables import Variable
 
 
-def open_raw(path: Path, what: str, remedy: str, sealed: bool = False) -> Any:
+def open_netcdf_unscaled(path: Path, file_description: str, remedy: str, check_checksum: bool = False) -> Any:
     """Open a netCDF4 file without masking and scaling; a ResultError with the remedy if that fails.
 
-    A file whose checksum does not match is refused; with `sealed`, also a file without a checksum.
+    A file whose checksum does not match is refused; with `check_checksum`, also a file without a checksum.
     """
     from netCDF4 import Dataset
 
     found = checksum_matches(path)
-    if found is False or (sealed and path.is_file() and not found):
+    if found is False or (check_checksum and path.is_file() and not found):
         raise ResultError(f"{path}: damaged, its checksum does not match; {remedy}")
     try:
         file = Dataset(path)
     except OSError as error:
-        raise ResultError(f"{path}: cannot be {what} ({error}); {remedy}") from None
+        raise ResultError(f"{path}: cannot be {file_description} ({error}); {remedy}") from None
     file.set_auto_maskandscale(False)
     return file
 
 
 def add_coordinate(
-    file: Any, dimension: str, name: str, dtype: Any, values: Iterable[Any], fill: Any = None, **attributes: Any
+    file: Any, dimension: str, name: str, dtype: Any, values: Iterable[Any], fill_value: Any = None, **attributes: Any
 ) -> None:
     """Create a coordinate variable along a dimension, with the fill value for None, in an open netCDF4 file."""
-    variable = file.createVariable(name, dtype, (dimension,), fill_value=fill)
+    variable = file.createVariable(name, dtype, (dimension,), fill_value=fill_value)
     variable.setncatts(attributes)
     variable.set_auto_maskandscale(False)
     for index, value in enumerate(values):
-        variable[index] = fill if value is None else value
+        variable[index] = fill_value if value is None else value
 
 
 def add_grid(file: Any, grid: Grid) -> None:
@@ -69,9 +69,9 @@ def chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
     return (min(shape[0], max(1, CHUNK // max(1, prod(shape[1:])))), *shape[1:])
 
 
-def add_variable(file: Any, variable: Variable, grid: Grid, *before: str) -> Any:
-    """Create an outcome variable over dimensions `before` and those of a grid, filled with "missing"."""
-    dimensions = (*before, *grid.variable_dimensions(variable))
+def add_variable(file: Any, variable: Variable, grid: Grid, *leading_dimensions: str) -> Any:
+    """Create an outcome variable over dimensions `leading_dimensions` and those of a grid, filled with "missing"."""
+    dimensions = (*leading_dimensions, *grid.variable_dimensions(variable))
     own = chunk_shape(grid.variable_shape(variable)[1 if grid.amplitude else 0 :])
     created = file.createVariable(
         variable.name, variable.dtype, dimensions, fill_value=variable.fill_value,
@@ -83,7 +83,7 @@ def add_variable(file: Any, variable: Variable, grid: Grid, *before: str) -> Any
 
 
 def content_hash(file: Any, variables: Sequence[Variable]) -> str:
-    """Return the SHA-256 over names and values of the outcome variables, for a file opened by `open_raw`."""
+    """Return the SHA-256 of names and values of the outcome variables of an open netCDF4 file."""
     digest = hashlib.sha256()
     for variable in variables:
         digest.update(variable.name.encode())

@@ -14,8 +14,8 @@ from overturning.errors import ArgumentError, ResultError
 from overturning.files import atomic_write
 from overturning.model.grid import Grid
 from overturning.model.variables import VARIABLES, Variable
-from overturning.study.netcdf import add_grid, add_variable, open_raw
-from overturning.study.scenes import NOMINAL, model_for
+from overturning.study.netcdf import add_grid, add_variable, open_netcdf_unscaled
+from overturning.study.scenes import NOMINAL, variant_model
 from overturning.study.schema import Study
 
 
@@ -49,13 +49,13 @@ def part_path(folder: Path, record_id: str, chunk: Chunk) -> Path:
     return folder / f"{record_id}.{chunk}.nc"
 
 
-def parts_of(folder: Path, records: Iterable[str], chunks: int) -> list[Path]:
+def part_paths(folder: Path, record_ids: Iterable[str], chunk_count: int) -> list[Path]:
     """Return the paths of all parts of records."""
-    all_chunks = [Chunk(number, chunks) for number in range(1, chunks + 1)]
-    return [part_path(folder, record, chunk) for record in records for chunk in all_chunks]
+    all_chunks = [Chunk(number, chunk_count) for number in range(1, chunk_count + 1)]
+    return [part_path(folder, record, chunk) for record in record_ids for chunk in all_chunks]
 
 
-def piece_of(study: Study, grid: Grid, chunk: Chunk, variant: str = NOMINAL) -> Grid:
+def grid_of_chunk(study: Study, grid: Grid, chunk: Chunk, variant: str = NOMINAL) -> Grid:
     """Return the piece of the grid of a variant that a chunk simulates.
 
     Only the directions are divided, in alternation, so that chunks have similar run times. Directions that are copied
@@ -65,7 +65,7 @@ def piece_of(study: Study, grid: Grid, chunk: Chunk, variant: str = NOMINAL) -> 
     name = grid.names[0]
     directions = grid[name]
     group = np.arange(directions.size)
-    for index, others in enumerate(model_for(study, variant).computed_cells(grid).cell):
+    for index, others in enumerate(variant_model(study, variant).computed_cells(grid).cell):
         for other in others:
             group[group == group[index]] = group[other]
     number = np.unique(group, return_inverse=True)[1]
@@ -75,7 +75,7 @@ def piece_of(study: Study, grid: Grid, chunk: Chunk, variant: str = NOMINAL) -> 
 def write_part(
     path: Path,
     grid: Grid,
-    outcome: dict[str, NDArray[Any]],
+    outcome_arrays: dict[str, NDArray[Any]],
     attributes: dict[str, str | int],
     variables: tuple[Variable, ...] = VARIABLES,
 ) -> None:
@@ -86,7 +86,7 @@ def write_part(
         if grid.size:
             add_grid(file, grid)
             for variable in variables:
-                add_variable(file, variable, grid)[:] = variable.encode(outcome[variable.name])
+                add_variable(file, variable, grid)[:] = variable.encode(outcome_arrays[variable.name])
         file.setncatts(attributes)
 
 
@@ -96,23 +96,25 @@ class Part(NamedTuple):
     file: Any  # netCDF4 dataset without masking and scaling
     places: list[NDArray[np.intp]]  # positions of its cells along each dimension of the whole grid
 
-    def put(self, name: str, cells: NDArray[Any]) -> None:
+    def copy_variable(self, variable_name: str, grid_array: NDArray[Any]) -> None:
         """Copy the values of a variable to their positions in an array for the whole grid."""
         if self.places[0].size:
             where: tuple[Any, ...] = np.ix_(*self.places)
-            cells[(slice(None), *where) if "amplitude" in self.file.dimensions else where] = self.file[name][:]
+            grid_array[(slice(None), *where) if "amplitude" in self.file.dimensions else where] = self.file[
+                variable_name
+            ][:]
 
 
-def record_of(path: Path) -> tuple[str, str]:
+def record_and_variant_of_part(path: Path) -> tuple[str, str]:
     """Read record and variant of a part; a `ResultError` if it cannot be read."""
-    with open_raw(path, "read", _REMEDY, sealed=True) as file:
+    with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         return file.record_id, file.variant
 
 
 @contextmanager
 def open_part(path: Path, grid: Grid, variables: Sequence[Variable]) -> Iterator[Part]:
     """Open a part and check that its cells belong to a grid; a `ResultError` if they do not."""
-    with open_raw(path, "read", _REMEDY, sealed=True) as file:
+    with open_netcdf_unscaled(path, "read", _REMEDY, check_checksum=True) as file:
         if not file.dimensions:  # empty chunk
             yield Part(file, [np.zeros(0, np.intp)] * len(grid.names))
             return

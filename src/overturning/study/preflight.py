@@ -16,8 +16,15 @@ from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry, find_paths
 from overturning.study.ensemble import BATCH, MAX_MEMBER_CASES
-from overturning.study.load import entries_of
-from overturning.study.scenes import NOMINAL, Sizes, model_for, numerics_of, uses_vertical, variant_names
+from overturning.study.load import record_table_rows
+from overturning.study.scenes import (
+    NOMINAL,
+    SizeConversion,
+    numerics_of_study,
+    uses_vertical,
+    variant_model,
+    variant_names,
+)
 from overturning.study.schema import Study
 from overturning.units import STANDARD_GRAVITY
 
@@ -66,22 +73,23 @@ class Size:
     def __str__(self) -> str:
         plural = "" if self.records == 1 else "s"
         total = f"{self.records} record{plural} × {self.cases:,} cases = {self.records * self.cases:,}"
-        memory, disk = _bytes(self.memory_bytes), _bytes(self.disk_bytes)
+        memory, disk = _format_bytes(self.memory_bytes), _format_bytes(self.disk_bytes)
         return (
             f"{total}; about {format_time(self.processor_s)} of processor time, {memory} of memory, {disk} of results"
         )
 
 
-def job_seconds(study: Study, chunks: int = 1) -> dict[str, float]:
+def job_seconds(study: Study, chunks_per_record: int = 1) -> dict[str, float]:
     """Return the expected processor time of a job of each workflow rule, s, accurate to a factor of about two.
 
     ``record_figures`` is the time per record. A sweep is one job per record, variant and chunk.
     """
     records, members, scales = len(study.records.use), study.ensemble.members, len(study.amplitude)
     runs = scales + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)  # members at one amplitude
-    cases = study.cases * _CASE_S * model_for(study).cost * runs
+    cases = study.cases * _CASE_S * variant_model(study).cost * runs
     seconds = {
-        "read": 0.8, "describe": 1.2 + 0.03 * records, "rotate": 1.5 + 0.25 * records, "sweep": 0.8 + cases / chunks,
+        "read": 0.8, "describe": 1.2 + 0.03 * records, "rotate": 1.5 + 0.25 * records,
+        "sweep": 0.8 + cases / chunks_per_record,
         "gather": 1.0 + 0.05 * records, "convergence": 2.0 + 0.05 * records * cases, "record_figures": 1.2,
         "figures": 2.0 + 0.15 * records, "illustrative": 4.0, "explore": 3.0, "report": 3.0 + 0.1 * records,
         "crate": 1.5,
@@ -89,13 +97,13 @@ def job_seconds(study: Study, chunks: int = 1) -> dict[str, float]:
     return {rule: round(one, 1) for rule, one in seconds.items()}
 
 
-def size_of(study: Study, chunks: int = 1) -> Size:
+def estimate_size(study: Study, chunks_per_record: int = 1) -> Size:
     """Estimate the size of a study whose records are divided into chunks, to the order of magnitude."""
     records, members, variants = len(study.records.use), study.ensemble.members, 1 + len(study.variants)
-    elements, scales = len(model_for(study).elements), len(study.amplitude)
-    jobs = {"read": records, "sweep": records * variants * chunks, "record_figures": records}
-    work = sum(jobs.get(rule, 1) * seconds for rule, seconds in job_seconds(study, chunks).items())
-    cells = study.cases / chunks
+    elements, scales = len(variant_model(study).elements), len(study.amplitude)
+    jobs = {"read": records, "sweep": records * variants * chunks_per_record, "record_figures": records}
+    work = sum(jobs.get(rule, 1) * seconds for rule, seconds in job_seconds(study, chunks_per_record).items())
+    cells = study.cases / chunks_per_record
     memory = (
         _BASE_MEMORY
         + cells * scales * _CELL_IN_MEMORY * elements
@@ -108,25 +116,25 @@ def size_of(study: Study, chunks: int = 1) -> Size:
 
 def fits_single_page(study: Study) -> bool:
     """True if the explorer page of a study holds all cells in a single file."""
-    return len(study.records.use) * study.cases * len(model_for(study).elements) <= MAX_CELLS_PER_PAGE
+    return len(study.records.use) * study.cases * len(variant_model(study).elements) <= MAX_CELLS_PER_PAGE
 
 
-def check_size(study: Study, where: str, chunks: int = 1) -> Size:
+def check_size(study: Study, study_file: str, chunks_per_record: int = 1) -> Size:
     """Return the size of a study; a `ConfigError` if this machine has not enough memory or disk space."""
-    size = size_of(study, chunks)
+    size = estimate_size(study, chunks_per_record)
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     disk = shutil.disk_usage(_existing_folder(Path("results"))).free
     if size.memory_bytes > memory or size.disk_bytes > disk:
         raise ConfigError(
-            f"{where}: {size}. This machine has {_bytes(memory)} of memory and {_bytes(disk)} of free disk: take "
-            "larger steps in azimuth, b_over_h, height or friction, or fewer records"
+            f"{study_file}: {size}. This machine has {_format_bytes(memory)} of memory and {_format_bytes(disk)} of "
+            "free disk: take larger steps in azimuth, b_over_h, height or friction, or fewer records"
         )
     return size
 
 
-def check_results(results: Path) -> None:
+def check_results(results_folder: Path) -> None:
     """Raise a `ConfigError` if the folder of results is not writable."""
-    folder = _existing_folder(results)
+    folder = _existing_folder(results_folder)
     if not os.access(folder, os.W_OK | os.X_OK):
         raise ConfigError(
             f"the folder {folder.resolve()} cannot be written to; run as its owner, or give it write permission"
@@ -138,7 +146,7 @@ def _existing_folder(folder: Path) -> Path:
     return next(one for one in (folder, *folder.absolute().parents) if one.is_dir())
 
 
-def check_packages(study: Study, where: str) -> None:
+def check_packages(study: Study, study_file: str) -> None:
     """Raise a `ConfigError` if an optional package that a study needs is not installed, or lacks a soil curve."""
     from overturning.motion.soil import check_layers
 
@@ -149,18 +157,18 @@ def check_packages(study: Study, where: str) -> None:
             if site is not None:
                 check_layers(site.layers)
         except ArgumentError as error:
-            faults[f"{where}: {key}{error}"] = None
+            faults[f"{study_file}: {key}{error}"] = None
     if faults:
         raise ConfigError(_format_faults(list(faults)))
 
 
-def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[str, list[Path]]]:
+def check_files(study: Study, study_file: str) -> tuple[dict[str, RecordEntry], dict[str, list[Path]]]:
     """Return the rows of the record table that a study uses, and the files of each record provided by the user.
 
     A `ConfigError` names a record that is not in the table, or whose file lies outside the folder of records, a
     `MissingDataError` all files that are missing.
     """
-    entries, folder = entries_of(study, where), Path(study.records.folder)
+    entries, folder = record_table_rows(study, study_file), Path(study.records.folder)
     files: dict[str, list[Path]] = {}
     faults: list[str] = []
     for name, entry in entries.items():
@@ -182,7 +190,7 @@ def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[
     return entries, files
 
 
-def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, ...]:
+def check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[str, ...]:
     """Read and process records as a run does, and plan cases; a `ConfigError` names what cannot be read or computed.
 
     Returns notes on the assignment of records to earthquakes, on skipped or resampled data, and on records too weak to
@@ -194,13 +202,17 @@ def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, .
     from overturning.records.read import read_record
 
     faults, records, notes, prints = [], [], [], []
-    for entry in entries.values():
+    for entry in record_rows.values():
         try:
             # Keep only metadata and a fingerprint, since a study can have thousands of records.
             record = process(read_record(entry, Path(study.records.folder)), study.processing)
             prints.append(fingerprint(record))
             notes += [f"record {entry.id}: {note}" for note in record.notes]
-            notes += [f"record {entry.id}: too weak to move any stone of the study"] if _too_weak(study, record) else []
+            notes += (
+                [f"record {entry.id}: too weak to move any stone of the study"]
+                if _cannot_move_any_block(study, record)
+                else []
+            )
             records.append(replace(record, north=np.zeros(2), east=np.zeros(2), up=None))
         except OverturningError as error:
             faults.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
@@ -208,24 +220,24 @@ def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, .
     if faults:
         raise ConfigError(_format_faults(faults))
     if records:
-        _check_cases(study, min(record.sampling_interval for record in records))
+        _check_outermost_cases(study, min(record.sampling_interval for record in records))
     return (*(f"earthquakes: {note}" for note in earthquakes_of(records).notes), *notes)
 
 
-def has_alignment(entries: Iterable[RecordEntry]) -> bool:
+def has_alignment(record_rows: Iterable[RecordEntry]) -> bool:
     """True if the alignment with fault normals can be computed: one of its records has a fault strike.
 
     Its records are those with a velocity pulse if the others are their control, otherwise all records.
     """
-    records = list(entries)
+    records = list(record_rows)
     with_control = {True, False} <= {entry.pulse for entry in records}
     chosen = [entry for entry in records if entry.pulse or not with_control]
     return any(entry.fault_strike_deg is not None for entry in chosen)
 
 
-def check_primary(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, ...]:
-    """Return a note if the primary statistic cannot be computed for the records of a study, otherwise ()."""
-    if study.primary.statistic != "alignment" or has_alignment(entries.values()):
+def note_on_primary_statistic(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[str, ...]:
+    """Return a note if the primary statistic cannot be computed for the records of a study, else an empty tuple."""
+    if study.primary.statistic != "alignment" or has_alignment(record_rows.values()):
         return ()
     return (
         "primary.statistic: alignment has no answer: no record that it is of has a fault_strike_deg in "
@@ -233,28 +245,28 @@ def check_primary(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, .
     )
 
 
-def _check_cases(study: Study, interval: float) -> None:
+def _check_outermost_cases(study: Study, sampling_interval: float) -> None:
     """Plan the outermost cells of a study as a run does; a ConfigError states why one cannot be simulated.
 
-    Limits of scheme, step, contact and scene depend on sizes and on the shortest sampling `interval`, s.
+    Limits of scheme, step, contact and scene depend on sizes and on the shortest sampling `sampling_interval`, s.
     """
     from overturning.dem.run import plan_of  # imported lazily: imports Numba
 
-    still = Motion(np.zeros(2), np.zeros(2), sampling_interval=interval, trust_data=True)
+    still = Motion(np.zeros(2), np.zeros(2), sampling_interval=sampling_interval, trust_data=True)
     ends = ((min(row), max(row)) for row in (study.height, study.b_over_h, study.friction, study.aspects))
     height, b_over_h, friction, aspect = np.array(list(product(*ends))).T
     for variant in variant_names(study):
-        sizes, of = Sizes.of(study, variant), "" if variant == NOMINAL else f"variant {variant}: "
+        sizes, of = SizeConversion.for_variant(study, variant), "" if variant == NOMINAL else f"variant {variant}: "
         try:
-            ratio = sizes.ratios(b_over_h, np.array(study.b_over_h))
+            ratio = sizes.scene_b_over_h(b_over_h, np.array(study.b_over_h))
             tilt = study.ensemble.initial_tilt if study.ensemble.members else 0.0
-            cases = Cases(0.0, sizes.heights(height), ratio, friction, initial_tilt=tilt, aspect=aspect)
-            plan_of(model_for(study, variant), still, cases, numerics_of(study))
+            cases = Cases(0.0, sizes.scene_heights(height), ratio, friction, initial_tilt=tilt, aspect=aspect)
+            plan_of(variant_model(study, variant), still, cases, numerics_of_study(study))
         except ArgumentError as error:
             raise ConfigError(f"study {study.name!r}: {of}{error}") from None
 
 
-def _too_weak(study: Study, record: "Record") -> bool:
+def _cannot_move_any_block(study: Study, record: "Record") -> bool:
     """True if a rigid stone stays at rest in every case: |a| ≤ (g + a_up) min(B/H, D/H, µ) throughout.
 
     False for a scene (its elements have thresholds of their own), a body given by vertices, and records amplified by
@@ -285,7 +297,7 @@ def format_time(seconds: float) -> str:
     )
 
 
-def _bytes(count: float) -> str:
+def _format_bytes(count: float) -> str:
     units = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
     unit, name = next((one for one in units if count >= one[0]), units[-1])
     return f"{count / unit:,.{0 if count >= 10 * unit or name == 'kB' else 1}f} {name}"

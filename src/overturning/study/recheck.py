@@ -13,11 +13,11 @@ from overturning.model.grid import Grid
 from overturning.model.results import COUNTS
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
-from overturning.study.cube import motion_folder, open_cube, study_of
-from overturning.study.netcdf import content_hash, open_raw
-from overturning.study.scenes import grid_of, model_for, motion_of, numerics_of
+from overturning.study.cube import motion_folder_of_cube, open_cube, study_of_cube
+from overturning.study.netcdf import content_hash, open_netcdf_unscaled
+from overturning.study.scenes import motion_for_variant, numerics_of_study, variant_grid, variant_model
 from overturning.study.schema import Study
-from overturning.study.sweep import ensemble_of, member_runner, scaled, simulate_variant, variables_of
+from overturning.study.sweep import create_ensemble, cube_variables, member_runner, scale_motion, simulate_variant
 
 
 @dataclass
@@ -36,40 +36,40 @@ class Recheck:
         return not self.differences and self.content_as_stated
 
 
-def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: int = 1) -> Recheck:
+def recheck(cube_path: Path, motion_folder: Path | None = None, *, cell_count: int = 200, seed: int = 1) -> Recheck:
     """Run a random sample of the cells of a cube again; the default folder of motions is ``motion`` next to it.
 
-    An `ArgumentError` is raised if `cells` is below 1, a `ResultError` if the cube or a motion is missing, or if the
-    cube is only a part of the cube of its study.
+    An `ArgumentError` is raised if `cell_count` is below 1, a `ResultError` if the cube or a motion is missing, or if
+    the cube is only a part of the cube of its study.
     """
-    if cells < 1:
-        raise ArgumentError(f"cells: {cells}; at least 1")
-    with open_cube(path, amplitude=None) as cube:
-        study, variant = study_of(cube), str(cube.attrs["variant"])
+    if cell_count < 1:
+        raise ArgumentError(f"cells: {cell_count}; at least 1")
+    with open_cube(cube_path, amplitude=None) as cube:
+        study, variant = study_of_cube(cube), str(cube.attrs["variant"])
         names = [str(name) for name in cube["record_id"].to_numpy()]
-        grid, variables = grid_of(study, variant), variables_of(study)
+        grid, variables = variant_grid(study, variant), cube_variables(study)
         whole = grid.rows | ({"amplitude": np.array(grid.amplitude)} if grid.amplitude else {})
         if any(cube.sizes.get(name) != row.size or not np.allclose(cube[name], row) for name, row in whole.items()):
-            raise ResultError(f"{path}: a part of its study's cube; recheck the cube that the run made")
-    folder = motions or motion_folder(path, study, variant)
+            raise ResultError(f"{cube_path}: a part of its study's cube; recheck the cube that the run made")
+    folder = motion_folder or motion_folder_of_cube(cube_path, study, variant)
     # Each motion as recorded, and at all amplitudes of the study if there are several.
     scales = grid.amplitude or (1.0,)
     shape = (len(names), len(scales), *grid.shape)
 
     @cache
-    def motion_named(name: str) -> Motion:
-        if not (of_record := folder / f"{name}.nc").is_file():
+    def variant_motion(record_id: str) -> Motion:
+        if not (of_record := folder / f"{record_id}.nc").is_file():
             raise ResultError(f"{of_record}: no such motion; name the folder of the motions with --motions")
-        return motion_of(study, read_motion(of_record), variant)
+        return motion_for_variant(study, read_motion(of_record), variant)
 
-    with open_raw(path, "opened", "run the study again") as file:
+    with open_netcdf_unscaled(cube_path, "opened", "run the study again") as file:
         result = Recheck(prod(shape), content_hash(file, variables) == file.content_sha256)
         generator = np.random.Generator(np.random.PCG64(seed))
-        chosen = np.sort(generator.choice(result.of, size=min(cells, result.of), replace=False))
+        chosen = np.sort(generator.choice(result.of, size=min(cell_count, result.of), replace=False))
         for index, scale, *place in np.column_stack(np.unravel_index(chosen, shape)).tolist():
             cell = (index, *((scale,) if grid.amplitude else ()), *place)
             with_ensemble = "members" in file.variables and bool(file["members"][cell] > 0)
-            motion = scaled(motion_named(names[index]), scales[scale])
+            motion = scale_motion(variant_motion(names[index]), scales[scale])
             again = _recompute_cell(motion, grid, place, study, variant, with_ensemble)
             result.ensemble_cells += with_ensemble
             result.cells += 1
@@ -84,17 +84,17 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
 
 
 def _recompute_cell(
-    motion: Motion, grid: Grid, place: list[int], study: Study, variant: str, with_ensemble: bool
+    motion: Motion, grid: Grid, cell_position: list[int], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
     """Return the values of a cell by name, simulated with its direction and the one it may be copied from."""
-    sources = model_for(study, variant).computed_cells(grid).cell[place[0]]
-    source = int(sources[place[3] if sources.size > 1 else 0])
-    directions = list(dict.fromkeys([source, place[0]] if study.simulation.leave_out else [place[0]]))
-    rows = zip(grid.names, [directions, *([i] for i in place[1:])], strict=True)
+    sources = variant_model(study, variant).computed_cells(grid).cell[cell_position[0]]
+    source = int(sources[cell_position[3] if sources.size > 1 else 0])
+    directions = list(dict.fromkeys([source, cell_position[0]] if study.simulation.leave_out else [cell_position[0]]))
+    rows = zip(grid.names, [directions, *([i] for i in cell_position[1:])], strict=True)
     few = grid.replace_rows(**{name: grid[name][chosen] for name, chosen in rows})
-    arrays = simulate_variant(study, variant, motion, few, numerics_of(study))
+    arrays = simulate_variant(study, variant, motion, few, numerics_of_study(study))
     if with_ensemble:
-        run = member_runner(study, variant, motion, numerics_of(study))
-        arrays |= ensemble_of(study, variant, everywhere=True).run(motion, few, arrays, run)[0]
-    cell = (-1, *(0,) * (len(place) - 1))
+        run = member_runner(study, variant, motion, numerics_of_study(study))
+        arrays |= create_ensemble(study, variant, run_all=True).run(motion, few, arrays, run)[0]
+    cell = (-1, *(0,) * (len(cell_position) - 1))
     return {name: values[cell] for name, values in arrays.items() if name not in COUNTS}

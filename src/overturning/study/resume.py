@@ -19,7 +19,7 @@ from overturning.files import checksum_matches
 from overturning.study.convergence import read_convergence
 from overturning.study.ensemble import Members
 from overturning.study.evaluation import FORMATS
-from overturning.study.netcdf import open_raw
+from overturning.study.netcdf import open_netcdf_unscaled
 
 DAMAGED: Final = "damaged or gone, is made again: "
 """Log prefix of a damaged or missing file that will be made again."""
@@ -39,15 +39,15 @@ _RECORD_FILES: Final = (
 _AHEAD: Final = 2.0  # s by which the clocks of a file system and of the processor may differ
 
 
-def lock(file: Path) -> int | None:
+def lock_folder(lock_file: Path) -> int | None:
     """Lock a folder with a file while this process lives, and wait for steps still running from an earlier run.
 
     The operating system releases the lock when the process ends for any reason. Returns the file descriptor, which must
     stay open; None if the file system has no locks. A `ResultError` names the process of another run that holds the
     lock.
     """
-    file.parent.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(file, os.O_RDWR | os.O_CREAT, 0o666)
+    lock_file.parent.mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(lock_file, os.O_RDWR | os.O_CREAT, 0o666)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -80,17 +80,19 @@ def _wait_for_steps(folder: Path) -> None:
                 process.wait()
 
 
-def repair(results: Path) -> list[Path]:
+def remove_damaged_results(results_folder: Path) -> list[Path]:
     """Remove damaged and incomplete files among the results of a study, and lists of missing figures.
 
     The next run makes them again. Returns the files that were damaged or missing. File times in the future (after the
     clock was set back) are set to just before now, in their order, so that files made from them are newer.
     """
-    for left in results.rglob(".*.part"):
+    for left in results_folder.rglob(".*.part"):
         left.unlink(missing_ok=True)
-    damaged = [path for path in sorted(results.rglob("*.nc")) if path.name[0] != "." and not checksum_matches(path)]
+    damaged = [
+        path for path in sorted(results_folder.rglob("*.nc")) if path.name[0] != "." and not checksum_matches(path)
+    ]
     for pattern, read in _TABLES.items():
-        for path in sorted(results.glob(pattern)):
+        for path in sorted(results_folder.glob(pattern)):
             try:
                 read(path)
             except ResultError:
@@ -98,13 +100,13 @@ def repair(results: Path) -> list[Path]:
     for path in damaged:
         path.unlink(missing_ok=True)
     # Snakemake detects a missing output, but not a missing file in an output folder.
-    for drawn in results.glob("figures/*.txt"):
+    for drawn in results_folder.glob("figures/*.txt"):
         names = drawn.read_text(encoding="utf-8", errors="replace").splitlines()
         if gone := [path for name in names if not (path := drawn.parent / name).is_file()]:
             drawn.unlink()
             damaged += gone
     now = time.time()
-    times = {path: path.lstat().st_mtime for path in results.rglob("*") if path.is_file()}
+    times = {path: path.lstat().st_mtime for path in results_folder.rglob("*") if path.is_file()}
     ahead = sorted((path for path in times if times[path] > now + _AHEAD), key=lambda path: times[path])
     for rank, path in enumerate(ahead):
         moment = now - 1e-3 * (len(ahead) - rank)
@@ -112,7 +114,7 @@ def repair(results: Path) -> list[Path]:
     return damaged
 
 
-def remove_leftovers(results: Path, records: Collection[str]) -> dict[str, int]:
+def remove_files_of_dropped_records(results_folder: Path, record_ids: Collection[str]) -> dict[str, int]:
     """Remove the files of records that no longer belong to a study from its folder of results.
 
     A record is removed only if a run has written its motion or part there, with checksum and record id; all other files
@@ -120,9 +122,9 @@ def remove_leftovers(results: Path, records: Collection[str]) -> dict[str, int]:
 
     Parameters
     ----------
-    results : Path
+    results_folder : Path
         Folder of the results of the study; files outside it are never removed, not even through links.
-    records : collection of str
+    record_ids : collection of str
         Ids of the records of the study.
 
     Returns
@@ -130,10 +132,14 @@ def remove_leftovers(results: Path, records: Collection[str]) -> dict[str, int]:
     dict
         Number of removed files, by record id.
     """
-    gone = {name for name, path in _written_records(results) if name not in records and _is_of_record(path, name)}
-    inside, removed = results.resolve(), {}
+    gone = {
+        name
+        for name, path in _motions_and_parts(results_folder)
+        if name not in record_ids and _has_record_id(path, name)
+    }
+    inside, removed = results_folder.resolve(), {}
     for name in sorted(gone):
-        found = [path for pattern in _RECORD_FILES for path in results.glob(pattern.format(name))]
+        found = [path for pattern in _RECORD_FILES for path in results_folder.glob(pattern.format(name))]
         ours = [path for path in found if path.is_file() and path.parent.resolve().is_relative_to(inside)]
         for path in ours:
             path.unlink()
@@ -141,34 +147,34 @@ def remove_leftovers(results: Path, records: Collection[str]) -> dict[str, int]:
     return removed
 
 
-def _written_records(results: Path) -> Iterator[tuple[str, Path]]:
+def _motions_and_parts(results: Path) -> Iterator[tuple[str, Path]]:
     """Yield record id (from the file name) and path of each motion and part among the results of a study."""
     for pattern in ("read/*.nc", "motion/*.nc", "sweep/*/*.nc"):
         for path in results.glob(pattern):
             yield path.name.partition(".")[0], path
 
 
-def _is_of_record(path: Path, name: str) -> bool:
+def _has_record_id(path: Path, record_id: str) -> bool:
     """True if a NetCDF file with checksum has the given record id."""
     try:
-        with open_raw(path, "read", "remove it", sealed=True) as file:
-            return bool(getattr(file, "record_id", "") == name)
+        with open_netcdf_unscaled(path, "read", "remove it", check_checksum=True) as file:
+            return bool(getattr(file, "record_id", "") == record_id)
     except ResultError:
         return False
 
 
-def backup_cubes(results: Path) -> None:
+def backup_cubes(results_folder: Path) -> None:
     """Back up the cubes of a study under other names, since Snakemake deletes an output before it is made again."""
-    for path in results.glob("cube*.nc"):
+    for path in results_folder.glob("cube*.nc"):
         kept = path.with_name(f".{path.name}.kept")
         kept.unlink(missing_ok=True)
         with suppress(OSError):  # a file system without hard links
             os.link(path, kept)
 
 
-def restore_cubes(results: Path) -> None:
+def restore_cubes(results_folder: Path) -> None:
     """Restore cubes that a run has deleted and not replaced, with the oldest file time; the next run makes them."""
-    for kept in results.glob(".cube*.nc.kept"):
+    for kept in results_folder.glob(".cube*.nc.kept"):
         path = kept.with_name(kept.name.removeprefix(".").removesuffix(".kept"))
         if path.exists():
             kept.unlink()

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from overturning.model.body import MIN_AGREEMENT, direction_weight
 from overturning.model.planes import Planes
 from overturning.study.answers import CaseOutcomes, empty_outcomes
-from overturning.study.netcdf import open_raw
-from overturning.study.scenes import grid_of, model_for
+from overturning.study.netcdf import open_netcdf_unscaled
+from overturning.study.scenes import variant_grid, variant_model
 from overturning.study.schema import Study
 from overturning.study.sections import Verification
 
@@ -42,23 +42,23 @@ class Sample:
     block_steps: int  # of the whole study
 
 
-def choose(
-    settings: Verification, records: int, computed: NDArray[np.bool_]
+def choose_random_cells(
+    settings: Verification, record_count: int, computed_cells: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Choose distinct cells of a study at random, and return their records, shape (n,), and indices, shape (n, dims).
 
-    The first cells of the choice are a random choice, too. `computed` has the shape of the grid and holds for every
-    record; cells that are False are copies of others by symmetry and are not chosen.
+    The first cells of the choice are a random choice, too. `computed_cells` has the shape of the grid and holds for
+    every record; cells that are False are copies of others by symmetry and are not chosen.
     """
-    cells = np.argwhere(computed)
-    wanted = max(settings.at_least, round(settings.share * records * computed.size))
-    order = np.random.Generator(np.random.PCG64(settings.seed)).permutation(records * len(cells))[:wanted]
+    cells = np.argwhere(computed_cells)
+    wanted = max(settings.at_least, round(settings.share * record_count * computed_cells.size))
+    order = np.random.Generator(np.random.PCG64(settings.seed)).permutation(record_count * len(cells))[:wanted]
     return order // len(cells), cells[order % len(cells)]
 
 
-def rigid_applicable(study: Study) -> NDArray[np.bool_]:
+def rigid_limit_applies(study: Study) -> NDArray[np.bool_]:
     """True for grid cells whose rigid limit is Housner's block: rectangles with friction ≥ `NO_SLIP_FRICTION`."""
-    model, grid = model_for(study), grid_of(study)
+    model, grid = variant_model(study), variant_grid(study)
     if not (isinstance(model, Planes) and model.scene.is_single_block):
         return np.zeros(grid.shape, np.bool_)
     own = model.scene.contact_law(*model.scene.elements).friction
@@ -67,49 +67,49 @@ def rigid_applicable(study: Study) -> NDArray[np.bool_]:
     return np.broadcast_to(holds, grid.shape)
 
 
-def read_sample(cube: Path, settings: Verification, among: NDArray[np.bool_] | None = None) -> Sample:
+def read_sample(cube: Path, settings: Verification, candidate_cells: NDArray[np.bool_] | None = None) -> Sample:
     """Choose cells of a cube and read their outcomes; a ResultError if the cube cannot be read.
 
-    Cells are chosen among those that were computed and, if given, are True in `among`, an array like the grid.
+    Cells are chosen among those that were computed and, if given, are True in `candidate_cells`, shaped like the grid.
     """
-    with open_raw(cube, "opened", "run the study again") as file:
+    with open_netcdf_unscaled(cube, "opened", "run the study again") as file:
         records = file.dimensions["record"].size
         # With several amplitudes, use the outcomes for the motions as recorded.
         recorded = (int(np.flatnonzero(file["amplitude"][:] == 1.0)[0]),) if "amplitude" in file.dimensions else ()
         computed = file["mirrored" if "mirrored" in file.variables else "repeated"][(0, *recorded)] == 0
-        computed = computed if among is None else computed & among
-        record, index = choose(settings, records, computed)
+        computed = computed if candidate_cells is None else computed & candidate_cells
+        record, index = choose_random_cells(settings, records, computed)
         place = np.argsort(np.argsort(record, kind="stable"))
 
-        def cells(name: str) -> NDArray[Any]:
+        def read_chosen_cells(name: str) -> NDArray[Any]:
             """Read values of the chosen cells, shape (n, elements or 1); one record is in memory at a time."""
             of = [file[name][(at, *recorded)][tuple(index[record == at].T)] for at in range(records)]
             return np.concatenate(of)[place].reshape(record.size, -1)
 
-        overturned = cells("overturned")
+        overturned = read_chosen_cells("overturned")
         answers = empty_outcomes(*overturned.shape)
         answers["overturned"] = overturned
         if "fall_azimuth" in file.variables:
-            answers["azimuth"] = cells("fall_azimuth")[:, 0]
+            answers["azimuth"] = read_chosen_cells("fall_azimuth")[:, 0]
         falls = np.zeros(overturned.shape, np.float32)
-        falls += sum(cells(name) for name in _FALL_PROBABILITIES if name in file.variables)
-        divided, at_rest = (falls > 0) & (falls < 1 - _ROUNDING), cells("status")[:, 0] == 1
+        falls += sum(read_chosen_cells(name) for name in _FALL_PROBABILITIES if name in file.variables)
+        divided, at_rest = (falls > 0) & (falls < 1 - _ROUNDING), read_chosen_cells("status")[:, 0] == 1
         apart = divided.copy()
         if "probability_towards" in file.variables:
-            towards = cells("probability_towards")
+            towards = read_chosen_cells("probability_towards")
             apart |= (towards > _ROUNDING) & (towards < 1 - _ROUNDING)
         weight = np.ones(record.size)
         if "fall_north" in file.variables:
-            parts = [cells(name) for name in ("fall_north", "fall_east")]
+            parts = [read_chosen_cells(name) for name in ("fall_north", "fall_east")]
             apart |= (falls > 0) & (np.hypot(*parts) < MIN_AGREEMENT * falls)
-            weight = direction_weight(falls, parts[0], parts[1], cells("members"))[:, 0]
+            weight = direction_weight(falls, parts[0], parts[1], read_chosen_cells("members"))[:, 0]
         cases = records * int(computed.sum())
         return Sample(record, index, answers, at_rest, divided, apart, weight, cases, int(file.block_steps))
 
 
 def read_rigid(cube: Path, study: Study) -> Sample | None:
     """Choose at most `MAX_RIGID_CELLS` cells to compare with the exact rigid block; None if no cell qualifies."""
-    among = rigid_applicable(study)
+    among = rigid_limit_applies(study)
     settings = study.verification
     if not among.any() or isinstance(settings, str):
         return None

@@ -28,12 +28,12 @@ NOMINAL = "nominal"
 
 
 def variant_names(study: Study) -> list[str]:
-    """Return the names of the settings of a study, the nominal one first."""
+    """Return the names of the variants of a study; the study itself, "nominal", comes first."""
     return [NOMINAL, *study.variants]
 
 
-def setting_of(study: Study, variant: str = NOMINAL) -> Variant:
-    """Return the settings of a variant; `None` for settings that are those of the study (all for the nominal one).
+def variant_settings(study: Study, variant: str = NOMINAL) -> Variant:
+    """Return the settings of a variant; None for each setting that is the same as in the study.
 
     A `ConfigError` is raised if the study has no such variant.
     """
@@ -42,88 +42,90 @@ def setting_of(study: Study, variant: str = NOMINAL) -> Variant:
     return study.variants.get(variant, Variant())
 
 
-def contact_of(study: Study, variant: str = NOMINAL) -> ContactSettings:
+def variant_contact(study: Study, variant: str = NOMINAL) -> ContactSettings:
     """Return the contact settings of a variant, which default to those of the study."""
-    own = setting_of(study, variant).contact
+    own = variant_settings(study, variant).contact
     return study.contact if own is None else own
 
 
-def scene_of(study: Study, variant: str = NOMINAL) -> Scene:
+def variant_scene(study: Study, variant: str = NOMINAL) -> Scene:
     """Return the scene of a variant; the default scene gets density and contact of the study."""
-    scene = setting_of(study, variant).scene or study.scene
+    scene = variant_settings(study, variant).scene or study.scene
     if scene != gravestone():
         return scene
-    return gravestone(Contact(**contact_of(study, variant).model_dump()), study.density)
+    return gravestone(Contact(**variant_contact(study, variant).model_dump()), study.density)
 
 
-def model_for(study: Study, variant: str = NOMINAL) -> Model:
+def variant_model(study: Study, variant: str = NOMINAL) -> Model:
     """Return the model of a variant; a `ConfigError` if the study has no such variant."""
     if study.body is None:
-        return Planes(scene_of(study, variant))
-    contact = contact_of(study, variant)
+        return Planes(variant_scene(study, variant))
+    contact = variant_contact(study, variant)
     ratio = DAMPING_RATIO if contact.damping_ratio is None else contact.damping_ratio
     return Body(study.body.shape(), VertexContact(stiffness_ratio=contact.stiffness_ratio, damping_ratio=ratio))
 
 
-def grid_of(study: Study, variant: str = NOMINAL) -> Grid:
+def variant_grid(study: Study, variant: str = NOMINAL) -> Grid:
     """Return the grid of a variant; directions ascend and are int16 if all are integers, otherwise float64."""
-    model = model_for(study, variant)
+    model = variant_model(study, variant)
     values = {
         "height": study.height, "b_over_h": study.b_over_h, "aspect": study.aspects, "friction": study.friction,
     }  # fmt: skip
     rows = {name: np.array(values[name], np.float64) for name in model.case_dims}
     element = model.elements if len(model.elements) > 1 else ()
     amplitude = study.amplitude if len(study.amplitude) > 1 else ()
-    return Grid({model.direction: directions(study.directions)} | rows, element, amplitude)
+    return Grid({model.direction: to_direction_values(study.directions)} | rows, element, amplitude)
 
 
-def directions(values: Sequence[float]) -> NDArray[Any]:
+def to_direction_values(values: Sequence[float]) -> NDArray[Any]:
     """Convert directions to int16 if all are integers, otherwise to float64."""
     given = np.array(values, np.float64)
     return given.astype(np.int16) if np.array_equal(given, np.round(given)) else given
 
 
 @dataclass(frozen=True)
-class Sizes:
-    """Relation between the sizes of the study and those of the scene of a variant."""
+class SizeConversion:
+    """Conversion of heights and B/H of the study to those of the scene of a variant."""
 
     factor: float = 1.0  # on the study's heights
     own_ratio: float | None = None  # B/H of the scene, if the B/H of the study belong to another reference element
     digits: int | None = 12  # digits to which B/H is rounded; None for the default scene
 
     @classmethod
-    def of(cls, study: Study, variant: str) -> "Sizes":
-        """Create the relation for a variant, which is scaled by the same factor as the scene of the study."""
-        scene = setting_of(study, variant).scene or study.scene
+    def for_variant(cls, study: Study, variant: str) -> "SizeConversion":
+        """Create the conversion for a variant, whose scene is scaled by the same factor as that of the study."""
+        scene = variant_settings(study, variant).scene or study.scene
         if scene == study.scene:
             return cls(digits=None if scene == gravestone() else 12)
         own_height, own_ratio = reference_element_size(scene)
         factor = own_height / reference_element_size(study.scene)[0]
         return cls(factor, own_ratio if scene.reference_name != study.scene.reference_name else None)
 
-    def heights(self, height: FloatArray) -> FloatArray:
+    def scene_heights(self, height: FloatArray) -> FloatArray:
         """Convert heights of the study to those of the reference element of the scene, m."""
         return height if self.factor == 1.0 else np.round(height * self.factor, 10)
 
-    def ratios(self, b_over_h: FloatArray, nominal: FloatArray) -> FloatArray:
+    def scene_b_over_h(self, b_over_h: FloatArray, nominal_b_over_h: FloatArray) -> FloatArray:
         """Convert B/H of the study, each near a nominal one, to those of the reference element of the scene."""
         if self.own_ratio is not None:
             # The scene keeps its own B/H, multiplied by the deviation of the member from the nominal B/H.
-            b_over_h = self.own_ratio * (b_over_h / nominal[np.abs(np.log(b_over_h[:, None] / nominal)).argmin(axis=1)])
+            b_over_h = self.own_ratio * (
+                b_over_h / nominal_b_over_h[np.abs(np.log(b_over_h[:, None] / nominal_b_over_h)).argmin(axis=1)]
+            )
         return b_over_h if self.digits is None else np.round(b_over_h, self.digits)
 
 
-def size_note(study: Study, variant: str) -> str:
-    """Return a note on the sizes of a variant whose stone differs from that of the study; "" if they are the same."""
-    sizes = Sizes.of(study, variant)
-    own, stone = study.scene.reference_name, scene_of(study, variant).reference_name
+def variant_size_note(study: Study, variant: str) -> str:
+    """Return a note on height and B/H of a variant whose stone differs from the study's; "" if they are the same."""
+    sizes = SizeConversion.for_variant(study, variant)
+    own, stone = study.scene.reference_name, variant_scene(study, variant).reference_name
     said = [] if sizes.factor == 1.0 else [f"{sizes.factor:.3g} times that height"]
     said += [] if sizes.own_ratio is None else [f"a B/H of {sizes.own_ratio:.3g} whatever the {own} has"]
     return f"H and B/H are those of the study's {own}; the {stone} has {' and '.join(said)}" if said else ""
 
 
-def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None) -> Numerics:
-    """Return the numerical settings of a study."""
+def numerics_of_study(study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None) -> Numerics:
+    """Return the numerical settings (scheme, time step, threads) for the simulations of a study."""
     given = study.simulation
     scheme, taken = given.scheme or DEFAULT_SCHEME, {"threads": threads, "progress": progress, "client": client}
     return Numerics(scheme=scheme, time_step=given.time_step, leave_out=given.leave_out, **taken)
@@ -131,10 +133,10 @@ def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None
 
 def uses_vertical(study: Study, variant: str = NOMINAL) -> bool:
     """True if a variant applies the vertical motion of records that have one."""
-    own = setting_of(study, variant).vertical
+    own = variant_settings(study, variant).vertical
     return study.simulation.vertical if own is None else own
 
 
-def motion_of(study: Study, record: Record, variant: str = NOMINAL) -> Motion:
-    """Return the motion of a record for a variant, without the vertical component if the variant leaves it out."""
+def motion_for_variant(study: Study, record: Record, variant: str = NOMINAL) -> Motion:
+    """Return the input motion of a record for a variant; without vertical component if the variant omits it."""
     return Motion.of(record if uses_vertical(study, variant) else replace(record, up=None))

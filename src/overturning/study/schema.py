@@ -33,7 +33,7 @@ from overturning.study.sections import (
     Simulation,
     Variant,
     Verification,
-    scene_of_choice,
+    load_scene_by_name,
 )
 from overturning.study.values import AzimuthRange, Values
 from overturning.units import GRANITE_DENSITY
@@ -130,16 +130,16 @@ class Study(StrictModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _as_the_scene_has_it(cls, data: Any) -> Any:
-        if not isinstance(data, dict):
-            return data
-        filled = {key: value for key, value in data.items() if key != "scene" or value is not None}
+    def _fill_sizes_from_scene(cls, content: Any) -> Any:
+        if not isinstance(content, dict):
+            return content
+        filled = {key: value for key, value in content.items() if key != "scene" or value is not None}
         if filled.get("body") is not None:
-            return cls._as_the_body_has_it(filled)
+            return cls._fill_sizes_from_body(filled)
         if "scene" not in filled:
             return filled
         try:
-            filled["scene"] = Scene.model_validate(scene_of_choice(data["scene"]))
+            filled["scene"] = Scene.model_validate(load_scene_by_name(content["scene"]))
         except ValueError:
             return filled  # the field says what is wrong, and where
         height, b_over_h = reference_element_size(filled["scene"])
@@ -149,28 +149,28 @@ class Study(StrictModel):
         return filled
 
     @staticmethod
-    def _as_the_body_has_it(filled: dict[str, Any]) -> dict[str, Any]:
+    def _fill_sizes_from_body(content: dict[str, Any]) -> dict[str, Any]:
         try:
-            shape = BodySettings.model_validate(filled["body"]).shape()
+            shape = BodySettings.model_validate(content["body"]).shape()
         except ValidationError:
-            return filled  # said where the body stands
+            return content  # said where the body stands
         if not shape.has_free_slenderness:
             own = round(shape.solid(1.0, 1.0, 1.0).b_over_h, 10)
-            if list(filled.setdefault("b_over_h", [own])) != [own]:
+            if list(content.setdefault("b_over_h", [own])) != [own]:
                 raise ValueError("b_over_h: the body of these vertices has its own; leave it out")
-            filled.setdefault("height", [round(getattr(shape, "height", 1.0), 10)])
-        return filled
+            content.setdefault("height", [round(getattr(shape, "height", 1.0), 10)])
+        return content
 
     @field_validator("amplitude")
     @classmethod
-    def _as_recorded_too(cls, amplitude: tuple[float, ...]) -> tuple[float, ...]:
+    def _check_unit_amplitude(cls, amplitude: tuple[float, ...]) -> tuple[float, ...]:
         if 1.0 not in amplitude:
             raise ValueError("1 is missing: the report is of the records as recorded; add it")
         return amplitude
 
     @field_validator("variants")
     @classmethod
-    def _contact_of_the_study(cls, variants: dict[str, Variant], info: ValidationInfo) -> dict[str, Variant]:
+    def _fill_variant_contacts(cls, variants: dict[str, Variant], info: ValidationInfo) -> dict[str, Variant]:
         own: ContactSettings = info.data.get("contact", ContactSettings())
         # What is not given is filled in, so that a filled-in study is the same when it is read again.
         return {
@@ -180,7 +180,7 @@ class Study(StrictModel):
 
     @field_validator("surveys")
     @classmethod
-    def _site_of_a_survey(cls, surveys: tuple[Survey, ...], info: ValidationInfo) -> tuple[Survey, ...]:
+    def _fill_survey_records(cls, surveys: tuple[Survey, ...], info: ValidationInfo) -> tuple[Survey, ...]:
         use: tuple[str, ...] = info.data["records"].use if "records" in info.data else ()
         if len(use) != 1:
             return surveys
@@ -191,7 +191,7 @@ class Study(StrictModel):
         )
 
     @model_validator(mode="after")
-    def _parts_fit_together(self) -> Self:
+    def _check_compatibility(self) -> Self:
         if wrong := next(incompatible_settings(self), ""):
             raise ValueError(wrong)
         return self

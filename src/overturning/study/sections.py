@@ -34,7 +34,7 @@ class Records(StrictModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _use_every_pulse(cls, data: Any) -> Any:
+    def _add_pulses_to_records(cls, data: Any) -> Any:
         if isinstance(data, dict) and isinstance(data.get("pulses"), dict) and data["pulses"]:
             use = list(data.get("use") or ())
             return data | {"use": [*use, *(name for name in data["pulses"] if name not in use)]}
@@ -42,7 +42,7 @@ class Records(StrictModel):
 
     @field_validator("use")
     @classmethod
-    def _each_once(cls, ids: tuple[str, ...]) -> tuple[str, ...]:
+    def _check_unique_ids(cls, ids: tuple[str, ...]) -> tuple[str, ...]:
         twice = sorted({name for name in ids if ids.count(name) > 1})
         if twice:
             raise ValueError(f"{', '.join(twice)} stands twice; name each record once")
@@ -65,19 +65,19 @@ class Simulation(StrictModel):
 
     @field_validator("time_step")
     @classmethod
-    def _positive(cls, step: float | str) -> float | str:
+    def _check_positive(cls, step: float | str) -> float | str:
         if isinstance(step, float) and step <= 0:
             raise ValueError("the time step must be above 0 s, or auto")
         return step
 
 
-def scene_of_choice(choice: Any) -> Any:
+def load_scene_by_name(name_or_scene: Any) -> Any:
     """Load a scene from a name or path; return any other value unchanged."""
     # A name or path is read at once, so that a filled-in study holds the whole scene.
-    return load_scene(choice) if isinstance(choice, str) else choice
+    return load_scene(name_or_scene) if isinstance(name_or_scene, str) else name_or_scene
 
 
-SceneChoice = Annotated[Scene, BeforeValidator(scene_of_choice, json_schema_input_type=str | Scene)]
+SceneChoice = Annotated[Scene, BeforeValidator(load_scene_by_name, json_schema_input_type=str | Scene)]
 
 
 class Variant(StrictModel):
@@ -150,7 +150,7 @@ class BodySettings(StrictModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _read(cls, data: Any) -> Any:
+    def _read_vertices(cls, data: Any) -> Any:
         # A mesh is read at once, so that a filled-in study holds the whole body.
         if not isinstance(data, dict) or data.get("mesh") is None:
             return data
@@ -167,7 +167,7 @@ class BodySettings(StrictModel):
         }
 
     @model_validator(mode="after")
-    def _possible(self) -> Self:
+    def _check_shape(self) -> Self:
         try:
             shape = self.shape()
         except ArgumentError as error:

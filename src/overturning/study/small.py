@@ -16,9 +16,9 @@ from overturning.records.record import Record, as_record
 from overturning.records.store import rounded
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_members
-from overturning.study.gather import gather
-from overturning.study.load import check_study, entries_of
-from overturning.study.scenes import numerics_of
+from overturning.study.gather import merge_parts
+from overturning.study.load import check_study, record_table_rows
+from overturning.study.scenes import numerics_of_study
 from overturning.study.schema import Study
 from overturning.study.sweep import sweep_record
 
@@ -107,7 +107,7 @@ def run_study(
         If a key or value is wrong, a record is not in the table, one that is given is to be processed, two have the
         same samples, or there are variants.
     """
-    given = _checked_records(records)
+    given = _check_records(records)
     names = [record if isinstance(record, str) else record.record_id for record in given]
     # The records themselves are given: the table is asked for those that are not.
     settings = {"name": "study", **keys, "records": {"use": names}}
@@ -116,20 +116,20 @@ def run_study(
         raise ConfigError(
             "run_study: variants: one cube is returned, that of the study itself; run each as a study of its own"
         )
-    used = _processed_records(given, study)
+    used = _process_records(given, study)
     refuse_duplicates(used)
-    numerics = numerics_of(study, threads, client=client)
+    numerics = numerics_of_study(study, threads, client=client)
     members = draw_members(study.ensemble) if study.ensemble.members else None
     with tempfile.TemporaryDirectory() as name:
         parts = [Path(name) / f"{index}.nc" for index in range(len(used))]
         for record, part in zip(used, parts, strict=True):
             sweep_record(study, record, part, members=members, numerics=numerics)
-        gather(study, used, parts, Path(name) / "cube.nc")
+        merge_parts(study, used, parts, Path(name) / "cube.nc")
         with open_cube(Path(name) / "cube.nc", element=None, amplitude=None) as cube:
             return cube.load()
 
 
-def _checked_records(records: Sequence[Record | Motion | str]) -> list[Record | str]:
+def _check_records(records: Sequence[Record | Motion | str]) -> list[Record | str]:
     """Return records and ids, with a name for each motion; an ArgumentError if `records` is no list of such."""
     if isinstance(records, str | Accelerogram):
         raise ArgumentError("records: one that is no list; give a list of them, run_study([record], …)")
@@ -139,21 +139,21 @@ def _checked_records(records: Sequence[Record | Motion | str]) -> list[Record | 
     return [one if isinstance(one, str) else as_record(one, f"motion-{n}") for n, one in enumerate(records, 1)]
 
 
-def _processed_records(given: Sequence[Record | str], study: Study) -> list[Record]:
+def _process_records(records_or_ids: Sequence[Record | str], study: Study) -> list[Record]:
     """Return the records of a study: ids are read from the record table; all get the soil of the study's site."""
-    asked = [record for record in given if isinstance(record, str)]
-    if study.processing is not None and len(asked) < len(given):
+    asked = [record for record in records_or_ids if isinstance(record, str)]
+    if study.processing is not None and len(asked) < len(records_or_ids):
         raise ConfigError(
             "run_study: processing: a record or motion that is given is taken as it is; process it as it is read, "
             "overturning.read(…, processing=…)"
         )
     only = study.model_copy(update={"records": study.records.model_copy(update={"use": tuple(asked)})})
-    entries = entries_of(only, "run_study") if asked else {}
+    entries = record_table_rows(only, "run_study") if asked else {}
     return [
         rounded(process(read_record(entries[record], Path(study.records.folder)), study.processing, study.site))
         if isinstance(record, str)
         else rounded(process(record, (), study.site))
         if study.site
         else record
-        for record in given
+        for record in records_or_ids
     ]

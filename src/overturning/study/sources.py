@@ -13,12 +13,12 @@ _KINDS: Final = {".py", ".html", ".css", ".js", ".typ", ".j2"}
 
 
 @cache
-def source_hash(*places: str) -> str:
+def source_hash(*rooms_and_files: str) -> str:
     """Return a hash of rooms and files of the package, and of the modules at its top.
 
     Parameters
     ----------
-    *places : str
+    *rooms_and_files : str
         Folders or files of the package, such as ``"dem"`` or ``"commands/workflow.py"``.
 
     Returns
@@ -32,7 +32,7 @@ def source_hash(*places: str) -> str:
         If the package has no such folder or file.
     """
     found = set(PACKAGE.glob("*.py"))
-    for place in places:
+    for place in rooms_and_files:
         path = PACKAGE / place
         if not path.exists():
             raise FileNotFoundError(f"{place}: no folder or file of the package")

@@ -17,18 +17,25 @@ from overturning.model.results import COUNTS, Results
 from overturning.model.variables import Variable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.ensemble import CellEnsemble, Members, Runner, draw_members, progress_of_part
-from overturning.study.parts import WHOLE, Chunk, piece_of, write_part
-from overturning.study.scenes import NOMINAL, Sizes, grid_of, model_for, motion_of, numerics_of
+from overturning.study.ensemble import CellEnsemble, Members, Runner, draw_members, progress_of_subtask
+from overturning.study.parts import WHOLE, Chunk, grid_of_chunk, write_part
+from overturning.study.scenes import (
+    NOMINAL,
+    SizeConversion,
+    motion_for_variant,
+    numerics_of_study,
+    variant_grid,
+    variant_model,
+)
 from overturning.study.schema import Study
 
 NOMINAL_SHARE = 0.15
 """Assumed share of the nominal run in the work of a sweep with an ensemble; only for the progress line."""
 
 
-def variables_of(study: Study) -> tuple[Variable, ...]:
+def cube_variables(study: Study) -> tuple[Variable, ...]:
     """Return the variables of the cube of a study: outcome variables, and those of the ensemble if there is one."""
-    model = model_for(study)
+    model = variant_model(study)
     return (
         *model.variables,
         *model.additional_study_variables,
@@ -36,13 +43,13 @@ def variables_of(study: Study) -> tuple[Variable, ...]:
     )
 
 
-def ensemble_of(
-    study: Study, variant: str = NOMINAL, members: Members | None = None, everywhere: bool = False
+def create_ensemble(
+    study: Study, variant: str = NOMINAL, members: Members | None = None, run_all: bool = False
 ) -> CellEnsemble:
-    """Create the ensemble of a variant, with given members or new ones; `everywhere` runs all cells."""
+    """Create the ensemble of a variant, with given members or new ones; `run_all` runs all cells."""
     settings = study.ensemble
-    everywhere = everywhere or settings.where == "everywhere"
-    return CellEnsemble(model_for(study, variant), members or draw_members(settings), everywhere, settings.half_width)
+    run_all = run_all or settings.where == "everywhere"
+    return CellEnsemble(variant_model(study, variant), members or draw_members(settings), run_all, settings.half_width)
 
 
 def simulate_variant(
@@ -53,8 +60,8 @@ def simulate_variant(
     The scene of a variant is scaled by the same factor as that of the study. B/H applies to its reference element if
     this has the same name as in the study; otherwise the scene keeps its own B/H and the outcome is repeated.
     """
-    model, sizes = model_for(study, variant), Sizes.of(study, variant)
-    sized = grid.replace_rows(height=sizes.heights(grid["height"]))
+    model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
+    sized = grid.replace_rows(height=sizes.scene_heights(grid["height"]))
     if sizes.own_ratio is None:
         return simulate_with_face_planes(model, motion, sized, numerics)
     arrays = simulate_with_face_planes(
@@ -66,12 +73,12 @@ def simulate_variant(
 
 def member_runner(study: Study, variant: str, motion: Motion, numerics: Numerics) -> Runner:
     """Return the function that runs member cases of a variant, given heights and B/H of the study."""
-    model, sizes = model_for(study, variant), Sizes.of(study, variant)
+    model, sizes = variant_model(study, variant), SizeConversion.for_variant(study, variant)
 
     def run_members(cases: Cases, progress: Progress | None) -> Results:
         height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
-        ratio = sizes.ratios(b_over_h, np.array(study.b_over_h))
-        sized = replace(cases, height=sizes.heights(height), b_over_h=ratio)
+        ratio = sizes.scene_b_over_h(b_over_h, np.array(study.b_over_h))
+        sized = replace(cases, height=sizes.scene_heights(height), b_over_h=ratio)
         return run(model, motion, sized, replace(numerics, progress=progress))
 
     return run_members
@@ -89,45 +96,50 @@ def sweep_record(
 ) -> None:
     """Simulate all cases of one processed record, or a chunk of them, and write them as a part of the cube (NetCDF).
 
-    Members of the ensemble are drawn from the settings of the study if not given; `numerics` are from `numerics_of`,
-    with threads, progress and cluster. The part has the number of block steps, whose sum does not depend on chunks or
-    threads.
+    Members of the ensemble are drawn from the settings of the study if not given; `numerics` are from
+    `numerics_of_study`, with threads, progress and cluster. The part has the number of block steps, whose sum does not
+    depend on chunks or threads.
     """
-    grid, motion = piece_of(study, grid_of(study, variant), chunk, variant), motion_of(study, record, variant)
+    grid, motion = (
+        grid_of_chunk(study, variant_grid(study, variant), chunk, variant),
+        motion_for_variant(study, record, variant),
+    )
     attributes = {"record_id": record.record_id, "variant": variant}
     if not grid.size:
         write_part(path, grid, {}, attributes | {"block_steps": 0})
         return
-    numerics = numerics or numerics_of(study)
+    numerics = numerics or numerics_of_study(study)
     factors = grid.amplitude or (1.0,)
     work = [*(NOMINAL_SHARE for _ in factors), *([1.0 - NOMINAL_SHARE] if study.ensemble.members else [])]
     ends = (np.cumsum([0.0, *work]) / sum(work)).tolist()
-    reports = [progress_of_part(numerics.progress, *between) for between in pairwise(ends)]
+    reports = [progress_of_subtask(numerics.progress, *between) for between in pairwise(ends)]
     answers = [
-        simulate_variant(study, variant, scaled(motion, factor), grid, replace(numerics, progress=progress))
+        simulate_variant(study, variant, scale_motion(motion, factor), grid, replace(numerics, progress=progress))
         for factor, progress in zip(factors, reports, strict=False)  # the last is then the ensemble's
     ]
     block_steps = sum(int(np.sum(one["block_steps"])) for one in answers)
     outcome = answers[factors.index(1.0)]
     if study.ensemble.members:
-        ensemble, runner = ensemble_of(study, variant, members), member_runner(study, variant, motion, numerics)
+        ensemble, runner = create_ensemble(study, variant, members), member_runner(study, variant, motion, numerics)
         spread, more = ensemble.run(motion, grid, outcome, runner, reports[-1])
         outcome |= spread
         block_steps += more
     if grid.amplitude:
-        outcome = _stack_amplitudes(answers, variables_of(study), outcome)
-    write_part(path, grid, outcome, attributes | {"block_steps": block_steps}, variables_of(study))
+        outcome = _stack_amplitudes(answers, cube_variables(study), outcome)
+    write_part(path, grid, outcome, attributes | {"block_steps": block_steps}, cube_variables(study))
 
 
-def scaled(motion: Motion, factor: float) -> Motion:
-    """Return a motion times an amplitude factor."""
-    return motion if factor == 1.0 else motion.times(factor)
+def scale_motion(motion: Motion, amplitude_factor: float) -> Motion:
+    """Return a motion multiplied by an amplitude factor."""
+    return motion if amplitude_factor == 1.0 else motion.times(amplitude_factor)
 
 
 def _stack_amplitudes(
-    answers: list[dict[str, NDArray[Any]]], variables: tuple[Variable, ...], recorded: dict[str, NDArray[Any]]
+    outcomes: list[dict[str, NDArray[Any]]],
+    variables: tuple[Variable, ...],
+    amplitude_one_outcome: dict[str, NDArray[Any]],
 ) -> dict[str, NDArray[Any]]:
-    """Stack outcomes of all amplitudes into one array; ensemble variables are missing except for amplitude 1."""
+    """Stack the outcomes of all amplitudes along a first dimension; ensemble variables are missing except at 1."""
     unknown = {one.name: 0 if one.name == "members" else one.missing for one in variables}
-    missing = {name: np.full_like(recorded[name], value) for name, value in unknown.items()}
-    return {name: np.stack([one.get(name, absent) for one in answers]) for name, absent in missing.items()}
+    missing = {name: np.full_like(amplitude_one_outcome[name], value) for name, value in unknown.items()}
+    return {name: np.stack([one.get(name, absent) for one in outcomes]) for name, absent in missing.items()}

@@ -22,7 +22,7 @@ class Range(StrictModel):
     step: float = Field(gt=0, description="distance between values")
 
     @model_validator(mode="after")
-    def _not_empty(self) -> Self:
+    def _check_not_empty(self) -> Self:
         if self.stop < self.start:
             raise ValueError(f"empty range: stop {self.stop:g} lies below start {self.start:g}")
         if (self.stop - self.start) / self.step > _MAX_VALUES:
@@ -46,7 +46,7 @@ class AzimuthRange(StrictModel):
     )
 
     @model_validator(mode="after")
-    def _not_empty(self) -> Self:
+    def _check_not_empty(self) -> Self:
         if self.stop <= self.start:
             raise ValueError(f"empty range: stop {self.stop:g} does not lie above start {self.start:g}")
         steps = (self.stop - self.start) / self.step
@@ -65,14 +65,14 @@ class AzimuthRange(StrictModel):
         return tuple(sorted(grid | {round(azimuth % 360.0, 10) for azimuth in self.also}))
 
 
-def _listed(value: Any) -> Any:
+def _to_list(value: Any) -> Any:
     """Convert a range or a single value to a list; a list is returned unchanged."""
     if isinstance(value, dict):
         return Range.model_validate(value).values()
     return [value] if isinstance(value, int | float | str) else value
 
 
-def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
+def _sort_unique(values: tuple[float, ...]) -> tuple[float, ...]:
     """Sort values; a ValueError if there are none, or if one is repeated."""
     if not values:
         raise ValueError("empty list; give at least one value")
@@ -82,5 +82,5 @@ def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
 
 
 _Value = TypeVar("_Value", bound=float)
-Values = Annotated[tuple[_Value, ...], BeforeValidator(_listed), AfterValidator(_ascending)]
+Values = Annotated[tuple[_Value, ...], BeforeValidator(_to_list), AfterValidator(_sort_unique)]
 """Values as a study gives them: one, a list, or start, stop and step."""

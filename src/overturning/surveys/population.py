@@ -15,7 +15,7 @@ from overturning.settings import Population, Spread
 from overturning.statistics.by_record import one_record
 from overturning.statistics.circular import resultant, sector
 from overturning.statistics.fragility import Fragility, fragility
-from overturning.study.ensemble import wilson
+from overturning.study.ensemble import wilson_interval
 from overturning.surveys.stones import OCTANTS
 from overturning.units import CM, STANDARD_GRAVITY
 
@@ -148,7 +148,7 @@ def rates(found: StoneOutcomes, population: Population) -> dict[str, FloatArray]
     for name, members in which.items():
         counted = members.sum(axis=1)
         made[f"{name}_rate"] = counted / share_of
-        made[f"{name}_interval"] = np.stack(wilson(counted, answered), axis=-1)
+        made[f"{name}_interval"] = np.stack(wilson_interval(counted, answered), axis=-1)
     for name, values in (("shift", found.slip), ("rotation", found.twist)):
         untold = ~np.isfinite(np.where(stands, values, 0.0)).all(axis=1)
         made[f"{name}_rate"][untold] = made[f"{name}_interval"][untold] = np.nan
@@ -158,7 +158,7 @@ def rates(found: StoneOutcomes, population: Population) -> dict[str, FloatArray]
     return made | {
         "unknown": 1.0 - found.known.mean(axis=1),
         "fall_octant": towards / share_of[:, None],
-        "octant_interval": np.stack(wilson(towards, answered[:, None]), axis=-1),
+        "octant_interval": np.stack(wilson_interval(towards, answered[:, None]), axis=-1),
         **dict(zip(("fall_axis", "fall_resultant"), np.array(axes).T, strict=True)),
     }
 

@@ -32,7 +32,7 @@ from overturning.statistics.bootstrap import mean_over_earthquakes, share_over_e
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.falls import flag_changes_between_neighbours, shares_by_record, shares_near_normal
 from overturning.study.evaluation import CONTRASTS, Asks
-from overturning.study.scenes import NOMINAL, scene_of
+from overturning.study.scenes import NOMINAL, variant_scene
 
 MOST_RECORDS_IN_WORDS = 5
 """Records whose directions still stand in sentences; of more the table tells."""
@@ -142,7 +142,7 @@ def scene_sentences(results: Results) -> tuple[str, ...]:
     if not anything.falls:
         return ("Nothing of the scene falls in any case whose outcome is known.",)
     shares = ", ".join(f"the {one.name} in {percent(one.share)}" for one in each)
-    shown = scene_of(results.study).default_element
+    shown = variant_scene(results.study).default_element
     return (
         f"In {percent(anything.share)} of the cases{results.of_known} something falls: {shares}. “Blocks” are the "
         f"{shown} in what follows.",

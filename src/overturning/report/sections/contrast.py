@@ -15,7 +15,7 @@ from overturning.report.text import counted, decimals, share
 from overturning.statistics.bootstrap import Mean, mean_over_earthquakes, share_over_earthquakes
 from overturning.statistics.elements import Contrast, compare_stones, contrast
 from overturning.statistics.falls import shares_by_record
-from overturning.study.scenes import NOMINAL, setting_of, size_note, uses_vertical
+from overturning.study.scenes import NOMINAL, uses_vertical, variant_settings, variant_size_note
 
 NO_VERTICAL: Final = "None of these records has vertical motion: with and without it all cases are the same."
 
@@ -24,7 +24,7 @@ def setting_said(results: Results, variant: str, against: str) -> str:
     """Under which setting a stone falls, as part of a sentence, told apart from another one by what they differ in."""
     study, differ = results.study, differences(results.study, variant, against)
     itself = "in the study itself" if variant == NOMINAL else f"in the variant {variant}"
-    own, other = (setting_of(study, name).scene or study.scene for name in (variant, against))
+    own, other = (variant_settings(study, name).scene or study.scene for name in (variant, against))
     if differ == ["scene"]:
         return itself if own.name == other.name else f"in the {own.name} scene"
     if differ == ["vertical"]:
@@ -92,7 +92,7 @@ def contrast_shown(results: Results) -> Figure | None:
     less = [dot(mean_over_earthquakes(one, events)) for one in columns[0] - columns[1]]
     rows = ["all cases", *(f"B/H {value:.3g}" for value in ratio if ratio.size > 1)]
     drawing = results.drawn("contrast", partial(contrast_figure, rows, rates, less))
-    sizes = size_note(results.study, against)
+    sizes = variant_size_note(results.study, against)
     caption = (
         "Share of the cases in which the stone falls, over all cases and by slenderness, and the difference: means "
         f"over earthquakes, with 95 % intervals by bootstrap where there are enough.{f' {sizes}.' if sizes else ''}"

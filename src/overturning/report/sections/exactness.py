@@ -16,10 +16,10 @@ from overturning.study.convergence import (
     MIN_AZIMUTH_SHIFT_DEG,
     WARN_ABOVE,
     Convergence,
-    Repetition,
-    Rigid,
+    RerunResult,
+    RigidComparison,
 )
-from overturning.study.ensemble import cells_to_run, wilson
+from overturning.study.ensemble import cells_to_run, wilson_interval
 from overturning.study.sample import NO_SLIP_FRICTION
 
 _SETTINGS: Final = {"finer": "a smaller simulation.time_step", "stiffer": "a larger contact.stiffness"}
@@ -28,13 +28,13 @@ _NEEDED: Final = "; a smaller time step or a stiffer contact is needed"
 """In planes: the springs of a body in space are those of its weight."""
 
 
-def _repetitions(found: Convergence) -> dict[str, tuple[str, Repetition]]:
+def _repetitions(found: Convergence) -> dict[str, tuple[str, RerunResult]]:
     """Each repetition with what it is called."""
     names = f"steps {found.finer_by} times finer", f"springs {found.stiffer_by:g} times stiffer"
     return {"finer": (names[0], found.finer), "stiffer": (names[1], found.stiffer)}
 
 
-def _undivided(part: Repetition) -> list[float]:
+def _undivided(part: RerunResult) -> list[float]:
     """Share of flags that change where the neighbourhood is not divided, of each element."""
     return [one.flags_undivided / one.undivided for one in part.outcomes if one.undivided]
 
@@ -63,7 +63,7 @@ def convergence(results: Results) -> Said:
     drawn = Sampling(f"{way}, where it falls", agreed, found.chosen < found.computed)
     rows = [row for name, part in repetitions for row in _rows(name, part, found.study_block_steps, drawn)]
     if rigid:
-        part = Repetition(block_steps=0, outcomes=[rigid])
+        part = RerunResult(block_steps=0, outcomes=[rigid])
         rows += _rows("exact rigid block", part, 0, drawn._replace(sampled=_is_sampled(rigid)))
     heads = ("run again with", "what changed", "changed", "compared", "share", "95 % interval", "no answer")
     yield table((*heads, "block steps", "of the study's"), rows, "tt")
@@ -167,7 +167,7 @@ def _settled(found: Convergence) -> str:
     )
 
 
-def _beside_rigid(found: Rigid, agreed: bool) -> str:
+def _beside_rigid(found: RigidComparison, agreed: bool) -> str:
     """In how many cells the exact rigid block has the study's answer."""
 
     def same(changed: int, sides: int, cases: int) -> tuple[str, ...]:
@@ -195,7 +195,7 @@ def _beside_rigid(found: Rigid, agreed: bool) -> str:
 
 def _wilson(count: int, of: int, digits: int = 2) -> str:
     """The interval of a share, %."""
-    low, high = map(float, wilson(count, of))
+    low, high = map(float, wilson_interval(count, of))
     return f"{100 * low:.{digits}f} to {percent(high, digits)}"
 
 
@@ -217,12 +217,12 @@ class Sampling(NamedTuple):
     sampled: bool
 
 
-def _is_sampled(found: Rigid) -> bool:
+def _is_sampled(found: RigidComparison) -> bool:
     """True if only a part of the cells was compared with the rigid block."""
     return found.cases + found.unanswered < found.cells
 
 
-def _rows(name: str, part: Repetition, own: int, drawn: Sampling) -> list[tuple[Any, ...]]:
+def _rows(name: str, part: RerunResult, own: int, drawn: Sampling) -> list[tuple[Any, ...]]:
     """Rows of one repetition; its name and its work, also as a share of the study's own, stand in the first."""
     if not part.outcomes:
         return [(name, f"not possible: {part.refused}", *[""] * 7)]

@@ -12,8 +12,8 @@ from overturning.report.results import Results
 from overturning.report.sections.population import caution
 from overturning.report.text import degrees, percent
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
-from overturning.study.cube import processing_of
-from overturning.study.scenes import NOMINAL, setting_of
+from overturning.study.cube import record_provenance
+from overturning.study.scenes import NOMINAL, variant_settings
 from overturning.units import STANDARD_GRAVITY
 
 LEAST_FALLS: Final = 0.05
@@ -23,7 +23,7 @@ LEAST_FALLS: Final = 0.05
 @section("What soft ground changes", "ground")
 def ground(results: Results) -> Said:
     """Variants through soil beside the study's own motions; none where there are none, or no population."""
-    sites = {name: site for name in results.study.variants if (site := setting_of(results.study, name).site)}
+    sites = {name: site for name in results.study.variants if (site := variant_settings(results.study, name).site)}
     if not sites or not results.populations:
         return
     layers = {name: _soil(site) for name, site in sites.items()}
@@ -37,7 +37,7 @@ def ground(results: Results) -> Said:
         turns = {name: degrees(float(np.median(angle))) for name, angle in angles.items() if angle.size}
         sentences.append(_sentence(grounds, found, turns, factor))
         for name, soil in grounds.items():
-            rate, accounts = found[name]["fall_rate"], processing_of(results.cubes[name]).values()
+            rate, accounts = found[name]["fall_rate"], record_provenance(results.cubes[name]).values()
             pga = np.median([one["peaks"]["pga"][1] for one in accounts]) * factor / STANDARD_GRAVITY
             shift = f"{turns[name]} ({angles[name].size})" if name in turns else "–"
             rates = (float(rate.mean()), float(rate.median()), int((rate >= 0.5).sum()))
@@ -102,7 +102,7 @@ def failures(results: Results, grounds: dict[str, str]) -> list[str]:
     """Which iterations did not converge: record, soil, and what the computation says of its components."""
     found = []
     for name, soil in grounds.items():
-        for record, account in processing_of(results.cubes[name]).items() if name != NOMINAL else ():
+        for record, account in record_provenance(results.cubes[name]).items() if name != NOMINAL else ():
             said = (account["steps"] or [{}])[-1].get("chosen", "")
             parts = [part for part in said.split("; ") if "not converged" in part]
             found += [f"{record}, {soil}: {'; '.join(parts)}"] if parts else []

@@ -9,13 +9,13 @@ import numpy as np
 from overturning.figures.style import short
 from overturning.report.blocks import Bullets, Code, Note, Paragraph, Said, Section, Table, section, table
 from overturning.report.results import Results
-from overturning.study.cube import sources_of_records
+from overturning.study.cube import record_sources
 
 
 @section("How this was made", "method")
 def method(results: Results) -> Said:
     """Everything that is needed to judge and to repeat the study."""
-    records, versions = sources_of_records(results.cube), json.loads(results.cube.attrs["versions"])
+    records, versions = record_sources(results.cube), json.loads(results.cube.attrs["versions"])
     recheck = Note(
         "Simulated cells. “overturning recheck cube.nc” computes a random sample of cells again and compares them "
         "bit for bit."

@@ -18,7 +18,7 @@ from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
 from overturning.statistics.falls import shares_by_record
 from overturning.statistics.illustrative import WHICH_SIDE
-from overturning.study.cube import processing_of, shown_block
+from overturning.study.cube import first_shown_block, record_provenance
 from overturning.units import CM, GAL
 
 MAP_WIDTH: Final = 0.7
@@ -59,7 +59,7 @@ def _compared_maps(results: Results, chosen: list[RecordName]) -> Said:
             yield Row(pair) if len(pair) == 2 else pair[0]
         return
     places = [results.names.index(name) for name in chosen]
-    block = results.cube.sel(shown_block(results.cube, results.study))
+    block = results.cube.sel(first_shown_block(results.cube, results.study))
     cubes = [block.isel(record=place).load() for place in places]
     peaks = [results.intensity["pgv"].isel(record=place) for place in places]
     title = chosen[0].heading if len(chosen) == 1 else "Where blocks fall"
@@ -118,7 +118,7 @@ def records(results: Results) -> Said:
 
 def _odd_records(results: Results) -> Said:
     """Which records drift, and by what that is told, and which leave every case at rest."""
-    drifts = {name: account.get("drift") for name, account in processing_of(results.cube).items()}
+    drifts = {name: account.get("drift") for name, account in record_provenance(results.cube).items()}
     if drifting := ". ".join(f"{name}: {why}" for name, why in drifts.items() if why):
         yield Note(f"A PGD in brackets is that of a record that drifts, and not the ground's. {drifting}.")
     at_rest = results.cube["status"] == Status.AT_REST
@@ -149,7 +149,7 @@ def _peaks(results: Results) -> Said:
     """One row per record: names, largest intensities with their azimuths, share of cases that overturn."""
     shares = shares_by_record(results.cube).to_numpy()
     pulses, normals = (results.cube[name].to_numpy().astype(float) for name in ("pulse", "fault_normal"))
-    azimuth, accounts = results.intensity["azimuth"].to_numpy(), processing_of(results.cube)
+    azimuth, accounts = results.intensity["azimuth"].to_numpy(), record_provenance(results.cube)
     vertical, rows = results.intensity["pga_vertical"].to_numpy(), []
     more = ("vertical PGA, Gal",) if np.isfinite(vertical).any() else ()
     for index, name in enumerate(results.names):
@@ -176,7 +176,7 @@ def _peaks(results: Results) -> Said:
 def _processing(results: Results) -> Said:
     """What was done to each record, by whom, and what that changed."""
     heads = ("record", "data and processing", "PGA, Gal", "PGV, cm/s", "PGD, cm", "computed", "declared or trusted")
-    accounts = processing_of(results.cube)
+    accounts = record_provenance(results.cube)
     named = [(name.id, accounts[name.id]) for name in results.names if name.id in accounts]
     if not named:
         return

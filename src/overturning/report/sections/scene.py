@@ -17,7 +17,7 @@ from overturning.settings import Ensemble
 from overturning.statistics.by_record import each_record
 from overturning.statistics.spread import first_batch_estimate, runs_disagree
 from overturning.study.ensemble import BATCH
-from overturning.study.scenes import NOMINAL, scene_of, size_note
+from overturning.study.scenes import NOMINAL, variant_scene, variant_size_note
 
 
 @section("The scene", "scene")
@@ -26,7 +26,7 @@ def scene(results: Results) -> Said:
     study = results.study
     if study.scene == gravestone() and not any(variant.scene for variant in study.variants.values()):
         return
-    scenes = {name: scene_of(study, name) for name in results.cubes}
+    scenes = {name: variant_scene(study, name) for name in results.cubes}
     stones: dict[str, xr.Dataset] = {}
     rows = []
     for name, cube in results.cubes.items():
@@ -53,7 +53,7 @@ def scene(results: Results) -> Said:
         "lower by more than a tenth of its height or what the scene file sets, or without what carried it. Cases "
         "without an outcome are not counted. Elsewhere in this report “the block” is the "
         f"{scenes[NOMINAL].default_element} of the study's own scene{another}."
-        f"{''.join(f' Variant {name}: {said}.' for name in study.variants if (said := size_note(study, name)))}"
+        f"{''.join(f' Variant {name}: {said}.' for name in study.variants if (said := variant_size_note(study, name)))}"
     )
     towards = f"{results.words.rose} {results.words.which}"
     yield Figure(roses, "roses of fall azimuths of each stone", towards)

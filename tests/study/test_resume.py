@@ -150,8 +150,8 @@ def test_the_lock_goes_with_its_process(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.chdir(tmp_path)
     file = tmp_path / "hidden" / "run.lock"
     code = (
-        "import sys, time\nfrom pathlib import Path\nfrom overturning.study.resume import lock\n"
-        "lock(Path(sys.argv[1]))\nprint('holds', flush=True)\ntime.sleep(60)\n"
+        "import sys, time\nfrom pathlib import Path\nfrom overturning.study.resume import lock_folder\n"
+        "lock_folder(Path(sys.argv[1]))\nprint('holds', flush=True)\ntime.sleep(60)\n"
     )
     other = subprocess.Popen([sys.executable, "-c", code, str(file)], stdout=subprocess.PIPE, text=True, cwd=tmp_path)
     assert other.stdout is not None

@@ -130,10 +130,10 @@ def measure_lazily(
 from functools import partial
 from pathlib import Path
 from overturning.figures.write import write_figure
-from overturning.study.load import study_from
+from overturning.study.load import load_study_from_text
 folder = Path({str(folder)!r})
 cube, intensity, motions, figures = (folder / name for name in ("cube.nc", "intensity.nc", "motion", "figures"))
-write = partial(write_figure, study_from(str(folder / "study.json")).figures)
+write = partial(write_figure, load_study_from_text(str(folder / "study.json")).figures)
 from overturning.figures.{call}
 """
         note(what, run_program([sys.executable, "-c", program]))

@@ -338,7 +338,10 @@ def test_scene_repetitions_are_finer_and_stiffer() -> None:
     assert 5.0 < steps["finer"] <= 8.0
     # Whole steps follow the motion; the contact halves only the finest ones.
     assert 1.0 < steps["stiffer"] < 1.2
-    soft, stiff = prepare_scene(settings.scene).laws, prepare_scene(Planes(settings.scene).with_stiffness_factor(4.0).scene).laws
+    soft, stiff = (
+        prepare_scene(settings.scene).laws,
+        prepare_scene(Planes(settings.scene).with_stiffness_factor(4.0).scene).laws,
+    )
     np.testing.assert_allclose(stiff.normal, 4 * soft.normal)
     np.testing.assert_allclose(stiff.dashpot, 2 * soft.dashpot, err_msg="the damping ratio stays")
 

@@ -42,12 +42,12 @@ def _group(name: str) -> str:
 
 
 def _direction(results: Results) -> Iterator[Row]:
-    for group, summary in results.axes.items():
+    for group, summary in results.axis_summaries.items():
         yield _row(f"alignment with the fault normal, {_group(group)}", summary.alignment)
 
 
 def _reference(results: Results) -> Iterator[Row]:
-    for group, found in results.followed[0].items():
+    for group, found in results.reference_alignment[0].items():
         for name in ("peak velocity", "fault normal"):
             yield _row(f"alignment with the {name}, {_group(group)}", found.means[name, True][0])
 

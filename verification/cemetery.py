@@ -136,7 +136,7 @@ def simulate_each_stone(results: Results) -> str:
     stones, rates = draw_stones(population_), []
     planes = np.concatenate([stones.face, stones.face + 90])
     cases = Cases(planes, np.tile(stones.height, 2), np.tile(stones.b_over_h, 2), np.tile(stones.friction, 2))
-    for name in results.names:
+    for name in results.record_names:
         motion = motion_for_variant(results.study, read_motion(STUDY / "motion" / f"{name.id}.nc"))
         for factor in found["amplitude"].to_numpy():
             flags = run_cases(scale_motion(motion, float(factor)), cases, threads=2).overturned

@@ -67,7 +67,7 @@ def test_falls_go_along_the_pulse(found: Findings) -> None:
     assert pulse.alignment.low is None  # two earthquakes are too few for an interval
     assert not pulse.alignment.excludes_zero
     np.testing.assert_allclose([record.axis_from_normal_deg for record in found.records], [0.0, 90.0, 0.0], atol=2.0)
-    difference = found.direction.difference
+    difference = found.direction.alignment_difference
     assert difference is not None
     assert difference.value == pytest.approx((pulse.alignment.value or 0.0) - control.alignment.value)
 
@@ -84,7 +84,7 @@ def test_peaks_are_those_of_the_motion(found: Findings) -> None:
 def test_the_median_rate_is_that_of_the_records(found: Findings) -> None:
     assert found.population is not None
     rates = [one.fall_rate for one in found.population.by_record]
-    assert found.population.median_rate == pytest.approx(np.median(np.array(rates, float)))
+    assert found.population.median_fall_rate == pytest.approx(np.median(np.array(rates, float)))
     assert found.population.stones == 64
 
 
@@ -133,8 +133,8 @@ def test_records_that_no_block_falls_under_have_no_direction(folder: Path) -> No
             if name in still:
                 still[name] = xr.zeros_like(still[name])
         changed = Results(**{name: getattr(results, name) for name in results.__dataclass_fields__} | {"cube": still})
-        from overturning.findings.direction import direction_of
+        from overturning.findings.direction import fall_direction
 
-        direction = direction_of(changed)
-    assert not direction.shows_axis
+        direction = fall_direction(changed)
+    assert not direction.has_comparable_axis
     assert all(one.alignment.value is None for one in direction.groups)

@@ -53,7 +53,9 @@ def results(difference: Mean | None = None, /, **groups: AxisSummary) -> Any:
         ]
         for name, one in axes.items()
     }
-    return SimpleNamespace(axes=axes, axes_difference=difference, words=WORDS[Planes], alignment_by_rule=by_rule)
+    return SimpleNamespace(
+        axis_summaries=axes, alignment_difference=difference, words=WORDS[Planes], alignment_by_rule=by_rule
+    )
 
 
 def two(low: float, high: float, n: int = 3) -> Any:
@@ -64,7 +66,7 @@ def test_an_alignment_that_no_earthquake_has_is_not_drawn() -> None:
     made = results(all=NOTHING)
     made.figures = Path("figures")
     assert axes_shown(made) is None, "it was a plot without a point"
-    made.axes |= {"with a velocity pulse": NORMAL}
+    made.axis_summaries |= {"with a velocity pulse": NORMAL}
     assert axes_shown(made) is not None
 
 
@@ -190,8 +192,17 @@ def test_planes_near_fault_normal_and_fault_are_separated() -> None:
     ],
 )
 def test_edges(fallen: float, planes: int, start: str) -> None:
-    edge = {"fallen": fallen, "one_axis": planes == 1, "faults_known": True, "every_plane_falls": fallen == 1}
-    own = vars(results(all=NORMAL)) | {"study": SimpleNamespace(primary=Primary()), "names": (), "figures": Path()}
+    edge = {
+        "share_overturned": fallen,
+        "has_single_axis": planes == 1,
+        "fault_normal_known": True,
+        "every_case_overturns": fallen == 1,
+    }
+    own = vars(results(all=NORMAL)) | {
+        "study": SimpleNamespace(primary=Primary()),
+        "record_names": (),
+        "figures": Path(),
+    }
 
     def said(of_known: str = "") -> str:
         made: Any = SimpleNamespace(**own, **edge, of_known=of_known)

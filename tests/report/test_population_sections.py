@@ -190,7 +190,7 @@ def test_soft_ground_in_a_sentence(cemetery: Results) -> None:
     assert not any(words in of_linear for words in ("iteration", "stronger records would", "equivalent-linear"))
     several = of_study(linear, variants={"clay": Variant(site=hard), "soft": soft})
     several = replace(several, populations=results.populations | {"soft": clay}, cubes=linear.cubes | {"soft": settled})
-    count = len(cemetery.names)
+    count = len(cemetery.record_names)
     # Soils with equal layers are distinguished.
     both_said = said(ground(several))
     assert f"Every iteration of the {count} motions converged. clay: 20 m of soil (150 m/s) is linear" in both_said

@@ -199,7 +199,7 @@ def test_maps_in_which_nothing_falls_do_not_stand_first(one_record: Make) -> Non
     for stands, first in ((0, [1, 2, 3, 4]), (slice(None), [0, 1, 2, 3])):
         cube["overturned"][{"record": stands}] = 0.0
         some = replace(results, cube=cube)
-        assert some.first_records == [some.names[number] for number in first]
+        assert some.first_records == [some.record_names[number] for number in first]
 
 
 def test_maps_where_coordinates_are_known(one_record: Make) -> None:
@@ -278,7 +278,7 @@ def test_opposite_azimuths_are_one_axis(one_record: Make, azimuth: list[float], 
     """The same for a scene without mirror symmetry, whose falls could have no other axis."""
     results = one_record()
     cube = results.cube.isel(azimuth=[0, 1]).assign_coords(azimuth=("azimuth", azimuth, {"period": period}))
-    assert replace(results, cube=cube).one_axis is one
+    assert replace(results, cube=cube).has_single_axis is one
 
 
 def test_some_outcomes_missing(one_record: Make) -> None:

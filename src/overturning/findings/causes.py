@@ -1,36 +1,48 @@
-"""Causes of falls: logistic fit, published criteria, and outcomes beside published ones."""
+"""Causes of falls: logistic fit, skill of published criteria, and comparison with published outcomes."""
 
 import math
 
 from overturning.findings.results import Results
-from overturning.findings.values import Estimate, Finding, Number, estimate
+from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
 from overturning.labels import element_size_note
 from overturning.statistics.criteria import PULSE_VALID, criteria_scores
 from overturning.statistics.logistic import LEVEL, describe, overturning_fit
 
 
-class Coefficient(Finding):
+class LogisticCoefficient(Finding):
     """Coefficient of the logistic fit."""
 
     predictor: str
+    """Name of the predictor; "intercept" for the constant."""
     value: Number
+    """Change of the log-odds of a fall per unit of the predictor."""
     low: Number
+    """Lower end of the interval of `value`."""
     high: Number
+    """Upper end of the interval of `value`."""
     data_minimum: Number
+    """Smallest value of the predictor in the data."""
     data_maximum: Number
-    odds_factor_doubled: Number
-    """Factor on the odds of a fall if the quantity of the predictor doubles and the other predictors stay."""
+    """Largest value of the predictor in the data."""
+    odds_factor_per_doubling: Number
+    """Factor on the odds of a fall if the quantity doubles and the other predictors stay; None for the intercept."""
     odds_factor_low: Number
+    """Lower end of the interval of `odds_factor_per_doubling`."""
     odds_factor_high: Number
+    """Upper end of the interval of `odds_factor_per_doubling`."""
 
 
-class Fit(Finding):
+class LogisticFit(Finding):
     """Logistic fit of the probability of overturning, with intervals from the jackknife over earthquakes."""
 
-    coefficients: list[Coefficient]
-    rows: int
+    coefficients: list[LogisticCoefficient]
+    """Coefficient of each predictor."""
+    fitted_outcomes: int
+    """Number of fitted rows: outcomes of a block in a plane under a record."""
     earthquakes: int
+    """Number of earthquakes."""
     level: float
+    """Probability of the intervals."""
     note: str
     """Reason why there is no fit or no interval; otherwise empty."""
 
@@ -39,45 +51,57 @@ class CriterionScore(Finding):
     """Skill of a criterion: hit rate minus false-alarm rate."""
 
     criterion: str
+    """Name of the criterion."""
     rule: str
+    """Condition under which the criterion predicts a fall."""
     hit_rate: Number
+    """Share of the falls that the criterion predicts."""
     false_alarm_rate: Number
+    """Share of the standing blocks for which the criterion predicts a fall."""
     skill: Estimate
     """Skill over all blocks together."""
-    skill_within: Estimate
-    """Mean skill over blocks of one height and B/H."""
-    skill_within_valid: Number
-    """The same without planes and blocks beyond the range of the pulse criterion."""
+    skill_within_block_shape: Estimate
+    """Mean over heights and B/H of the skill among the blocks of one height and B/H."""
+    skill_within_pulse_range: Number
+    """Value of `skill_within_block_shape` without planes and blocks beyond the range of the pulse criterion."""
 
 
-class Criteria(Finding):
+class CriteriaScores(Finding):
     """Skill of published criteria, and of the best rule that ignores the motion (last)."""
 
     scores: list[CriterionScore]
-    best_within: str
-    """Criterion with the largest skill within blocks; empty if no skill is defined."""
-    lead_within: dict[str, Estimate]
-    """Skill within blocks of this criterion minus that of each other one."""
-    beyond_pulse_range: Number
+    """Score of each criterion."""
+    best_criterion: str
+    """Criterion with the largest `skill_within_block_shape`; empty if no skill is defined."""
+    skill_lead: dict[str, Estimate]
+    """Value of `skill_within_block_shape` of the best criterion minus that of each other criterion."""
+    share_beyond_pulse_range: Number
     """Share of planes and blocks for which the pulse criterion is far too low."""
     pulse_range: float = PULSE_VALID
+    """Largest frequency ratio ω/p for which the pulse criterion is valid."""
 
 
-class PublishedOutcome(Finding):
-    """Outcome of a cell beside a published one."""
+class PublishedComparison(Finding):
+    """Computed and published outcome of one block under one record in one azimuth."""
 
     variant: str
+    """Name of the variant; "nominal" for the study itself."""
     record: str
+    """Identifier of the record."""
     azimuth_deg: float
+    """Azimuth of the motion, degrees."""
     height_m: float
+    """Height of the block, m."""
     friction: float
-    published: bool | None
-    found: bool | None
-    """None if the outcome is not known."""
+    """Friction coefficient."""
+    published_overturns: bool | None
+    """True if the block overturns according to the publication; None if it is not known."""
+    computed_overturns: bool | None
+    """True if the block overturns in the study; None if the outcome is not known."""
 
 
-def fit_of(results: Results) -> Fit | None:
-    """Fit the probability of overturning; None in space, and for elements of several sizes."""
+def fit_overturning_probability(results: Results) -> LogisticFit | None:
+    """Fit a logistic model of the probability of overturning; None for 3-D models and elements of several sizes."""
     if not results.model.one_component or element_size_note(results.cube):
         return None
     fit = overturning_fit(results.cube, results.intensity)
@@ -85,23 +109,25 @@ def fit_of(results: Results) -> Fit | None:
     for name, value, low, high, least, most in describe(fit):
         doubled = [2.0**one for one in (value, low, high)] if name != "intercept" else [math.nan] * 3
         rows.append(
-            Coefficient(
+            LogisticCoefficient(
                 predictor=name,
                 value=value,
                 low=low,
                 high=high,
                 data_minimum=least,
                 data_maximum=most,
-                odds_factor_doubled=doubled[0],
+                odds_factor_per_doubling=doubled[0],
                 odds_factor_low=doubled[1],
                 odds_factor_high=doubled[2],
             )
         )
-    return Fit(coefficients=rows, rows=fit.rows, earthquakes=fit.clusters, level=LEVEL, note=fit.note)
+    return LogisticFit(
+        coefficients=rows, fitted_outcomes=fit.rows, earthquakes=fit.clusters, level=LEVEL, note=fit.note
+    )
 
 
-def criteria_of(results: Results) -> Criteria | None:
-    """Score the published criteria; None in space, for elements of several sizes, and without outcomes."""
+def score_published_criteria(results: Results) -> CriteriaScores | None:
+    """Compute the skill of published overturning criteria; None for 3-D models and elements of several sizes."""
     asked = results.model.one_component and not element_size_note(results.cube)
     found = criteria_scores(results.cube, results.intensity) if asked else None
     if found is None:
@@ -112,44 +138,48 @@ def criteria_of(results: Results) -> Criteria | None:
             rule=one.rule,
             hit_rate=one.overall.hit_rate,
             false_alarm_rate=one.overall.false_alarm_rate,
-            skill=estimate(one.skill, "skill over all blocks together"),
-            skill_within=estimate(one.within, "mean skill over blocks of one height and B/H"),
-            skill_within_valid=one.within_valid,
+            skill=estimate_from_mean(one.skill, "skill over all blocks together"),
+            skill_within_block_shape=estimate_from_mean(one.within, "mean skill over blocks of one height and B/H"),
+            skill_within_pulse_range=one.within_valid,
         )
         for one in found.rules
     ]
-    leads = {name: estimate(lead, "difference of the skills within blocks") for name, lead in found.leads.items()}
-    return Criteria(
+    leads = {
+        name: estimate_from_mean(lead, "difference of the skills within blocks") for name, lead in found.leads.items()
+    }
+    return CriteriaScores(
         scores=scores,
-        best_within=found.best.name if found.leads else "",
-        lead_within=leads,
-        beyond_pulse_range=found.beyond,
+        best_criterion=found.best.name if found.leads else "",
+        skill_lead=leads,
+        share_beyond_pulse_range=found.beyond,
     )
 
 
-def published_of(results: Results) -> list[PublishedOutcome]:
-    """Return the outcomes where something was published, for each variant, height and friction."""
+def compare_with_published(results: Results) -> list[PublishedComparison]:
+    """Compare computed with published outcomes, for each variant, height and friction."""
     if not results.study.published:
         return []
     return [
-        PublishedOutcome(
+        PublishedComparison(
             variant=variant,
             record=row.record,
             azimuth_deg=row.azimuth,
             height_m=round(height, 9),
             friction=round(friction, 9),
-            published=row.overturns,
-            found=overturns,
+            published_overturns=row.overturns,
+            computed_overturns=overturns,
         )
         for variant in results.cubes
-        for (height, friction), found in published_outcomes(results, variant).items()
+        for (height, friction), found in computed_outcomes_at_published_cells(results, variant).items()
         for row, overturns in zip(results.study.published, found, strict=True)
     ]
 
 
-def published_outcomes(results: Results, variant: str) -> dict[tuple[float, float], tuple[bool | None, ...]]:
-    """Return, by height and friction, if the block overturns where something was published; None if it is not known."""
-    cube, ids = results.reference_cube(variant), [name.id for name in results.names]
+def computed_outcomes_at_published_cells(
+    results: Results, variant: str
+) -> dict[tuple[float, float], tuple[bool | None, ...]]:
+    """Return True for each published case that overturns in the cube, by height and friction; None if unknown."""
+    cube, ids = results.reference_cube(variant), [name.id for name in results.record_names]
     # The published cells only: a cube larger than memory is not read.
     cells = [
         cube["overturned"]

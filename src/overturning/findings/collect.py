@@ -5,44 +5,51 @@ from pathlib import Path
 from typing import Any
 
 from overturning.files import write_text
-from overturning.findings.causes import Criteria, Fit, PublishedOutcome, criteria_of, fit_of, published_of
+from overturning.findings.causes import (
+    CriteriaScores,
+    LogisticFit,
+    PublishedComparison,
+    compare_with_published,
+    fit_overturning_probability,
+    score_published_criteria,
+)
 from overturning.findings.contrast import (
-    ElementFinding,
-    GroundFinding,
+    ElementOutcomes,
+    SiteFallRates,
     VariantContrast,
-    contrasts_of,
-    elements_of,
-    ground_of,
+    contrast_variants,
+    element_outcomes,
+    site_fall_rates,
 )
 from overturning.findings.direction import (
-    Direction,
-    GroupReferences,
-    PlaneAgreement,
-    direction_of,
-    planes_of,
-    references_of,
+    FallDirection,
+    GroupReferenceAlignment,
+    PlanarModelAgreement,
+    fall_direction,
+    planar_model_agreement,
+    reference_alignments,
 )
 from overturning.findings.exactness import (
     ConvergenceFindings,
     EnsembleFindings,
-    Twist,
-    convergence_of,
-    ensemble_of,
-    twist_of,
+    FinalTwist,
+    convergence_findings,
+    count_disagreeing_cells,
+    final_twist,
 )
-from overturning.findings.population import PopulationFindings, population_of
+from overturning.findings.population import PopulationFindings, population_findings
 from overturning.findings.results import Results, open_results
 from overturning.findings.study import (
-    Cases,
-    Quality,
+    CaseCounts,
+    NumericalQuality,
     RecordFacts,
     StudyFacts,
-    cases_of,
-    quality_of,
-    records_of,
+    count_cases,
+    numerical_quality,
+    record_facts,
     study_facts,
 )
-from overturning.findings.surveys import InferredMotion, SurveyFindings, motions_of, surveys_of
+from overturning.findings.surveys import InferredMotion, SurveyFindings, all_survey_findings, inferred_motions
 from overturning.findings.values import Finding
 from overturning.study.schema import Study
 
@@ -51,48 +58,67 @@ class Findings(Finding):
     """Findings of a study; parts that do not apply to it are null or empty."""
 
     study: StudyFacts
-    cases: Cases
-    direction: Direction
+    """Question and grid."""
+    cases: CaseCounts
+    """Number of cases and their outcomes."""
+    direction: FallDirection
+    """Direction of falls relative to the fault normal."""
     contrasts: list[VariantContrast]
-    references: list[GroupReferences]
-    planes: PlaneAgreement | None
-    elements: list[ElementFinding]
-    ground: list[GroundFinding]
+    """Comparison with each variant."""
+    reference_alignments: list[GroupReferenceAlignment]
+    """Alignment of 3-D falls with references."""
+    planar_model_agreement: PlanarModelAgreement | None
+    """Agreement of the 2-D model of the faces with the 3-D outcome."""
+    element_outcomes: list[ElementOutcomes]
+    """Falls of each element of scenes of several elements."""
+    site_fall_rates: list[SiteFallRates]
+    """Falls of the population on each soil."""
     surveys: list[SurveyFindings]
-    motions: list[InferredMotion]
-    published: list[PublishedOutcome]
+    """Comparison of each survey of fallen stones with the prediction."""
+    inferred_motions: list[InferredMotion]
+    """Motion inferred from each survey."""
+    published_comparisons: list[PublishedComparison]
+    """Outcomes next to published ones."""
     population: PopulationFindings | None
-    fit: Fit | None
-    criteria: Criteria | None
-    twist: Twist | None
+    """Falls of the population of stones."""
+    logistic_fit: LogisticFit | None
+    """Logistic fit of the probability of overturning."""
+    criteria_scores: CriteriaScores | None
+    """Skill of published criteria."""
+    final_twist: FinalTwist | None
+    """Rotation about the vertical of stones that stand."""
     ensemble: EnsembleFindings | None
+    """Cells whose repeated runs disagree."""
     convergence: ConvergenceFindings | None
+    """Cases that change in a second, finer computation."""
     records: list[RecordFacts]
-    quality: Quality
+    """Records and the falls under each."""
+    numerical_quality: NumericalQuality
+    """Energy error, penetration and versions."""
 
 
-def findings_of(results: Results) -> Findings:
-    """Compute the findings of opened results."""
+def findings_from_results(results: Results) -> Findings:
+    """Compute all findings of a study from its opened results."""
     return Findings(
         study=study_facts(results),
-        cases=cases_of(results),
-        direction=direction_of(results),
-        contrasts=contrasts_of(results),
-        references=references_of(results),
-        planes=planes_of(results),
-        elements=elements_of(results),
-        ground=ground_of(results),
-        surveys=surveys_of(results),
-        motions=motions_of(results),
-        published=published_of(results),
-        population=population_of(results),
-        fit=fit_of(results),
-        criteria=criteria_of(results),
-        twist=twist_of(results),
-        ensemble=ensemble_of(results),
-        convergence=convergence_of(results),
-        records=records_of(results),
-        quality=quality_of(results),
+        cases=count_cases(results),
+        direction=fall_direction(results),
+        contrasts=contrast_variants(results),
+        reference_alignments=reference_alignments(results),
+        planar_model_agreement=planar_model_agreement(results),
+        element_outcomes=element_outcomes(results),
+        site_fall_rates=site_fall_rates(results),
+        surveys=all_survey_findings(results),
+        inferred_motions=inferred_motions(results),
+        published_comparisons=compare_with_published(results),
+        population=population_findings(results),
+        logistic_fit=fit_overturning_probability(results),
+        criteria_scores=score_published_criteria(results),
+        final_twist=final_twist(results),
+        ensemble=count_disagreeing_cells(results),
+        convergence=convergence_findings(results),
+        records=record_facts(results),
+        numerical_quality=numerical_quality(results),
     )
 
 
@@ -120,12 +146,12 @@ def findings(cube: str | Path, study: Study | None = None) -> Findings:
     path = Path(cube)
     folder = path if path.is_dir() else path.parent
     with open_results(folder, study) as results:
-        return findings_of(results)
+        return findings_from_results(results)
 
 
-def write_findings(found: Findings, path: Path) -> None:
-    """Write findings as JSON."""
-    write_text(path, found.model_dump_json(indent=1) + "\n")
+def write_findings(findings: Findings, path: Path) -> None:
+    """Write the findings of a study to a JSON file."""
+    write_text(path, findings.model_dump_json(indent=1) + "\n")
 
 
 def findings_schema() -> str:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.findings.results import Results
-from overturning.findings.values import Estimate, Finding, Number, estimate
+from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
 from overturning.model.scene import Scene
 from overturning.records.site import Site
 from overturning.statistics.bootstrap import mean_over_earthquakes, share_over_earthquakes
@@ -19,80 +19,101 @@ class VariantContrast(Finding):
     """Comparison of the study with one variant, over the cases with a known outcome in both."""
 
     variant: str
+    """Name of the variant."""
     differs_in: list[str]
     """Settings that differ: scene, contact, vertical, site."""
     records: int
-    """Records that are compared; of a variant in vertical motion only those that have a vertical component."""
-    share_here: Estimate
+    """Number of compared records; if only vertical motion differs, those with a vertical component."""
+    share_overturned_study: Estimate
     """Share of the cases that overturn in the study."""
-    share_there: Estimate
+    share_overturned_variant: Estimate
     """Share of the cases that overturn in the variant."""
-    difference: Estimate
-    """First share minus the second, record by record."""
-    only_here: Estimate
-    only_there: Estimate
-    both: Estimate
-    same_way: Estimate
+    share_difference: Estimate
+    """Share in the study minus share in the variant, record by record."""
+    only_study_overturns: Estimate
+    """Share of the cases that overturn in the study only."""
+    only_variant_overturns: Estimate
+    """Share of the cases that overturn in the variant only."""
+    both_overturn: Estimate
+    """Share of the cases that overturn in both."""
+    same_direction: Estimate
     """Share of the falls in both that go within 45° of each other."""
-    earlier_here: Estimate
+    earlier_in_study: Estimate
     """Share of the falls in both that are earlier in the study."""
-    by_b_over_h: list["ShareByShape"]
+    by_b_over_h: list["SharesAtBOverH"]
+    """Shares of the cases that overturn, for each B/H."""
 
 
-class ShareByShape(Finding):
+class SharesAtBOverH(Finding):
     """Share of the cases of one B/H that overturn in the study and in a variant."""
 
     b_over_h: float
-    share_here: Estimate
-    share_there: Estimate
+    """Width-to-height ratio B/H of the block."""
+    share_overturned_study: Estimate
+    """Share of the cases that overturn in the study."""
+    share_overturned_variant: Estimate
+    """Share of the cases that overturn in the variant."""
 
 
-class ElementFinding(Finding):
-    """Falls of an element of a scene."""
+class ElementOutcomes(Finding):
+    """Number, share and time of the falls of one element of a scene."""
 
-    setting: str
+    variant: str
     """Name of the variant; "nominal" for the study itself."""
     scene: str
+    """Name of the scene."""
     element: str
+    """Name of the element."""
     cases: int
+    """Number of cases with an outcome."""
     falls: int
-    share: Number
+    """Number of cases in which the element falls."""
+    share_overturned: Number
+    """Share of the cases in which the element falls."""
     falls_first: int
-    """Falls in which no other element falls before."""
-    median_time_s: Number
+    """Number of falls in which no other element falls before."""
+    median_fall_time_s: Number
+    """Median time of the falls from the start of the record, s."""
 
 
 class SoilLayer(Finding):
-    """Layer of soil."""
+    """Thickness and shear-wave velocity of a soil layer."""
 
     thickness_m: float
+    """Thickness, m."""
     velocity_m_s: float
+    """Shear-wave velocity, m/s."""
 
 
-class GroundFinding(Finding):
-    """Falls of the population on one ground and under one factor on the motion."""
+class SiteFallRates(Finding):
+    """Share of the population of stones that falls on one soil column, for one factor on the motion."""
 
-    setting: str
+    variant: str
+    """Name of the variant that sets the soil; "nominal" for the study itself."""
     layers: list[SoilLayer]
-    """Layers from the surface down; none for the records as they are."""
-    factor: float
+    """Layers from the surface down; empty for the records without soil."""
+    amplitude: float
+    """Factor on the motion."""
     median_pga_m_s2: Number
+    """Median of the largest horizontal acceleration over records, m/s²."""
     mean_fall_rate: Number
-    """Mean over records."""
+    """Mean over records of the share of the stones that fall."""
     median_fall_rate: Number
+    """Median over records of the share of the stones that fall."""
     records_with_half_fallen: int
+    """Number of records under which at least half of the stones fall."""
 
 
-SHARE = "share of the cases that overturn"
+SHARE_OVERTURNED = "share of the cases that overturn"
 
 
-def differences(study: Study, variant: str, against: str) -> list[str]:
-    """Return the settings in which two variants differ: scene, contact, vertical, site."""
-    one, other = variant_settings(study, variant), variant_settings(study, against)
+def differing_settings(study: Study, variant: str, other_variant: str) -> list[str]:
+    """Return the names of the settings in which two variants differ: scene, contact, vertical, site."""
+    one, other = variant_settings(study, variant), variant_settings(study, other_variant)
     differing = {
         "scene": (one.scene or study.scene) != (other.scene or study.scene),
-        "contact": variant_contact(study, variant) != variant_contact(study, against),
-        "vertical": uses_vertical(study, variant) != uses_vertical(study, against),
+        "contact": variant_contact(study, variant) != variant_contact(study, other_variant),
+        "vertical": uses_vertical(study, variant) != uses_vertical(study, other_variant),
         "site": one.site != other.site,
     }
     return [name for name, differs in differing.items() if differs]
@@ -105,77 +126,83 @@ def compared_records(results: Results, variant: str) -> NDArray[np.intp]:
     the same cases for them, which show nothing about vertical motion.
     """
     every = np.arange(results.cube.sizes["record"])
-    if differences(results.study, NOMINAL, variant) != ["vertical"]:
+    if differing_settings(results.study, NOMINAL, variant) != ["vertical"]:
         return every
     applied = [results.reference_cube(name)["vertical"].to_numpy() == 1 for name in (NOMINAL, variant)]
     return every[np.logical_or(*applied)]
 
 
-def contrasts_of(results: Results) -> list[VariantContrast]:
-    """Compare the study with each of its variants, if a record can be compared."""
+def contrast_variants(results: Results) -> list[VariantContrast]:
+    """Compare the study with each variant that shares at least one comparable record."""
     places = {name: compared_records(results, name) for name in results.study.variants}
-    return [_contrast(results, name, some) for name, some in places.items() if some.size]
+    return [_contrast_variant(results, name, some) for name, some in places.items() if some.size]
 
 
-def _contrast(results: Results, variant: str, places: NDArray[np.intp]) -> VariantContrast:
-    cubes = [results.reference_cube(name).isel(record=places) for name in (NOMINAL, variant)]
-    events = results.events[places]
+def _contrast_variant(results: Results, variant: str, record_positions: NDArray[np.intp]) -> VariantContrast:
+    cubes = [results.reference_cube(name).isel(record=record_positions) for name in (NOMINAL, variant)]
+    events = results.events[record_positions]
     found = contrast(compare_stones(*cubes), events)
     here, there = (shares_by_record(cube).to_numpy() for cube in cubes)
     shapes = [shares_by_record(cube, "b_over_h").to_numpy() for cube in cubes]
 
     by_shape = [
-        ShareByShape(
+        SharesAtBOverH(
             b_over_h=round(float(ratio), 9),
-            share_here=estimate(share_over_earthquakes(one, events), SHARE),
-            share_there=estimate(share_over_earthquakes(other, events), SHARE),
+            share_overturned_study=estimate_from_mean(share_over_earthquakes(one, events), SHARE_OVERTURNED),
+            share_overturned_variant=estimate_from_mean(share_over_earthquakes(other, events), SHARE_OVERTURNED),
         )
         for ratio, one, other in zip(results.cube["b_over_h"].to_numpy(), *shapes, strict=True)
     ]
     return VariantContrast(
         variant=variant,
-        differs_in=differences(results.study, NOMINAL, variant),
-        records=int(places.size),
-        share_here=estimate(share_over_earthquakes(here, events), SHARE),
-        share_there=estimate(share_over_earthquakes(there, events), SHARE),
-        difference=estimate(mean_over_earthquakes(here - there, events), f"difference of the {SHARE}"),
-        only_here=estimate(found.only_this, "share of the cases that overturn in the study only"),
-        only_there=estimate(found.only_other, "share of the cases that overturn in the variant only"),
-        both=estimate(found.both, "share of the cases that overturn in both"),
-        same_way=estimate(found.same_way, "share of the falls in both that go within 45° of each other"),
-        earlier_here=estimate(found.earlier, "share of the falls in both that are earlier in the study"),
+        differs_in=differing_settings(results.study, NOMINAL, variant),
+        records=int(record_positions.size),
+        share_overturned_study=estimate_from_mean(share_over_earthquakes(here, events), SHARE_OVERTURNED),
+        share_overturned_variant=estimate_from_mean(share_over_earthquakes(there, events), SHARE_OVERTURNED),
+        share_difference=estimate_from_mean(
+            mean_over_earthquakes(here - there, events), f"difference of the {SHARE_OVERTURNED}"
+        ),
+        only_study_overturns=estimate_from_mean(found.only_this, "share of the cases that overturn in the study only"),
+        only_variant_overturns=estimate_from_mean(
+            found.only_other, "share of the cases that overturn in the variant only"
+        ),
+        both_overturn=estimate_from_mean(found.both, "share of the cases that overturn in both"),
+        same_direction=estimate_from_mean(
+            found.same_way, "share of the falls in both that go within 45° of each other"
+        ),
+        earlier_in_study=estimate_from_mean(found.earlier, "share of the falls in both that are earlier in the study"),
         by_b_over_h=by_shape,
     )
 
 
-def elements_of(results: Results) -> list[ElementFinding]:
-    """Count the falls of each element of each setting, in scenes of several elements or with several scenes."""
+def element_outcomes(results: Results) -> list[ElementOutcomes]:
+    """Count the falls of each element in the study and its variants; empty for a single one-element scene."""
     study = results.study
     several = any("element" in cube.dims for cube in results.cubes.values())
     if not several and not any(variant.scene for variant in study.variants.values()):
         return []
     return [
-        _element(name, variant_scene(study, name), row, "element" in cube.dims)
+        _element_outcomes(name, variant_scene(study, name), row, "element" in cube.dims)
         for name, cube in results.cubes.items()
         for row in results.element_falls[name]
     ]
 
 
-def _element(setting: str, scene: Scene, row: ElementFalls, several: bool) -> ElementFinding:
-    return ElementFinding(
-        setting=setting,
+def _element_outcomes(variant: str, scene: Scene, totals: ElementFalls, several_elements: bool) -> ElementOutcomes:
+    return ElementOutcomes(
+        variant=variant,
         scene=scene.name,
-        element=row.name if several else scene.free_names[0],
-        cases=row.cases,
-        falls=row.falls,
-        share=row.share,
-        falls_first=row.first,
-        median_time_s=row.median_time,
+        element=totals.name if several_elements else scene.free_names[0],
+        cases=totals.cases,
+        falls=totals.falls,
+        share_overturned=totals.share,
+        falls_first=totals.first,
+        median_fall_time_s=totals.median_time,
     )
 
 
-def ground_of(results: Results) -> list[GroundFinding]:
-    """Compute the fall rates of the population on each ground; empty without variants through soil or population."""
+def site_fall_rates(results: Results) -> list[SiteFallRates]:
+    """Compute fall rates of the population on each soil column; empty without a soil variant or a population."""
     sites: dict[str, Site | None] = {NOMINAL: None}
     sites |= {name: variant_settings(results.study, name).site for name in results.study.variants}
     sites = {name: site for name, site in sites.items() if site is not None or name == NOMINAL}
@@ -188,10 +215,10 @@ def ground_of(results: Results) -> list[GroundFinding]:
             accounts = record_provenance(results.cubes[name]).values()
             layers = site.layers if site is not None else ()
             found.append(
-                GroundFinding(
-                    setting=name,
+                SiteFallRates(
+                    variant=name,
                     layers=[SoilLayer(thickness_m=one.thickness_m, velocity_m_s=one.velocity_m_s) for one in layers],
-                    factor=factor,
+                    amplitude=factor,
                     median_pga_m_s2=float(np.median([one["peaks"]["pga"][1] for one in accounts])) * factor,
                     mean_fall_rate=float(rate.mean()),
                     median_fall_rate=float(rate.median()),

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from overturning.findings.results import Results
-from overturning.findings.values import Estimate, Finding, Number, estimate
+from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
 from overturning.statistics.alignment_by_rule import RuleAlignment
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_groups
@@ -19,110 +19,135 @@ class EarthquakeAxis(Finding):
     """Falls of an earthquake relative to its fault normal."""
 
     event: str
+    """Name of the earthquake."""
     alignment: Number
     """Mean of cos 2Δ; None without falls or fault normal."""
     resultant: Number
+    """Length of the mean of the doubled fall axes: 0 for axes in all directions, 1 for one axis."""
     axis_from_normal_deg: Number
     """Axis of the falls relative to the fault normal, (−90, 90]; None if the resultant is too small."""
 
 
 class AlignmentUnderRule(Finding):
-    """Alignment under one rule that selects the blocks whose falls count."""
+    """Alignment of falls with the fault normal under one rule that selects the blocks whose falls count."""
 
     rule: str
-    used: bool
-    """True for the rule of the study, which was fixed before the results were known."""
+    """Rule that selects the blocks."""
+    is_study_rule: bool
+    """True for the rule that the study uses; it was fixed before the results were known."""
     records: int
+    """Number of records with falls that count."""
     alignment: Estimate
-    largest_possible: Number
+    """Mean of cos 2Δ over earthquakes, Δ the angle from the fault normal to a fall."""
+    largest_possible_alignment: Number
+    """Alignment if the mean axis of every record were its fault normal."""
 
 
 class GroupDirection(Finding):
     """Direction of the falls of a group of records."""
 
     group: str
+    """Name of the group of records."""
     earthquakes: int
+    """Number of earthquakes with an alignment."""
     alignment: Estimate
-    largest_possible: Number
+    """Mean of cos 2Δ over earthquakes, Δ the angle from the fault normal to a fall."""
+    largest_possible_alignment: Number
     """Alignment if the mean axis of every record were its fault normal."""
     axis_from_normal_deg: Number
     """Mean axis relative to the fault normal; None if a test does not reject "no common axis" at 5 %."""
-    axis_half_width_deg: Number
+    axis_interval_half_width_deg: Number
     """Half of the 95 % interval of the axis."""
-    no_common_axis_p: Number
+    no_common_axis_p_value: Number
     """p-value of the test of "no common axis"."""
     earthquakes_with_axis: int
-    closer_to_normal: int
-    """Number of these earthquakes whose axis lies within 45° of the fault normal."""
-    agreement_within_record: Estimate
+    """Number of earthquakes whose falls have an axis (large enough resultant)."""
+    axes_within_45_of_normal: int
+    """Number of `earthquakes_with_axis` whose axis lies within 45° of the fault normal."""
+    axis_resultant_within_record: Estimate
+    """Resultant of the doubled fall axes of one record, mean over earthquakes."""
     by_earthquake: list[EarthquakeAxis]
+    """Falls of each earthquake relative to its fault normal."""
     by_rule: list[AlignmentUnderRule]
+    """Alignment under each rule that selects blocks."""
 
 
-class Direction(Finding):
+class FallDirection(Finding):
     """Direction of falls relative to the fault normal."""
 
-    shows_axis: bool
+    has_comparable_axis: bool
     """False if the falls have no axis that can be compared with a fault."""
     groups: list[GroupDirection]
-    difference: Estimate | None
+    """Direction of the falls of each group of records."""
+    alignment_difference: Estimate | None
     """Alignment of the first group minus that of the second; None if there is one group."""
-    changes_between_neighbours: dict[str, Number]
+    outcome_changes_between_neighbours: dict[str, Number]
     """Share of neighbouring cells with different outcomes, by dimension."""
 
 
-class ReferenceMean(Finding):
-    """Alignment of falls with a reference."""
+class AlignmentWithReference(Finding):
+    """Alignment of the fall directions with one reference direction, such as the azimuth of the peak velocity."""
 
     reference: str
-    kind: str
+    """Name of the reference direction, such as the fault normal."""
+    alignment_kind: str
     """"axis" (1 along the reference, −1 across) or "direction" (1 towards its head, −1 away from it)."""
     all_b_over_h: Estimate
-    by_range: dict[str, Estimate]
-    """The same for ranges of B/H."""
+    """Alignment over all B/H."""
+    by_b_over_h_range: dict[str, Estimate]
+    """Alignment for ranges of B/H."""
 
 
-class GroupReferences(Finding):
+class GroupReferenceAlignment(Finding):
     """Alignment of the falls of a group of records with references."""
 
     group: str
-    references: list[ReferenceMean]
-    closest: list[str]
+    """Name of the group of records."""
+    references: list[AlignmentWithReference]
+    """Alignment with each reference."""
+    closest_references: list[str]
     """The two references with the largest alignment of axes; shorter if fewer are known."""
-    closest_minus_next: Estimate | None
+    closest_minus_second: Estimate | None
+    """Difference of the alignments of these two; None if there is one reference."""
 
 
-class PlaneAgreement(Finding):
+class PlanarModelAgreement(Finding):
     """Agreement of the 2-D model of the faces of a body with its 3-D outcome."""
 
     cases: int
-    flag: Number
+    """Number of cases with both outcomes."""
+    same_outcome: Number
     """Share of cases in which the 2-D model predicts correctly whether the stone falls."""
-    flag_near_boundary: Number
-    """The same for cases whose neighbour in B/H has another outcome."""
-    only_space: Number
-    only_planes: Number
-    edge: Number
+    same_outcome_near_boundary: Number
+    """Value of `same_outcome` for cases whose neighbour in B/H has another outcome."""
+    only_3d_overturns: Number
+    """Share of the cases that overturn in the 3-D model only."""
+    only_2d_overturns: Number
+    """Share of the cases that overturn in the 2-D model only."""
+    same_edge: Number
     """Share of the falls in both models that go over the edge that the 2-D model predicts."""
-    axes_apart_deg: Number
+    angle_between_axes_deg: Number
+    """Mean angle between the fall axes of the two models, 0 to 90."""
 
 
-def _under_rule(one: RuleAlignment, direction: str, used: bool) -> AlignmentUnderRule:
+def _alignment_under_rule(
+    rule_alignment: RuleAlignment, direction_noun: str, is_study_rule: bool
+) -> AlignmentUnderRule:
     return AlignmentUnderRule(
-        rule=one.rule.name.format(direction),
-        used=used,
-        records=one.records,
-        alignment=estimate(one.alignment, ALIGNMENT),
-        largest_possible=one.largest,
+        rule=rule_alignment.rule.name.format(direction_noun),
+        is_study_rule=is_study_rule,
+        records=rule_alignment.records,
+        alignment=estimate_from_mean(rule_alignment.alignment, ALIGNMENT),
+        largest_possible_alignment=rule_alignment.largest,
     )
 
 
-def direction_of(results: Results) -> Direction:
+def fall_direction(results: Results) -> FallDirection:
     """Compute the direction of falls relative to the fault normal, by group of records."""
     cube, groups = results.cube, []
     lengths, own = results.record_means["axis_resultant"].to_numpy(), rule_of(cube)
     members, word = record_groups(cube), "plane" if results.model.one_component else results.model.direction
-    for name, summary in results.axes.items():
+    for name, summary in results.axis_summaries.items():
         axes = results.axes_by_group[name]
         rows = zip(*(axes[key].to_numpy() for key in ("event", "cosine", "resultant", "axis")), strict=True)
         agreement = mean_over_earthquakes(np.where(members[name], lengths, np.nan), results.events)
@@ -130,72 +155,85 @@ def direction_of(results: Results) -> Direction:
             GroupDirection(
                 group=name,
                 earthquakes=summary.earthquakes,
-                alignment=estimate(summary.alignment, ALIGNMENT),
-                largest_possible=summary.largest,
+                alignment=estimate_from_mean(summary.alignment, ALIGNMENT),
+                largest_possible_alignment=summary.largest,
                 axis_from_normal_deg=summary.axis_deg,
-                axis_half_width_deg=summary.half_width_deg,
-                no_common_axis_p=summary.axis_p_value,
+                axis_interval_half_width_deg=summary.half_width_deg,
+                no_common_axis_p_value=summary.axis_p_value,
                 earthquakes_with_axis=summary.with_axis,
-                closer_to_normal=summary.closer_to_normal,
-                agreement_within_record=estimate(agreement, "resultant of the doubled fall axes of one record"),
+                axes_within_45_of_normal=summary.closer_to_normal,
+                axis_resultant_within_record=estimate_from_mean(
+                    agreement, "resultant of the doubled fall axes of one record"
+                ),
                 by_earthquake=[
                     EarthquakeAxis(event=str(event), alignment=mean, resultant=length, axis_from_normal_deg=axis)
                     for event, mean, length, axis in rows
                 ],
-                by_rule=[_under_rule(one, word, one.rule is own) for one in results.alignment_by_rule.get(name, [])],
+                by_rule=[
+                    _alignment_under_rule(one, word, one.rule is own) for one in results.alignment_by_rule.get(name, [])
+                ],
             )
         )
     changes = dict[str, Number]()
     for dim in (results.model.direction, "b_over_h"):
         changed, pairs = flag_changes_between_neighbours(cube, dim)
         changes[dim] = changed / pairs if pairs else None
-    difference = results.axes_difference
-    return Direction(
-        shows_axis=results.tells_axes,
+    difference = results.alignment_difference
+    return FallDirection(
+        has_comparable_axis=results.has_comparable_axis,
         groups=groups,
-        difference=estimate(difference, f"difference of {ALIGNMENT}") if difference and difference.n else None,
-        changes_between_neighbours=changes,
+        alignment_difference=estimate_from_mean(difference, f"difference of {ALIGNMENT}")
+        if difference and difference.n
+        else None,
+        outcome_changes_between_neighbours=changes,
     )
 
 
-def references_of(results: Results) -> list[GroupReferences]:
-    """Compute the alignment of 3-D falls with references; empty for planar models and without falls."""
-    if results.model.one_component or not results.fallen > 0:
+def reference_alignments(results: Results) -> list[GroupReferenceAlignment]:
+    """Compute the alignment of 3-D falls with reference directions, by group of records; empty for planar models."""
+    if results.model.one_component or not results.share_overturned > 0:
         return []
-    found, ranges = results.followed
+    found, ranges = results.reference_alignment
     groups = []
     for group, references in found.items():
         means = []
         for (name, axial), (whole, *each) in references.means.items():
             kind, of = ("axis", "mean of cos 2Δ") if axial else ("direction", "mean of cos Δ")
             text = f"{of}, Δ the angle from the {name} to a fall"
-            by_range = {label: estimate(one, text) for label, one in zip(ranges, each, strict=True)}
+            by_b_over_h_range = {label: estimate_from_mean(one, text) for label, one in zip(ranges, each, strict=True)}
             means.append(
-                ReferenceMean(reference=name, kind=kind, all_b_over_h=estimate(whole, text), by_range=by_range)
+                AlignmentWithReference(
+                    reference=name,
+                    alignment_kind=kind,
+                    all_b_over_h=estimate_from_mean(whole, text),
+                    by_b_over_h_range=by_b_over_h_range,
+                )
             )
         closer = references.closer[:1]
         groups.append(
-            GroupReferences(
+            GroupReferenceAlignment(
                 group=group,
                 references=means,
-                closest=list(references.closest),
-                closest_minus_next=estimate(closer[0], "difference of the means of cos 2Δ") if closer else None,
+                closest_references=list(references.closest),
+                closest_minus_second=estimate_from_mean(closer[0], "difference of the means of cos 2Δ")
+                if closer
+                else None,
             )
         )
     return groups
 
 
-def planes_of(results: Results) -> PlaneAgreement | None:
+def planar_model_agreement(results: Results) -> PlanarModelAgreement | None:
     """Compute the agreement of the 2-D model of the faces with the 3-D outcome; None without 2-D outcomes."""
     if "plane_overturned" not in results.cube:
         return None
     whole = {str(name): float(one) for name, one in plane_agreement(results.plane_counts).items()}
-    return PlaneAgreement(
+    return PlanarModelAgreement(
         cases=0 if math.isnan(whole["cases"]) else int(whole["cases"]),
-        flag=whole["flag"],
-        flag_near_boundary=whole["flag_beside"],
-        only_space=whole["only_space"],
-        only_planes=whole["only_plane"],
-        edge=whole["face"],
-        axes_apart_deg=whole["axis"],
+        same_outcome=whole["flag"],
+        same_outcome_near_boundary=whole["flag_beside"],
+        only_3d_overturns=whole["only_space"],
+        only_2d_overturns=whole["only_plane"],
+        same_edge=whole["face"],
+        angle_between_axes_deg=whole["axis"],
     )

@@ -1,4 +1,4 @@
-"""Uncertainty of outcomes: runs of the ensemble that disagree, and cases that change when computed again."""
+"""Uncertainty of outcomes: ensemble runs that disagree, cases that change in a second computation, final rotation."""
 
 from functools import partial
 
@@ -19,76 +19,84 @@ from overturning.study.ensemble import BATCH
 class EnsembleFindings(Finding):
     """Cells whose runs with slightly changed motion and block disagree."""
 
-    share_of_cells_run: Number
-    """Share of all cells that lie near a change of outcome and were run again."""
-    fewest_runs: Number
-    most_runs: Number
-    mean_runs: Number
-    first_batch: int
-    """Number of runs to which the next two shares refer."""
-    disagree: Number
-    """Share of the cells that were run in which some runs fall and others stand."""
-    both_ways: Number
-    """Share of these cells in which most runs fall, but not all to the same side (in space: far apart)."""
+    share_of_cells_repeated: Number
+    """Share of all cells that lie near a change of outcome and were run again, several times."""
+    fewest_runs_per_cell: Number
+    """Smallest number of runs of a repeated cell."""
+    most_runs_per_cell: Number
+    """Largest number of runs of a repeated cell."""
+    mean_runs_per_cell: Number
+    """Mean number of runs of a repeated cell."""
+    first_batch_runs: int
+    """Number of runs per cell on which `share_disagreeing` and `share_falling_both_ways` are based."""
+    share_disagreeing: Number
+    """Share of the repeated cells in which some runs fall and others stand."""
+    share_falling_both_ways: Number
+    """Share of the repeated cells in which most runs fall, but not all to one side (3-D: directions far apart)."""
 
 
 class ConvergenceFindings(Finding):
     """Cases that change when they are computed again with finer steps, stiffer springs, or as exact rigid blocks."""
 
     result: Convergence
-    sampled: bool
-    """True if a random part of the cases was run again, False if all were."""
+    """Counts of the convergence check (`convergence.json`)."""
+    is_sample: bool
+    """True if a random sample of the cases was run again, False if all were."""
 
 
-class Twist(Finding):
+class FinalTwist(Finding):
     """Rotation about the vertical of stones that moved and stand at the end, degrees."""
 
     stones: int
+    """Number of stones that moved and stand."""
     median_deg: Number
-    nine_of_ten_below_deg: Number
+    """Median of the absolute rotation."""
+    percentile_90_deg: Number
+    """90th percentile of the absolute rotation."""
     largest_deg: Number
+    """Largest absolute rotation."""
 
 
-def convergence_of(results: Results) -> ConvergenceFindings | None:
-    """Return the result of the convergence check; None if the study has none."""
+def convergence_findings(results: Results) -> ConvergenceFindings | None:
+    """Return the counts of the convergence check; None if the study has none."""
     found = results.convergence
-    return None if found is None else ConvergenceFindings(result=found, sampled=found.chosen < found.computed)
+    return None if found is None else ConvergenceFindings(result=found, is_sample=found.chosen < found.computed)
 
 
-def twist_of(results: Results) -> Twist | None:
-    """Summarise the rotation about the vertical; None for models that cannot twist."""
+def final_twist(results: Results) -> FinalTwist | None:
+    """Summarise the final rotation about the vertical of stones that stand; None for planar models."""
     if not results.model.twists:
         return None
     found = summarise_twist(np.concatenate(list(twist_angles(results.cube).values())))
-    return Twist(
-        stones=found.stones, median_deg=found.median, nine_of_ten_below_deg=found.most, largest_deg=found.largest
+    return FinalTwist(
+        stones=found.stones, median_deg=found.median, percentile_90_deg=found.most, largest_deg=found.largest
     )
 
 
-def ensemble_of(results: Results) -> EnsembleFindings | None:
-    """Count the cells whose runs disagree; None without an ensemble."""
+def count_disagreeing_cells(results: Results) -> EnsembleFindings | None:
+    """Compute the shares of cells whose ensemble runs disagree; None without an ensemble."""
     cube, settings = results.cube, results.study.ensemble
     if "members" not in cube:
         return None
-    found = by_record(partial(ensemble_counts, results.model, settings), cube, (*results.model.reads, "members"))
+    found = by_record(partial(count_ensemble_cells, results.model, settings), cube, (*results.model.reads, "members"))
     sums = found.drop_vars(("fewest", "most")).sum()
 
     def share(part: str, of: str) -> float:
         return float(sums[part]) / float(sums[of]) if float(sums[of]) else float("nan")
 
     return EnsembleFindings(
-        share_of_cells_run=share("run", "cells"),
-        fewest_runs=float(found["fewest"].min()),
-        most_runs=float(found["most"].max()),
-        mean_runs=share("members", "with_members"),
-        first_batch=min(BATCH, settings.members),
-        disagree=share("divided", "run"),
-        both_ways=share("apart", "agree"),
+        share_of_cells_repeated=share("run", "cells"),
+        fewest_runs_per_cell=float(found["fewest"].min()),
+        most_runs_per_cell=float(found["most"].max()),
+        mean_runs_per_cell=share("members", "with_members"),
+        first_batch_runs=min(BATCH, settings.members),
+        share_disagreeing=share("divided", "run"),
+        share_falling_both_ways=share("apart", "agree"),
     )
 
 
-def ensemble_counts(model: Model, settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
-    """Count for each record: cells, cells that were run, divided, agreed on and apart, and their runs."""
+def count_ensemble_cells(model: Model, settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
+    """Count cells for each record: all, repeated, with runs that disagree or fall apart; and the runs per cell."""
     found, half = model.ensemble_disagreement(cube), cube.isel({model.direction: model.distinct_direction_index(cube)})
     run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
 

@@ -7,54 +7,64 @@ from pydantic import BaseModel
 
 from overturning.findings.values import Estimate
 
-_NAMES: Final = ("group", "variant", "reference", "rule", "criterion", "predictor", "event", "degree", "inferred",
+_NAME_FIELDS: Final = ("group", "variant", "reference", "rule", "criterion", "predictor", "event", "degree", "inferred",
                  "id", "record", "element", "setting", "stones", "measure", "name", "b_over_h")  # fmt: skip
-"""Fields that name the entries of a list, the first that an entry has."""
+"""Fields that can label an entry of a list; the first one that the entry has is used."""
 
-_LEFT_OUT: Final = frozenset({"statistic", "versions", "sha256", "by_earthquake", "by_rule", "by_range", "by_record"})
-"""Fields that are in the JSON only."""
-
-
-def finding_lines(found: BaseModel, path: str = "") -> Iterator[str]:
-    """Yield a line for each number of findings, with its path of names."""
-    for name in type(found).model_fields:
-        if name not in _LEFT_OUT:
-            yield from _lines(getattr(found, name), f"{path}, {_spoken(name)}" if path else _spoken(name))
+_JSON_ONLY_FIELDS: Final = frozenset(
+    {"statistic", "versions", "sha256", "by_earthquake", "by_rule", "by_b_over_h_range", "by_record"}
+)
+"""Fields that are written to JSON but not printed as lines."""
 
 
-def _spoken(name: str) -> str:
+def finding_lines(finding: BaseModel, path: str = "") -> Iterator[str]:
+    """Yield a line "path of field names: value" for each number of a finding and its parts."""
+    for name in type(finding).model_fields:
+        if name not in _JSON_ONLY_FIELDS:
+            yield from _value_lines(
+                getattr(finding, name), f"{path}, {_field_label(name)}" if path else _field_label(name)
+            )
+
+
+def _field_label(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _lines(value: Any, path: str) -> Iterator[str]:
-    """Yield the lines of a value: of its parts, of its entries, or its own."""
+def _value_lines(value: Any, path: str) -> Iterator[str]:
+    """Yield the lines of a field value: one line, or the lines of the parts of a model, dict or list."""
     if isinstance(value, Estimate):
-        yield f"{path}: {_estimate(value)}"
+        yield f"{path}: {_format_estimate(value)}"
     elif isinstance(value, BaseModel):
         yield from finding_lines(value, path)
     elif isinstance(value, dict):
         for key, one in value.items():
-            yield from _lines(one, f"{path}, {key}")
+            yield from _value_lines(one, f"{path}, {key}")
     elif isinstance(value, list | tuple) and value and isinstance(value[0], BaseModel):
         for place, one in enumerate(value, 1):
-            label = next((str(getattr(one, name)) for name in _NAMES if getattr(one, name, None) is not None), place)
-            yield from _lines(one, f"{path}, {label}")
+            label = next(
+                (str(getattr(one, name)) for name in _NAME_FIELDS if getattr(one, name, None) is not None), place
+            )
+            yield from _value_lines(one, f"{path}, {label}")
     elif value is not None and value not in ("", [], ()):
-        yield f"{path}: {_plain(value)}"
+        yield f"{path}: {_format_value(value)}"
 
 
-def _plain(value: Any) -> str:
+def _format_value(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list | tuple):
-        return ", ".join(map(_plain, value))
+        return ", ".join(map(_format_value, value))
     return f"{value:.4g}" if isinstance(value, float) else f"{value}"
 
 
-def _estimate(one: Estimate) -> str:
+def _format_estimate(estimate: Estimate) -> str:
     """Return an estimate with its interval and number of earthquakes."""
-    if one.value is None:
-        return f"not defined; {one.earthquakes} earthquakes"
-    interval = f" ({one.low:.3g} to {one.high:.3g})" if one.low is not None and one.high is not None else ""
-    count = f"{one.earthquakes} earthquake{'' if one.earthquakes == 1 else 's'}"
-    return f"{one.value:.3g}{interval}; {count}{'' if interval else ', too few for an interval'}"
+    if estimate.value is None:
+        return f"not defined; {estimate.earthquakes} earthquakes"
+    interval = (
+        f" ({estimate.low:.3g} to {estimate.high:.3g})"
+        if estimate.low is not None and estimate.high is not None
+        else ""
+    )
+    count = f"{estimate.earthquakes} earthquake{'' if estimate.earthquakes == 1 else 's'}"
+    return f"{estimate.value:.3g}{interval}; {count}{'' if interval else ', too few for an interval'}"

@@ -1,4 +1,4 @@
-"""Share of a cemetery's stones that fall, by record, amplitude and intensity."""
+"""Share of a population of stones that falls, by record, amplitude and intensity."""
 
 import math
 from typing import Final
@@ -28,106 +28,145 @@ class MotionCount(Finding):
     """Number of motions (records times factors), and of their records and earthquakes."""
 
     motions: int
+    """Number of motions."""
     records: int
+    """Number of their records."""
     earthquakes: int
+    """Number of their earthquakes."""
 
 
 class ShareOfMotions(Finding):
     """Share of motions with its 95 % interval over earthquakes: exact if all earthquakes agree."""
 
     value: Number
+    """Share."""
     low: Number
+    """Lower end of the interval."""
     high: Number
+    """Upper end of the interval."""
 
 
-class RateAtIntensity(Finding):
-    """Fall rate at one degree of the JMA scale."""
+class FallRateAtIntensity(Finding):
+    """Share of the stones that fall at one degree of the JMA intensity scale."""
 
-    degree: str
-    median_rate: Number
-    of: MotionCount
+    jma_degree: str
+    """Degree of the JMA intensity scale, such as "6 lower"."""
+    median_fall_rate: Number
+    """Median over motions of the share of the stones that fall."""
+    count: MotionCount
+    """Number of motions of this degree."""
 
 
 class SurveyRuleCheck(Finding):
     """Check of the rule by which surveys infer the JMA intensity from the share of stones that fell."""
 
-    rate_from: float
-    rate_below: float
-    """Upper end of the fall rate; infinite if the rule has no upper end."""
-    inferred: str
-    """Intensity that the rule infers."""
-    median_intensity: Number
+    fall_rate_from: float
+    """Lower end of the share of the stones that fall."""
+    fall_rate_below: float
+    """Upper end of the share of the stones that fall; infinite if the rule has no upper end."""
+    inferred_jma_degree: str
+    """Degree of the JMA scale that the rule infers."""
+    median_jma_intensity: Number
     """Median of the instrumental intensity of these motions."""
-    of: MotionCount
-    agrees: ShareOfMotions
-    higher: ShareOfMotions | None
+    count: MotionCount
+    """Number of motions with such a share."""
+    share_agreeing: ShareOfMotions
+    """Share of these motions whose intensity is of the inferred degree."""
+    share_higher: ShareOfMotions | None
     """Share with a higher intensity; None for the highest degree."""
-    agrees_with_vertical: ShareOfMotions | None
-    """Share that agrees if the missing vertical component adds `vertical_increment`."""
+    share_agreeing_with_vertical: ShareOfMotions | None
+    """Share that agrees if `vertical_intensity_increment` is added for a missing vertical component."""
 
 
 class FragilityCurve(Finding):
     """Lognormal fragility curve; `inf` for values above the range of the data, 0 for values below."""
 
     stones: str
+    """Name of the class of stones."""
     measure: str
+    """Intensity measure."""
     unit: str
+    """Unit of the intensity measure."""
     median: Number
+    """Intensity at which half of the stones fall."""
     low: Number
+    """Lower end of the 95 % interval of the median."""
     high: Number
-    spread: Number
-    """Standard deviation of the logarithm."""
-    spread_between_records: Number
-    spread_within: Number
+    """Upper end of the 95 % interval of the median."""
+    log_std: Number
+    """Standard deviation of the logarithm of the intensity at which a stone falls."""
+    log_std_between_records: Number
+    """Part of `log_std` between records; the squares of both parts add up."""
+    log_std_within_record: Number
+    """Part of `log_std` between stones and their orientations under one record."""
     data_minimum: float
+    """Smallest intensity in the data."""
     data_maximum: float
+    """Largest intensity in the data."""
 
 
-class RecordRate(Finding):
-    """Share of the stones that fall under a record as it is, with the interval of a cemetery of so many stones."""
+class RecordFallRate(Finding):
+    """Share of the stones that fall under a record (amplitude 1), with its sampling interval."""
 
     record: str
+    """Identifier of the record."""
     fall_rate: Number
+    """Share of the stones that fall."""
     low: Number
+    """Lower end of the interval."""
     high: Number
-    shifted: Number
-    """Share that stands shifted; None for planar models."""
-    rotated: Number
-    octant_deg: Number
+    """Upper end of the interval."""
+    share_shifted: Number
+    """Share of the stones that stand shifted; None for planar models."""
+    share_rotated: Number
+    """Share of the stones that stand rotated; None for planar models."""
+    main_octant_deg: Number
     """Centre of the octant towards which most stones fall; None without falls."""
-    share_towards_octant: Number
+    share_towards_main_octant: Number
+    """Share of the stones that fall towards this octant."""
 
 
 class PopulationFindings(Finding):
     """Falls of the study's population of stones."""
 
     stones: int
-    outside_grid: Number
+    """Number of stones of the population."""
+    share_outside_grid: Number
     """Share of the stones outside the grid of the study, which take the outcome of its nearest block."""
-    without_outcome: Number
+    mean_share_without_outcome: Number
     """Mean share of the stones without an outcome."""
-    most_without_outcome: Number
-    """Largest such share under one record."""
-    median_shifted: Number
+    largest_share_without_outcome: Number
+    """Largest share of the stones without an outcome under one record."""
+    median_share_shifted: Number
     """Median share of the stones that stand shifted; None for planar models."""
-    median_rotated: Number
-    median_rate: Number
-    """Quantiles of the fall rate over the records as they are."""
-    quarter_rate: Number
-    three_quarter_rate: Number
-    least_rate: Number
-    largest_rate: Number
-    by_record: list[RecordRate]
+    median_share_rotated: Number
+    """Median share of the stones that stand rotated; None for planar models."""
+    median_fall_rate: Number
+    """Median over records (amplitude 1) of the share of the stones that fall."""
+    lower_quartile_fall_rate: Number
+    """First quartile over records of the share of the stones that fall."""
+    upper_quartile_fall_rate: Number
+    """Third quartile over records of the share of the stones that fall."""
+    smallest_fall_rate: Number
+    """Smallest share of the stones that fall under a record."""
+    largest_fall_rate: Number
+    """Largest share of the stones that fall under a record."""
+    by_record: list[RecordFallRate]
+    """Fall rate under each record."""
     records_without_vertical: int
-    vertical_increment: float = VERTICAL_INTENSITY_INCREMENT
+    """Number of records without a vertical component."""
+    vertical_intensity_increment: float = VERTICAL_INTENSITY_INCREMENT
     """Instrumental intensity that a vertical component usually adds."""
-    by_intensity: list[RateAtIntensity]
+    by_intensity: list[FallRateAtIntensity]
+    """Fall rate for each degree of the JMA scale."""
     survey_rules: list[SurveyRuleCheck]
-    curves: list[FragilityCurve]
+    """Check of each rule that infers an intensity."""
+    fragility_curves: list[FragilityCurve]
+    """Lognormal fragility curves."""
 
 
-def population_of(results: Results) -> PopulationFindings | None:
-    """Compute the falls of the study's population; None without one."""
+def population_findings(results: Results) -> PopulationFindings | None:
+    """Compute fall rates and fragility of the population of stones; None if the study has no population."""
     stones = results.study.population
     if stones is None:
         return None
@@ -140,29 +179,31 @@ def population_of(results: Results) -> PopulationFindings | None:
     known = np.isfinite(jma) & np.isfinite(rates)
     return PopulationFindings(
         stones=stones.stones,
-        outside_grid=float(found.attrs["outside"]),
-        without_outcome=float(own["unknown"].mean()),
-        most_without_outcome=float(own["unknown"].max()),
-        median_shifted=float(own["shift_rate"].median()) if results.model.twists else math.nan,
-        median_rotated=float(own["rotation_rate"].median()) if results.model.twists else math.nan,
-        least_rate=quantiles[0],
-        quarter_rate=quantiles[1],
-        median_rate=quantiles[2],
-        three_quarter_rate=quantiles[3],
-        largest_rate=quantiles[4],
-        by_record=[_record_rate(results, index) for index in range(len(results.names))],
+        share_outside_grid=float(found.attrs["outside"]),
+        mean_share_without_outcome=float(own["unknown"].mean()),
+        largest_share_without_outcome=float(own["unknown"].max()),
+        median_share_shifted=float(own["shift_rate"].median()) if results.model.twists else math.nan,
+        median_share_rotated=float(own["rotation_rate"].median()) if results.model.twists else math.nan,
+        smallest_fall_rate=quantiles[0],
+        lower_quartile_fall_rate=quantiles[1],
+        median_fall_rate=quantiles[2],
+        upper_quartile_fall_rate=quantiles[3],
+        largest_fall_rate=quantiles[4],
+        by_record=[_record_fall_rate(results, index) for index in range(len(results.record_names))],
         records_without_vertical=int(horizontal.sum()),
         by_intensity=[
-            RateAtIntensity(degree=degree, median_rate=float(np.median(rates[at])), of=_count(at, events))
+            FallRateAtIntensity(
+                jma_degree=degree, median_fall_rate=float(np.median(rates[at])), count=_count_motions(at, events)
+            )
             for degree, low, high in JMA_DEGREES
             if (at := known & (jma >= low) & (jma < high)).sum() >= FEWEST_MOTIONS
         ],
         survey_rules=[
-            _rule_check(rule, known, rates, jma, horizontal, events)
+            _check_survey_rule(rule, known, rates, jma, horizontal, events)
             for rule in SURVEY_RULE
-            if _within_rule(rule, known, rates).sum() >= FEWEST_MOTIONS
+            if _motions_in_rule_range(rule, known, rates).sum() >= FEWEST_MOTIONS
         ],
-        curves=[
+        fragility_curves=[
             FragilityCurve(
                 stones=one.name,
                 measure=one.measure,
@@ -170,9 +211,9 @@ def population_of(results: Results) -> PopulationFindings | None:
                 median=one.within_data[0],
                 low=one.within_data[1].low,
                 high=one.within_data[1].high,
-                spread=one.within_data[2],
-                spread_between_records=one.spreads[0],
-                spread_within=one.spreads[1],
+                log_std=one.within_data[2],
+                log_std_between_records=one.spreads[0],
+                log_std_within_record=one.spreads[1],
                 data_minimum=one.least,
                 data_maximum=one.most,
             )
@@ -182,71 +223,76 @@ def population_of(results: Results) -> PopulationFindings | None:
     )
 
 
-def _record_rate(results: Results, index: int) -> RecordRate:
-    own = results.populations[NOMINAL].isel(record=index).sel(amplitude=1.0)
+def _record_fall_rate(results: Results, record_index: int) -> RecordFallRate:
+    own = results.populations[NOMINAL].isel(record=record_index).sel(amplitude=1.0)
     rate, ends = float(own["fall_rate"]), own["fall_interval"].to_numpy().tolist()
     most = own.isel(octant=int(np.argmax(own["fall_octant"].to_numpy()))) if rate > 0 else None
     twists = results.model.twists
-    return RecordRate(
-        record=results.names[index].id,
+    return RecordFallRate(
+        record=results.record_names[record_index].id,
         fall_rate=rate,
         low=ends[0],
         high=ends[1],
-        shifted=float(own["shift_rate"]) if twists else math.nan,
-        rotated=float(own["rotation_rate"]) if twists else math.nan,
-        octant_deg=math.nan if most is None else float(most["octant"]),
-        share_towards_octant=math.nan if most is None else float(most["fall_octant"]),
+        share_shifted=float(own["shift_rate"]) if twists else math.nan,
+        share_rotated=float(own["rotation_rate"]) if twists else math.nan,
+        main_octant_deg=math.nan if most is None else float(most["octant"]),
+        share_towards_main_octant=math.nan if most is None else float(most["fall_octant"]),
     )
 
 
-def _within_rule(rule: tuple[float, float, float, float, str], known: BoolArray, rates: FloatArray) -> BoolArray:
-    """Return True for motions whose fall rate lies in the range of a rule."""
+def _motions_in_rule_range(
+    rule: tuple[float, float, float, float, str], is_known: BoolArray, fall_rates: FloatArray
+) -> BoolArray:
+    """Select the motions whose fall rate lies in the range of a survey rule."""
     low, high, *_ = rule
-    return known & (rates >= low) & ((rates < high) | (high >= 1))
+    return is_known & (fall_rates >= low) & ((fall_rates < high) | (high >= 1))
 
 
-def _rule_check(
+def _check_survey_rule(
     rule: tuple[float, float, float, float, str],
-    known: BoolArray,
-    rates: FloatArray,
-    jma: FloatArray,
-    horizontal: BoolArray,
+    is_known: BoolArray,
+    fall_rates: FloatArray,
+    jma_intensity: FloatArray,
+    lacks_vertical: BoolArray,
     events: StrArray,
 ) -> SurveyRuleCheck:
-    """Check a rule on its motions, with and without the increment for the missing vertical component."""
+    """Compare the intensity that a survey rule infers with the intensity of the motions to which it applies."""
     low, high, least, most, text = rule
-    own = _within_rule(rule, known, rates)
-    more = jma + VERTICAL_INTENSITY_INCREMENT * horizontal[:, None]
-    hits, hits_more, above = (
-        own & (one >= a) & (one < b) for one, a, b in ((jma, least, most), (more, least, most), (jma, most, math.inf))
+    selected = _motions_in_rule_range(rule, is_known, fall_rates)
+    more = jma_intensity + VERTICAL_INTENSITY_INCREMENT * lacks_vertical[:, None]
+    agreeing, agreeing_more, above = (
+        selected & (one >= a) & (one < b)
+        for one, a, b in ((jma_intensity, least, most), (more, least, most), (jma_intensity, most, math.inf))
     )
-    lacking = bool((own & horizontal[:, None]).any())
+    lacking = bool((selected & lacks_vertical[:, None]).any())
     return SurveyRuleCheck(
-        rate_from=low,
-        rate_below=high if high < 1 else math.inf,
-        inferred=text,
-        median_intensity=float(published_intensity(np.median(jma[own]))),
-        of=_count(own, events),
-        agrees=share_of_motions(hits, own, events),
-        higher=share_of_motions(above, own, events) if math.isfinite(most) and most < 99 else None,
-        agrees_with_vertical=share_of_motions(hits_more, own, events) if lacking else None,
+        fall_rate_from=low,
+        fall_rate_below=high if high < 1 else math.inf,
+        inferred_jma_degree=text,
+        median_jma_intensity=float(published_intensity(np.median(jma_intensity[selected]))),
+        count=_count_motions(selected, events),
+        share_agreeing=share_of_motions(agreeing, selected, events),
+        share_higher=share_of_motions(above, selected, events) if math.isfinite(most) and most < 99 else None,
+        share_agreeing_with_vertical=share_of_motions(agreeing_more, selected, events) if lacking else None,
     )
 
 
-def _count(own: BoolArray, events: StrArray) -> MotionCount:
-    """Count motions, shape (records, amplitudes), their records and earthquakes."""
-    records = own.any(axis=1)
+def _count_motions(selected: BoolArray, events: StrArray) -> MotionCount:
+    """Count the selected motions, shape (records, amplitudes), their records and their earthquakes."""
+    records = selected.any(axis=1)
     return MotionCount(
-        motions=int(own.sum()), records=int(records.sum()), earthquakes=int(np.unique(events[records]).size)
+        motions=int(selected.sum()), records=int(records.sum()), earthquakes=int(np.unique(events[records]).size)
     )
 
 
-def share_of_motions(hits: BoolArray, own: BoolArray, events: StrArray) -> ShareOfMotions:
-    """Compute a share of motions with its interval over earthquakes; exact if all earthquakes agree."""
-    records = own.any(axis=1)
+def share_of_motions(agreeing: BoolArray, selected: BoolArray, events: StrArray) -> ShareOfMotions:
+    """Compute the share of selected motions that agree, with its 95 % interval over earthquakes."""
+    records = selected.any(axis=1)
     names, member = np.unique(events[records], return_inverse=True)
-    counts = np.stack([np.bincount(member, each[records].sum(axis=1), names.size) for each in (hits, own)], axis=1)
+    counts = np.stack(
+        [np.bincount(member, each[records].sum(axis=1), names.size) for each in (agreeing, selected)], axis=1
+    )
     interval = unanimous_share_interval(counts[:, 0] / counts[:, 1]) or Interval(
         *bootstrap(lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts)
     )
-    return ShareOfMotions(value=hits.sum() / own.sum(), low=interval.low, high=interval.high)
+    return ShareOfMotions(value=agreeing.sum() / selected.sum(), low=interval.low, high=interval.high)

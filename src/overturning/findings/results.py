@@ -39,7 +39,7 @@ class RecordName:
 
     @property
     def heading(self) -> str:
-        """Station and earthquake."""
+        """Heading of the record: station and earthquake, or its identifier."""
         return ", ".join(text for text in (self.station, self.event) if text) or self.id
 
 
@@ -63,7 +63,7 @@ class Results:
         Comparisons of surveys of stones with its predictions.
     populations : dict of xarray.Dataset
         Fall rates of the study's population, by the names of the cubes; empty if it has none.
-    backwards : tuple of InversionResult
+    inferred_motions : tuple of InversionResult
         Motions inferred from the surveys with the key `backwards`.
     """
 
@@ -74,10 +74,10 @@ class Results:
     convergence: Convergence | None
     surveys: tuple[SurveyResult, ...]
     populations: dict[str, xr.Dataset] = field(default_factory=dict)
-    backwards: tuple[InversionResult, ...] = ()
+    inferred_motions: tuple[InversionResult, ...] = ()
 
     @cached_property
-    def names(self) -> tuple[RecordName, ...]:
+    def record_names(self) -> tuple[RecordName, ...]:
         """Names of the records."""
         texts = (self.cube[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event"))
         return tuple(RecordName(*each) for each in zip(*texts, strict=True))
@@ -93,13 +93,13 @@ class Results:
         return len(set(self.events))
 
     @cached_property
-    def with_vertical(self) -> int:
+    def records_with_vertical(self) -> int:
         """Number of records whose vertical motion was applied."""
         return int((self.cube["vertical"] == 1).sum().compute())
 
     @property
-    def without_their_vertical(self) -> int:
-        """Number of records whose vertical motion the study leaves out."""
+    def records_without_their_vertical(self) -> int:
+        """Number of records with a vertical component that the study does not apply."""
         return 0 if self.study.simulation.vertical else int(self.intensity["pga_vertical"].notnull().sum())
 
     @cached_property
@@ -108,18 +108,18 @@ class Results:
         return model_of(self.cube)
 
     @cached_property
-    def one_axis(self) -> bool:
+    def has_single_axis(self) -> bool:
         """True if falls can go along one axis only, as in a single plane: they show no direction."""
         axes = self.cube[self.model.direction].to_numpy().astype(np.float64) % 180.0
         return self.model.one_component and bool(np.ptp(axes) == 0.0)
 
     @cached_property
-    def fallen(self) -> float:
+    def share_overturned(self) -> float:
         """Share of all cases that overturn; NaN if no outcome is known."""
         return float(overturns(self.cube).mean().compute())
 
     @cached_property
-    def elements(self) -> tuple[ElementFalls, ...]:
+    def element_totals(self) -> tuple[ElementFalls, ...]:
         """Falls of each element of the study's scene, followed by those of any element; empty for one free element."""
         return self.element_falls[NOMINAL] if "element" in self.cubes[NOMINAL].dims else ()
 
@@ -129,8 +129,8 @@ class Results:
         return {name: tuple(falls_by_element(cube)) for name, cube in self.cubes.items()}
 
     @cached_property
-    def statuses(self) -> dict[str, tuple[int, int]]:
-        """Number of cells of each status, and of these, without an outcome."""
+    def status_counts(self) -> dict[str, tuple[int, int]]:
+        """Number of cells of each status, and number of these cells without an outcome."""
         status, unknown = self.cube["status"], self.cube["overturned"].isnull()
         counts = {}
         for code, name in zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True):
@@ -155,25 +155,25 @@ class Results:
         return earthquakes.axes_by_group(self.cube)
 
     @cached_property
-    def axes(self) -> dict[str, earthquakes.AxisSummary]:
+    def axis_summaries(self) -> dict[str, earthquakes.AxisSummary]:
         """Fall axes relative to the fault normal, by group of records."""
         return {name: earthquakes.summarise_axes(axes) for name, axes in self.axes_by_group.items()}
 
     @cached_property
-    def axes_difference(self) -> Mean | None:
+    def alignment_difference(self) -> Mean | None:
         """Difference of the alignments of the two groups; None if there is one group."""
         return earthquakes.compare_alignment(*self.axes_by_group.values()) if len(self.axes_by_group) == 2 else None
 
     @cached_property
     def alignment_by_rule(self) -> dict[str, list[alignment_by_rule.RuleAlignment]]:
-        """Alignment with the fault normal under each rule that selects blocks, by group of records."""
+        """Alignment of falls with the fault normal under each rule that selects blocks, by group of records."""
         return alignment_by_rule.alignment_by_rule(self.cube)
 
     @cached_property
-    def followed(self) -> tuple[dict[str, earthquakes.ReferenceAlignment], list[str]]:
+    def reference_alignment(self) -> tuple[dict[str, earthquakes.ReferenceAlignment], list[str]]:
         """Alignment of falls with references, for all B/H and for ranges of B/H, and the names of these ranges."""
         ratio = self.cube["b_over_h"].to_numpy()
-        count, classes = ratio.size, min(CLASSES, ratio.size) if ratio.size > 1 else 0
+        count, classes = ratio.size, min(B_OVER_H_RANGES, ratio.size) if ratio.size > 1 else 0
         parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
         ends = (dict.fromkeys(f"{end:g}" for end in ratio[part][[0, -1]]) for part in parts)
         names = [f"B/H {' to '.join(one)}" for one in ends]
@@ -190,19 +190,24 @@ class Results:
         return plane_counts(self.cube)
 
     @property
-    def faults_known(self) -> bool:
+    def fault_normal_known(self) -> bool:
         """True if an earthquake has falls and a known fault normal."""
-        return any(summary.alignment.n > 0 for summary in self.axes.values())
+        return any(summary.alignment.n > 0 for summary in self.axis_summaries.values())
 
     @property
-    def every_plane_falls(self) -> bool:
+    def every_case_overturns(self) -> bool:
         """True if every block falls in every plane of a planar model, so that falls show no axis."""
-        return self.model.one_component and self.fallen >= 1
+        return self.model.one_component and self.share_overturned >= 1
 
     @property
-    def tells_axes(self) -> bool:
+    def has_comparable_axis(self) -> bool:
         """True if the falls have an axis that can be compared with a fault."""
-        return self.faults_known and self.fallen > 0 and not self.one_axis and not self.every_plane_falls
+        return (
+            self.fault_normal_known
+            and self.share_overturned > 0
+            and not self.has_single_axis
+            and not self.every_case_overturns
+        )
 
     def reference_cube(self, variant: str) -> xr.Dataset:
         """Cube of the reference element of a variant's scene."""
@@ -212,7 +217,7 @@ class Results:
 REPORT_KEYS = ("title", "question", "asks", "primary", "figures", "population", "crate")
 """Keys of a study on which the cube does not depend."""
 
-CLASSES = 3
+B_OVER_H_RANGES = 3
 """Number of ranges of B/H for which the alignment with references is computed."""
 
 
@@ -221,10 +226,10 @@ def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
 
 
 @contextmanager
-def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]:
-    """Open a study's folder of results: cubes, intensities, surveys, convergence; `ResultError` if one is missing.
+def open_results(folder: Path, study_override: Study | None = None) -> Iterator[Results]:
+    """Open the cubes, intensities, surveys and convergence of a study; `ResultError` if one is missing.
 
-    The keys `REPORT_KEYS` and the surveys are those of the study `beside`, or of the cube's study if it is not given.
+    The keys `REPORT_KEYS` and the surveys are those of `study_override`, or of the study in the cube if it is None.
     """
 
     def cube_of(name: str) -> xr.Dataset:
@@ -233,19 +238,21 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
         stack.callback(cube.close)
         return cube
 
-    def recorded(cube: xr.Dataset) -> xr.Dataset:
+    def at_recorded_amplitude(cube: xr.Dataset) -> xr.Dataset:
         return cube.sel(amplitude=1.0, drop=True) if "amplitude" in cube.dims else cube
 
     with ExitStack() as stack:
         # Each file is opened once: read through two handles at a time, it crashed the library below.
         nominal = cube_of(NOMINAL)
         study = study_of_cube(nominal)
-        if beside is not None:
-            named = (survey.model_copy(update={"stones": portable_name(survey.stones)}) for survey in beside.surveys)
-            own = {name: getattr(beside, name) for name in REPORT_KEYS}
+        if study_override is not None:
+            named = (
+                survey.model_copy(update={"stones": portable_name(survey.stones)}) for survey in study_override.surveys
+            )
+            own = {name: getattr(study_override, name) for name in REPORT_KEYS}
             study = study.model_copy(update=own | {"surveys": tuple(named)})
         whole = {NOMINAL: nominal} | {name: cube_of(name) for name in study.variants}
-        cubes = {name: recorded(cube) for name, cube in whole.items()}
+        cubes = {name: at_recorded_amplitude(cube) for name, cube in whole.items()}
         stones, files = study.population, [folder / "survey" / f"{n + 1}" for n in range(len(study.surveys))]
         asked = [file for file, survey in zip(files, study.surveys, strict=True) if survey.backwards]
         yield Results(
@@ -256,5 +263,5 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
             convergence=read_convergence(folder / "convergence.json") if study.verification != "none" else None,
             surveys=tuple(read_survey(file.with_suffix(".json")) for file in files),
             populations={name: population_rates(cube, stones) for name, cube in whole.items()} if stones else {},
-            backwards=tuple(read_inversion(file.with_suffix(".motion.nc")) for file in asked),
+            inferred_motions=tuple(read_inversion(file.with_suffix(".motion.nc")) for file in asked),
         )

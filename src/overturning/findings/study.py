@@ -1,4 +1,4 @@
-"""Facts about the study: what was computed, its records, and the quality of the computation."""
+"""Question and grid of a study, its case counts, its records, and the quality of the computation."""
 
 import json
 import math
@@ -19,35 +19,46 @@ class StudyFacts(Finding):
     """Question and grid of the study."""
 
     name: str
+    """Name of the study."""
     title: str
+    """Title; the name if the study has none."""
     question: str
-    asks: str
+    """Question of the study."""
+    question_kind: str
     """Kind of question: direction, reference, survey, or a contrast such as vertical."""
     primary_statistic: str
     """Statistic that was fixed before the results were known."""
-    primary_against: str | None
+    primary_compared_with: str | None
     """Variant with which the primary statistic is compared."""
     model: str
     """"planes" for vertical planes of motion, "space" for free bodies under all components."""
     free_elements: list[str]
+    """Names of the elements of the scene that can move."""
     variants: list[str]
+    """Names of the variants."""
     height_m: list[float]
+    """Heights of the blocks, m."""
     b_over_h: list[float]
+    """Width-to-height ratios B/H of the blocks."""
     friction: list[float]
+    """Friction coefficients."""
     directions: int
     """Number of azimuths of the motion (planes), or of orientations of the body (space)."""
     amplitude: list[float]
     """Factors on the motion."""
     ensemble_members: int
+    """Largest number of runs of a cell near a change of outcome."""
     vertical_motion: bool
+    """True if the vertical motion of at least one record is applied."""
 
 
-class Cases(Finding):
+class CaseCounts(Finding):
     """Number of cases and their outcomes."""
 
     total: int
+    """Number of cases."""
     computed: int
-    """Cases that were computed; the others are copies by symmetry."""
+    """Number of cases that were computed; the others are copies by symmetry."""
     without_outcome: dict[str, int]
     """Number of cases without an outcome, by status."""
     share_overturned: Number
@@ -55,55 +66,71 @@ class Cases(Finding):
     share_within_45_of_normal: Number
     """Share of the cases that overturn, azimuths within 45° of the fault normal; None without a fault or in space."""
     share_beyond_45_of_normal: Number
-    """The same for azimuths nearer to the fault."""
+    """Share of the cases that overturn, azimuths more than 45° from the fault normal."""
 
 
 class RecordFacts(Finding):
-    """A record and the falls under it; azimuths in degrees clockwise from north."""
+    """Peaks of a record and the falls under it; azimuths in degrees clockwise from north."""
 
     id: str
+    """Identifier of the record."""
     station: str
+    """Station; may be empty."""
     event: str
+    """Earthquake; may be empty."""
     group: str
-    """Group in which the record counts; empty if it is not stated whether it has a pulse."""
+    """Group in which the record is counted; empty if it is not stated whether the record has a pulse."""
     pulse: bool | None
+    """True if the record has a velocity pulse; None if it is not stated."""
     fault_normal_deg: Number
+    """Azimuth of the fault normal; None if it is not known."""
     pga_m_s2: Number
     """Largest horizontal peak acceleration over all azimuths."""
     pga_azimuth_deg: Number
+    """Axis of this peak, 0 to 180."""
     pgv_m_s: Number
+    """Largest horizontal peak velocity over all azimuths."""
     pgv_azimuth_deg: Number
+    """Axis of this peak, 0 to 180."""
     pgd_m: Number
+    """Largest horizontal peak displacement over all azimuths."""
     vertical_pga_m_s2: Number
-    drifts: bool
-    """True if the displacement drifts, so that `pgd_m` is not that of the ground."""
+    """Peak vertical acceleration; None without a vertical component."""
+    displacement_drifts: bool
+    """True if the integrated displacement drifts, so that `pgd_m` is not a ground displacement."""
     share_overturned: Number
     """Share of the cases with an outcome that overturn."""
-    at_rest: bool
+    too_weak_to_move_blocks: bool
     """True if the record is too weak to move any block of the study."""
     mean_direction_deg: Number
     """Mean fall direction; None if its resultant is too small."""
     direction_resultant: Number
+    """Length of the mean of the fall directions as unit vectors, 0 to 1."""
     mean_axis_deg: Number
     """Mean fall axis, 0 to 180; None if its resultant is too small."""
     axis_resultant: Number
+    """Length of the mean of the doubled fall axes as unit vectors, 0 to 1."""
     axis_from_normal_deg: Number
     """Angle between the mean fall axis and the fault normal, 0 to 90."""
 
 
-class Quality(Finding):
-    """Quality of the computation."""
+class NumericalQuality(Finding):
+    """Energy error, contact penetration, content hash and software versions of the computation."""
 
     mean_energy_error: Number
     """Mean error of the energy balance over simulated cells, as a share of the input."""
     largest_energy_error: Number
+    """Largest such error."""
     largest_penetration_m: Number
+    """Largest penetration of a contact, m."""
     content_sha256: str
+    """SHA-256 hash of the content of the cube."""
     versions: dict[str, str]
+    """Versions of the software that computed the cube."""
 
 
 def study_facts(results: Results) -> StudyFacts:
-    """Return question and grid of the study."""
+    """Return the question and the grid of the study."""
     study, cube = results.study, results.cube
 
     def values(name: str) -> list[float]:
@@ -113,9 +140,9 @@ def study_facts(results: Results) -> StudyFacts:
         name=study.name,
         title=study.title or study.name,
         question=study.question,
-        asks=study.asks,
+        question_kind=study.asks,
         primary_statistic=study.primary.statistic,
-        primary_against=study.primary.against,
+        primary_compared_with=study.primary.against,
         model="planes" if results.model.one_component else "space",
         free_elements=list(results.free_elements),
         variants=list(study.variants),
@@ -125,25 +152,25 @@ def study_facts(results: Results) -> StudyFacts:
         directions=int(cube.sizes[results.model.direction]),
         amplitude=[float(one) for one in study.amplitude],
         ensemble_members=study.ensemble.members,
-        vertical_motion=bool(results.with_vertical),
+        vertical_motion=bool(results.records_with_vertical),
     )
 
 
-def cases_of(results: Results) -> Cases:
+def count_cases(results: Results) -> CaseCounts:
     """Count the cases and their outcomes."""
     within, beyond = shares_near_normal(results.cube)
-    return Cases(
+    return CaseCounts(
         total=int(results.cube["overturned"].size),
         computed=int((results.cube[results.model.copied] == 0).sum().compute()),
-        without_outcome={name: count for name, (_, count) in results.statuses.items() if count},
-        share_overturned=results.fallen,
+        without_outcome={name: count for name, (_, count) in results.status_counts.items() if count},
+        share_overturned=results.share_overturned,
         share_within_45_of_normal=within,
         share_beyond_45_of_normal=beyond,
     )
 
 
-def records_of(results: Results) -> list[RecordFacts]:
-    """Return the records with their peaks and the falls under them."""
+def record_facts(results: Results) -> list[RecordFacts]:
+    """Return the peak motion and the mean fall direction of each record."""
     cube, intensity, found = results.cube, results.intensity, results.record_means
     azimuth, accounts = intensity["azimuth"].to_numpy(), record_provenance(cube)
     shares, groups = shares_by_record(cube).to_numpy(), record_groups(cube)
@@ -153,7 +180,7 @@ def records_of(results: Results) -> list[RecordFacts]:
     angles = {kind: found[f"mean_{kind}"].to_numpy() for kind in ("direction", "axis")}
     lengths = {kind: found[f"{kind}_resultant"].to_numpy() for kind in ("direction", "axis")}
     records = []
-    for index, name in enumerate(results.names):
+    for index, name in enumerate(results.record_names):
         peaks: dict[str, Any] = {}
         for measure, unit in (("pga", "m_s2"), ("pgv", "m_s"), ("pgd", "m")):
             along = intensity[measure].isel(record=index).to_numpy()
@@ -173,9 +200,9 @@ def records_of(results: Results) -> list[RecordFacts]:
                 fault_normal_deg=normals[index],
                 **peaks,
                 vertical_pga_m_s2=float(intensity["pga_vertical"].to_numpy()[index]),
-                drifts=bool(accounts.get(name.id, {}).get("drift")),
+                displacement_drifts=bool(accounts.get(name.id, {}).get("drift")),
                 share_overturned=float(shares[index]),
-                at_rest=bool(still[index]),
+                too_weak_to_move_blocks=bool(still[index]),
                 mean_direction_deg=mean["direction"],
                 direction_resultant=float(lengths["direction"][index]),
                 mean_axis_deg=mean["axis"],
@@ -186,12 +213,12 @@ def records_of(results: Results) -> list[RecordFacts]:
     return records
 
 
-def quality_of(results: Results) -> Quality:
-    """Return energy error, penetration, content hash and versions of the cube."""
+def numerical_quality(results: Results) -> NumericalQuality:
+    """Return energy error, contact penetration, content hash and software versions of the cube."""
     cube = results.cube
     simulated = cube["status"] == Status.SIMULATED
     energy, depth = (cube[name].where(simulated) for name in ("energy_error", "peak_penetration"))
-    return Quality(
+    return NumericalQuality(
         mean_energy_error=float(energy.mean().compute()),
         largest_energy_error=float(energy.max().compute()),
         largest_penetration_m=float(depth.max().compute()),

@@ -8,29 +8,29 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer
 from overturning.statistics.bootstrap import Mean
 
 
-def _known(value: Any) -> Any:
-    """Return None for a number that is not known (NaN), and plain numbers for those of NumPy."""
+def _nan_to_none(value: Any) -> Any:
+    """Convert NaN to None, and a NumPy scalar to a Python number."""
     value = value.item() if hasattr(value, "item") else value
     return None if isinstance(value, float) and math.isnan(value) else value
 
 
-def _finite(value: float | None) -> float | str | None:
-    """Return a number as JSON can hold it: infinity as text."""
+def _infinity_to_text(value: float | None) -> float | str | None:
+    """Convert an infinite number to text, which JSON can hold."""
     return f"{value}" if value is not None and math.isinf(value) else value
 
 
-Number = Annotated[float | None, BeforeValidator(_known), PlainSerializer(_finite, when_used="json")]
+Number = Annotated[float | None, BeforeValidator(_nan_to_none), PlainSerializer(_infinity_to_text, when_used="json")]
 """A number; None (null in JSON) if it is not known, the text "inf" in JSON if it lies above the range of the data."""
 
 
 class Finding(BaseModel):
     """Part of the findings of a study: numbers and names, without sentences."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
 class Estimate(Finding):
-    """An estimate with its interval over earthquakes."""
+    """Estimate of a statistic with its confidence interval over earthquakes."""
 
     statistic: str
     """Quantity that is estimated."""
@@ -45,6 +45,7 @@ class Estimate(Finding):
     earthquakes: int
     """Number of earthquakes with a value."""
     unit: str = "1"
+    """Unit; "1" for a pure number."""
 
     @property
     def excludes_zero(self) -> bool:
@@ -52,6 +53,6 @@ class Estimate(Finding):
         return self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
 
 
-def estimate(mean: Mean, statistic: str, unit: str = "1") -> Estimate:
-    """Return the estimate of a mean over earthquakes."""
+def estimate_from_mean(mean: Mean, statistic: str, unit: str = "1") -> Estimate:
+    """Convert a mean over earthquakes to an `Estimate` with the name and unit of its statistic."""
     return Estimate(statistic=statistic, value=mean.value, low=mean.low, high=mean.high, earthquakes=mean.n, unit=unit)

@@ -50,7 +50,7 @@ class Results(findings.Results):
     @property
     def of_known(self) -> str:
         """Of which cases shares are, as part of a sentence: nothing where none lacks an outcome."""
-        return " whose outcome is known" if any(absent for _, absent in self.statuses.values()) else ""
+        return " whose outcome is known" if any(absent for _, absent in self.status_counts.values()) else ""
 
     @cached_property
     def first_records(self) -> list[RecordName]:
@@ -58,14 +58,14 @@ class Results(findings.Results):
 
         Records without falls are left out if others have falls.
         """
-        if len(self.names) <= MOST_MAPS:
-            return list(self.names)
+        if len(self.record_names) <= MOST_MAPS:
+            return list(self.record_names)
         members = next(iter(record_groups(self.cube).values()))
         block = self.cube["overturned"].sel(first_shown_block(self.cube, self.study))
         falls = members & (abs(block) == 1).any([name for name in block.dims if name != "record"]).to_numpy()
-        chosen = zip(self.names, falls if falls.any() else members, strict=True)
+        chosen = zip(self.record_names, falls if falls.any() else members, strict=True)
         one_each = {name.event: name for name, own in reversed(list(chosen)) if own}
-        return sorted(one_each.values(), key=self.names.index)[:MOST_MAPS]
+        return sorted(one_each.values(), key=self.record_names.index)[:MOST_MAPS]
 
     def drawn(self, name: str, draw: "Callable[[], Figure]") -> Path:
         """Draw a figure of the report into a file and return its path."""

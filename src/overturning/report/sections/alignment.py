@@ -21,14 +21,14 @@ def alignment_sentences(results: Results, *, primary: bool) -> tuple[str, ...]:
     The first group is the primary one, where the alignment is the primary statistic.
     """
     scale = "the alignment of fall axes with the fault normal (1 normal to the fault, −1 along it)"
-    values = [f"{_alignment(one)}{of_group(name)}" for name, one in results.axes.items()]
-    difference, said = results.axes_difference, []
+    values = [f"{_alignment(one)}{of_group(name)}" for name, one in results.axis_summaries.items()]
+    difference, said = results.alignment_difference, []
     if difference is not None and difference.n:
         ends = interval(difference.low, difference.high, "too few earthquakes for an interval")
         some, none = (f": {which} difference between the two is shown" for which in ("a", "no"))
         values.append(f"the difference {number(difference.value)} ({ends}){verdict(difference, some, some, none, '')}")
     if primary:
-        says = _verdict(next(iter(results.axes.values())).alignment)
+        says = _verdict(next(iter(results.axis_summaries.values())).alignment)
         said.append(f"Primary statistic, fixed beforehand: {scale} is {values.pop(0)}: {says}.")
         said.append(_under_rules(results))
         scale = "the alignment"
@@ -39,7 +39,7 @@ def alignment_sentences(results: Results, *, primary: bool) -> tuple[str, ...]:
 
 def axes_sentence(results: Results) -> str:
     """Mean axes of each group, and how many earthquakes lie closer to the normal than to the fault."""
-    known = {of_group(name): one for name, one in results.axes.items()}
+    known = {of_group(name): one for name, one in results.axis_summaries.items()}
     means = " and ".join(f"{_mean_axis(one)}{name}" for name, one in known.items())
     text = f"The fall axes of {results.words.blocks} lie on average {means}."
     if closer := " and ".join(
@@ -116,7 +116,7 @@ def half_width(summary: AxisSummary) -> str:
 
 def axes_shown(results: Results) -> Figure | None:
     """The alignment of each earthquake and its mean, drawn; none where no earthquake has falls and a known fault."""
-    if not any(one.alignment.n for one in results.axes.values()):
+    if not any(one.alignment.n for one in results.axis_summaries.values()):
         return None
     caption = (
         f"Alignment of the falls of each earthquake with its fault normal, over {results.words.blocks}, and the mean "
@@ -129,7 +129,7 @@ def axes_shown(results: Results) -> Figure | None:
 @section("Where blocks fall", "rose")
 def falls(results: Results) -> Said:
     """Rose of fall azimuths, and the alignment with the fault normal by shape; none where nothing falls."""
-    if not results.fallen > 0:
+    if not results.share_overturned > 0:
         return
     caption = f"{results.words.rose} {results.words.which}".rstrip()
     yield Figure(results.figures / "rose.svg", "rose of fall azimuths", caption)
@@ -137,7 +137,7 @@ def falls(results: Results) -> Said:
         of_each = "The same for each earthquake, its records taken together; blue: fault normals."
         alt = "roses of fall azimuths by earthquake"
         yield Figure(results.figures / "earthquakes.svg", alt, of_each, width=1.0)
-    if results.tells_axes:
+    if results.has_comparable_axis:
         yield from _of_axes(results)
 
 
@@ -154,7 +154,7 @@ def _of_axes(results: Results) -> Said:
             *(name, s.earthquakes, s.alignment.n, s.alignment.value, interval(s.alignment.low, s.alignment.high)),
             *(s.largest, abs(s.axis_deg), half_width(s), f"{s.closer_to_normal} of {s.with_axis}"),
         )
-        for name, s in results.axes.items()
+        for name, s in results.axis_summaries.items()
     ]
     heads = ("records", "earthquakes", "with falls and a known fault", "alignment", "interval", "largest possible")
     yield table((*heads, "mean axis from normal", "interval", "closer to normal"), rows, "tnn2n2°")

@@ -89,7 +89,7 @@ def _reference(results: Results) -> AnswerParts:
     plane = [plane_answer(results)] if "plane_overturned" in results.cube else []
     chosen = "Which reference lies closest was found in these results, not fixed beforehand."
     of_fault, _ = _direction(results)
-    return (*follow_answer(*results.followed), *plane, f"{chosen} {of_fault[0]}"), references_shown(results)
+    return (*follow_answer(*results.reference_alignment), *plane, f"{chosen} {of_fault[0]}"), references_shown(results)
 
 
 def _contrast(results: Results) -> AnswerParts:
@@ -136,9 +136,9 @@ ANSWERS: Final[dict[Asks, Callable[[Results], AnswerParts]]] = {
 
 def scene_sentences(results: Results) -> tuple[str, ...]:
     """In how many cases anything of a scene of several elements falls, which, and of which one the rest speaks."""
-    if not results.elements:
+    if not results.element_totals:
         return ()
-    *each, anything = results.elements
+    *each, anything = results.element_totals
     if not anything.falls:
         return ("Nothing of the scene falls in any case whose outcome is known.",)
     shares = ", ".join(f"the {one.name} in {percent(one.share)}" for one in each)
@@ -152,17 +152,17 @@ def scene_sentences(results: Results) -> tuple[str, ...]:
 def _untold(results: Results, *, fault: bool = True) -> str:
     """Why nothing is said of the axes of falls, or of them relative to a fault; empty where something is."""
     known, own = results.of_known, results.study.primary.statistic == "share"
-    share = "" if own else f"{percent(results.fallen)} of the cases{known} overturn; "
-    if math.isnan(results.fallen):
+    share = "" if own else f"{percent(results.share_overturned)} of the cases{known} overturn; "
+    if math.isnan(results.share_overturned):
         return "No outcome was found, so nothing can be said; see the causes below."
-    if results.fallen <= 0:
+    if results.share_overturned <= 0:
         nothing = "so these records say nothing about the direction of falls"
         return f"No block{known} overturned in any direction, {nothing}."
-    if results.one_axis:
+    if results.has_single_axis:
         return capitalised(f"{share}with a single plane of motion nothing is said about direction.")
-    if results.every_plane_falls:
+    if results.every_case_overturns:
         return f"Every block{known} overturned in every plane: there is no axis along which blocks fall more easily."
-    if fault and not results.faults_known:
+    if fault and not results.fault_normal_known:
         stated = bool(results.cube["fault_normal"].notnull().any())
         why = "no record that counts has both falls and a known fault normal" if stated else "no fault normal is known"
         return capitalised(f"{share}{why}, so nothing is said relative to a fault.")
@@ -205,20 +205,22 @@ def primary_sentence(results: Results) -> str:
 
 def _directions_in_words(results: Results) -> list[str]:
     """Mean fall direction and axis of each of a few records where there is no fault to compare them with."""
-    many = len(results.names) > MOST_RECORDS_IN_WORDS
-    if many or results.faults_known or not results.fallen > 0 or results.one_axis:
+    many = len(results.record_names) > MOST_RECORDS_IN_WORDS
+    if many or results.fault_normal_known or not results.share_overturned > 0 or results.has_single_axis:
         return []
     return [
         f"{name.heading}: mean fall direction {direction} (resultant {one}), mean fall axis {axis} (resultant "
         f"{other}), over {results.words.blocks}, each plane once; a resultant near 0 means falls to nearly every side."
-        for name, (direction, one, axis, other, *_) in zip(results.names, record_directions(results), strict=True)
+        for name, (direction, one, axis, other, *_) in zip(
+            results.record_names, record_directions(results), strict=True
+        )
         if direction != "–" or axis != "–"
     ]
 
 
 def _counted(results: Results) -> Iterator[str]:
     """How many records and earthquakes, what their number means, and what of them is left out, a sentence each."""
-    records, with_vertical = counted(len(results.names), "record"), results.with_vertical
+    records, with_vertical = counted(len(results.record_names), "record"), results.records_with_vertical
     yield f"{records} of {counted(results.earthquake_count, 'earthquake')}."
     yield from (f"{said}." for said in earthquake_notes(results.cube))
     yield (
@@ -227,22 +229,22 @@ def _counted(results: Results) -> Iterator[str]:
         "all."
     )
     neither = ~np.any(list(record_groups(results.cube).values()), axis=0)
-    if names := [name.id for name, alone in zip(results.names, neither, strict=True) if alone]:
+    if names := [name.id for name, alone in zip(results.record_names, neither, strict=True) if alone]:
         have, them = ("has", "it") if len(names) == 1 else ("have", "them")
         yield (
             f"Whether {', '.join(names)} {have} a velocity pulse is not stated, so that alignments, axes and roses, of "
             f"records with and without one, leave {them} out."
         )
     # Nothing can fall along planes that were left out.
-    if results.model.one_component and not results.one_axis and (gaps := azimuth_gap_label(results.cube)):
+    if results.model.one_component and not results.has_single_axis and (gaps := azimuth_gap_label(results.cube)):
         none = ", so that no block could fall that way" if azimuth_period_deg(results.cube) == PLANE_PERIOD else ""
         yield f"No plane {gaps} was computed{none}: directions, axes and shares are those of the other planes."
     if with_vertical == 0:
         why = "None of these records has vertical motion"
-        if left_out := results.without_their_vertical:
+        if left_out := results.records_without_their_vertical:
             why = f"The study leaves out the vertical motion, which {left_out} of {records} had"
         yield f"{why}; what it would change is not in these numbers."
-    elif with_vertical < len(results.names):
+    elif with_vertical < len(results.record_names):
         have = "has" if with_vertical == 1 else "have"
         yield f"{counted(with_vertical, 'record')} {have} vertical motion, the others none."
 
@@ -251,13 +253,13 @@ def _cases(results: Results) -> str:
     """Of how many cases the report speaks, and how many have no outcome."""
     cases = int(results.cube["overturned"].size)
     computed = int((results.cube[results.model.copied] == 0).sum().compute())
-    falls = results.elements[-1].share if results.elements else results.fallen
+    falls = results.element_totals[-1].share if results.element_totals else results.share_overturned
     them = "those with an outcome" if results.of_known else "them"
-    what = f"In {{}} of {them} something falls." if results.elements else f"{{}} of {them} overturn."
+    what = f"In {{}} of {them} something falls." if results.element_totals else f"{{}} of {them} overturn."
     share = "" if math.isnan(falls) else f" {what.format(percent(falls))}"
     copied = f"{computed:,} were computed, the others are {results.words.copies}"
     others = "all were computed" if computed == cases else copied
-    absent = ", ".join(f"{count:,} {name}" for name, (_, count) in results.statuses.items() if count)
+    absent = ", ".join(f"{count:,} {name}" for name, (_, count) in results.status_counts.items() if count)
     missing = f"Without an outcome: {absent}." if absent else "No outcome is missing."
     of = " × ".join(("record", *results.model.dims)).replace("b_over_h", "B/H")
     factors = len(results.study.amplitude) - 1

@@ -3,7 +3,7 @@
 import math
 from typing import Final
 
-from overturning.findings.causes import published_outcomes
+from overturning.findings.causes import computed_outcomes_at_published_cells
 from overturning.labels import element_size_note, friction_label
 from overturning.report.blocks import Disclosure, Figure, Note, Said, Table, section, table
 from overturning.report.results import Results
@@ -174,7 +174,7 @@ def published(results: Results) -> Said:
     yield " ".join(capitalised(finding_sentence(results, variant)) for variant in results.cubes)
     yield _peaks(results)
     for variant in results.cubes:
-        for size, overturns in published_outcomes(results, variant).items():
+        for size, overturns in computed_outcomes_at_published_cells(results, variant).items():
             holds = "holds" if overturns == tuple(row.overturns for row in there) else "does not hold"
             rows.append((variant, *size, *map(_does, overturns), holds))
     heads = (f"{_label(row)}: {_does(row.overturns)}" for row in there)
@@ -189,7 +189,10 @@ def _settings(results: Results) -> str:
 
 def finding_sentence(results: Results, variant: str) -> str:
     """For which sizes of a variant the published outcomes are found; to stand within a sentence."""
-    found, wanted = published_outcomes(results, variant), tuple(row.overturns for row in results.study.published)
+    found, wanted = (
+        computed_outcomes_at_published_cells(results, variant),
+        tuple(row.overturns for row in results.study.published),
+    )
     frictions = {friction for _, friction in found}
     sizes: dict[tuple[float, ...], list[str]] = {}
     for height in sorted({height for height, _ in found}):
@@ -206,7 +209,7 @@ def finding_sentence(results: Results, variant: str) -> str:
 
 def _peaks(results: Results) -> Table:
     """Peaks along the published azimuths beside the published peaks."""
-    ids = [name.id for name in results.names]
+    ids = [name.id for name in results.record_names]
     rows = []
     for row in results.study.published:
         measures = results.intensity.isel(record=ids.index(row.record)).sel(azimuth=row.azimuth)

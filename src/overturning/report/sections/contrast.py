@@ -8,7 +8,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.figures.alignment import dot
 from overturning.figures.answer import Dot, contrast_figure
-from overturning.findings.contrast import compared_records, differences
+from overturning.findings.contrast import compared_records, differing_settings
 from overturning.report.blocks import Figure
 from overturning.report.results import Results
 from overturning.report.text import counted, decimals, share
@@ -22,7 +22,7 @@ NO_VERTICAL: Final = "None of these records has vertical motion: with and withou
 
 def setting_said(results: Results, variant: str, against: str) -> str:
     """Under which setting a stone falls, as part of a sentence, told apart from another one by what they differ in."""
-    study, differ = results.study, differences(results.study, variant, against)
+    study, differ = results.study, differing_settings(results.study, variant, against)
     itself = "in the study itself" if variant == NOMINAL else f"in the variant {variant}"
     own, other = (variant_settings(study, name).scene or study.scene for name in (variant, against))
     if differ == ["scene"]:

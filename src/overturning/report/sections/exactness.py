@@ -5,7 +5,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from overturning.findings.exactness import ensemble_of
+from overturning.findings.exactness import count_disagreeing_cells
 from overturning.report.blocks import Caution, Note, Paragraph, Said, section, table
 from overturning.report.results import Results
 from overturning.report.text import counted, percent
@@ -253,25 +253,25 @@ def _rows(name: str, part: RerunResult, own: int, drawn: Sampling) -> list[tuple
 @section("Uncertainty", "uncertainty")
 def ensemble(results: Results) -> Said:
     """How many cells near a change of flag have runs that are divided; none without an ensemble."""
-    model, settings, found = results.model, results.study.ensemble, ensemble_of(results)
+    model, settings, found = results.model, results.study.ensemble, count_disagreeing_cells(results)
     if found is None:
         return
     changing = "flag" if model.one_component else "flag or of fall azimuth"
     text = f"No cell lies near a change of {changing}, so the ensemble had nothing to run."
-    if found.share_of_cells_run and found.disagree is not None:
-        fewest, times, until = f"{found.fewest_runs:.0f}", f"{found.most_runs:.0f}", ""
+    if found.share_of_cells_repeated and found.share_disagreeing is not None:
+        fewest, times, until = f"{found.fewest_runs_per_cell:.0f}", f"{found.most_runs_per_cell:.0f}", ""
         if fewest != times:
-            mean, within = f"{found.mean_runs:.0f}", f"within ± {settings.half_width:g}"
+            mean, within = f"{found.mean_runs_per_cell:.0f}", f"within ± {settings.half_width:g}"
             until = f" (on average {mean}; no more once the 95 % intervals of its probabilities are {within})"
             times = f"{fewest} to {times}"
         alike = np.zeros((1, 1, results.cube.sizes["b_over_h"], 1), np.int8)
         near = "" if cells_to_run(alike, settings.where == "everywhere").all() else f" near a change of {changing}"
-        both_ways = math.nan if found.both_ways is None else found.both_ways
-        apart = results.words.apart.format(percent(both_ways, 1))
+        share_falling_both_ways = math.nan if found.share_falling_both_ways is None else found.share_falling_both_ways
+        apart = results.words.apart.format(percent(share_falling_both_ways, 1))
         text = (
-            f"Each cell{near} ({percent(found.share_of_cells_run)} of all) was run {times} more "
+            f"Each cell{near} ({percent(found.share_of_cells_repeated)} of all) was run {times} more "
             f"times with slightly different amplitude, shape, friction, damping and {model.direction}{until}. In "
-            f"{percent(found.disagree, 1)} of them some of the first {found.first_batch} "
+            f"{percent(found.share_disagreeing, 1)} of them some of the first {found.first_batch_runs} "
             f"runs fall and others stand (more runs would divide more cells); {apart} This is the spread over the "
             "neighbourhood stated in the study, not a probability of what happened."
         )

@@ -47,7 +47,7 @@ def ground(results: Results) -> Said:
     yield from caution(results.populations[NOMINAL])
     yield table((*heads, "axis turned, median (records)"), rows, "gt2%%", anchor="soft-ground")
     curved = {name: any(layer.curve for layer in site.layers) for name, site in sites.items()}
-    said, motions = list[str](), sum(curved.values()) * len(results.names)
+    said, motions = list[str](), sum(curved.values()) * len(results.record_names)
     if failed := failures(results, grounds):
         many = f"{len(failed)} of {motions} motions {'has' if len(failed) == 1 else 'have'}"
         said.append(f"{many} an iteration that did not converge: {'. '.join(failed)}.")
@@ -62,7 +62,7 @@ def ground(results: Results) -> Said:
         "computation to strains where it is no longer trusted"
     )
     velocities = sorted({site.rock.velocity_m_s for site in sites.values()})
-    vertical = " The vertical motion is that of the record." if results.with_vertical else ""
+    vertical = " The vertical motion is that of the record." if results.records_with_vertical else ""
     yield Note(
         "The records are taken for rock, over which the soil lies (half-space of "
         f"{' and '.join(f'{velocity:g}' for velocity in velocities)} m/s); some of them were taken on soil themselves, "

@@ -35,10 +35,12 @@ def method(results: Results) -> Said:
 
 def _limits(results: Results) -> tuple[str, ...]:
     """What the study does not say."""
-    vertical = f"Vertical motion is in {results.with_vertical} of {len(results.names)} records."
-    if results.with_vertical == 0:
+    vertical = f"Vertical motion is in {results.records_with_vertical} of {len(results.record_names)} records."
+    if results.records_with_vertical == 0:
         why = (
-            "The study leaves vertical motion out" if results.without_their_vertical else "No vertical motion was given"
+            "The study leaves vertical motion out"
+            if results.records_without_their_vertical
+            else "No vertical motion was given"
         )
         vertical = f"{why}; it makes blocks lighter and heavier in turn."
     pulses = "nearfield_pulse" in results.cube.attrs["record_sources"]
@@ -65,7 +67,7 @@ def _quality(results: Results) -> Table:
             rows += [
                 (f"{label}: {of}", short(factor * one) + unit) for of, one in (("mean", mean), ("largest", largest))
             ]
-    rows += [(f"cells {name}", f"{count:,}") for name, (count, _) in results.statuses.items()]
+    rows += [(f"cells {name}", f"{count:,}") for name, (count, _) in results.status_counts.items()]
     return table(("", ""), rows, "t")
 
 

@@ -14,7 +14,7 @@ from overturning.findings.population import (
     PopulationFindings,
     ShareOfMotions,
     SurveyRuleCheck,
-    population_of,
+    population_findings,
 )
 from overturning.labels import azimuth_gap_label
 from overturning.report.blocks import Caution, Disclosure, Figure, Note, Said, Table, section, table
@@ -42,7 +42,7 @@ def population(results: Results) -> Said:
     if stones is None:
         return
     found = results.populations[NOMINAL]
-    curves, numbers = results.fragility_curves, population_of(results)
+    curves, numbers = results.fragility_curves, population_findings(results)
     assert numbers is not None
     jma, rates = jma_intensities(found, results.intensity), found["fall_rate"].to_numpy()
     whole = [one for one in curves if one.name == "all stones"]
@@ -73,7 +73,7 @@ def population(results: Results) -> Said:
     by_record, amplitude = [_by_record(results, found)], found["amplitude"].to_numpy()
     if amplitude.size > 1:
         heads = ["fall rate of the record", *(f"× {factor:g}" for factor in amplitude)]
-        each = [(name.heading, *of_record) for name, of_record in zip(results.names, rates, strict=True)]
+        each = [(name.heading, *of_record) for name, of_record in zip(results.record_names, rates, strict=True)]
         by_record.append(table(heads, each, "t" + "%" * amplitude.size, sortable=True))
     yield Disclosure("By record", tuple(by_record))
 
@@ -89,17 +89,17 @@ def _as_recorded(numbers: PopulationFindings) -> str:
 
     Where all stones fall none stands shifted, which says nothing of the other records.
     """
-    if numbers.median_rate is None:
+    if numbers.median_fall_rate is None:
         return "Under the records as they are no stone has an answer."
     low, middle, high, least, most = (
         percent(one)
-        for one in (numbers.quarter_rate, numbers.median_rate, numbers.three_quarter_rate, numbers.least_rate,
-                    numbers.largest_rate)
+        for one in (numbers.lower_quartile_fall_rate, numbers.median_fall_rate, numbers.upper_quartile_fall_rate,
+                    numbers.smallest_fall_rate, numbers.largest_fall_rate)
         if one is not None
     )  # fmt: skip
     stands = ""
-    if numbers.median_shifted is not None and numbers.median_rotated is not None:
-        shifted, rotated = percent(numbers.median_shifted), percent(numbers.median_rotated)
+    if numbers.median_share_shifted is not None and numbers.median_share_rotated is not None:
+        shifted, rotated = percent(numbers.median_share_shifted), percent(numbers.median_share_rotated)
         stands = f"; {shifted} of the stones stand shifted in the median and {rotated} stand rotated"
     return (
         f"Under the records as they are the fall rate is {middle} in the median, {low} to {high} for the middle half "
@@ -109,16 +109,18 @@ def _as_recorded(numbers: PopulationFindings) -> str:
 
 def _unanswered(numbers: PopulationFindings) -> str:
     """How many stones the rates leave out since a cell that answers for them has no outcome; empty of none."""
-    if not numbers.most_without_outcome or numbers.without_outcome is None:
+    if not numbers.largest_share_without_outcome or numbers.mean_share_without_outcome is None:
         return ""
-    mean, most = percent(numbers.without_outcome), percent(numbers.most_without_outcome)
+    mean, most = percent(numbers.mean_share_without_outcome), percent(numbers.largest_share_without_outcome)
     return f"Rates are of the stones with an answer: {mean} of them have none in the mean, {most} under one record."
 
 
 def _over_intensity(numbers: PopulationFindings, records: int) -> Iterator[str]:
     """Which intensity goes with which rate, and how well surveys' rule does."""
-    lacking, added = numbers.records_without_vertical, f"{numbers.vertical_increment:g}"
-    parts = [f"{_percent(one.median_rate)} at {one.degree} ({_motions(one.of)})" for one in numbers.by_intensity]
+    lacking, added = numbers.records_without_vertical, f"{numbers.vertical_intensity_increment:g}"
+    parts = [
+        f"{_percent(one.median_fall_rate)} at {one.jma_degree} ({_motions(one.count)})" for one in numbers.by_intensity
+    ]
     if parts:
         lack = f"{lacking} of the records {'lacks' if lacking == 1 else 'lack'}"
         have = "none of the records has" if lacking == records else lack
@@ -135,15 +137,20 @@ def _over_intensity(numbers: PopulationFindings, records: int) -> Iterator[str]:
 
 def _rule(one: SurveyRuleCheck, added: str) -> str:
     """One rule of surveys beside the instrumental intensity, as part of a sentence."""
-    more = f"{100 * one.rate_from:.0f} % or more"
-    ends = more if math.isinf(one.rate_below) else f"{100 * one.rate_from:.0f} to {100 * one.rate_below:.0f} %"
-    beyond = f", higher in {_share_of(one.higher)}" if one.higher else ""
-    with_vertical = f"; with {added} for the vertical component of that degree in "
-    with_vertical = f"{with_vertical}{_share_of(one.agrees_with_vertical)}" if one.agrees_with_vertical else ""
+    more = f"{100 * one.fall_rate_from:.0f} % or more"
+    ends = (
+        more
+        if math.isinf(one.fall_rate_below)
+        else f"{100 * one.fall_rate_from:.0f} to {100 * one.fall_rate_below:.0f} %"
+    )
+    beyond = f", higher in {_share_of(one.share_higher)}" if one.share_higher else ""
+    corrected, with_vertical = one.share_agreeing_with_vertical, ""
+    if corrected:
+        with_vertical = f"; with {added} for the vertical component of that degree in {_share_of(corrected)}"
     return (
-        f"where {ends} fall, which they take for {one.inferred}, the instrumental intensity is "
-        f"{number(_known(one.median_intensity), 1)} in the median, and is of that degree in {_share_of(one.agrees)} of "
-        f"{_motions(one.of)}{beyond}{with_vertical}"
+        f"where {ends} fall, which they take for {one.inferred_jma_degree}, the instrumental intensity is "
+        f"{number(_known(one.median_jma_intensity), 1)} in the median, and is of that degree in "
+        f"{_share_of(one.share_agreeing)} of {_motions(one.count)}{beyond}{with_vertical}"
     )
 
 
@@ -188,7 +195,7 @@ def _by_record(results: Results, found: xr.Dataset) -> Table:
     """Rates as recorded, with intervals, and the octant into which most stones fell."""
     outcomes = {"fell": "fall"} | ({"shifted": "shift", "rotated": "rotation"} if results.model.twists else {})
     rows = []
-    for index, name in enumerate(results.names):
+    for index, name in enumerate(results.record_names):
         own = found.isel(record=index).sel(amplitude=1.0)
         most = own.isel(octant=int(np.argmax(own["fall_octant"].to_numpy())))
         towards = (degrees(float(most["octant"])), _share(most, "fall_octant", "octant_interval"))

@@ -35,12 +35,12 @@ _PEAKS = (("pga", GAL, 0), ("pgv", CM, 1), ("pgd", CM, 1))
 def maps(results: Results) -> Said:
     """Maps of all records, or of a few of those that the question is about."""
     chosen = results.first_records
-    if len(chosen) < len(results.names):
+    if len(chosen) < len(results.record_names):
         which = of_group(next(iter(record_groups(results.cube))))
         yield Note(
-            f"Of the {len(results.names)} records the first {len(chosen)}{which} that are of different earthquakes, in "
-            "the order of the study; those in whose map nothing falls are passed over where there are others. The maps "
-            "of the others stand with the records, below on the page."
+            f"Of the {len(results.record_names)} records the first {len(chosen)}{which} that are of different "
+            "earthquakes, in the order of the study; those in whose map nothing falls are passed over where there are "
+            "others. The maps of the others stand with the records, below on the page."
         )
     yield from _compared_maps(results, chosen)
     chance = (
@@ -58,7 +58,7 @@ def _compared_maps(results: Results, chosen: list[RecordName]) -> Said:
         for pair in (tuple(shown[i : i + 2]) for i in range(0, len(shown), 2)):
             yield Row(pair) if len(pair) == 2 else pair[0]
         return
-    places = [results.names.index(name) for name in chosen]
+    places = [results.record_names.index(name) for name in chosen]
     block = results.cube.sel(first_shown_block(results.cube, results.study))
     cubes = [block.isel(record=place).load() for place in places]
     peaks = [results.intensity["pgv"].isel(record=place) for place in places]
@@ -96,11 +96,11 @@ def records(results: Results) -> Said:
     """Peaks of each record, directions of its falls, maps of the stations."""
     yield from _peaks(results)
     yield from _processing(results)
-    if results.fallen > 0:
+    if results.share_overturned > 0:
         heads = ["record", "mean fall direction", "resultant", "mean fall axis", "resultant", "from the fault normal"]
         if results.model.one_component:
             heads[-1:] = ["easiest axis", "from the fault normal", "easier by"]
-        rows = [(name.id, *cells) for name, cells in zip(results.names, record_directions(results), strict=True)]
+        rows = [(name.id, *cells) for name, cells in zip(results.record_names, record_directions(results), strict=True)]
         directions = table(heads, rows, "l", anchor="directions", sortable=True)
         yield Section("Where blocks fall, by record", (directions, Note(results.words.means)))
     sites = enumerate(sites_by_earthquake(results.cube).items(), 1)
@@ -123,7 +123,7 @@ def _odd_records(results: Results) -> Said:
         yield Note(f"A PGD in brackets is that of a record that drifts, and not the ground's. {drifting}.")
     at_rest = results.cube["status"] == Status.AT_REST
     still = at_rest.all([name for name in at_rest.dims if name != "record"]).compute().to_numpy()
-    if weak := [name.id for name, one in zip(results.names, still, strict=True) if one]:
+    if weak := [name.id for name, one in zip(results.record_names, still, strict=True) if one]:
         yield Note(f"Too weak to move any stone of the study: {', '.join(weak)}.")
 
 
@@ -134,7 +134,7 @@ def record_by_record(results: Results) -> Said:
         f"Beside the report, {results.figures.name}/history/ has a page of each record (record.svg): time histories "
         "before and after processing, Fourier amplitudes, signal-to-noise ratio, Husid plot, and what was taken away."
     )
-    for name in results.names:
+    for name in results.record_names:
         path = results.figures / "intensity" / f"{name.id}.svg"
         peaks = Figure(path, "peak acceleration and velocity by azimuth", width=0.7)
         shown: list[Any] = [peaks] if name in results.first_records else [_map(results, name), peaks]
@@ -152,7 +152,7 @@ def _peaks(results: Results) -> Said:
     azimuth, accounts = results.intensity["azimuth"].to_numpy(), record_provenance(results.cube)
     vertical, rows = results.intensity["pga_vertical"].to_numpy(), []
     more = ("vertical PGA, Gal",) if np.isfinite(vertical).any() else ()
-    for index, name in enumerate(results.names):
+    for index, name in enumerate(results.record_names):
         cells: list[Any] = []
         for measure, unit, digits in _PEAKS:
             values = results.intensity[measure].isel(record=index).to_numpy()
@@ -177,7 +177,7 @@ def _processing(results: Results) -> Said:
     """What was done to each record, by whom, and what that changed."""
     heads = ("record", "data and processing", "PGA, Gal", "PGV, cm/s", "PGD, cm", "computed", "declared or trusted")
     accounts = record_provenance(results.cube)
-    named = [(name.id, accounts[name.id]) for name in results.names if name.id in accounts]
+    named = [(name.id, accounts[name.id]) for name in results.record_names if name.id in accounts]
     if not named:
         return
     rows = [(name, *_account(account)) for name, account in named]

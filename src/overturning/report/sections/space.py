@@ -21,9 +21,9 @@ from overturning.statistics.space import plane_agreement, summarise_twist, twist
 @section("What does a stone follow?", "follows")
 def follows(results: Results) -> Said:
     """What a stone follows, by slenderness; none where it moves under one component, or nothing falls."""
-    if results.model.one_component or not results.fallen > 0:
+    if results.model.one_component or not results.share_overturned > 0:
         return
-    found, heads = results.followed
+    found, heads = results.reference_alignment
     yield from follow_sentences(found, heads)
     yield follow_shown(results)
     rows: list[tuple[str | int, ...]] = []
@@ -47,7 +47,7 @@ def follows(results: Results) -> Said:
 
 def references_shown(results: Results) -> Figure:
     """Alignment with each reference over all B/H, drawn."""
-    found, _ = results.followed
+    found, _ = results.reference_alignment
     groups = {
         group: {name: dot(means[0]) for (name, axial), means in of_group.means.items() if axial}
         for group, of_group in found.items()
@@ -172,7 +172,7 @@ def plane_beside(results: Results) -> Said:
         f"alone. Of those that fall in both, {percent(whole['face'])} go over the edge that the plane names, and the "
         f"axes lie {degrees(whole['axis'])} apart on average."
     )
-    by_record = zip((name.id for name in results.names), *_agreement(counts, "record"), strict=True)
+    by_record = zip((name.id for name in results.record_names), *_agreement(counts, "record"), strict=True)
     groups = record_groups(results.cube)
     of_groups = [_agreement(counts.isel(record=members.nonzero()[0]), "b_over_h") for members in groups.values()]
     by_shape = [

@@ -34,7 +34,7 @@ BLUNT: Final = 135.0
 @section("Fallen stones beside the prediction", "surveys")
 def surveys(results: Results) -> Said:
     """The study's surveys; none where it has none."""
-    stations = {name.id: name.station for name in results.names}
+    stations = {name.id: name.station for name in results.record_names}
     for place, result in enumerate(results.surveys, 1):
         figure = results.figures / "survey" / f"{place}.svg"
         yield survey_section(result, stations[result.record], figure, azimuth_gap_label(results.cube))
@@ -189,7 +189,7 @@ def _tests(found: SurveyComparison) -> Said:
 @section("From the stones back to the motion", "backwards")
 def backwards(results: Results) -> Said:
     """What each survey of the study says of the motion; none where it has none."""
-    for place, found in enumerate(results.backwards, 1):
+    for place, found in enumerate(results.inferred_motions, 1):
         yield backwards_section(found, draw_posterior(found, results.drawings / f"backwards-{place}.svg"))
 
 

@@ -9,7 +9,7 @@ import xarray as xr
 from overturning.figures.history import BINS, RESPONSE_PERIODS, envelope, history_figure, time_shift
 from overturning.figures.style import style
 from overturning.figures.write import save
-from overturning.records.processing import process
+from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.records.steps import Cut, Highpass, RemoveMean
 from overturning.study.intensity import write_intensity
@@ -28,7 +28,7 @@ def raw(up: bool = True) -> Record:
 @pytest.mark.parametrize("up", [True, False])
 def test_page_states_the_processing_and_is_reproducible(tmp_path, up):
     before = raw(up)
-    after = process(before, [RemoveMean(), Highpass(corner_hz=0.2)])
+    after = process_record(before, [RemoveMean(), Highpass(corner_hz=0.2)])
     pages = [tmp_path / "a.svg", tmp_path / "b.svg"][: 1 + up]
     for page in pages:
         with style():
@@ -102,7 +102,7 @@ def test_the_envelope_keeps_every_peak_and_the_order_of_time():
 
 
 def test_processed_samples_keep_their_times():
-    done = process(raw(), [Highpass(corner_hz=0.2), Cut(start_s=20, end_s=60)])
+    done = process_record(raw(), [Highpass(corner_hz=0.2), Cut(start_s=20, end_s=60)])
     assert time_shift(done) == pytest.approx(-15 + 20)
-    whole = process(raw(), [Highpass(corner_hz=0.2)])
+    whole = process_record(raw(), [Highpass(corner_hz=0.2)])
     np.testing.assert_array_equal(done.north, whole.north[2000:6001])

@@ -14,7 +14,7 @@ from overturning.model.mesh import read_mesh
 from overturning.model.scene import load_scene
 from overturning.records.catalogue import read_catalogue
 from overturning.records.declarations import Declarations
-from overturning.records.read import read_path
+from overturning.records.read import read_without_processing
 from overturning.study.load import load_study
 from overturning.study.preflight import check_files, check_size
 from overturning.surveys.stones import read_survey
@@ -37,7 +37,7 @@ def test_records_as_text(folder: Path) -> None:
         paths = [folder / name for name in WHOLE[form][0]]
         for path, text in zip(paths, WHOLE[form][0].values(), strict=True):
             path.write_bytes(content if path == paths[0] else text.encode())
-        met(lambda: read_path(paths, Declarations(unit="gal")))
+        met(lambda: read_without_processing(paths, Declarations(unit="gal")))
 
     forms = [
         st.tuples(st.just(form), spoilt(next(iter(texts.values())).encode())) for form, (texts, _) in WHOLE.items()
@@ -61,7 +61,7 @@ def test_records_in_binary(folder: Path, form: str) -> None:
 
     def read(content: bytes) -> None:
         path.write_bytes(content)
-        met(lambda: read_path([path] if form == "zip" else [path, other], Declarations(unit="gal")))
+        met(lambda: read_without_processing([path] if form == "zip" else [path, other], Declarations(unit="gal")))
 
     fuzz(spoilt(whole), read)
 

@@ -6,7 +6,13 @@ from scipy.signal.windows import tukey
 
 from overturning.motion.fourier import band_amplitude
 from overturning.motion.noise import noise_ratio, onset
-from overturning.records.processing import BOUNDS_HZ, DEFAULT_HZ, choose_corner, default_steps, process
+from overturning.records.processing import (
+    BOUNDS_HZ,
+    DEFAULT_HZ,
+    choose_corner_frequency,
+    default_processing_steps,
+    process_record,
+)
 from overturning.records.record import Record
 
 DT = 0.01
@@ -80,23 +86,23 @@ def record(north, east) -> Record:
 def test_corner_is_where_the_signal_exceeds_the_noise():
     """The noise exceeds the signal below 0.4 Hz, so the corner is at 0.4 Hz."""
     rumble = 0.05 * np.sin(2 * np.pi * 0.2 * TIME) + 0.05 * np.sin(2 * np.pi * 0.33 * TIME + 1)
-    corner, reason = choose_corner(record(made(30.0, 0.01) + rumble, made(30.0, 0.01, seed=5) + rumble))
+    corner, reason = choose_corner_frequency(record(made(30.0, 0.01) + rumble, made(30.0, 0.01, seed=5) + rumble))
     assert 0.33 < corner < 0.6
     assert "less than 3 times the noise of the first 30" in reason
 
 
 def test_corner_without_noise_is_the_default_with_a_note():
-    corner, reason = choose_corner(record(made(0.5, 0.01), made(0.5, 0.01)))
+    corner, reason = choose_corner_frequency(record(made(0.5, 0.01), made(0.5, 0.01)))
     assert corner == DEFAULT_HZ
     assert "no noise of 2 s before the onset" in reason
-    clean, reason = choose_corner(record(made(30.0, 0.001), made(30.0, 0.001, seed=6)))
+    clean, reason = choose_corner_frequency(record(made(30.0, 0.001), made(30.0, 0.001, seed=6)))
     assert clean == pytest.approx(0.1, rel=0.01)  # three cycles in 30 s
     assert "as far down as that tells" in reason
     ahead = 0.001 * np.random.default_rng(7).normal(size=(2, 6000))
-    long, _ = choose_corner(record(*(np.append(ahead[n], made(30.0, 0.001, seed=3 + n)) for n in range(2))))
+    long, _ = choose_corner_frequency(record(*(np.append(ahead[n], made(30.0, 0.001, seed=3 + n)) for n in range(2))))
     assert BOUNDS_HZ[0] <= long <= 0.05
     # Three seconds of noise tell nothing of what is slower than a hertz.
-    short, reason = choose_corner(record(made(3.0, 0.001), made(3.0, 0.001, seed=6)))
+    short, reason = choose_corner_frequency(record(made(3.0, 0.001), made(3.0, 0.001, seed=6)))
     assert short == DEFAULT_HZ
     assert "noise of the first 3.0 s as far down as that tells, 1" in reason
 
@@ -109,18 +115,19 @@ def test_sensor_tilt_raises_the_corner_and_recovers_the_displacement(tilt):
     ground = [np.exp(-((away / 5) ** 2)) * np.cos(2 * np.pi * away / 4 + phase) for phase in (0.0, 1.0)]
     noise = [1e-4 * random.normal(size=time.size) for _ in ground]
     level, tilted = (record(*(g + n + (away > 0) * a for g, n in zip(ground, noise, strict=True))) for a in (0.0, tilt))
-    corner, reason = choose_corner(tilted)
-    assert 1.2 * choose_corner(level)[0] < corner < 0.25
+    corner, reason = choose_corner_frequency(tilted)
+    assert 1.2 * choose_corner_frequency(level)[0] < corner < 0.25
     assert "offset that the shock leaves" in reason
     found, true = (
-        np.hypot(*process(r, default_steps(r, corner)).displacement).max() for r in (tilted, record(*ground))
+        np.hypot(*process_record(r, default_processing_steps(r, corner)).displacement).max()
+        for r in (tilted, record(*ground))
     )
     assert found == pytest.approx(true, rel=0.1)
 
 
 def test_auto_corner_is_stored_as_a_number_with_its_reason():
     raw = record(made(30.0, 0.01), made(30.0, 0.01, seed=5))
-    done = process(raw, None)
+    done = process_record(raw, None)
     step = done.processing[-1]
     assert isinstance(step["corner_hz"], float)
     assert "times the noise" in step["chosen"]

@@ -14,11 +14,11 @@ from overturning import Motion, run_study
 from overturning.commands.workflow import surface
 from overturning.errors import ArgumentError, RecordError
 from overturning.motion.soil import MIN_ZERO_PADDING, TAIL, Layer, Rock, through_soil
-from overturning.records.processing import process
+from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, pulse_record
-from overturning.records.record import provenance, summary
+from overturning.records.record import processing_entry_text, record_provenance
 from overturning.records.site import Site
-from overturning.records.store import read_motion, rounded, write_motion
+from overturning.records.store import read_motion, round_as_stored, write_motion
 from tests.expect import refused
 
 if importlib.util.find_spec("pystrata") is None and "OVERTURNING_NO_SKIP" not in os.environ:
@@ -92,12 +92,12 @@ def test_invalid_profiles_are_refused(noise: np.ndarray) -> None:
 
 def test_site_of_a_study_changes_the_motion() -> None:
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})
-    done = process(PULSE, (), Site(layers=[soft], rock=ROCK))
+    done = process_record(PULSE, (), Site(layers=[soft], rock=ROCK))
     alone = through_soil(PULSE.north, PULSE.sampling_interval, [soft], ROCK)
     assert done.north == pytest.approx(alone.samples)
     assert done.processing[0]["effect"]["pga"][1] == pytest.approx(np.abs(alone.samples).max())
-    assert "north converged" in summary(done.processing[0])
-    linear = process(PULSE, (), Site(layers=[LAYER], rock=ROCK))
+    assert "north converged" in processing_entry_text(done.processing[0])
+    linear = process_record(PULSE, (), Site(layers=[LAYER], rock=ROCK))
     assert np.abs(linear.north).max() > np.abs(done.north).max()
 
 
@@ -105,9 +105,9 @@ def test_borehole_motion_is_not_treated_as_outcrop() -> None:
     """As outcrop, a borehole motion would give a too weak surface motion: it contains downgoing waves."""
     deep = replace(PULSE, extra={"declared": ["borehole sensor"], "processed": True})
     with refused(RecordError, "record pulse: of a borehole", "write `motion: within` at the site"):
-        process(deep, (), Site(layers=[LAYER], rock=ROCK))
-    within = process(deep, (), Site(layers=[LAYER], rock=ROCK, motion="within"))
-    outcrop = process(PULSE, (), Site(layers=[LAYER], rock=ROCK))
+        process_record(deep, (), Site(layers=[LAYER], rock=ROCK))
+    within = process_record(deep, (), Site(layers=[LAYER], rock=ROCK, motion="within"))
+    outcrop = process_record(PULSE, (), Site(layers=[LAYER], rock=ROCK))
     assert np.abs(within.north).max() > 1.3 * np.abs(outcrop.north).max()
 
 
@@ -123,7 +123,7 @@ def test_record_passed_to_a_study_uses_its_site() -> None:
 
 
 def test_variant_with_soil_has_its_own_motions(tmp_path: Path) -> None:
-    record = rounded(PULSE)
+    record = round_as_stored(PULSE)
     study = {"name": "x", "records": {"use": ["pulse"]}, "variants": {"soft": {"site": SITE}}}
     renamed = replace(record, record_id="pulse")
     write_motion(renamed, tmp_path / "rock" / "pulse.nc")
@@ -131,4 +131,6 @@ def test_variant_with_soil_has_its_own_motions(tmp_path: Path) -> None:
     found = read_motion(tmp_path / "soft" / "pulse.nc")
     alone = through_soil(record.north, record.sampling_interval, [LAYER], ROCK)
     assert found.north == pytest.approx(alone.samples, abs=1e-9)
-    assert provenance(found)["peaks"]["pga"] == pytest.approx([np.abs(record.north).max(), np.abs(alone.samples).max()])
+    assert record_provenance(found)["peaks"]["pga"] == pytest.approx(
+        [np.abs(record.north).max(), np.abs(alone.samples).max()]
+    )

@@ -32,7 +32,7 @@ from overturning.motion.motion import Motion
 from overturning.motion.oscillator import Oscillators
 from overturning.motion.spectra import rotd, spectra_by_azimuth, spectrum_intensity
 from overturning.records.catalogue import read_catalogue
-from overturning.records.processing import process
+from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.records.record import Record
 from overturning.records.steps import Highpass, Scale
@@ -328,7 +328,7 @@ def test_predominant_period_is_between_0_04_and_4_s():
 
 
 def test_record_measures_contain_peaks_before_and_after_processing(rinaldi):
-    done = process(rinaldi, [Scale(factor=2), Highpass(corner_hz=0.2)])
+    done = process_record(rinaldi, [Scale(factor=2), Highpass(corner_hz=0.2)])
     found = record_measures(Motion.of(done), done.processing)
     assert found["pga_unprocessed"] == pytest.approx(max(np.abs(rinaldi.north).max(), np.abs(rinaldi.east).max()))
     assert found["pgd_processed"] < 0.9 * 2 * found["pgd_unprocessed"]

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from overturning.errors import ConfigError, MissingDataError
-from overturning.records.catalogue import LABELS, PLACES, RecordEntry, find_paths, read_catalogue
+from overturning.records.catalogue import LABELS, PLACES, RecordEntry, find_entry_paths, read_catalogue
 from overturning.records.fault_trace import read_trace
-from overturning.records.read import NO_SOURCE, describe, read_record, read_samples
+from overturning.records.read import NO_SOURCE, with_table_labels, read_record, read_record_without_labels
 from overturning.records.store import write_motion
 from tests.expect import refused
 from tests.records.record_writers import geonet_text
@@ -63,9 +63,9 @@ def test_a_record_with_a_missing_file_is_refused(tmp_path):
         (tmp_path / name).write_text("")
     entry = RecordEntry(id="x", source="x.NS x.EW x.UD")
     with refused(MissingDataError, "record x", "x.UD is not in"):
-        find_paths(entry, tmp_path)
+        find_entry_paths(entry, tmp_path)
     (tmp_path / "x.UD").write_text("")
-    assert [path.name for path in find_paths(entry, tmp_path)] == ["x.NS", "x.EW", "x.UD"]
+    assert [path.name for path in find_entry_paths(entry, tmp_path)] == ["x.NS", "x.EW", "x.UD"]
 
 
 LABELLED = RecordEntry(
@@ -103,11 +103,13 @@ def test_labels_are_all_columns_that_change_no_sample(tmp_path):
     wave = 100 * np.sin(np.arange(400) / 5)
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
     (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")
-    bare, labelled = (read_samples(one, tmp_path) for one in (RecordEntry(id="mine", source="mine.V2A"), LABELLED))
+    bare, labelled = (
+        read_record_without_labels(one, tmp_path) for one in (RecordEntry(id="mine", source="mine.V2A"), LABELLED)
+    )
     write_motion(bare, tmp_path / "bare.nc")
     write_motion(labelled, tmp_path / "labelled.nc")
     assert (tmp_path / "bare.nc").read_bytes() == (tmp_path / "labelled.nc").read_bytes()
-    described = describe(bare, LABELLED)
+    described = with_table_labels(bare, LABELLED)
     assert (described.station, described.event, described.latitude) == ("Church", "Darfield 2010", -43.5)
     assert described.extra["magnitude"] == 7.1
     assert {name: described.extra[name] for name in PLACES} == {

@@ -6,8 +6,8 @@ import pytest
 from overturning.errors import RecordError
 from overturning.motion.plausible import samples_at_rail, sampling_doubts
 from overturning.records.declarations import Declarations
-from overturning.records.read import read_path
-from overturning.records.record import provenance
+from overturning.records.read import read_without_processing
+from overturning.records.record import record_provenance
 from tests.expect import refused
 
 RATE = 100.0
@@ -32,7 +32,7 @@ def columns(path, *axes, time=TIME):
 
 
 def read_columns(path, declared="time:s north:m/s2 east:m/s2", **more):
-    return read_path(path, Declarations(columns=declared, processed=more.pop("processed", True), **more))
+    return read_without_processing(path, Declarations(columns=declared, processed=more.pop("processed", True), **more))
 
 
 OFFSET = 0.3 + 0.0 * EAST
@@ -48,7 +48,7 @@ def test_a_dead_horizontal_is_refused_unless_it_is_declared(tmp_path, dead, proc
     with refused(RecordError, "x.csv: axis 'east' is dead", "less than 1/100 of that of 'north'", "--trust-data"):
         read_columns(path, processed=processed)
     trusted = read_columns(path, processed=processed, trust_data=True)
-    assert "axis 'east' is dead" in provenance(trusted)["trusted"][0]
+    assert "axis 'east' is dead" in record_provenance(trusted)["trusted"][0]
     assert read_columns(columns(path, NORTH, 0.02 * EAST), processed=processed).notes == []
 
 
@@ -95,7 +95,7 @@ def test_clipped_axis_is_named_with_its_number_of_samples(tmp_path):
     record = read_columns(columns(tmp_path / "x.csv", clipped, EAST))
     (note,) = record.notes
     assert f"axis 'north' is clipped: {count} samples stand at its rail, 100 Gal" in note
-    assert provenance(record)["notes"] == [note], "the report prints the account's notes"
+    assert record_provenance(record)["notes"] == [note], "the report prints the account's notes"
 
 
 @pytest.mark.parametrize("bits", [4, 6, 8, 10, 14])

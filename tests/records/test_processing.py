@@ -12,10 +12,10 @@ from scipy import signal
 from overturning.errors import RecordError
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
-from overturning.records.check import Finding, describe
+from overturning.records.check import RecordCheck, format_record_check
 from overturning.records.component import Component
-from overturning.records.processing import Step, default_steps, process
-from overturning.records.record import Record, as_record, drift, provenance, summary
+from overturning.records.processing import Step, default_processing_steps, process_record
+from overturning.records.record import Record, as_record, drift_evidence, processing_entry_text, record_provenance
 from overturning.records.steps import Baseline, Cut, Detrend, Highpass, Lowpass, RemoveMean, Resample, Scale, Taper
 from tests.expect import refused
 
@@ -37,18 +37,18 @@ def test_drift_is_detected_at_the_end_of_velocity_and_displacement() -> None:
     """One cycle of 1 m/s² and 1 s: v = (1 − cos 2πt)/2π ends at 0, its peak is 1/π m/s; then the same back."""
     cycle = np.where(TIME < 1, np.sin(2 * np.pi * TIME), 0.0)
     swing = np.where(TIME < 2, cycle - np.roll(cycle, 100), 0.0)  # forward and backward pulse: no residual displacement
-    assert drift(record(swing, swing)) == ""
+    assert drift_evidence(record(swing, swing)) == ""
     # An offset of c for 60 s ends the velocity at 60 c: 1 % of 1/π with c = 5.3e-5, 5 % with 2.65e-4.
     little, more = (record(swing, swing + share / np.pi / 60) for share in (0.01, 0.05))
-    assert "velocity" not in drift(little)
-    assert "velocity of east ends at 5 % of its peak" in drift(more)
-    assert "displacement of east is largest at the last sample" in drift(more)
-    assert "north" not in drift(more)
-    assert provenance(more)["drift"] == drift(more)
+    assert "velocity" not in drift_evidence(little)
+    assert "velocity of east ends at 5 % of its peak" in drift_evidence(more)
+    assert "displacement of east is largest at the last sample" in drift_evidence(more)
+    assert "north" not in drift_evidence(more)
+    assert record_provenance(more)["drift"] == drift_evidence(more)
     axis = Component(more.east, DT, "E", 90.0, 0, "x", "")
-    text = describe(Finding(("x",), (axis,), replace(more, extra=more.extra | {"format": "csv"})))
+    text = format_record_check(RecordCheck(("x",), (axis,), replace(more, extra=more.extra | {"format": "csv"})))
     assert ") cm as the file is\n  drift, so its PGD is none: velocity of east ends at 5 %" in text
-    assert drift(replace(more, extra={"format": "synthetic"})) == "", "a formula is what it is"
+    assert drift_evidence(replace(more, extra={"format": "synthetic"})) == "", "a formula is what it is"
 
 
 @pytest.mark.parametrize("zone", ["Asia/Tokyo", "America/Los_Angeles"])
@@ -58,9 +58,9 @@ def test_start_without_zone_is_utc_on_every_machine(monkeypatch, zone) -> None:
     time.tzset()
     try:
         naive = replace(record(sine(1.0)), start="2001-02-03T04:05:06")
-        assert process(naive, [Cut(start_s=1)]).start == "2001-02-03T04:05:07Z"
+        assert process_record(naive, [Cut(start_s=1)]).start == "2001-02-03T04:05:07Z"
         abroad = replace(naive, start="2001-02-03T13:05:06+09:00")
-        assert process(abroad, [Cut(start_s=1)]).start == "2001-02-03T04:05:07Z"
+        assert process_record(abroad, [Cut(start_s=1)]).start == "2001-02-03T04:05:07Z"
     finally:
         monkeypatch.undo()
         time.tzset()
@@ -69,26 +69,26 @@ def test_start_without_zone_is_utc_on_every_machine(monkeypatch, zone) -> None:
 def test_a_motion_from_python_is_not_labelled_processed() -> None:
     motion = Motion(sine(1.0), sine(2.0), sampling_interval=DT)
     given = as_record(motion)
-    assert provenance(process(given, None))["data"] == "as given"
-    assert process(given, None).processing == ()
+    assert record_provenance(process_record(given, None))["data"] == "as given"
+    assert process_record(given, None).processing == ()
 
 
 def test_remove_mean_of_the_whole_and_of_the_pre_event_part():
     north = np.concatenate([np.full(1000, 0.3), np.full(1000, 2.3)])
-    np.testing.assert_allclose(process(record(north), [RemoveMean()]).north, north - 1.3, atol=1e-12)
-    np.testing.assert_allclose(process(record(north), [RemoveMean(first_s=10)]).north, north - 0.3, atol=1e-12)
+    np.testing.assert_allclose(process_record(record(north), [RemoveMean()]).north, north - 1.3, atol=1e-12)
+    np.testing.assert_allclose(process_record(record(north), [RemoveMean(first_s=10)]).north, north - 0.3, atol=1e-12)
 
 
 @pytest.mark.parametrize("order", [0, 1, 2, 3])
 def test_detrend_removes_its_polynomial_and_nothing_of_the_next_order(order):
     polynomial = sum((k + 1) * (TIME / 60) ** k for k in range(order + 1))
-    np.testing.assert_allclose(process(record(polynomial), [Detrend(order=order)]).north, 0, atol=1e-10)
-    left = process(record((TIME / 60) ** (order + 1)), [Detrend(order=order)]).north
+    np.testing.assert_allclose(process_record(record(polynomial), [Detrend(order=order)]).north, 0, atol=1e-10)
+    left = process_record(record((TIME / 60) ** (order + 1)), [Detrend(order=order)]).north
     assert np.abs(left).max() > 1e-3
 
 
 def test_taper_is_half_a_cosine_bell():
-    done = process(record(np.ones(6000)), [Taper(length_s=2)]).north
+    done = process_record(record(np.ones(6000)), [Taper(length_s=2)]).north
     assert done[0] == 0
     assert done[100] == pytest.approx(0.5)
     assert (done[200:-200] == 1).all()
@@ -104,7 +104,7 @@ def test_filters_pass_a_sine_with_the_square_of_butterworth_s_gain_and_no_shift(
         (Lowpass(corner_hz=0.5, order=order), 1 / (1 + ratio ** (2 * order))),
         (Highpass(corner_hz=0.5, order=order), 1 / (1 + ratio ** (-2 * order))),
     ):
-        done = process(record(sine(frequency)), [step])
+        done = process_record(record(sine(frequency)), [step])
         pad = (done.north.size - 6000) // 2
         middle = slice(pad + 2000, pad + 4000)
         np.testing.assert_allclose(done.north[middle], gain * sine(frequency)[2000:4000], atol=0.03)
@@ -112,7 +112,7 @@ def test_filters_pass_a_sine_with_the_square_of_butterworth_s_gain_and_no_shift(
 
 def test_a_high_pass_filter_leaves_no_drift_and_shifts_the_start():
     """Offset and ramp in acceleration give 18 m of displacement without the filter, and millimetres with it."""
-    done = process(record(sine(1.0) + 0.01), [Highpass(corner_hz=0.2, order=2)])
+    done = process_record(record(sine(1.0) + 0.01), [Highpass(corner_hz=0.2, order=2)])
     velocity = integrate(done.north, DT)
     displacement = integrate(velocity, DT)
     assert abs(velocity[-1]) < 1e-4
@@ -126,7 +126,7 @@ def test_a_high_pass_filter_makes_no_step_of_an_offset(offset):
     """Without the taper, the steps at the ends would double the velocity."""
     shaken = sine(1.0) * np.hanning(TIME.size)
     for first in ([], [RemoveMean()], [RemoveMean(), Taper(length_s=2.0)], [Detrend(order=0)]):
-        speed = integrate(process(record(shaken + offset), [*first, Highpass(corner_hz=0.1)]).north, DT)
+        speed = integrate(process_record(record(shaken + offset), [*first, Highpass(corner_hz=0.1)]).north, DT)
         assert np.abs(speed).max() == pytest.approx(np.abs(integrate(shaken, DT)).max(), rel=0.01)
 
 
@@ -135,15 +135,15 @@ def test_no_step_makes_spikes_of_an_offset_at_the_ends(step):
     """Regression: the zeros next to an offset of 50 Gal caused spikes of 15 to 25 Gal."""
     weak = 0.01 * sine(1.0)
     for steps in ([step, RemoveMean()], [RemoveMean(), step]):
-        done = process(record(weak + 0.5), steps).north
+        done = process_record(record(weak + 0.5), steps).north
         assert np.abs(done).max() == pytest.approx(0.01, rel=0.01)
-    assert process(record(weak + 0.5), [step]).north[0] == pytest.approx(0.5, abs=1e-4)
+    assert process_record(record(weak + 0.5), [step]).north[0] == pytest.approx(0.5, abs=1e-4)
 
 
 def test_a_push_between_rest_and_rest_is_no_offset():
     """The result is the filtered record with zeros on both sides."""
     pulse = np.where(np.abs(TIME - TIME[-1] / 2) < 5.0, 1.0, 0.0)
-    done = process(record(pulse), [Highpass(corner_hz=0.1)]).north
+    done = process_record(record(pulse), [Highpass(corner_hz=0.1)]).north
     between_zeros = np.pad(pulse, (done.size - pulse.size) // 2)
     sections = signal.butter(2, 0.1, btype="highpass", fs=1 / DT, output="sos")
     np.testing.assert_allclose(done, signal.sosfiltfilt(sections, between_zeros, padtype=None), atol=1e-12)
@@ -153,11 +153,11 @@ def test_boore_2001_removes_known_offsets():
     """Offsets of 0.05 m/s² from 20 to 25 s and of 0.002 afterwards: the scheme's own model, so it finds them."""
     motion = sine(2.0)
     offset = np.where((TIME >= 20) & (TIME < 25), 0.05, 0.0) + np.where(TIME >= 25, 0.002, 0.0)
-    done = process(record(motion + offset), [Baseline(fit_from_s=55, t1_s=20, t2_s=25)]).north
+    done = process_record(record(motion + offset), [Baseline(fit_from_s=55, t1_s=20, t2_s=25)]).north
     np.testing.assert_allclose(done, motion, atol=2e-4)
     for begin in (0.5, 20):
         single = np.where(begin <= TIME, 0.01, 0.0)
-        done = process(record(motion + single), [Baseline(fit_from_s=55)]).north
+        done = process_record(record(motion + single), [Baseline(fit_from_s=55)]).north
         wrong = np.abs(done - motion) > 1e-4
         assert wrong.sum() <= 10  # the time of the step is found within 0.1 s
     assert abs(integrate(integrate(done, DT), DT)[-1]) < 0.05 * abs(integrate(integrate(motion + single, DT), DT)[-1])
@@ -167,49 +167,49 @@ def test_a_baseline_without_effect_is_noted() -> None:
     """Regression: a fitted line that is zero before the record removes nothing, but was reported as a correction."""
     sunk = sine(2.0) + np.where(TIME < 0.05, 5.0, 0.01)  # the line at the end is zero 25 s before the first sample
     stepped = sine(2.0) + np.where(TIME > 20, 0.01, 0.0)
-    done = process(record(sunk, stepped), [Baseline(fit_from_s=55)])
+    done = process_record(record(sunk, stepped), [Baseline(fit_from_s=55)])
     np.testing.assert_array_equal(done.north, sunk)
     assert not np.array_equal(done.east, stepped)
     why = "nothing taken from north: the line is zero at no time before the fit"
-    assert summary(done.processing[0]) == f"baseline boore-2001, fit from 55 s ({why})"
-    plain = process(record(stepped, stepped), [Baseline(fit_from_s=55)])
-    assert summary(plain.processing[0]) == "baseline boore-2001, fit from 55 s"
+    assert processing_entry_text(done.processing[0]) == f"baseline boore-2001, fit from 55 s ({why})"
+    plain = process_record(record(stepped, stepped), [Baseline(fit_from_s=55)])
+    assert processing_entry_text(plain.processing[0]) == "baseline boore-2001, fit from 55 s"
 
 
 @pytest.mark.parametrize("interval", [0.005, 0.02, 0.008])
 def test_resampling_keeps_a_sine_and_removes_frequencies_above_the_new_nyquist(interval):
-    done = process(record(sine(2.0)), [Resample(sampling_interval_s=interval)])
+    done = process_record(record(sine(2.0)), [Resample(sampling_interval_s=interval)])
     time = np.arange(done.north.size) * interval
     expected = np.sin(2 * np.pi * 2 * time) * np.sin(np.pi * time / TIME[-1]) ** 2
     np.testing.assert_allclose(done.north[200:-200], expected[200:-200], atol=2e-3)
     assert done.sampling_interval == interval
     if interval > DT:
-        high = process(record(sine(0.8 / (2 * DT))), [Resample(sampling_interval_s=interval)]).north
+        high = process_record(record(sine(0.8 / (2 * DT))), [Resample(sampling_interval_s=interval)]).north
         assert np.abs(high).max() < 0.05 or 0.5 / interval > 0.8 / (2 * DT)
 
 
 def test_cut_keeps_the_samples_and_moves_the_start():
-    done = process(record(TIME.copy()), [Cut(start_s=1.5, end_s=3)])
+    done = process_record(record(TIME.copy()), [Cut(start_s=1.5, end_s=3)])
     np.testing.assert_array_equal(done.north, TIME[150:301])
     assert done.start == "2001-02-03T04:05:07.5Z"
 
 
 def test_steps_come_in_order_and_are_written_down():
-    done = process(record(np.full(6000, 2.0)), [Scale(factor=3), RemoveMean()])
+    done = process_record(record(np.full(6000, 2.0)), [Scale(factor=3), RemoveMean()])
     assert [s["step"] for s in done.processing] == ["scale", "remove_mean"]
     assert done.processing[0]["factor"] == 3
     assert done.processing[0]["effect"]["pga"] == [2.0, 6.0]
     assert done.processing[1]["effect"]["pga"] == [6.0, 0.0]
-    twice = process(done, [Scale(factor=1)])
+    twice = process_record(done, [Scale(factor=1)])
     assert len(twice.processing) == 3
 
 
 def test_processed_files_are_left_alone_and_raw_ones_are_not():
     raw = record(sine(1.0) + 1.0)
-    assert [s.step for s in default_steps(raw)] == ["remove_mean", "taper", "highpass"]
-    assert np.abs(process(raw, None).north).max() < 1.1
+    assert [s.step for s in default_processing_steps(raw)] == ["remove_mean", "taper", "highpass"]
+    assert np.abs(process_record(raw, None).north).max() < 1.1
     agency = Record("r", raw.north, raw.east, None, DT, extra={"processed": True})
-    assert process(agency, None) is agency
+    assert process_record(agency, None) is agency
 
 
 @pytest.mark.parametrize(
@@ -226,7 +226,7 @@ def test_processed_files_are_left_alone_and_raw_ones_are_not():
 )
 def test_a_step_that_does_not_fit_the_record_is_named(step, words):
     with refused(RecordError, "record r", *words):
-        process(record(TIME.copy()), [step])
+        process_record(record(TIME.copy()), [step])
 
 
 @pytest.mark.parametrize(
@@ -259,4 +259,4 @@ def test_senseless_steps_are_refused_by_the_config(data):
     ],
 )
 def test_a_step_has_a_short_text(step: dict[str, object], words: str) -> None:
-    assert summary(step) == words
+    assert processing_entry_text(step) == words

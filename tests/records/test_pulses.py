@@ -9,7 +9,7 @@ import pytest
 from overturning.errors import ConfigError, RecordError
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
-from overturning.records.earthquakes import earthquakes_of
+from overturning.records.earthquakes import group_by_earthquake
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.read import read_record
 from overturning.study.load import check_study, record_table_rows
@@ -47,7 +47,7 @@ def test_the_labels_of_a_pulse_come_from_the_table(tmp_path):
     assert said.items() <= record.extra.items()
     assert (record.latitude, record.longitude) == (35.0, 133.0)
     other = replace(record, record_id="q", extra=record.extra | {"event_id": "two"})
-    assert len(set(earthquakes_of([record, other]).labels)) == 2
+    assert len(set(group_by_earthquake([record, other]).labels)) == 2
     with refused(RecordError, "SHA-256"):
         read_record(RecordEntry(id="p", format="synthetic", source=line, sha256="0" * 64), tmp_path)
     for column in ({"orientation_correction_deg": 10.0}, {"unit": "g"}, {"sensor": "borehole"}):

@@ -10,9 +10,9 @@ import pytest
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import spectrum_intensity
 from overturning.records.catalogue import RecordEntry
-from overturning.records.check import check_paths, describe, has_no_record
-from overturning.records.processing import process
-from overturning.records.read import read_path, read_record
+from overturning.records.check import check_paths, format_record_check, has_no_record
+from overturning.records.processing import process_record
+from overturning.records.read import read_record, read_without_processing
 from overturning.records.steps import RemoveMean
 
 ROOT = Path(__file__).parents[2]
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.skipif(not SAMPLES.is_dir(), reason=f"no folder of samp
 
 def test_geonet_te_mara():
     """Kaikoura 2016, WTMC: axes N28W and S62W, 974 and 797 Gal."""
-    record = read_path(SAMPLES / "20161113_110259_WTMC_20.V2A")
+    record = read_without_processing(SAMPLES / "20161113_110259_WTMC_20.V2A")
     motion = Motion.of(record)
     assert np.abs(motion.along(332)).max() * 100 == pytest.approx(973.31, abs=0.01)
     assert np.abs(motion.along(242)).max() * 100 == pytest.approx(796.64, abs=0.01)
@@ -34,8 +34,8 @@ def test_geonet_te_mara():
 
 
 def test_geonet_raw_and_processed_agree():
-    raw = read_path(SAMPLES / "20161113_110313_THZ_20.V1A")
-    done = read_path(SAMPLES / "20161113_110313_THZ_20.V2A")
+    raw = read_without_processing(SAMPLES / "20161113_110313_THZ_20.V1A")
+    done = read_without_processing(SAMPLES / "20161113_110313_THZ_20.V2A")
     assert np.abs(raw.east).max() * 100 == pytest.approx(39.97, abs=0.01)
     assert np.abs(done.east).max() * 100 == pytest.approx(35.78, abs=0.01)
     ahead = (datetime.fromisoformat(str(raw.start)) - datetime.fromisoformat(str(done.start))).total_seconds()
@@ -45,14 +45,14 @@ def test_geonet_raw_and_processed_agree():
 
 
 def test_smc_three_files_make_one_record():
-    record = read_path(SAMPLES / "0111a.smc")
+    record = read_without_processing(SAMPLES / "0111a.smc")
     assert record.up is not None
     assert np.abs(record.north).max() * 100 == pytest.approx(104.41, abs=0.01)
     assert np.abs(record.east).max() * 100 == pytest.approx(70.44, abs=0.01)
 
 
 def test_csmip_channels_of_different_length_are_cut():
-    record = read_path(SAMPLES / "CICLC.v1")
+    record = read_without_processing(SAMPLES / "CICLC.v1")
     assert record.north.size == 31932
     assert record.processing[0]["left_out_s"] == pytest.approx(2.58)
     assert "trusted" not in record.extra
@@ -68,7 +68,7 @@ def test_check_identifies_every_file():
     assert named == {p.name for p in files}
     for finding in findings:
         assert (finding.record is None) == bool(finding.reason)
-        assert finding.files[0] in describe(finding)
+        assert finding.files[0] in format_record_check(finding)
     read = {name for f in findings if f.record for name in f.files}
     assert {"0111a.smc", "0111b.smc", "0111c.smc", "20161113_110259_WTMC_20.V2A"} <= read
 
@@ -80,5 +80,5 @@ if PAPER:
     def test_the_published_spectrum_intensity_of_ttrh02():
         """KiK-net TTRH02, 2000-10-06, surface, NS: SI (h = 0.2) 113 cm/s. NIED's files are not here."""
         entry = RecordEntry(id="ttrh02", format="kik-net", source="TTRH020010061330")
-        record = process(read_record(entry, PAPER[0].parent), [RemoveMean()])
+        record = process_record(read_record(entry, PAPER[0].parent), [RemoveMean()])
         assert spectrum_intensity(Motion.of(record), [0])[0] * 100 == pytest.approx(113, abs=1)

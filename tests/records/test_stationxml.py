@@ -11,7 +11,7 @@ from overturning.errors import RecordError
 from overturning.records.check import check_paths
 from overturning.records.declarations import Declarations
 from overturning.records.formats.stationxml import acceleration_scale, is_velocity
-from overturning.records.read import read_path
+from overturning.records.read import read_without_processing
 from tests.expect import refused
 from tests.records.record_writers import peer_text
 from tests.records.seed_writers import START, write_inventory, write_mseed, write_sac
@@ -26,14 +26,14 @@ def test_a_gain_that_its_stages_contradict_is_refused(tmp_path, factor):
     """Regression: a gain wrong by a factor of ten only gave a warning."""
     metadata = write_inventory(tmp_path / "s.xml", CHANNELS)
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
-    assert read_path(waves).notes == []
+    assert read_without_processing(waves).notes == []
     overall = f"\\g<1>{400_000 * factor!r}"
     text = re.sub(r"(<InstrumentSensitivity>\s*<Value>)400000\.0", overall, metadata.read_text())
     metadata.write_text(text)
     what = f"has a gain of {400_000 * factor:g} in the StationXML, whose stages make 400000"
     with refused(RecordError, f"channel XX.TST1..HNE {what}", f"channel XX.TST1..HNN {what}", "--trust-data"):
-        read_path(waves)
-    record = read_path(waves, Declarations(trust_data=True))
+        read_without_processing(waves)
+    record = read_without_processing(waves, Declarations(trust_data=True))
     np.testing.assert_allclose(record.north, N / (400_000 * factor), rtol=1e-12)
     assert record.extra["trusted"][:2] == [f"x.mseed: channel XX.TST1..{code} {what}" for code in ("HNE", "HNN")]
 
@@ -48,16 +48,16 @@ def test_two_epochs_that_fit_and_differ_are_refused(tmp_path):
     (older + newer).write(str(tmp_path / "s.xml"), format="STATIONXML")
     what = "has 2 epochs in the StationXML that fit"
     with refused(RecordError, f"HNE {what}", f"HNN {what}", "gain 100000", "1990-01-01", "gain 400000", "--trust-data"):
-        read_path(waves)
-    trusted = read_path(waves, Declarations(trust_data=True))
+        read_without_processing(waves)
+    trusted = read_without_processing(waves, Declarations(trust_data=True))
     np.testing.assert_allclose(trusted.north, N / 4e5, rtol=1e-12)  # gain of the epoch that began last
     assert all(what in text for text in trusted.extra["trusted"][:2])
     for channel in older[0][0]:
         channel.end_date = obspy.UTCDateTime(2000, 1, 1)
     (older + newer).write(str(tmp_path / "s.xml"), format="STATIONXML")
-    np.testing.assert_allclose(read_path(waves).north, N / 4e5, rtol=1e-12)
+    np.testing.assert_allclose(read_without_processing(waves).north, N / 4e5, rtol=1e-12)
     (newer + newer).write(str(tmp_path / "s.xml"), format="STATIONXML")
-    assert read_path(waves).notes == [], "the same channel twice is no contradiction"
+    assert read_without_processing(waves).notes == [], "the same channel twice is no contradiction"
 
 
 def test_epoch_ending_within_the_trace_is_refused(tmp_path):
@@ -69,11 +69,11 @@ def test_epoch_ending_within_the_trace_is_refused(tmp_path):
         channel.start_date = START + 2
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E})
     older.write(str(tmp_path / "s.xml"), format="STATIONXML")
-    assert read_path(waves).notes == []
+    assert read_without_processing(waves).notes == []
     (older + newer).write(str(tmp_path / "s.xml"), format="STATIONXML")
     with refused(RecordError, "HNN changes in the StationXML while it records", "gain 100000", "gain 400000"):
-        read_path(waves)
-    np.testing.assert_allclose(read_path(waves, Declarations(trust_data=True)).north, N / 1e5, rtol=1e-12)
+        read_without_processing(waves)
+    np.testing.assert_allclose(read_without_processing(waves, Declarations(trust_data=True)).north, N / 1e5, rtol=1e-12)
 
 
 def test_a_unit_that_the_first_stage_contradicts_is_refused(tmp_path):
@@ -84,24 +84,24 @@ def test_a_unit_that_the_first_stage_contradicts_is_refused(tmp_path):
         channel.response.response_stages[0].input_units = "M/S"
     inventory.write(str(metadata), format="STATIONXML")
     with refused(RecordError, "HNE is in M/S**2 in the StationXML, whose first stage is in M/S", "--trust-data"):
-        read_path(waves)
+        read_without_processing(waves)
     for unit in ("m/s^2", "V", ""):
         for channel in inventory[0][0]:
             channel.response.response_stages[0].input_units = unit
         inventory.write(str(metadata), format="STATIONXML")
-        assert read_path(waves).notes == []
+        assert read_without_processing(waves).notes == []
 
 
 def test_a_negative_gain_reverses_the_polarity_with_a_note(tmp_path):
     write_inventory(tmp_path / "s.xml", CHANNELS, gain=-4e5)
-    record = read_path(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z}))
+    record = read_without_processing(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z}))
     np.testing.assert_allclose(record.north, -N / 4e5, rtol=1e-12)
     np.testing.assert_allclose(record.up, -Z / 4e5, rtol=1e-12)
     assert len(record.notes) == 3
     assert all("a negative gain, -400000" in note for note in record.notes)
     write_inventory(tmp_path / "s.xml", CHANNELS, gain=0.0)
     with refused(RecordError, "HNN has a gain of 0.0; correct the StationXML"):
-        read_path(tmp_path / "x.mseed")
+        read_without_processing(tmp_path / "x.mseed")
 
 
 @pytest.mark.parametrize(("code", "unit"), [("HN", "M/S**2"), ("HH", "M/S")])
@@ -114,15 +114,15 @@ def test_a_response_without_stages(tmp_path, code, unit):
     inventory.write(str(path), format="STATIONXML")
     waves = write_mseed(tmp_path / "x.mseed", {f"{code}N": N, f"{code}E": E})
     if code == "HN":
-        np.testing.assert_allclose(read_path(waves).north, N / 4e5, rtol=1e-12)
+        np.testing.assert_allclose(read_without_processing(waves).north, N / 4e5, rtol=1e-12)
     else:
         with refused(RecordError, "x.mseed: response of XX.TST1..HHE has no stages", "get level=response"):
-            read_path(waves)
+            read_without_processing(waves)
     for channel in inventory[0][0]:
         channel.response = None
     inventory.write(str(path), format="STATIONXML")
     with refused(RecordError, f"x.mseed: channel XX.TST1..{code}E has no gain in the StationXML; get it with level="):
-        read_path(waves)
+        read_without_processing(waves)
 
 
 @pytest.mark.parametrize(
@@ -155,8 +155,8 @@ def test_an_unknown_orientation_is_not_read_as_north(tmp_path, text):
     inventory.write(str(path), format="STATIONXML")
     waves = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
     with refused(RecordError, "axis 'HNE', 'HNN' says nothing about north"):
-        read_path(waves)
-    record = read_path(waves, Declarations(azimuths_deg=(90.0, 0.0)))
+        read_without_processing(waves)
+    record = read_without_processing(waves, Declarations(azimuths_deg=(90.0, 0.0)))
     np.testing.assert_allclose(record.north, N / 4e5, rtol=1e-12)
     np.testing.assert_allclose(record.up, Z / 4e5, rtol=1e-12)
     assert sum(f"the StationXML says {text!r}" in note for note in record.notes) == 2
@@ -168,18 +168,18 @@ def test_channel_codes_name_the_axes_if_sac_and_stationxml_do_not(tmp_path):
         code: write_sac(tmp_path / f"T.{code}.sac", x / 1e5, code, None, None)
         for code, x in zip(CHANNELS, (N, E, Z), strict=True)
     }
-    record = read_path(files["HNE"], Declarations(unit="gal"))
+    record = read_without_processing(files["HNE"], Declarations(unit="gal"))
     for samples, truth in zip(record.components, (N, E, Z), strict=True):
         np.testing.assert_allclose(samples, truth / 1e7, atol=1e-8)
     assert sum("its header states no direction (CMPAZ, CMPINC); the code of channel" in x for x in record.notes) == 3
-    turned = read_path(files["HNE"], Declarations(unit="gal", azimuths_deg=(0.0, 90.0)))
+    turned = read_without_processing(files["HNE"], Declarations(unit="gal", azimuths_deg=(0.0, 90.0)))
     np.testing.assert_allclose(turned.north, E / 1e7, atol=1e-8)
     assert "axis 'HNE' is taken at 0°, as declared; its file says 90°" in turned.notes
     assert "axis 'HNN' is taken at 90°, as declared; its file says 0°" in turned.notes
     for path in files.values():
         path.unlink()
     write_inventory(tmp_path / "s.xml", dict.fromkeys(CHANNELS, (None, None)))
-    record = read_path(write_mseed(tmp_path / "x.mseed", {"HNE": E, "HNN": N, "HNZ": Z}))
+    record = read_without_processing(write_mseed(tmp_path / "x.mseed", {"HNE": E, "HNN": N, "HNZ": Z}))
     np.testing.assert_allclose(record.north, N / 4e5, rtol=1e-12)
     assert sum("the StationXML states no azimuth and dip; the code of" in note for note in record.notes) == 3
 
@@ -187,14 +187,14 @@ def test_channel_codes_name_the_axes_if_sac_and_stationxml_do_not(tmp_path):
 def test_codes_that_name_no_axis_stay_unknown(tmp_path):
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, None, None) for c, x in (("HN1", N), ("HN2", E))]
     with refused(RecordError, "axis 'HN1', 'HN2' says nothing about north"):
-        read_path(paths, Declarations(unit="gal"))
+        read_without_processing(paths, Declarations(unit="gal"))
 
 
 def test_the_code_names_the_axis_of_a_peer_file(tmp_path):
     samples = {"HNN": N / 4e5, "HNE": E / 4e5, "HNZ": Z / 4e5}
     for code, wave in samples.items():
         (tmp_path / f"RSN1_A_{code}.AT2").write_text(peer_text(wave, 0.01, code))
-    record = read_path([tmp_path / f"RSN1_A_{code}.AT2" for code in ("HNE", "HNZ", "HNN")])
+    record = read_without_processing([tmp_path / f"RSN1_A_{code}.AT2" for code in ("HNE", "HNZ", "HNN")])
     for found, wave in zip(record.components, samples.values(), strict=True):
         np.testing.assert_allclose(found, wave * 9.80665, atol=1e-5)
     assert sum("its header states no azimuth; the code of channel" in note for note in record.notes) == 3
@@ -211,7 +211,7 @@ def test_two_bands_of_one_sensor_are_two_records(tmp_path):
     assert second.files == ("HNE.mseed", "HNN.mseed", "HNZ.mseed")
     np.testing.assert_allclose(first.record.north, N[::5] / 4e5, rtol=1e-12)
     np.testing.assert_allclose(second.record.north, N / 4e5, rtol=1e-12)
-    np.testing.assert_allclose(read_path(tmp_path / "HNE.mseed").north, N / 4e5, rtol=1e-12)
+    np.testing.assert_allclose(read_without_processing(tmp_path / "HNE.mseed").north, N / 4e5, rtol=1e-12)
 
 
 def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_path):
@@ -219,12 +219,12 @@ def test_the_stationxml_of_another_station_does_not_block_a_declared_unit(tmp_pa
     paths = [write_sac(tmp_path / f"{c}.sac", x / 1e5, c, a, 90.0) for c, x, a in (("HNN", N, 0.0), ("HNE", E, 90.0))]
     (finding,) = check_paths([tmp_path], Declarations(unit="gal"))
     np.testing.assert_allclose(finding.record.north, N / 1e7, atol=1e-8)
-    np.testing.assert_allclose(read_path(paths[0], Declarations(unit="gal")).east, E / 1e7, atol=1e-8)
+    np.testing.assert_allclose(read_without_processing(paths[0], Declarations(unit="gal")).east, E / 1e7, atol=1e-8)
     with refused(RecordError, "HNN", "is not in the StationXML given"):
-        read_path([*paths, tmp_path / "other.xml"])
+        read_without_processing([*paths, tmp_path / "other.xml"])
     # Its own goes before the declaration, as ever.
     write_inventory(tmp_path / "own.xml", CHANNELS, gain=1e3)
-    np.testing.assert_allclose(read_path(paths[0], Declarations(unit="gal")).north, N / 1e8, rtol=1e-6)
+    np.testing.assert_allclose(read_without_processing(paths[0], Declarations(unit="gal")).north, N / 1e8, rtol=1e-6)
 
 
 def test_a_warning_of_obspy_is_a_note_on_the_file(tmp_path, monkeypatch):
@@ -241,4 +241,4 @@ def test_a_warning_of_obspy_is_a_note_on_the_file(tmp_path, monkeypatch):
     monkeypatch.setattr(obspy.Stream, "merge", warning_merge)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert read_path(waves).notes == ["x.mseed: obspy warns: two lines"]
+        assert read_without_processing(waves).notes == ["x.mseed: obspy warns: two lines"]

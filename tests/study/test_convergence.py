@@ -22,7 +22,7 @@ from overturning.model.planes import Planes
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.records.store import rounded
+from overturning.records.store import round_as_stored
 from overturning.report.blocks import Paragraph, Table
 from overturning.report.sections.exactness import convergence
 from overturning.settings import Ensemble
@@ -94,7 +94,7 @@ def paragraphs(blocks: tuple[Any, ...]) -> list[str]:
 def short(number: int, name: str = "a") -> Record:
     """The strong part of a record."""
     motion = strong_part(number, 4.0, 8.0)
-    return rounded(Record(name, motion.north, motion.east, None, motion.sampling_interval))
+    return round_as_stored(Record(name, motion.north, motion.east, None, motion.sampling_interval))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import xarray as xr
 
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd
-from overturning.records.processing import process
+from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.record import Record
 from overturning.records.steps import Highpass
@@ -24,7 +24,7 @@ def table(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     study = check_study({"name": "x", "records": {"use": ["sine", "three"]}, "azimuth": {"step": 30}}, "x.yaml")
     sine = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=60"), "sine")
     three = Record("three", sine.north, sine.east, 0.5 * sine.north, sine.sampling_interval)
-    records = [sine, process(three, [Highpass(corner_hz=0.2)])]
+    records = [sine, process_record(three, [Highpass(corner_hz=0.2)])]
     for name in ("one.nc", "two.nc"):
         write_intensity(study, records, folder / name)
     assert (folder / "one.nc").read_bytes() == (folder / "two.nc").read_bytes()

@@ -36,7 +36,7 @@ def one(
     """Simulate one block or scene, print the outcome, and write a film or a figure of it."""
     from overturning.errors import ArgumentError
     from overturning.motion.motion import Motion
-    from overturning.records.record import file_time
+    from overturning.records.record import start_offset_from_file
 
     _check_outputs(outputs, space)
     record = _record(shaking, given)
@@ -49,7 +49,7 @@ def one(
         raise ArgumentError("--orientation, --plan, --mesh, --aspect: only for a 3-D body; add --body")
     if not space.body and not plane.azimuth:
         raise ArgumentError("--azimuth: not given; give the azimuth of the motion, or use --body with --orientation")
-    shift = file_time(record)
+    shift = start_offset_from_file(record)
     found = (
         _simulate_body(motion, shaking.amplitude, space, stone, shift)
         if space.body
@@ -228,10 +228,10 @@ def _record(shaking: MotionOptions, given: FileOptions) -> "Record":
     from overturning.errors import ArgumentError, ConfigError, did_you_mean
     from overturning.files import project_file
     from overturning.records.catalogue import read_catalogue
-    from overturning.records.processing import process
+    from overturning.records.processing import process_record
     from overturning.records.pulses import SHAPES, parse_pulse, pulse_record
-    from overturning.records.read import read_path, read_record
-    from overturning.records.store import rounded
+    from overturning.records.read import read_record, read_without_processing
+    from overturning.records.store import round_as_stored
 
     name, table = shaking.record, shaking.table or TABLE
     is_pulse = bool(name.split()) and name.split()[0] in SHAPES
@@ -239,11 +239,11 @@ def _record(shaking: MotionOptions, given: FileOptions) -> "Record":
         what = "a pulse" if is_pulse else "a file"
         raise ArgumentError(f"--table, --folder: --record {name!r} is {what}, not in a record table; leave them out")
     if Path(name).is_file():
-        return rounded(process(read_path(Path(name), given.declarations()), None))
+        return round_as_stored(process_record(read_without_processing(Path(name), given.declarations()), None))
     if given != FileOptions():
         raise ArgumentError(f"--record {name!r}: no such file; options that describe a file, such as --unit, need one")
     if is_pulse:
-        return rounded(pulse_record(parse_pulse(name)))
+        return round_as_stored(pulse_record(parse_pulse(name)))
     if " " not in name and (Path(name).suffix or len(Path(name).parts) > 1):
         raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
     entries = read_catalogue(project_file(table))
@@ -251,4 +251,4 @@ def _record(shaking: MotionOptions, given: FileOptions) -> "Record":
         raise ConfigError(
             f"{table}: no record {name!r}, nor a file of that name or a pulse; {did_you_mean(name, entries)}"
         )
-    return rounded(process(read_record(entries[name], shaking.folder or RESOURCES), None))
+    return round_as_stored(process_record(read_record(entries[name], shaking.folder or RESOURCES), None))

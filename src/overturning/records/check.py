@@ -5,20 +5,26 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from overturning.errors import REASON_SEPARATOR, OverturningError
-from overturning.records.assembly import assemble
-from overturning.records.component import Component, largest
+from overturning.records.assembly import assemble_record
+from overturning.records.component import Component, peak_acceleration
 from overturning.records.declarations import Declarations
-from overturning.records.files import read_files
+from overturning.records.files import read_components
 from overturning.records.formats.table import NO_ACCELERATION, is_no_acceleration
-from overturning.records.grouping import group_components
-from overturning.records.processing import process
-from overturning.records.read import missing_vertical_notes, read_with_siblings, with_notes
-from overturning.records.record import Record, drift, peaks_of, processing_label, summary
+from overturning.records.grouping import group_components_by_record
+from overturning.records.processing import process_record
+from overturning.records.read import missing_vertical_notes, read_file_and_siblings, with_added_notes
+from overturning.records.record import (
+    Record,
+    drift_evidence,
+    peak_ground_motion,
+    processing_entry_text,
+    processing_label,
+)
 from overturning.records.source import NON_RECORD_EXTENSIONS, SourceFile, read_source
 
 
 @dataclass(frozen=True)
-class Finding:
+class RecordCheck:
     """Result of the check of one record, or of one file that is not read."""
 
     files: tuple[str, ...]
@@ -29,69 +35,73 @@ class Finding:
     skipped: bool = False  # True for a file that comes with records but is none (spectra, velocities); see `reason`
 
 
-def check_paths(paths: Sequence[Path], declared: Declarations | None = None) -> list[Finding]:
+def check_paths(paths: Sequence[Path], declarations: Declarations | None = None) -> list[RecordCheck]:
     """Read files and folders, sort their components into records, and check each, with what is declared of them.
 
     Folders are read recursively; for a single file, the other files of its record are read too. Files that cannot be
     read come first, then records in the order of their files. Without a declared sensor, surface and borehole sensors
     are checked.
     """
-    sources, findings = _sources(paths)
-    declared = (declared or Declarations()).with_station_xml(sources)
-    records = [source for source in sources if source not in declared.metadata]
+    sources, findings = _read_sources(paths)
+    declarations = (declarations or Declarations()).with_station_xml(sources)
+    records = [source for source in sources if source not in declarations.metadata]
     skipped = [source for source in records if is_no_acceleration(source)]
     # Spectra and velocities alone are refused, with the reason that their reader gives.
     skipped = skipped if len(skipped) < len(records) else []
-    findings += [Finding((source.name,), reason=NO_ACCELERATION, skipped=True) for source in skipped]
-    components, refused = _read_components([source for source in records if source not in skipped], declared)
+    findings += [RecordCheck((source.name,), reason=NO_ACCELERATION, skipped=True) for source in skipped]
+    components, refused = _read_components([source for source in records if source not in skipped], declarations)
     findings += refused
     located = [path for path in paths if path.is_file()]
     if len(paths) == len(components) == 1 and paths[0].is_file():
-        components, located = read_with_siblings(paths[0], declared)
-    groups = group_components(components)
-    return findings + [_check_record(group, groups, located, declared) for group in groups]
+        components, located = read_file_and_siblings(paths[0], declarations)
+    groups = group_components_by_record(components)
+    return findings + [_check_record(group, groups, located, declarations) for group in groups]
 
 
-def _read_components(sources: Sequence[SourceFile], declared: Declarations) -> tuple[list[Component], list[Finding]]:
+def _read_components(
+    sources: Sequence[SourceFile], declarations: Declarations
+) -> tuple[list[Component], list[RecordCheck]]:
     """Return the components of the declared sensor, or of all sensors, and findings for files that are refused."""
     components: list[Component] = []
     others: list[Component] = []
     refused = []
     for source in sources:
         try:
-            for one in read_files([source], declared):
-                (components if declared.sensor in (None, one.sensor) else others).append(one)
+            for one in read_components([source], declarations):
+                (components if declarations.sensor in (None, one.sensor) else others).append(one)
         except OverturningError as problem:
-            refused.append(Finding((source.name,), reason=str(problem)))
+            refused.append(RecordCheck((source.name,), reason=str(problem)))
     if others and not components:
         files = tuple(dict.fromkeys(one.file for one in others))
-        refused.append(Finding(files, reason=f"of the {others[0].sensor} sensor; {declared.sensor} is declared"))
+        refused.append(
+            RecordCheck(files, reason=f"of the {others[0].sensor} sensor; {declarations.sensor} is declared")
+        )
     return components, refused
 
 
 def _check_record(
-    group: Sequence[Component],
-    groups: Sequence[Sequence[Component]],
-    located: Sequence[Path],
-    declared: Declarations,
-) -> Finding:
+    components: Sequence[Component],
+    all_groups: Sequence[Sequence[Component]],
+    file_paths: Sequence[Path],
+    declarations: Declarations,
+) -> RecordCheck:
     """Return the finding of one group of components: the record, or the reasons why it is refused."""
-    files = tuple(dict.fromkeys(c.file for c in group))
+    files = tuple(dict.fromkeys(c.file for c in components))
     try:
-        record = assemble(group, Path(files[0]).name.split(".")[0].lower(), declared)
-        own = [path for path in located if path.name in files]
-        record = with_notes(record, missing_vertical_notes(own, group, declared) if own else [])
-        return Finding(files, tuple(group), record, used=process(record, None))
+        record = assemble_record(components, Path(files[0]).name.split(".")[0].lower(), declarations)
+        own = [path for path in file_paths if path.name in files]
+        record = with_added_notes(record, missing_vertical_notes(own, components, declarations) if own else [])
+        return RecordCheck(files, tuple(components), record, used=process_record(record, None))
     except OverturningError as problem:
-        several = _several_places_reason(group, groups)
+        several = _several_locations_reason(components, all_groups)
         reason = REASON_SEPARATOR.join([several, str(problem)] if several else [str(problem)])
-        return Finding(files, tuple(group), reason=reason)
+        return RecordCheck(files, tuple(components), reason=reason)
 
 
-def _several_places_reason(group: Sequence[Component], groups: Sequence[Sequence[Component]]) -> str:
+def _several_locations_reason(components: Sequence[Component], all_groups: Sequence[Sequence[Component]]) -> str:
     """Return the reason if components of one station and event have several locations; else ""."""
-    first = group[0]
-    alike = [one[0] for one in groups if all(getattr(one[0], n) == getattr(first, n) for n in ("station", "event"))]
+    first = components[0]
+    alike = [one[0] for one in all_groups if all(getattr(one[0], n) == getattr(first, n) for n in ("station", "event"))]
     places = list(dict.fromkeys(one.location for one in alike if one.location))
     if len(places) < 2 or not first.location:
         return ""
@@ -99,25 +109,25 @@ def _several_places_reason(group: Sequence[Component], groups: Sequence[Sequence
     return f"{first.file}: components of {named} are not of one record; give the files of one place together"
 
 
-def _sources(paths: Sequence[Path]) -> tuple[list[SourceFile], list[Finding]]:
+def _read_sources(paths: Sequence[Path]) -> tuple[list[SourceFile], list[RecordCheck]]:
     sources, findings = [], []
     for path in paths:
-        there, skipped = _members(path, alone=len(paths) == 1)
+        there, skipped = _list_files_and_skipped(path, is_only_argument=len(paths) == 1)
         if path.is_dir() and len(there) == len(skipped):
             why = f"{len(there)} files, none of them a record" if there else "an empty folder"
-            findings.append(Finding((path.name,), reason=f"{path}: {why}"))
+            findings.append(RecordCheck((path.name,), reason=f"{path}: {why}"))
         for member in there:
             try:
                 sources += [] if member in skipped else [read_source(member)]
             except OverturningError as problem:
-                findings.append(Finding((member.name,), reason=str(problem)))
+                findings.append(RecordCheck((member.name,), reason=str(problem)))
     return sources, findings
 
 
-def _members(path: Path, *, alone: bool) -> tuple[list[Path], list[Path]]:
-    """Return the files of a folder, or the file itself, and those to skip; a file ``alone`` is never skipped."""
+def _list_files_and_skipped(path: Path, *, is_only_argument: bool) -> tuple[list[Path], list[Path]]:
+    """Return the files of a folder, or the file itself, and those to skip; the only argument is never skipped."""
     there = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
-    return there, [p for p in there if has_no_record(p) and (path.is_dir() or not alone)]
+    return there, [p for p in there if has_no_record(p) and (path.is_dir() or not is_only_argument)]
 
 
 def has_no_record(path: Path) -> bool:
@@ -125,19 +135,19 @@ def has_no_record(path: Path) -> bool:
     return path.suffix.lower().lstrip(".") in NON_RECORD_EXTENSIONS or path.name.startswith(".")
 
 
-def names_of_skipped(paths: Sequence[Path]) -> list[str]:
+def skipped_file_names(paths: Sequence[Path]) -> list[str]:
     """Return the names of the files that are skipped because of their extension, or because they are hidden."""
-    return sorted(p.name for path in paths for p in _members(path, alone=len(paths) == 1)[1])
+    return sorted(p.name for path in paths for p in _list_files_and_skipped(path, is_only_argument=len(paths) == 1)[1])
 
 
-def describe(finding: Finding) -> str:
+def format_record_check(checked_record: RecordCheck) -> str:
     """Return a finding as a few lines of text."""
-    head = ", ".join(finding.files)
-    record = finding.record
+    head = ", ".join(checked_record.files)
+    record = checked_record.record
     if record is None:
-        axes = "".join(f"\n  {_axis(c)}" for c in finding.components)
-        word = "skipped" if finding.skipped else "refused"
-        return head + "".join(f"\n  {word}: {why}" for why in finding.reason.split(REASON_SEPARATOR)) + axes
+        axes = "".join(f"\n  {_format_axis(c)}" for c in checked_record.components)
+        word = "skipped" if checked_record.skipped else "refused"
+        return head + "".join(f"\n  {word}: {why}" for why in checked_record.reason.split(REASON_SEPARATOR)) + axes
     place = "" if record.latitude is None else f" ({record.latitude:z.4f}, {record.longitude:z.4f})"
     what = [x for x in (record.station + place, record.event, record.start or "start not stated") if x.strip()]
     kind = processing_label(record)
@@ -146,18 +156,21 @@ def describe(finding: Finding) -> str:
         f"  {record.extra['format']}, {kind}: {'; '.join(what)}",
         f"  {record.north.size} samples every {record.sampling_interval:g} s, "
         f"{'with' if record.up is not None else 'without'} vertical component",
-        *(f"  {_axis(c)}" for c in finding.components),
-        *(f"  {note}" for note in record_notes(record, finding.components[0].sensor)),
-        f"  north and east: {_peaks(finding.used or record)}",
+        *(f"  {_format_axis(c)}" for c in checked_record.components),
+        *(f"  {note}" for note in record_notes(record, checked_record.components[0].sensor)),
+        f"  north and east: {_format_peaks(checked_record.used or record)}",
     ]
     return "\n".join(lines)
 
 
-def _peaks(used: Record) -> str:
-    pga, pgv, pgd = (f"{100 * peak:.1f}" for peak in peaks_of(used.horizontal, used.sampling_interval).values())
-    why = drift(used)
+def _format_peaks(processed_record: Record) -> str:
+    pga, pgv, pgd = (
+        f"{100 * peak:.1f}"
+        for peak in peak_ground_motion(processed_record.horizontal, processed_record.sampling_interval).values()
+    )
+    why = drift_evidence(processed_record)
     pgd, drifts = (f"({pgd})", f"\n  drift, so its PGD is none: {why}") if why else (pgd, "")
-    steps = [summary(step) for step in used.processing if step["step"] != "common_window"]
+    steps = [processing_entry_text(step) for step in processed_record.processing if step["step"] != "common_window"]
     how = f"after the default processing ({', '.join(steps)})" if steps else "as the file is"
     return f"PGA {pga} Gal, PGV {pgv} cm/s, PGD {pgd} cm {how}{drifts}"
 
@@ -165,7 +178,7 @@ def _peaks(used: Record) -> str:
 def record_notes(record: Record, sensor: str = "surface") -> list[str]:
     """Return notes on a record: the agency's processing, omitted parts, declarations, and trusted contradictions."""
     done = record.extra.get("agency_processing")
-    cut = [summary(step) for step in record.processing if step["step"] == "common_window"]
+    cut = [processing_entry_text(step) for step in record.processing if step["step"] == "common_window"]
     declared, trusted = (record.extra.get(key) or [] for key in ("declared", "trusted"))
     undeclared = sensor == "borehole" and "borehole sensor" not in declared
     how = "(--sensor borehole, or sensor in the record table)"
@@ -179,14 +192,14 @@ def record_notes(record: Record, sensor: str = "surface") -> list[str]:
     ]
 
 
-def _axis(component: Component) -> str:
+def _format_axis(component: Component) -> str:
     sense = {1: "up", -1: "down", 0: "direction unknown"}[component.vertical]
     direction = f"azimuth {component.azimuth_deg:g}" if component.azimuth_deg is not None else sense
     where = f" ({component.location})" if component.location else ""
-    size = f"{component.samples.size} samples, peak {largest(component) * 100:.4g} Gal"
+    size = f"{component.samples.size} samples, peak {peak_acceleration(component) * 100:.4g} Gal"
     text = f"{component.axis}{where}: {direction}, {size}"
     peak = component.peak
     if peak is None:
         return text + ", header states none"
-    difference = abs(largest(component) - peak.value) / peak.value if peak.value else 0.0
+    difference = abs(peak_acceleration(component) - peak.value) / peak.value if peak.value else 0.0
     return text + f", header {peak.value * 100:.4g} Gal ({difference * 100:.2f} % apart)"

@@ -30,14 +30,14 @@ _WORDS: dict[Direction, str] = {
 _NAMED = {word: direction for direction, words in _WORDS.items() for word in words.split()}
 
 
-def parse_axis(text: str) -> Direction:
+def parse_axis_direction(axis_name: str) -> Direction:
     """Return azimuth (0 ≤ azimuth < 360°, clockwise from north) and vertical sense (+1 up, −1 down, else 0) of an axis.
 
     Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``, ``360 Deg``, ``N``, ``Up``, ``Down``, and the
     Japanese ``NS2``, ``EW2``, ``UD2`` (positive towards the first letter; the number is that of the sensor). None and 0
     for names without a direction: ``H1``, ``RAD``, ``--L``, and ``VERT``, whose sense is unknown.
     """
-    word = re.sub(r"\s*(DEG(REES?)?|°)\.?$", "", text.strip().upper()).strip()
+    word = re.sub(r"\s*(DEG(REES?)?|°)\.?$", "", axis_name.strip().upper()).strip()
     word = re.sub(r"^(N-?S|E-?W|U-?D)[12]$", r"\1", word)
     if word in _NAMED:
         return _NAMED[word]
@@ -52,13 +52,13 @@ def parse_axis(text: str) -> Direction:
     return UNKNOWN
 
 
-def is_unsigned_vertical(text: str) -> bool:
+def is_unsigned_vertical(axis_name: str) -> bool:
     """Return True for a vertical axis of unknown sense: ``V``, ``+V``, ``VER``, ``Vert``, COSMOS code 402."""
-    word = text.strip().upper().rpartition(":")[2].strip().rstrip(".")
+    word = axis_name.strip().upper().rpartition(":")[2].strip().rstrip(".")
     return word in {"V", "+V", "-V", "VER", "VRT", "VERT", "VERTICAL", "402"}
 
 
-def third_axis(components: "Sequence[Component]") -> "Component | None":
+def find_vertical_by_elimination(components: "Sequence[Component]") -> "Component | None":
     """Return the vertical axis of three by elimination: its name does not state it, but the other two are horizontal.
 
     Either the other two have azimuths near a right angle, or the three names differ only in the numbers 1, 2 and 3
@@ -79,14 +79,14 @@ MINIMUM_SINE: Final = 0.9
 """Smallest sine of the angle between two horizontal axes that can be rotated to north and east."""
 
 
-def channel_axis(code: str) -> Direction:
+def channel_code_direction(channel_code: str) -> Direction:
     """Return azimuth and vertical sense of a SEED channel by its last letter: Z up, N and E north and east (to 5°)."""
-    return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(code[-1:].upper(), UNKNOWN)
+    return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(channel_code[-1:].upper(), UNKNOWN)
 
 
-def channel_code_notes(code: str, direction: Direction, by: str) -> tuple[str, ...]:
+def channel_code_notes(channel_code: str, direction: Direction, direction_source: str) -> tuple[str, ...]:
     """Return a note if the direction of a SEED channel differs by more than 5° from its code's."""
-    coded = channel_axis(code) if len(code) == 3 else UNKNOWN
+    coded = channel_code_direction(channel_code) if len(channel_code) == 3 else UNKNOWN
     if UNKNOWN in (coded, direction):
         return ()
     if coded[0] is None or direction[0] is None:
@@ -94,40 +94,56 @@ def channel_code_notes(code: str, direction: Direction, by: str) -> tuple[str, .
     else:
         alike = abs((coded[0] - direction[0] + 180.0) % 360.0 - 180.0) <= 5.0
     where = {1: "up", -1: "down"}.get(direction[1], f"at {direction[0] or 0.0:g}°")
-    said = {"N": "north", "E": "east", "Z": "up"}[code[-1].upper()]
-    return () if alike else (f"channel {code} is taken {where}, as {by} says; its code says {said}",)
+    said = {"N": "north", "E": "east", "Z": "up"}[channel_code[-1].upper()]
+    return (
+        () if alike else (f"channel {channel_code} is taken {where}, as {direction_source} says; its code says {said}",)
+    )
 
 
-def direction_by_code(code: str, direction: Direction, why: str) -> tuple[Direction, tuple[str, ...]]:
+def fill_direction_from_channel_code(
+    channel_code: str, direction: Direction, reason_unknown: str
+) -> tuple[Direction, tuple[str, ...]]:
     """Return the direction that a channel code names (HNE, E, EW), with a note, if ``direction`` is unknown."""
     if direction != UNKNOWN:
         return direction, ()
-    coded = channel_axis(code) if re.fullmatch("[A-Z]{2}[NEZ]", code.upper()) else parse_axis(code)
+    coded = (
+        channel_code_direction(channel_code)
+        if re.fullmatch("[A-Z]{2}[NEZ]", channel_code.upper())
+        else parse_axis_direction(channel_code)
+    )
     if coded == UNKNOWN:
         return UNKNOWN, ()
     where = {1: "up", -1: "down"}.get(coded[1], f"at {coded[0] or 0.0:g}°")
-    return coded, (f"{why}; the code of channel {code} says {where}",)
+    return coded, (f"{reason_unknown}; the code of channel {channel_code} says {where}",)
 
 
-def coded_azimuth(code: float) -> Direction:
+def azimuth_code_direction(azimuth_code: float) -> Direction:
     """Return the direction of a horizontal axis with an azimuth code from 1 to 360 degrees; else `UNKNOWN`."""
-    return (float(code) % 360.0, 0) if 0 < code <= 360 else UNKNOWN
+    return (float(azimuth_code) % 360.0, 0) if 0 < azimuth_code <= 360 else UNKNOWN
 
 
 CODED_SENSES: Final[dict[int, Direction]] = {500: (None, 1), 600: (None, -1)}
 """Codes of a vertical axis in place of an azimuth, in California's film formats; 400 states no sense."""
 
 
-def agreed_direction(text: str, coded: Direction, error: Callable[[str], RecordError]) -> Direction:
+def direction_from_name_and_code(
+    axis_name: str, code_direction: Direction, error_at_line: Callable[[str], RecordError]
+) -> Direction:
     """Return the direction of an axis by its name, else by its code; both must agree to 1°."""
-    named = parse_axis(text)
-    if UNKNOWN in (named, coded):
-        return coded if named == UNKNOWN else named
-    apart = 0.0 if named[0] is None or coded[0] is None else abs((named[0] - coded[0] + 180.0) % 360.0 - 180.0)
-    if named[1] != coded[1] or apart > 1.0:
-        code = {1: "up", -1: "down"}[coded[1]] if coded[0] is None else f"{coded[0]:g} degrees"
-        why = f"axis {text.strip()!r}, but the numbers below it say {code}; components may be swapped"
-        raise error(f"{why}: find out which, and correct the file")
+    named = parse_axis_direction(axis_name)
+    if UNKNOWN in (named, code_direction):
+        return code_direction if named == UNKNOWN else named
+    apart = (
+        0.0
+        if named[0] is None or code_direction[0] is None
+        else abs((named[0] - code_direction[0] + 180.0) % 360.0 - 180.0)
+    )
+    if named[1] != code_direction[1] or apart > 1.0:
+        code = (
+            {1: "up", -1: "down"}[code_direction[1]] if code_direction[0] is None else f"{code_direction[0]:g} degrees"
+        )
+        why = f"axis {axis_name.strip()!r}, but the numbers below it say {code}; components may be swapped"
+        raise error_at_line(f"{why}: find out which, and correct the file")
     return named
 
 
@@ -138,16 +154,16 @@ MAX_VAULT_DEPTH_M = 3.0
 """Largest depth of a surface sensor, m: vaults, piers and posts in the soil."""
 
 
-def sensor_at(depth_m: float | None = None, text: str = "") -> Sensor:
+def classify_sensor(depth_m: float | None = None, location_text: str = "") -> Sensor:
     """Return the sensor by its depth, m, or by a text on its place; surface if neither states it."""
     size = r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b"
     for pattern in (
         rf"depth\D{{0,5}}{size}",
         rf"{size}\.?\s*(?:deep|depth|below(?! +(?:the +)?(?:deck|roof|top|girder|crest)))",
     ):
-        if stated := re.search(pattern, text, re.IGNORECASE):
+        if stated := re.search(pattern, location_text, re.IGNORECASE):
             depth_m = float(stated[1]) * (1.0 if stated[2].lower() == "m" else 0.3048)
-    named = re.search(r"\b(down|bore)[- ]?hole\b", text, re.IGNORECASE)
+    named = re.search(r"\b(down|bore)[- ]?hole\b", location_text, re.IGNORECASE)
     return "borehole" if named or (depth_m is not None and depth_m > MAX_VAULT_DEPTH_M) else "surface"
 
 
@@ -161,9 +177,9 @@ _RAISED_PLACE: Final = re.compile(
 )
 
 
-def stated_location(line: str) -> str:
+def parse_sensor_location(header_line: str) -> str:
     """Return the location of the sensor that a line states; "" if none."""
-    found = re.search(r"\bLocation:\s*(.*)", line, re.IGNORECASE)
+    found = re.search(r"\bLocation:\s*(.*)", header_line, re.IGNORECASE)
     return " ".join(found[1].split()) if found else ""
 
 
@@ -177,7 +193,7 @@ def structure_note(location: str) -> str:
 
 
 @dataclass(frozen=True)
-class StatedPeak:
+class HeaderPeak:
     """Peak acceleration that a file's header states."""
 
     value: float  # absolute, m/s²
@@ -204,7 +220,7 @@ class Component:
     origin: datetime | None = None  # origin time of the earthquake, UTC
     latitude: float | None = None  # of the station, degrees
     longitude: float | None = None
-    peak: StatedPeak | None = None
+    peak: HeaderPeak | None = None
     sensor: Sensor = "surface"
     location: str = ""  # location of the sensor at its station: text of the file, or a SEED code
     processed: bool = False  # True for corrected data, which the default processing does not change
@@ -215,13 +231,13 @@ class Component:
     notes: tuple[str, ...] = ()  # notes for the user on how it was read
 
     @classmethod
-    def of(
-        cls, source: SourceFile, axis: str, direction: Direction, samples: FloatArray, interval: float,
-        *, place: tuple[float | None, float | None] = (None, None), **more: Any,
+    def from_file(
+        cls, source: SourceFile, axis: str, direction: Direction, samples: FloatArray, sampling_interval: float,
+        *, coordinates: tuple[float | None, float | None] = (None, None), **other_fields: Any,
     ) -> "Component":  # fmt: skip
-        """Return a component of a file; ``direction`` is azimuth and vertical sense, ``more`` the other fields."""
-        more |= {"latitude": place[0], "longitude": place[1]}
-        return cls(samples, interval, axis, *direction, source.name, source.sha256, **more)
+        """Return a component of a file; ``direction`` is azimuth and vertical sense."""
+        other_fields |= {"latitude": coordinates[0], "longitude": coordinates[1]}
+        return cls(samples, sampling_interval, axis, *direction, source.name, source.sha256, **other_fields)
 
     def __post_init__(self) -> None:
         bad = np.flatnonzero(~np.isfinite(self.samples))
@@ -235,7 +251,7 @@ class Component:
             raise RecordError(f"{self.file}: {what}; 0.00001 to 1 s is what accelerographs have: correct the header")
 
 
-def largest(component: Component) -> float:
+def peak_acceleration(component: Component) -> float:
     """Return the peak of the data, m/s²; after subtraction of the mean if the header's peak is."""
     samples = component.samples
     if component.peak is not None and component.peak.after_mean:
@@ -243,7 +259,7 @@ def largest(component: Component) -> float:
     return float(np.abs(samples).max())
 
 
-def check_peak(component: Component, contradicts: Callable[[str, str], None]) -> float | None:
+def check_header_peak(component: Component, report_contradiction: Callable[[str, str], None]) -> float | None:
     """Return the relative difference of the peaks of data and header; None if the header states none.
 
     If they differ by more than 0.5 % and by more than half a unit of the header's last digit, call
@@ -252,12 +268,12 @@ def check_peak(component: Component, contradicts: Callable[[str, str], None]) ->
     if component.peak is None:
         return None
     stated = component.peak
-    peak = largest(component)
+    peak = peak_acceleration(component)
     difference = abs(peak - stated.value)
     # 0.51 instead of 0.5, because the header's decimal number is not exact in binary.
     if difference > max(PEAK_TOLERANCE * abs(stated.value), 0.51 * stated.resolution):
         line = f" line {stated.line}" if stated.line else ""
-        contradicts(
+        report_contradiction(
             f"{component.file}{line}: the header states a peak of {stated.value * 100:.6g} Gal along {component.axis}, "
             f"the data has {peak * 100:.6g} Gal (0.5 % allowed)",
             "the file is cut or its units are not what they seem: get it again, or say --trust-data",
@@ -280,7 +296,7 @@ def skew_notes(components: Sequence[Component]) -> list[str]:
     return [f"{which}, are taken as stated: look whether both azimuths are right"]
 
 
-def agency_processing_of(components: Sequence[Component]) -> dict[str, str]:
+def agency_processing_entry(components: Sequence[Component]) -> dict[str, str]:
     """Return the agency's processing of the components (per axis if they differ) as an entry of ``extra``."""
     done = {c.axis: str(c.extra.get("agency_processing", "")) for c in components}
     if not any(done.values()):
@@ -290,7 +306,7 @@ def agency_processing_of(components: Sequence[Component]) -> dict[str, str]:
     return {"agency_processing": next(iter(done.values())) if alike else of_each}
 
 
-def seed_sensor(component: Component) -> str:
+def seed_band_and_instrument(component: Component) -> str:
     """Return band and instrument code of a SEED channel, ``HN``; "" for an axis without such a code."""
     coded = component.format in ("miniseed", "sac", "esm-dyna") and re.fullmatch("[A-Z]{2}[A-Z0-9]", component.axis)
     return component.axis[:2] if coded else ""

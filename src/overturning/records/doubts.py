@@ -15,12 +15,14 @@ from overturning.motion.plausible import (
 from overturning.records.component import Component
 
 
-def sample_notes(components: Sequence[Component], contradicts: Callable[[str, str], None]) -> list[str]:
+def sample_quality_notes(
+    components: Sequence[Component], report_contradiction: Callable[[str, str], None]
+) -> list[str]:
     """Return notes on the samples of the components of one record, the two horizontal ones first.
 
     ``contradicts(reason, remedy)`` is called for a sampling interval that fails two of the plausibility checks.
     """
-    notes = [*_sampling_notes(components, contradicts), *_vertical_notes(components)]
+    notes = [*_sampling_interval_notes(components, report_contradiction), *_vertical_axis_notes(components)]
     first, second = components[0], components[min(1, len(components) - 1)]
     if first is not second and not second.vertical and have_same_samples(first.samples, second.samples):
         notes.append(
@@ -44,24 +46,24 @@ def sample_notes(components: Sequence[Component], contradicts: Callable[[str, st
     return notes
 
 
-def _moving_peak(component: Component) -> float:
+def _peak_without_mean(component: Component) -> float:
     """Return the peak after subtraction of the mean, m/s²: a dead channel may have an offset."""
     return float(np.abs(component.samples - component.samples.mean()).max())
 
 
-def check_dead_axis(components: Sequence[Component], contradicts: Callable[[str, str], None]) -> None:
+def check_dead_axis(components: Sequence[Component], report_contradiction: Callable[[str, str], None]) -> None:
     """Call ``contradicts(reason, remedy)`` if one or both horizontal axes are dead."""
     if len(components) < 2 or any(c.vertical for c in components[:2]):
         return
     names = [f"axis {component.axis!r}" for component in components]
     reason = dead_horizontal([component.samples for component in components], names)
     if reason:
-        weak = min(components[:2], key=_moving_peak)
-        contradicts(f"{weak.file}: {reason}", "get the file again, or say --trust-data")
+        weak = min(components[:2], key=_peak_without_mean)
+        report_contradiction(f"{weak.file}: {reason}", "get the file again, or say --trust-data")
 
 
-def _vertical_notes(components: Sequence[Component]) -> list[str]:
-    peaks = [_moving_peak(component) for component in components]
+def _vertical_axis_notes(components: Sequence[Component]) -> list[str]:
+    peaks = [_peak_without_mean(component) for component in components]
     if len(peaks) < 3 or peaks[2] >= DEAD_RATIO * max(peaks[:2]):
         return []
     dead = components[2]
@@ -71,7 +73,9 @@ def _vertical_notes(components: Sequence[Component]) -> list[str]:
     ]
 
 
-def _sampling_notes(components: Sequence[Component], contradicts: Callable[[str, str], None]) -> list[str]:
+def _sampling_interval_notes(
+    components: Sequence[Component], report_contradiction: Callable[[str, str], None]
+) -> list[str]:
     """Return a note on a doubtful sampling interval; two doubts are a contradiction."""
     first = components[0]
     doubts = sampling_doubts([c.samples for c in components[:2]], first.sampling_interval)
@@ -80,5 +84,5 @@ def _sampling_notes(components: Sequence[Component], contradicts: Callable[[str,
     why = f"{first.file}: sampling interval {first.sampling_interval:g} s is doubtful: {'; '.join(doubts)}"
     if len(doubts) == 1:
         return [f"{why}; look whether its unit is right"]
-    contradicts(why, "correct it or its unit, or say --trust-data")
+    report_contradiction(why, "correct it or its unit, or say --trust-data")
     return []

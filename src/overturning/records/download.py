@@ -20,21 +20,27 @@ SET_CREDENTIALS: Final = f"set {USER} and {PASSWORD} in the environment"
 BLOCK: Final = 1 << 16
 
 
-def credentials() -> tuple[str, str] | None:
+def environment_credentials() -> tuple[str, str] | None:
     """Return user and password from the environment, if both are set."""
     user, password = os.environ.get(USER), os.environ.get(PASSWORD)
     return (user, password) if user and password else None
 
 
-def retry(action: Callable[[], Any], what: str, tries: int, wait: float, kept: str = "nothing was kept") -> Any:
-    """Return the result of an action; repeat it after errors, with a pause of ``wait`` s that doubles each time.
+def call_with_retries(
+    action: Callable[[], Any],
+    request_label: str,
+    max_tries: int,
+    first_pause_s: float,
+    partial_data_note: str = "nothing was kept",
+) -> Any:
+    """Return the result of an action; repeat it after errors, with pauses that double from ``first_pause_s``, s.
 
-    ArgumentError and MissingDataError are not retry. Raises a RecordError after the last try.
+    ArgumentError and MissingDataError are raised at once. Raises a RecordError after the last try.
     """
     last = ""
-    for attempt in range(tries):
+    for attempt in range(max_tries):
         if attempt:
-            time.sleep(wait * 2.0 ** (attempt - 1))
+            time.sleep(first_pause_s * 2.0 ** (attempt - 1))
         try:
             return action()
         except (ArgumentError, MissingDataError):
@@ -42,7 +48,7 @@ def retry(action: Callable[[], Any], what: str, tries: int, wait: float, kept: s
         except Exception as problem:  # urllib, http, socket, requests and obspy have unrelated errors.
             # Messages of other libraries may contain the address with its query.
             last = str(problem) if isinstance(problem, RecordError) else type(problem).__name__
-    raise RecordError(f"{what}: failed in {tries} tries ({last}); {kept}: try again later")
+    raise RecordError(f"{request_label}: failed in {max_tries} tries ({last}); {partial_data_note}: try again later")
 
 
 def fetch_url(
@@ -70,13 +76,13 @@ def fetch_url(
     RecordError
         If the download fails or the file has another hash.
     """
-    target, folder = _check_download(url, sha256, name), Path(folder)
+    target, folder = _checked_file_name(url, sha256, name), Path(folder)
     path, part = folder / target, folder / f".{target}.part"
     folder.mkdir(parents=True, exist_ok=True)
     if path.is_file() and _sha256(path) == sha256.lower():
         return path
     kept = "the part that was received is kept and resumed next time"
-    retry(lambda: _resume_download(url, part, timeout), safe_address(url), tries, wait, kept)
+    call_with_retries(lambda: _resume_download(url, part, timeout), url_without_credentials(url), tries, wait, kept)
     wrong = ""
     with part.open("rb") as file:
         if is_web_page(file.read(400)):
@@ -96,11 +102,11 @@ def _sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def _check_download(url: str, sha256: str, name: str | None) -> str:
+def _checked_file_name(url: str, sha256: str, file_name: str | None) -> str:
     """Check address, hash and name of a download; return the name of its file."""
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname:
-        raise ArgumentError(f"url: {safe_address(url)!r}; give an http or https address")
+        raise ArgumentError(f"url: {url_without_credentials(url)!r}; give an http or https address")
     if parts.username or parts.password:
         raise ArgumentError(f"url: credentials do not belong in an address; {SET_CREDENTIALS}")
     if parts.hostname.endswith("bosai.go.jp"):
@@ -110,43 +116,45 @@ def _check_download(url: str, sha256: str, name: str | None) -> str:
         )
     if len(sha256) != 64 or set(sha256.lower()) - set("0123456789abcdef"):
         raise ArgumentError(f"sha256: {sha256!r}; it has 64 hexadecimal digits")
-    target = name or Path(parts.path).name
+    target = file_name or Path(parts.path).name
     if not target or Path(target).name != target or target.startswith("."):
         raise ArgumentError(f"name: {target!r}; give a plain file name")
     return target
 
 
-def safe_address(url: str) -> str:
+def url_without_credentials(url: str) -> str:
     """Return an address for messages: without user, password, query and fragment."""
     parts = urlsplit(url)
     return f"{parts.scheme}://{parts.hostname or ''}{parts.path}"
 
 
-def _resume_download(url: str, part: Path, timeout: float) -> None:
+def _resume_download(url: str, partial_file: Path, timeout: float) -> None:
     """Complete the partial file from its present length; raise a RecordError if the connection breaks off."""
     import requests
 
-    have = part.stat().st_size if part.exists() else 0
+    have = partial_file.stat().st_size if partial_file.exists() else 0
     # Request an unencoded body: an encoded one has another length than the file.
     headers = {"Accept-Encoding": "identity"} | ({"Range": f"bytes={have}-"} if have else {})
-    with requests.get(url, headers=headers, timeout=timeout, stream=True, auth=credentials()) as answer:
+    with requests.get(url, headers=headers, timeout=timeout, stream=True, auth=environment_credentials()) as answer:
         status, content_range = answer.status_code, answer.headers.get("Content-Range", "")
         if status in (401, 403):
             raise MissingDataError(
-                f"{safe_address(url)}: the server wants an account (status {status}); {SET_CREDENTIALS}"
+                f"{url_without_credentials(url)}: the server wants an account (status {status}); {SET_CREDENTIALS}"
             )
         if status in (404, 410):
-            raise MissingDataError(f"{safe_address(url)}: there is no such file (status {status}); check the address")
+            raise MissingDataError(
+                f"{url_without_credentials(url)}: there is no such file (status {status}); check the address"
+            )
         if status == 416 and content_range.rpartition("/")[2] == str(have):
             return  # The partial file is complete.
         if status == 416:
-            part.unlink()  # It belongs to another file.
+            partial_file.unlink()  # It belongs to another file.
         if status not in (200, 206):
             raise RecordError(f"status {status}")
         continued = status == 206 and content_range.startswith(f"bytes {have}-")
         length = answer.headers.get("Content-Length", "")
-        with part.open("ab" if continued else "wb") as out:
+        with partial_file.open("ab" if continued else "wb") as out:
             for block in answer.iter_content(BLOCK):
                 out.write(block)
-    if length.isdigit() and part.stat().st_size != int(length) + (have if continued else 0):
+    if length.isdigit() and partial_file.stat().st_size != int(length) + (have if continued else 0):
         raise RecordError("the connection broke off")

@@ -27,7 +27,7 @@ SAME_MOTION_CORRELATION: Final = 0.999
 
 
 @dataclass(frozen=True)
-class Fingerprint:
+class MotionFingerprint:
     """Horizontal acceleration of a record near its peak, coarse so that thousands fit into memory."""
 
     record_id: str
@@ -35,7 +35,7 @@ class Fingerprint:
     motion: npt.NDArray[np.complex64]  # north + i east, shape (2 HALF_WINDOW + 1,), zero beyond the record
 
 
-def fingerprint(record: Record) -> Fingerprint | None:
+def motion_fingerprint(record: Record) -> MotionFingerprint | None:
     """Return the fingerprint of a record; None for pulses and motions from Python, which may repeat on purpose."""
     if record.extra.get("format") == "synthetic" or record.extra.get("given"):
         return None
@@ -47,34 +47,38 @@ def fingerprint(record: Record) -> Fingerprint | None:
     peak = int(np.abs(smooth).argmax())
     window = smooth[max(peak - HALF_WINDOW, 0) : peak + HALF_WINDOW + 1]
     window = np.pad(window, (0, 2 * HALF_WINDOW + 1 - window.size)).astype(np.complex64)
-    return Fingerprint(record.record_id, float(np.sqrt(np.sum(np.abs(window) ** 2) * INTERVAL)), window)
+    return MotionFingerprint(record.record_id, float(np.sqrt(np.sum(np.abs(window) ** 2) * INTERVAL)), window)
 
 
-def find_duplicates(prints: Iterable[Fingerprint | None]) -> list[tuple[str, str]]:
+def find_duplicate_records(fingerprints: Iterable[MotionFingerprint | None]) -> list[tuple[str, str]]:
     """Return the id pairs of records with the same samples, for any rotation of their axes."""
-    known = sorted((one for one in prints if one is not None and one.size > 0), key=lambda one: one.size)
+    known = sorted((one for one in fingerprints if one is not None and one.size > 0), key=lambda one: one.size)
     sizes = np.array([one.size for one in known])
     pairs = []
     for at, one in enumerate(known):
         end = int(np.searchsorted(sizes, one.size * (1.0 + MAX_SIZE_DIFFERENCE), "right"))
-        pairs += [(one, other) for other in known[at + 1 : end] if correlation(one, other) > SAME_MOTION_CORRELATION]
+        pairs += [
+            (one, other) for other in known[at + 1 : end] if largest_correlation(one, other) > SAME_MOTION_CORRELATION
+        ]
     return [(min(a.record_id, b.record_id), max(a.record_id, b.record_id)) for a, b in pairs]
 
 
-def correlation(one: Fingerprint, other: Fingerprint) -> float:
+def largest_correlation(first: MotionFingerprint, other: MotionFingerprint) -> float:
     """Return the largest correlation of two motions over time shifts, rotations and reflections."""
-    length = 2 * one.motion.size
-    spectra = [np.fft.fft(motion, length) for motion in (one.motion, other.motion, other.motion.conj())]
+    length = 2 * first.motion.size
+    spectra = [np.fft.fft(motion, length) for motion in (first.motion, other.motion, other.motion.conj())]
     products = [np.abs(np.fft.ifft(spectra[0] * np.conj(spectrum))).max() for spectrum in spectra[1:]]
-    return float(max(products)) * INTERVAL / (one.size * other.size)
+    return float(max(products)) * INTERVAL / (first.size * other.size)
 
 
-def duplicate_texts(pairs: Iterable[tuple[str, str]]) -> list[str]:
+def duplicate_messages(id_pairs: Iterable[tuple[str, str]]) -> list[str]:
     """Return one message for each pair of records with the same samples."""
-    return [f"records {a} and {b} have the same samples: one motion would count twice; leave one out" for a, b in pairs]
+    return [
+        f"records {a} and {b} have the same samples: one motion would count twice; leave one out" for a, b in id_pairs
+    ]
 
 
-def refuse_duplicates(records: Iterable[Record]) -> None:
+def refuse_duplicate_records(records: Iterable[Record]) -> None:
     """Raise a ConfigError that names the records that have the same samples."""
-    if texts := duplicate_texts(find_duplicates(map(fingerprint, records))):
+    if texts := duplicate_messages(find_duplicate_records(map(motion_fingerprint, records))):
         raise ConfigError("\n       ".join(texts))

@@ -51,7 +51,7 @@ _DATES: Final = (
 
 
 @dataclass(frozen=True)
-class _EarthquakeData:
+class _EarthquakeMetadata:
     """Metadata of one record that identify its earthquake."""
 
     record_id: str
@@ -62,7 +62,7 @@ class _EarthquakeData:
     start: datetime | None = None  # of the record
     synthetic: bool = False
 
-    def same(self, other: "_EarthquakeData") -> bool | None:
+    def is_same_earthquake(self, other: "_EarthquakeMetadata") -> bool | None:
         """Return True or False if ids or origins decide that two records are of one earthquake; else None."""
         if self.event_id and other.event_id:
             return self.event_id == other.event_id
@@ -71,12 +71,12 @@ class _EarthquakeData:
         near = (
             self.place is None
             or other.place is None
-            or distance_km(self.place, other.place) <= MAX_EPICENTRE_DISTANCE_KM
+            or great_circle_distance_km(self.place, other.place) <= MAX_EPICENTRE_DISTANCE_KM
         )
         return near and abs(self.origin - other.origin) <= MAX_ORIGIN_DIFFERENCE
 
 
-def _earthquake_data(record: Record | RecordEntry) -> _EarthquakeData:
+def _earthquake_metadata(record: Record | RecordEntry) -> _EarthquakeMetadata:
     """Return the metadata of a record, or of a line of the record table whose files were not read."""
     times: tuple[str | None, str | None]  # origin, and start of the record
     if isinstance(record, RecordEntry):
@@ -89,7 +89,7 @@ def _earthquake_data(record: Record | RecordEntry) -> _EarthquakeData:
         origin, start = (datetime.fromisoformat(parse_utc(text)) if text else None for text in times)
     except ValueError as fault:  # of a `Record` made in Python
         raise ArgumentError(f"record {named}: start {times[1]!r}, origin time {times[0]!r}: {fault}") from None
-    return _EarthquakeData(
+    return _EarthquakeMetadata(
         named,
         " ".join(record.event.split()),
         stated.get("event_id", ""),
@@ -100,9 +100,9 @@ def _earthquake_data(record: Record | RecordEntry) -> _EarthquakeData:
     )
 
 
-def distance_km(first: tuple[float, float], second: tuple[float, float]) -> float:
+def great_circle_distance_km(first_place: tuple[float, float], second_place: tuple[float, float]) -> float:
     """Return the great-circle distance between two places (latitude, longitude in degrees), km (haversine formula)."""
-    (lat1, lon1), (lat2, lon2) = np.radians(first), np.radians(second)
+    (lat1, lon1), (lat2, lon2) = np.radians(first_place), np.radians(second_place)
     half = np.sin((lat2 - lat1) / 2) ** 2 + np.cos(lat1) * np.cos(lat2) * np.sin((lon2 - lon1) / 2) ** 2
     return float(2 * EARTH_RADIUS_KM * np.arcsin(np.sqrt(min(half, 1.0))))
 
@@ -111,34 +111,34 @@ def distance_km(first: tuple[float, float], second: tuple[float, float]) -> floa
 class _Earthquake:
     """Records of one earthquake, by their index among all records."""
 
-    members: dict[int, _EarthquakeData] = field(default_factory=dict)
-    stated: dict[tuple[Any, ...], _EarthquakeData] = field(
+    members: dict[int, _EarthquakeMetadata] = field(default_factory=dict)
+    stated: dict[tuple[Any, ...], _EarthquakeMetadata] = field(
         default_factory=dict
     )  # the first member with each id and origin
     names: dict[str, str] = field(default_factory=dict)  # lower-case name: name as written
 
-    def add(self, index: int, one: _EarthquakeData) -> None:
-        self.members[index] = one
-        self.stated.setdefault((one.event_id, one.origin, one.place), one)
-        self.names.setdefault(one.name.casefold(), one.name)
+    def add(self, record_index: int, metadata: _EarthquakeMetadata) -> None:
+        self.members[record_index] = metadata
+        self.stated.setdefault((metadata.event_id, metadata.origin, metadata.place), metadata)
+        self.names.setdefault(metadata.name.casefold(), metadata.name)
 
-    def holds(self, one: _EarthquakeData) -> bool:
-        certain = [same for member in self.stated.values() if (same := member.same(one)) is not None]
-        named = one.name.casefold() in self.names and (one.name != "" or not self.more)
+    def includes(self, metadata: _EarthquakeMetadata) -> bool:
+        certain = [same for member in self.stated.values() if (same := member.is_same_earthquake(metadata)) is not None]
+        named = metadata.name.casefold() in self.names and (metadata.name != "" or not self.id_or_origin)
         return all(certain) if certain else named
 
     @property
-    def first(self) -> _EarthquakeData:
+    def first(self) -> _EarthquakeMetadata:
         return self.members[min(self.members)]
 
     @property
     def name(self) -> str:
         """First name in the order of the records, else id or origin."""
         named = [self.members[index].name for index in sorted(self.members) if self.members[index].name]
-        return named[0] if named else self.more
+        return named[0] if named else self.id_or_origin
 
     @property
-    def more(self) -> str:
+    def id_or_origin(self) -> str:
         """Id or origin time, which distinguishes earthquakes of one name; "" if unknown."""
         ids = [one.event_id for one in self.stated.values() if one.event_id]
         origins = [f"{one.origin:%Y-%m-%d %H:%M}" for one in self.stated.values() if one.origin]
@@ -161,7 +161,7 @@ class Earthquakes:
         return (*self.merged, *self.doubtful[:MAX_LISTED_DOUBTS], *more)
 
 
-def earthquakes_of(records: Iterable[Record | RecordEntry]) -> Earthquakes:
+def group_by_earthquake(records: Iterable[Record | RecordEntry]) -> Earthquakes:
     """Assign each record to an earthquake.
 
     If both records have an ``event_id`` (record table), it decides. Else records with origin times within 60 s, and
@@ -172,34 +172,39 @@ def earthquakes_of(records: Iterable[Record | RecordEntry]) -> Earthquakes:
     Labels are in the order of the records. Doubts are: similar names without different dates, records of two names that
     start together, one name with several origins, and records of one name that start more than an hour apart.
     """
-    known = [_earthquake_data(record) for record in records]
+    known = [_earthquake_metadata(record) for record in records]
     found: list[_Earthquake] = []
     unclear = []
     # Assign records with ids and origins first; records with names only then join these earthquakes.
     for index in sorted(range(len(known)), key=lambda i: (not known[i].event_id, known[i].origin is None)):
-        homes = [one for one in found if one.holds(known[index])]
+        homes = [one for one in found if one.includes(known[index])]
         if not homes:
             homes = [_Earthquake()]
             found += homes
         elif len(homes) > 1:
-            names = " or ".join(f"{one.name!r} ({one.more})" for one in homes)
+            names = " or ".join(f"{one.name!r} ({one.id_or_origin})" for one in homes)
             unclear.append(f"record {known[index].record_id} may be of {names} and counts as the first; give event_id")
         homes[0].add(index, known[index])
     found.sort(key=lambda one: min(one.members))
     return Earthquakes(
-        _labels(found),
-        tuple(_merged_names(found)),
-        (*unclear, *_doubts_of_split(found), *_doubts_within(found), *_doubts_between(found)),
+        _earthquake_labels(found),
+        tuple(_merged_name_notes(found)),
+        (
+            *unclear,
+            *_doubts_on_split_names(found),
+            *_doubts_within_earthquakes(found),
+            *_doubts_between_earthquakes(found),
+        ),
     )
 
 
-def _labels(found: list[_Earthquake]) -> tuple[str, ...]:
+def _earthquake_labels(earthquakes: list[_Earthquake]) -> tuple[str, ...]:
     """Return the earthquake's name for each record, with id or origin if two earthquakes share the name."""
-    names = Counter(one.name for one in found)
+    names = Counter(one.name for one in earthquakes)
     labels: dict[int, str] = {}
     taken: set[str] = set()
-    for one in found:
-        name, more = one.name, one.more
+    for one in earthquakes:
+        name, more = one.name, one.id_or_origin
         label = f"{name} ({more})" if names[name] > 1 and more and more != name else name
         while label in taken:
             label += "'"
@@ -208,17 +213,17 @@ def _labels(found: list[_Earthquake]) -> tuple[str, ...]:
     return tuple(labels[index] for index in sorted(labels))
 
 
-def _merged_names(found: list[_Earthquake]) -> Iterable[str]:
-    for one in found:
+def _merged_name_notes(earthquakes: list[_Earthquake]) -> Iterable[str]:
+    for one in earthquakes:
         names = [name for name in one.names.values() if name]
         if len(names) > 1:
             why = "one event_id" if any(each.event_id for each in one.stated.values()) else "one origin"
-            yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.more})"
+            yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.id_or_origin})"
 
 
-def _doubts_within(found: list[_Earthquake]) -> Iterable[str]:
+def _doubts_within_earthquakes(earthquakes: list[_Earthquake]) -> Iterable[str]:
     """Yield doubts about records that count as one earthquake only because of their name."""
-    for one in found:
+    for one in earthquakes:
         loose = [each for each in one.members.values() if not (each.event_id or each.origin or each.synthetic)]
         started = sorted((each.start, each.record_id) for each in loose if each.start)
         if started:
@@ -226,7 +231,7 @@ def _doubts_within(found: list[_Earthquake]) -> Iterable[str]:
                 [*started, *((each.origin, each.record_id) for each in one.stated.values() if each.origin)]
             )
         if len(loose) > 1 and not one.name:
-            ids = _listed_ids(loose)
+            ids = _format_record_ids(loose)
             yield f"{len(loose)} records ({ids}) name no earthquake and count as one; give event or event_id"
         elif started and started[-1][0] - started[0][0] > MAX_NAMED_DIFFERENCE:
             hours = (started[-1][0] - started[0][0]).total_seconds() / 3600
@@ -234,36 +239,36 @@ def _doubts_within(found: list[_Earthquake]) -> Iterable[str]:
             yield f"{one.name!r}: records {ids} start {hours:.3g} h apart and count as one earthquake; give event_id"
 
 
-def _doubts_of_split(found: list[_Earthquake]) -> Iterable[str]:
+def _doubts_on_split_names(earthquakes: list[_Earthquake]) -> Iterable[str]:
     """Yield doubts about earthquakes of one name that count as several because of their origins."""
     of_name: dict[str, list[_Earthquake]] = {}
-    for one in found:
+    for one in earthquakes:
         if one.name and not any(each.event_id for each in one.stated.values()):
             of_name.setdefault(one.name.casefold(), []).append(one)
     for several in of_name.values():
         if len(several) > 1:
-            origins = ", ".join(f"{one.more} {one.first.record_id}" for one in several)
+            origins = ", ".join(f"{one.id_or_origin} {one.first.record_id}" for one in several)
             yield (
                 f"{several[0].name!r} names {len(several)} earthquakes by their origins ({origins}); give event_id if "
                 "it is one"
             )
 
 
-def _listed_ids(records: list[_EarthquakeData]) -> str:
+def _format_record_ids(records: list[_EarthquakeMetadata]) -> str:
     return ", ".join(one.record_id for one in records[:3]) + (", …" if len(records) > 3 else "")
 
 
-def _doubts_between(found: list[_Earthquake]) -> Iterable[str]:
+def _doubts_between_earthquakes(earthquakes: list[_Earthquake]) -> Iterable[str]:
     """Yield doubts about earthquakes that count as two only because of their names."""
-    named = [(one, _name_and_date(one)) for one in found if one.name and not one.first.synthetic]
+    named = [(one, _name_and_date(one)) for one in earthquakes if one.name and not one.first.synthetic]
     for (first, words), (second, others) in combinations(named, 2):
         if words[1] and others[1] and words[1] != others[1]:
             continue
-        if any(a.same(b) is False for a in first.stated.values() for b in second.stated.values()):
+        if any(a.is_same_earthquake(b) is False for a in first.stated.values() for b in second.stated.values()):
             continue
         begun, other_begun = first.first.start, second.first.start
         together = begun is not None and other_begun is not None and abs(begun - other_begun) <= MAX_START_DIFFERENCE
-        if together or _are_similar(words, others):
+        if together or _are_similar_names(words, others):
             why = "have records that start together" if together else "resemble each other"
             yield (
                 f"{first.name!r} ({first.first.record_id}) and {second.name!r} ({second.first.record_id}) {why} and "
@@ -271,9 +276,9 @@ def _doubts_between(found: list[_Earthquake]) -> Iterable[str]:
             )
 
 
-def _name_and_date(one: _Earthquake) -> tuple[str, str, tuple[int, ...]]:
+def _name_and_date(earthquake: _Earthquake) -> tuple[str, str, tuple[int, ...]]:
     """Return the words of an earthquake's name, its year, and day and month in ascending order; empty if unknown."""
-    name = one.name.casefold()
+    name = earthquake.name.casefold()
     year: str = ""
     day: tuple[int, ...] = ()
     if match := next((found for pattern in _DATES if (found := pattern.search(name))), None):
@@ -287,7 +292,7 @@ def _name_and_date(one: _Earthquake) -> tuple[str, str, tuple[int, ...]]:
     return " ".join(re.findall(r"\w+", name)), year, day
 
 
-def _are_similar(first: tuple[str, str, tuple[int, ...]], second: tuple[str, str, tuple[int, ...]]) -> bool:
+def _are_similar_names(first: tuple[str, str, tuple[int, ...]], second: tuple[str, str, tuple[int, ...]]) -> bool:
     """Return True if two names may mean one earthquake: no different dates or numbers, and similar words."""
     (words, _, day), (others, _, other_day) = first, second
     if day and other_day and day != other_day:

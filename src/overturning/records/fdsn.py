@@ -10,7 +10,7 @@ from typing import Any
 
 from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.files import atomic_write
-from overturning.records.download import SET_CREDENTIALS, credentials, retry
+from overturning.records.download import SET_CREDENTIALS, call_with_retries, environment_credentials
 from overturning.records.formats.miniseed import read_stream
 from overturning.records.formats.stationxml import read_inventory
 from overturning.records.source import SourceFile, is_web_page
@@ -23,7 +23,7 @@ MAX_MISSING_S = 2.0
 
 
 @dataclass(frozen=True)
-class Request:
+class FdsnRequest:
     """Request to a server: channels, and a time window or an event of its catalogue."""
 
     server: str  # a short name that obspy knows, or the address of the services
@@ -52,19 +52,19 @@ class Request:
 
 
 def fetch_fdsn(
-    request: Request,
+    request: FdsnRequest,
     folder: Path | str,
     *,
     tries: int = 3,
     timeout: float = 60.0,
     wait: float = 1.0,
-    tell: Callable[[str], Any] = lambda _: None,
+    report_note: Callable[[str], Any] = lambda _: None,
 ) -> list[Path]:
     """Download a MiniSEED file and its StationXML into a folder, unless they are there already; return their paths.
 
     The folder is created if missing. Both answers are read before they are saved, so a cut or wrong answer leaves no
-    file. ``tries``, ``timeout`` and ``wait`` apply per file, see `fetch_url`. ``tell`` gets a message on each part of
-    the window that the server does not have.
+    file. ``tries``, ``timeout`` and ``wait`` apply per file, see `fetch_url`. ``report_note`` gets a message on each
+    part of the window that the server does not have.
 
     Raises
     ------
@@ -80,10 +80,10 @@ def fetch_fdsn(
     what = f"{request.server} {request.network}.{request.station}"
 
     def ask(action: Callable[[], Any]) -> Any:
-        return retry(lambda: _run_request(action, what), what, tries, wait)
+        return call_with_retries(lambda: _run_request(action, what), what, tries, wait)
 
-    client = ask(lambda: _client(request.server, timeout))
-    start, end = _window(request, lambda event_id: ask(lambda: client.get_events(eventid=event_id)))
+    client = ask(lambda: _connect_to_server(request.server, timeout))
+    start, end = _requested_window(request, lambda event_id: ask(lambda: client.get_events(eventid=event_id)))
     codes = {name: getattr(request, name) for name in CODES}
     stem = ".".join([*codes.values(), start.strftime("%Y%m%dT%H%M%S"), f"{end - start:.0f}s"])
     stem = re.sub(r"[?*]", "x", stem)
@@ -94,27 +94,28 @@ def fetch_fdsn(
         ask(lambda: _save_answer(metadata, "StationXML", get, lambda file: read_inventory([file])))
     if not waves.exists():
         get = partial(client.get_waveforms, **codes, **window)
-        ask(lambda: _save_answer(waves, "MiniSEED", get, lambda file: _check_waves(file, start, end)))
+        ask(lambda: _save_answer(waves, "MiniSEED", get, lambda file: _check_waveforms(file, start, end)))
     for note in _missing_time_notes(SourceFile(waves.name, waves.read_bytes()), start, end):
-        tell(note)
+        report_note(note)
     return [waves, metadata]
 
 
-def _missing_time_notes(waves: SourceFile, start: Any, end: Any) -> Iterator[str]:
+def _missing_time_notes(waveform_file: SourceFile, start: Any, end: Any) -> Iterator[str]:
     """Yield a note for each channel that begins or ends more than `MAX_MISSING_S` inside the requested window."""
-    found = read_stream(waves, "MSEED")
+    found = read_stream(waveform_file, "MSEED")
     for channel in dict.fromkeys(trace.id for trace in found):
         pieces = [trace.stats for trace in found if trace.id == channel]
         ends = min(one.starttime for one in pieces) - start, end - max(one.endtime for one in pieces)
         lost = [f"{word} {s:.0f} s" for word, s in zip(("first", "last"), ends, strict=True) if s > MAX_MISSING_S]
         if lost:
-            yield f"{waves.name}: of the requested window, the {' and the '.join(lost)} of {channel} are not there"
+            name = waveform_file.name
+            yield f"{name}: of the requested window, the {' and the '.join(lost)} of {channel} are not there"
 
 
-def _client(server: str, timeout: float) -> Any:
+def _connect_to_server(server: str, timeout: float) -> Any:
     from obspy.clients.fdsn import Client
 
-    account = credentials()
+    account = environment_credentials()
     extra = {"user": account[0], "password": account[1]} if account else {}
     try:
         return Client(server, timeout=timeout, user_agent="overturning", **extra)
@@ -122,12 +123,12 @@ def _client(server: str, timeout: float) -> Any:
         raise ArgumentError(f"server: {server!r} ({problem}); give its address, or a name that obspy knows") from None
 
 
-def _window(request: Request, events: Callable[[str], Any]) -> tuple[Any, Any]:
+def _requested_window(request: FdsnRequest, get_events: Callable[[str], Any]) -> tuple[Any, Any]:
     import obspy
 
     if request.event_id:
         try:
-            event = events(request.event_id)[0]
+            event = get_events(request.event_id)[0]
             origin = (event.preferred_origin() or event.origins[0]).time
         except IndexError:
             why = f"event {request.event_id!r} has no origin; give start and end"
@@ -147,39 +148,45 @@ def _window(request: Request, events: Callable[[str], Any]) -> tuple[Any, Any]:
     return start, end
 
 
-def _run_request(action: Callable[[], Any], what: str) -> Any:
+def _run_request(send_request: Callable[[], Any], request_label: str) -> Any:
     """Run a request; raise an ArgumentError or a MissingDataError for answers that a retry cannot change."""
     from obspy.clients.fdsn import header
 
-    nothing = MissingDataError(f"{what}: the server has no such data; check codes, time window and event")
+    nothing = MissingDataError(f"{request_label}: the server has no such data; check codes, time window and event")
     try:
-        return action()
+        return send_request()
     except header.FDSNNoDataException:
         raise nothing from None
     except (header.FDSNUnauthorizedException, header.FDSNForbiddenException):
-        raise MissingDataError(f"{what}: the server wants an account; {SET_CREDENTIALS}") from None
+        raise MissingDataError(f"{request_label}: the server wants an account; {SET_CREDENTIALS}") from None
     except header.FDSNBadRequestException:
-        raise ArgumentError(f"{what}: the server does not understand the request; check codes and times") from None
+        raise ArgumentError(
+            f"{request_label}: the server does not understand the request; check codes and times"
+        ) from None
     except header.FDSNNoServiceException:
         raise RecordError("no FDSN services at that address") from None
     except header.FDSNException as problem:
         raise (nothing if "404" in str(problem).partition("\n")[0] else problem) from None
 
 
-def _save_answer(path: Path, what: str, get: Callable[..., Any], check: Callable[[SourceFile], Any]) -> None:
-    """Save an answer that is neither empty nor a web page and passes ``check``."""
+def _save_answer(
+    path: Path, content_label: str, download: Callable[..., Any], check_content: Callable[[SourceFile], Any]
+) -> None:
+    """Save an answer that is neither empty nor a web page and passes ``check_content``."""
     answer = io.BytesIO()
-    get(filename=answer)
+    download(filename=answer)
     data = answer.getvalue()
     if not data or is_web_page(data):
-        raise RecordError(f"{'a web page' if data else 'an empty answer'} instead of {what}")
-    check(SourceFile(what, data))
+        raise RecordError(f"{'a web page' if data else 'an empty answer'} instead of {content_label}")
+    check_content(SourceFile(content_label, data))
     with atomic_write(path) as part:
         part.write_bytes(data)
 
 
-def _check_waves(file: SourceFile, start: Any, end: Any) -> None:
-    if len(file.data) % 128:
-        raise RecordError(f"MiniSEED of {len(file.data)} bytes, no whole number of records: the answer was cut")
-    if any(abs(t.stats.endtime - end) > 60 + 0.5 * (end - start) for t in read_stream(file, "MSEED")):
+def _check_waveforms(waveform_file: SourceFile, start: Any, end: Any) -> None:
+    if len(waveform_file.data) % 128:
+        raise RecordError(
+            f"MiniSEED of {len(waveform_file.data)} bytes, no whole number of records: the answer was cut"
+        )
+    if any(abs(t.stats.endtime - end) > 60 + 0.5 * (end - start) for t in read_stream(waveform_file, "MSEED")):
         raise RecordError("MiniSEED of another time than asked for")

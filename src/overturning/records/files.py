@@ -22,15 +22,15 @@ TABLES: Final = frozenset(("csv", "doc", "docx", "txt", "xls", "xlsx"))
 """Extensions of tables and texts that agencies add to an archive of records, such as `_SearchResults.csv` of PEER."""
 
 
-def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Component]:
+def read_components(files: Iterable[SourceFile], declarations: Declarations) -> list[Component]:
     """Read the components of files and archives, each in the format of its content.
 
     Columns must be declared; they are not recognised by content. StationXML among the files is passed to the readers
     that need it. Raises a RecordError for a file of unknown format, or of another format than declared.
     """
-    packed = list(_unpack(files))
-    declared = declared.with_station_xml(member for member, _ in packed)
-    named = format_named("csv" if declared.columns else declared.format)
+    packed = list(_unpack_archives(files))
+    declarations = declarations.with_station_xml(member for member, _ in packed)
+    named = format_named("csv" if declarations.columns else declarations.format)
     is_csv = named is not None and named.name == "csv"
     components: list[Component] = []
     left_out: dict[SourceFile, str] = {}
@@ -38,7 +38,7 @@ def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Comp
     reasons = RefusalReasons()
     for member, file in packed:
         in_archive = member is not file
-        if member in declared.metadata:
+        if member in declarations.metadata:
             continue
         if in_archive and (member.suffix in NON_RECORD_EXTENSIONS or is_no_acceleration(member)):
             left_out[member] = NO_ACCELERATION
@@ -46,7 +46,7 @@ def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Comp
             tables.append(member)
         else:
             with reasons.collect():
-                components += _read_one(member, named, declared)
+                components += _read_file(member, named, declarations)
     # A table or a letter that comes with the records has another extension than they have.
     records = {PurePosixPath(one.file).suffix.lower().lstrip(".") for one in components}
     for member in tables:
@@ -54,7 +54,7 @@ def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Comp
             left_out[member] = "its format is not recognised"
         else:
             with reasons.collect():
-                _read_one(member, named, declared)
+                _read_file(member, named, declarations)
     with reasons.collect():
         if left_out and not components:
             why = "none of the archive's members is an accelerogram: get the file that holds one"
@@ -63,7 +63,7 @@ def read_files(files: Iterable[SourceFile], declared: Declarations) -> list[Comp
     return _drop_raw_duplicates(components, packed, left_out)
 
 
-def _unpack(files: Iterable[SourceFile]) -> Iterator[tuple[SourceFile, SourceFile]]:
+def _unpack_archives(files: Iterable[SourceFile]) -> Iterator[tuple[SourceFile, SourceFile]]:
     """Yield each file with itself, or each member of an archive with the archive."""
     for file in files:
         for member in open_archive(file) if is_archive(file.data) else [file]:
@@ -75,23 +75,25 @@ def _is_unknown_table(member: SourceFile) -> bool:
     return member.suffix in TABLES and not is_recognised(member)
 
 
-def _read_one(file: SourceFile, named: Format | None, declared: Declarations) -> list[Component]:
+def _read_file(file: SourceFile, required_format: Format | None, declarations: Declarations) -> list[Component]:
     """Read the components of one file, in the named format or in that of its content."""
     if not file.data.strip(b"\0 \r\n\t"):
         raise RecordError(f"{file.name}: the file is empty; get it again")
-    if named is not None and named.name != "csv" and not named.detect(file):
-        raise RecordError(f"{file.name}: not a {named.title} file; check `format` in the record table")
-    return (named or detect_format(file)).read(file, declared)
+    if required_format is not None and required_format.name != "csv" and not required_format.detect(file):
+        raise RecordError(f"{file.name}: not a {required_format.title} file; check `format` in the record table")
+    return (required_format or detect_format(file)).read(file, declarations)
 
 
 def _drop_raw_duplicates(
-    components: Sequence[Component], packed: Sequence[tuple[SourceFile, SourceFile]], left_out: Mapping[SourceFile, str]
+    components: Sequence[Component],
+    members_with_archive: Sequence[tuple[SourceFile, SourceFile]],
+    omission_reasons: Mapping[SourceFile, str],
 ) -> list[Component]:
     """Drop raw components whose processed version is in the same archive, and add notes on all omitted members.
 
     Agencies deliver a record as volumes: raw (1), processed (2), spectra (3).
     """
-    archive = {member.sha256: file for member, file in packed if member is not file}
+    archive = {member.sha256: file for member, file in members_with_archive if member is not file}
     raw, processed = ([c for c in components if c.sha256 in archive and c.processed is kind] for kind in (False, True))
     twice = [
         one
@@ -99,19 +101,19 @@ def _drop_raw_duplicates(
         if any(archive[o.sha256] is archive[one.sha256] and _have_equal_axes(one, o) for o in processed)
     ]
     said = [(c.file, "the same is there processed") for c in twice]
-    said += [(file.name, why) for file, why in left_out.items() if file.suffix not in NON_RECORD_EXTENSIONS]
+    said += [(file.name, why) for file, why in omission_reasons.items() if file.suffix not in NON_RECORD_EXTENSIONS]
     kept = [c for c in components if not any(c is other for other in twice)]
-    return [_with_omissions(c, said) if c.sha256 in archive else c for c in kept]
+    return [_with_omission_notes(c, said) if c.sha256 in archive else c for c in kept]
 
 
-def _with_omissions(component: Component, omitted: Sequence[tuple[str, str]]) -> Component:
+def _with_omission_notes(component: Component, omitted_files: Sequence[tuple[str, str]]) -> Component:
     """Return a component with notes on omitted files: those of its own name, if there are any, else all."""
-    own = [one for one in omitted if one[0].partition(".")[0] == component.file.partition(".")[0]]
-    notes = [f"{name} left out: {why}" for name, why in dict.fromkeys(own or omitted)]
+    own = [one for one in omitted_files if one[0].partition(".")[0] == component.file.partition(".")[0]]
+    notes = [f"{name} left out: {why}" for name, why in dict.fromkeys(own or omitted_files)]
     return replace(component, notes=(*component.notes, *notes))
 
 
-def _have_equal_axes(first: Component, other: Component) -> bool:
+def _have_equal_axes(first: Component, second: Component) -> bool:
     """Return True if two components are of one axis of one sensor in one earthquake, by their metadata."""
     same = ("format", "station", "event", "location", "sensor", "azimuth_deg", "vertical")
-    return all(getattr(first, name) == getattr(other, name) for name in same)
+    return all(getattr(first, name) == getattr(second, name) for name in same)

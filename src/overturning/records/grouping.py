@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable, Sequence
 
-from overturning.records.component import Component, seed_sensor
+from overturning.records.component import Component, seed_band_and_instrument
 from overturning.records.window import MAX_SPREAD_S
 
 
-def group_components(components: Iterable[Component]) -> list[list[Component]]:
+def group_components_by_record(components: Iterable[Component]) -> list[list[Component]]:
     """Sort components into records, in the order of first appearance.
 
     Components of one record have the same format, station, place, event, sensor with its SEED band (HN of HNE) and
@@ -15,7 +15,7 @@ def group_components(components: Iterable[Component]) -> list[list[Component]]:
     """
     groups: list[list[Component]] = []
     for component in components:
-        home = next((g for g in groups if in_one_record(g, component)), None)
+        home = next((g for g in groups if belongs_to_record(g, component)), None)
         if home is None:
             groups.append([component])
         else:
@@ -23,29 +23,29 @@ def group_components(components: Iterable[Component]) -> list[list[Component]]:
     return groups
 
 
-def in_one_record(group: Sequence[Component], component: Component) -> bool:
+def belongs_to_record(record_components: Sequence[Component], component: Component) -> bool:
     """Return True if a component belongs to the record of a group, by what their files state."""
-    first = group[0]
+    first = record_components[0]
     if first.location and component.location and first.location != component.location:
         return False
-    if len({seed_sensor(first), seed_sensor(component)} - {""}) > 1:
+    if len({seed_band_and_instrument(first), seed_band_and_instrument(component)} - {""}) > 1:
         return False  # two bands of one sensor (BN, HN), or two sensors
     if first.file == component.file and first.sha256 == component.sha256:
         # The second occurrence of an axis in one file begins another record.
-        again = any(c.axis == component.axis and c.start == component.start for c in group)
+        again = any(c.axis == component.axis and c.start == component.start for c in record_components)
         return first.sensor == component.sensor and not again
-    if any(c.axis == component.axis for c in group):
+    if any(c.axis == component.axis for c in record_components):
         return False
     if component.sisters and component.sisters == first.sisters:
         return True
     return bool(component.station or component.event) and _have_equal_metadata(first, component)
 
 
-def _have_equal_metadata(first: Component, other: Component) -> bool:
+def _have_equal_metadata(first: Component, second: Component) -> bool:
     """Return True if two components are of one format, place, event, sensor and start (within `MAX_SPREAD_S`)."""
     alike = ("format", "station", "event", "latitude", "longitude", "sensor", "processed")
-    if any(getattr(first, name) != getattr(other, name) for name in alike):
+    if any(getattr(first, name) != getattr(second, name) for name in alike):
         return False
-    if first.start is None or other.start is None:
-        return first.start is other.start
-    return abs((first.start - other.start).total_seconds()) <= MAX_SPREAD_S
+    if first.start is None or second.start is None:
+        return first.start is second.start
+    return abs((first.start - second.start).total_seconds()) <= MAX_SPREAD_S

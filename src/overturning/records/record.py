@@ -71,10 +71,10 @@ class Record(Accelerogram):
             raise TypeError(f"record {self.record_id}: components are float64 arrays")
         self.check(RecordError, f"record {self.record_id}: ")
 
-    def with_each(self, change: Callable[[FloatArray], FloatArray], **more: Any) -> "Record":
-        """Return the record with ``change`` applied to each component, and other fields replaced by ``more``."""
+    def with_changed_components(self, change: Callable[[FloatArray], FloatArray], **replaced_fields: Any) -> "Record":
+        """Return the record with ``change`` applied to each component, and ``replaced_fields`` replaced."""
         up = None if self.up is None else change(self.up)
-        return replace(self, north=change(self.north), east=change(self.east), up=up, **more)
+        return replace(self, north=change(self.north), east=change(self.east), up=up, **replaced_fields)
 
     @property
     def _named(self) -> str:
@@ -92,50 +92,50 @@ class Record(Accelerogram):
         return bool(self.extra.get("trusted_data", False))
 
 
-def as_record(given: Accelerogram, record_id: str = "motion") -> Record:
+def as_record(motion: Accelerogram, record_id: str = "motion") -> Record:
     """Return a record; a motion becomes a record with this id that is not processed."""
-    if isinstance(given, Record):
-        return given
-    extra = {"processed": True, "given": True, "trusted_data": given.trusted}
-    return Record(record_id, given.north, given.east, given.up, given.sampling_interval, extra=extra)
+    if isinstance(motion, Record):
+        return motion
+    extra = {"processed": True, "given": True, "trusted_data": motion.trusted}
+    return Record(record_id, motion.north, motion.east, motion.up, motion.sampling_interval, extra=extra)
 
 
-def peaks_of(horizontal: FloatArray, interval: float) -> dict[str, float]:
+def peak_ground_motion(horizontal: FloatArray, sampling_interval: float) -> dict[str, float]:
     """Return the largest PGA (m/s²), PGV (m/s) and PGD (m) of north and east, to nine digits."""
-    velocity = integrate(horizontal, interval)
-    series = {"pga": horizontal, "pgv": velocity, "pgd": integrate(velocity, interval)}
+    velocity = integrate(horizontal, sampling_interval)
+    series = {"pga": horizontal, "pgv": velocity, "pgd": integrate(velocity, sampling_interval)}
     # Nine digits suffice for a report and are the same on every processor.
     return {name: float(f"{np.abs(samples).max():.9g}") for name, samples in series.items()}
 
 
-def summary(step: Mapping[str, Any]) -> str:
+def processing_entry_text(entry: Mapping[str, Any]) -> str:
     """Return a short text on an entry of a record's processing: ``high-pass 0.1 Hz, order 2``."""
-    match step["step"]:
+    match entry["step"]:
         case "common_window":
-            sizes = ", ".join(f"{axis}: {count}" for axis, count in step["samples"].items())
-            return f"cut to the common {step['kept']} samples ({sizes}), {step['left_out_s']:g} s left out"
+            sizes = ", ".join(f"{axis}: {count}" for axis, count in entry["samples"].items())
+            return f"cut to the common {entry['kept']} samples ({sizes}), {entry['left_out_s']:g} s left out"
         case "highpass" | "lowpass" as kind:
-            reason = f" ({step['chosen']})" if "chosen" in step else ""
-            return f"{kind.replace('pass', '-pass')} {step['corner_hz']:g} Hz, order {step['order']}{reason}"
+            reason = f" ({entry['chosen']})" if "chosen" in entry else ""
+            return f"{kind.replace('pass', '-pass')} {entry['corner_hz']:g} Hz, order {entry['order']}{reason}"
         case "remove_mean":
-            return "mean removed" if step["first_s"] is None else f"mean of the first {step['first_s']:g} s removed"
+            return "mean removed" if entry["first_s"] is None else f"mean of the first {entry['first_s']:g} s removed"
         case "detrend":
-            return f"polynomial of order {step['order']} removed"
+            return f"polynomial of order {entry['order']} removed"
         case "taper":
-            return f"taper {step['length_s']:g} s"
+            return f"taper {entry['length_s']:g} s"
         case "baseline":
-            reason = f" ({step['chosen']})" if "chosen" in step else ""
-            return f"baseline {step['scheme']}, fit from {step['fit_from_s']:g} s{reason}"
+            reason = f" ({entry['chosen']})" if "chosen" in entry else ""
+            return f"baseline {entry['scheme']}, fit from {entry['fit_from_s']:g} s{reason}"
         case "resample":
-            return f"resampled to {step['sampling_interval_s']:g} s"
+            return f"resampled to {entry['sampling_interval_s']:g} s"
         case "cut":
-            return f"cut from {step['start_s']:g} s" + ("" if step["end_s"] is None else f" to {step['end_s']:g} s")
+            return f"cut from {entry['start_s']:g} s" + ("" if entry["end_s"] is None else f" to {entry['end_s']:g} s")
         case "site":
-            layers = ", ".join(f"{one['thickness_m']:g} m of {one['velocity_m_s']:g} m/s" for one in step["layers"])
-            found = f" ({step['chosen']})" if "chosen" in step else ""
-            return f"through {layers} over {step['rock']['velocity_m_s']:g} m/s, record {step['motion']}{found}"
+            layers = ", ".join(f"{one['thickness_m']:g} m of {one['velocity_m_s']:g} m/s" for one in entry["layers"])
+            found = f" ({entry['chosen']})" if "chosen" in entry else ""
+            return f"through {layers} over {entry['rock']['velocity_m_s']:g} m/s, record {entry['motion']}{found}"
         case "scale":
-            return f"times {step['factor']:g}"
+            return f"times {entry['factor']:g}"
         case other:
             return str(other)
 
@@ -152,7 +152,7 @@ def processing_label(record: Record) -> str:
     return "processed, as declared" if "processed" in record.extra.get("declared", ()) else "processed"
 
 
-def file_time(record: Record) -> float:
+def start_offset_from_file(record: Record) -> float:
     """Return the time of a record's first sample relative to its file's, s; negative after padding by a filter."""
     return float(sum(step.get("shift_s", 0.0) for step in record.processing))
 
@@ -161,7 +161,7 @@ DRIFT: Final = 0.02
 """Largest final velocity of a component without drift, as a share of its peak."""
 
 
-def drift(record: Record) -> str:
+def drift_evidence(record: Record) -> str:
     """Return the evidence that north or east of a record drifts, so that its displacement is wrong; "" if none.
 
     A component drifts if its velocity ends at more than `DRIFT` of its peak, or if its displacement is largest at the
@@ -180,21 +180,22 @@ def drift(record: Record) -> str:
     return "; ".join(said)
 
 
-def provenance(record: Record) -> dict[str, Any]:
+def record_provenance(record: Record) -> dict[str, Any]:
     """Return the origin and processing of a record as plain data, for the results.
 
     Keys: ``data`` (raw or processed, and by which agency), ``agency`` (the agency's processing), ``steps`` (entries of
-    `process`), ``peaks`` (largest PGA, PGV and PGD of north and east before and after, SI), ``drift`` (see `drift`),
+    `process_record`), ``peaks`` (largest PGA, PGV and PGD of north and east before and after, SI), ``drift`` (see
+    `drift_evidence`),
     ``start``, ``duration_s`` (after processing), ``declared``, ``trusted``, and ``notes`` if there are any.
     """
     effects = [step["effect"] for step in record.processing]
-    now = peaks_of(record.horizontal, record.sampling_interval)
+    now = peak_ground_motion(record.horizontal, record.sampling_interval)
     return {
         "data": processing_label(record),
         "agency": record.extra.get("agency_processing", ""),
         "steps": list(record.processing),
         "peaks": {name: [effects[0][name][0] if effects else peak, peak] for name, peak in now.items()},
-        "drift": drift(record),
+        "drift": drift_evidence(record),
         "start": record.start or "",
         "duration_s": round(record.duration, 6),
         "declared": list(record.extra.get("declared") or ()),

@@ -126,14 +126,18 @@ class Highpass(Filter):
 
     def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
         before = {entry["step"] for entry in record.processing}
-        offset = 0.0 if before & {"remove_mean", "detrend", "highpass"} else _offset(samples, record.sampling_interval)
+        offset = (
+            0.0
+            if before & {"remove_mean", "detrend", "highpass"}
+            else _baseline_offset(samples, record.sampling_interval)
+        )
         return super().apply(samples - offset, record)
 
     def shift(self, interval: float) -> float:  # noqa: D102
         return -self._pad(interval) * interval
 
 
-def _offset(samples: FloatArray, interval: float) -> float:
+def _baseline_offset(samples: FloatArray, interval: float) -> float:
     """Return the offset: the smallest of the medians of both ends (1 s) and the mean; 0 if their signs differ."""
     end = max(1, round(1.0 / interval))
     levels = [float(np.median(samples[:end])), float(np.median(samples[-end:])), float(samples.mean())]
@@ -147,7 +151,7 @@ class Lowpass(Filter):
     corner_hz: Positive = Field(description="Corner frequency; the amplitude there is halved by the two passes.")
 
     def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
-        offset = _offset(samples, record.sampling_interval)
+        offset = _baseline_offset(samples, record.sampling_interval)
         return super().apply(samples - offset, record) + offset
 
 
@@ -215,7 +219,7 @@ class Resample(_Step):
             raise _step_error(record, what, f"their ratio must be a fraction of whole numbers up to {LARGEST_RATIO}")
         if ratio == 1:
             return samples
-        offset = _offset(samples, record.sampling_interval)  # The resampler assumes zeros beyond the ends.
+        offset = _baseline_offset(samples, record.sampling_interval)  # The resampler assumes zeros beyond the ends.
         out = resample_poly(samples - offset, ratio.numerator, ratio.denominator) + offset
         return np.ascontiguousarray(out, dtype=np.float64)
 

@@ -20,30 +20,30 @@ _TEXTS = ("record_id", "start", "station", "event", "source", "sha256", "licence
 _NUMBERS = ("fault_strike_deg", "latitude", "longitude")
 
 
-def rounded(record: Record) -> Record:
+def round_as_stored(record: Record) -> Record:
     """Return the record as `read_motion` returns it: samples rounded to 1e-9 m/s², without negative zeros."""
-    return record.with_each(lambda samples: np.round(samples, DECIMALS) + 0.0)
+    return record.with_changed_components(lambda samples: np.round(samples, DECIMALS) + 0.0)
 
 
-def write_motion(record: Record, path: Path | str, unprocessed: Record | None = None) -> None:
+def write_motion(record: Record, path: Path | str, unprocessed_record: Record | None = None) -> None:
     """Write a record as NetCDF (CF-1.11) atomically; create the folder if missing.
 
-    With ``unprocessed``, the file also holds the record before its processing, for comparison.
+    With ``unprocessed_record``, the file also holds the record before its processing, for comparison.
     """
     import netCDF4
 
-    record = rounded(record)
+    record = round_as_stored(record)
     with atomic_write(Path(path)) as part, netCDF4.Dataset(part, "w", format="NETCDF4") as file:
-        file.setncatts(_attributes(record))
-        _add_series(file, record)
-        if unprocessed is not None:
-            file.sampling_interval_unprocessed = unprocessed.sampling_interval
-            if unprocessed.start:
-                file.start_unprocessed = unprocessed.start
-            _add_series(file, rounded(unprocessed), "_unprocessed", ", before processing")
+        file.setncatts(_record_attributes(record))
+        _add_time_series(file, record)
+        if unprocessed_record is not None:
+            file.sampling_interval_unprocessed = unprocessed_record.sampling_interval
+            if unprocessed_record.start:
+                file.start_unprocessed = unprocessed_record.start
+            _add_time_series(file, round_as_stored(unprocessed_record), "_unprocessed", ", before processing")
 
 
-def _add_series(file: Any, record: Record, suffix: str = "", when: str = "") -> None:
+def _add_time_series(file: Any, record: Record, suffix: str = "", long_name_suffix: str = "") -> None:
     """Write time and components as variables with their own dimension."""
     file.createDimension(f"time{suffix}", record.north.size)
     time = np.arange(record.north.size) * record.sampling_interval
@@ -55,11 +55,11 @@ def _add_series(file: Any, record: Record, suffix: str = "", when: str = "") -> 
     ):
         if values is not None:
             variable = file.createVariable(f"{name}{suffix}", "f8", (f"time{suffix}",), zlib=True, shuffle=True)
-            variable.setncatts({"long_name": long_name + when, "units": unit})
+            variable.setncatts({"long_name": long_name + long_name_suffix, "units": unit})
             variable[:] = values
 
 
-def _attributes(record: Record) -> dict[str, Any]:
+def _record_attributes(record: Record) -> dict[str, Any]:
     attributes: dict[str, Any] = {
         "Conventions": "CF-1.11",
         "title": f"Ground motion {record.record_id}",
@@ -77,7 +77,7 @@ def _attributes(record: Record) -> dict[str, Any]:
 
 def read_motion(path: Path | str) -> Record:
     """Read a ``motion.nc``; raise a ResultError if it is missing, damaged or another kind of file."""
-    return _read(Path(path), "")
+    return _read_stored_record(Path(path), "")
 
 
 def read_unprocessed(path: Path | str) -> Record | None:
@@ -87,10 +87,10 @@ def read_unprocessed(path: Path | str) -> Record | None:
     read_motion(path)
     with netCDF4.Dataset(path) as file:
         there = "north_unprocessed" in file.variables
-    return replace(_read(Path(path), "_unprocessed"), processing=()) if there else None
+    return replace(_read_stored_record(Path(path), "_unprocessed"), processing=()) if there else None
 
 
-def _read(path: Path, suffix: str) -> Record:
+def _read_stored_record(path: Path, variable_suffix: str) -> Record:
     import netCDF4
 
     if path.is_file() and not checksum_matches(path):
@@ -101,11 +101,11 @@ def _read(path: Path, suffix: str) -> Record:
             if attributes.get("schema") != SCHEMA:
                 raise ResultError(f"{path}: not a {SCHEMA!r} file; run the study again, which writes it again")
             samples = {
-                name: np.asarray(file[name + suffix][:].filled(np.nan), dtype=np.float64)
+                name: np.asarray(file[name + variable_suffix][:].filled(np.nan), dtype=np.float64)
                 for name in ("north", "east", "up")
-                if name + suffix in file.variables
+                if name + variable_suffix in file.variables
             }
-            attributes |= {"start": attributes.get("start_unprocessed", "")} if suffix else {}
+            attributes |= {"start": attributes.get("start_unprocessed", "")} if variable_suffix else {}
             fields: dict[str, Any] = {name: str(attributes[name]) for name in _TEXTS if name in attributes}
             fields |= {name: float(attributes[name]) for name in _NUMBERS if name in attributes}
             azimuths = np.atleast_1d(attributes.get("component_azimuths_deg", ()))
@@ -113,7 +113,7 @@ def _read(path: Path, suffix: str) -> Record:
                 north=samples["north"],
                 east=samples["east"],
                 up=samples.get("up"),
-                sampling_interval=float(attributes[f"sampling_interval{suffix}"]),
+                sampling_interval=float(attributes[f"sampling_interval{variable_suffix}"]),
                 component_azimuths_deg=tuple(float(a) for a in azimuths),
                 processing=tuple(json.loads(attributes["processing"])),
                 extra=json.loads(attributes["extra"]),

@@ -11,10 +11,10 @@ from pydantic import ValidationError
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, OverturningError
 from overturning.files import atomic_write, project_file
 from overturning.records.catalogue import RecordEntry, read_catalogue
-from overturning.records.duplicates import duplicate_texts, find_duplicates, fingerprint
-from overturning.records.earthquakes import earthquakes_of
-from overturning.records.processing import process
-from overturning.records.read import read_record, read_with_siblings
+from overturning.records.duplicates import duplicate_messages, find_duplicate_records, motion_fingerprint
+from overturning.records.earthquakes import group_by_earthquake
+from overturning.records.processing import process_record
+from overturning.records.read import read_file_and_siblings, read_record
 from overturning.records.record import Record
 from overturning.validation import format_validation_error
 
@@ -22,52 +22,56 @@ COLUMNS = ("id", "format", "source", "station", "event", "fault_strike_deg", "pu
 """Columns of a new table."""
 
 
-def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder: Path) -> Record:
+def add_record_to_table(
+    paths: Sequence[Path], cells_by_column: dict[str, str], table_path: Path, record_folder: Path
+) -> Record:
     """Add a record to the table, and return it as it was read.
 
     The files (for a single file, also the others of its record) are read, copied to the folder of record files, and
-    named in a new line of the table. A missing table is created with the records of the package. `values` are cells by
-    column; defaults of ``id`` and ``source`` come from the files. Raises an `OverturningError` for an unknown column,
-    an id that exists already, or a file that is missing or cannot be read; nothing is written then.
+    named in a new line of the table. A missing table is created with the records of the package. Defaults of
+    ``id`` and ``source`` come from the files. Raises an `OverturningError` for an unknown column, an id that exists
+    already, or a file that is missing or cannot be read; nothing is written then.
     """
-    _check_files_and_columns(paths, values)
+    _check_files_and_columns(paths, cells_by_column)
     stem = "".join(sign if sign.isalnum() or sign in "_-" else "-" for sign in paths[0].name.split(".")[0].lower())
-    cells = {"id": stem, "format": "auto", "source": " ".join(path.name for path in paths), **values}
-    before = project_file(table)
+    cells = {"id": stem, "format": "auto", "source": " ".join(path.name for path in paths), **cells_by_column}
+    before = project_file(table_path)
     rows = read_catalogue(before) if before.exists() else {}
     if cells["id"] in rows:
-        raise ConfigError(f"{table}: id {cells['id']!r} is there already; give another one")
-    entry = _check_entry(cells)
-    if len(paths) == 1 and "source" not in values:
-        paths = read_with_siblings(paths[0], entry.declarations)[1]
+        raise ConfigError(f"{table_path}: id {cells['id']!r} is there already; give another one")
+    entry = _validated_entry(cells)
+    if len(paths) == 1 and "source" not in cells_by_column:
+        paths = read_file_and_siblings(paths[0], entry.declarations)[1]
         cells["source"] = " ".join(path.name for path in paths)
         entry = entry.model_copy(update={"source": cells["source"]})
-    _check_cells(cells)
-    if (blank := next((path for path in paths if re.search(r"\s", path.name)), None)) and "source" not in values:
+    _check_cell_characters(cells)
+    if (
+        blank := next((path for path in paths if re.search(r"\s", path.name)), None)
+    ) and "source" not in cells_by_column:
         raise ArgumentError(f"{blank.name!r}: blanks set off the files of a record in its table; rename it")
     with tempfile.TemporaryDirectory() as name:
         for path in paths:
             shutil.copyfile(path, Path(name) / path.name)
-        record = process(read_record(entry, Path(name)), None)
-    _copy_files(paths, folder)
-    _append(table, before, cells)
+        record = process_record(read_record(entry, Path(name)), None)
+    _copy_files(paths, record_folder)
+    _append_table_line(table_path, before, cells)
     return record
 
 
-def _check_files_and_columns(paths: Sequence[Path], values: dict[str, str]) -> None:
+def _check_files_and_columns(paths: Sequence[Path], cells_by_column: dict[str, str]) -> None:
     """Raise an error for the first path that is no file, and for the first unknown column."""
     missing = [path for path in paths if not path.is_file()]
     if missing:
         why = "a folder; name the files of one record in it" if missing[0].is_dir() else "no such file"
         raise MissingDataError(f"{missing[0]}: {why}")
-    unknown = sorted(set(values) - RecordEntry.model_fields.keys())
+    unknown = sorted(set(cells_by_column) - RecordEntry.model_fields.keys())
     if unknown:
         raise ArgumentError(
             f"{unknown[0]}: no column of the record table; known are {', '.join(RecordEntry.model_fields)}"
         )
 
 
-def _check_entry(cells: dict[str, str]) -> RecordEntry:
+def _validated_entry(cells: dict[str, str]) -> RecordEntry:
     """Return the entry of a line; raise an ArgumentError for an invalid cell."""
     try:
         return RecordEntry.model_validate({name: text for name, text in cells.items() if text})
@@ -76,7 +80,7 @@ def _check_entry(cells: dict[str, str]) -> RecordEntry:
         raise ArgumentError(f"{'.'.join(map(str, first['loc']))}: {format_validation_error(first)}") from None
 
 
-def _check_cells(cells: dict[str, str]) -> None:
+def _check_cell_characters(cells: dict[str, str]) -> None:
     """Raise an ArgumentError for a cell that would break the format of the table."""
     for text in cells.values():
         if re.search(r'[\t\n\r]|^"', text):
@@ -85,46 +89,50 @@ def _check_cells(cells: dict[str, str]) -> None:
             )
 
 
-def _copy_files(paths: Sequence[Path], folder: Path) -> None:
+def _copy_files(paths: Sequence[Path], record_folder: Path) -> None:
     """Copy the files to the folder of record files; raise an ArgumentError if another file has the name of one."""
-    folder.mkdir(parents=True, exist_ok=True)
+    record_folder.mkdir(parents=True, exist_ok=True)
     for path in paths:
-        target = folder / path.name
+        target = record_folder / path.name
         if target.exists() and target.read_bytes() != path.read_bytes():
             raise ArgumentError(f"{target}: another file of this name is there; rename yours")
         if not target.exists():
             shutil.copyfile(path, target)
 
 
-def notes_on_new_record(record: Record, table: Path, folder: Path) -> list[str]:
+def notes_on_new_record(record: Record, table_path: Path, record_folder: Path) -> list[str]:
     """Return notes on how a record of the table compares with the others: its earthquake, and records with its samples.
 
     Of other records whose files cannot be read, only the lines of the table are compared.
     """
-    others = [_as_read(entry, folder) for entry in read_catalogue(table).values() if entry.id != record.record_id]
-    known = earthquakes_of(others).notes
-    notes = [f"earthquakes: {note}" for note in earthquakes_of([*others, record]).notes if note not in known]
-    read = [process(one, None) for one in others if isinstance(one, Record)]
-    texts = duplicate_texts(find_duplicates(map(fingerprint, [*read, record])))
+    others = [
+        _read_record_or_keep_entry(entry, record_folder)
+        for entry in read_catalogue(table_path).values()
+        if entry.id != record.record_id
+    ]
+    known = group_by_earthquake(others).notes
+    notes = [f"earthquakes: {note}" for note in group_by_earthquake([*others, record]).notes if note not in known]
+    read = [process_record(one, None) for one in others if isinstance(one, Record)]
+    texts = duplicate_messages(find_duplicate_records(map(motion_fingerprint, [*read, record])))
     return notes + [f"  {text}" for text in texts if record.record_id in text.split()]
 
 
-def _as_read(entry: RecordEntry, folder: Path) -> Record | RecordEntry:
+def _read_record_or_keep_entry(entry: RecordEntry, record_folder: Path) -> Record | RecordEntry:
     """Return a record of the table (its header may state an origin), or its entry if the files cannot be read."""
     try:
-        return read_record(entry, folder)
+        return read_record(entry, record_folder)
     except OverturningError:
         return entry
 
 
-def _append(table: Path, before: Path, cells: dict[str, str]) -> None:
-    """Append the line to the lines of ``before``; add missing columns to the header."""
-    lines = before.read_text(encoding="utf-8-sig").splitlines() if before.exists() else ["\t".join(COLUMNS)]
+def _append_table_line(table_path: Path, source_table: Path, cells: dict[str, str]) -> None:
+    """Append the line to the lines of ``source_table``; add missing columns to the header."""
+    lines = source_table.read_text(encoding="utf-8-sig").splitlines() if source_table.exists() else ["\t".join(COLUMNS)]
     head = next(index for index, line in enumerate(lines) if line.strip() and not line.startswith("#"))
     columns = lines[head].split("\t")
     known = [column.strip().lower() for column in columns]
     new = [column for column, cell in cells.items() if cell and column not in known]
     lines[head] = "\t".join([*columns, *new])
     lines.append("\t".join(cells.get(column, "") for column in (*known, *new)).rstrip("\t"))
-    with atomic_write(table) as part:
+    with atomic_write(table_path) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -10,9 +10,9 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RefusalReasons
-from overturning.records.component import Component, seed_sensor
-from overturning.records.earthquakes import distance_km
-from overturning.records.record import peaks_of
+from overturning.records.component import Component, seed_band_and_instrument
+from overturning.records.earthquakes import great_circle_distance_km
+from overturning.records.record import peak_ground_motion
 
 MAX_SPREAD_S = 0.5
 """Largest difference in start or in length between components of one record, s."""
@@ -44,7 +44,7 @@ class AssemblyReasons(RefusalReasons):
         self.trusted.append(why)
 
 
-def common_window(components: Sequence[Component], reasons: AssemblyReasons) -> list[Component]:
+def cut_to_common_window(components: Sequence[Component], reasons: AssemblyReasons) -> list[Component]:
     """Cut components to the samples that all of them have.
 
     Starts are rounded to whole samples relative to the latest; a shift of less than half a sample remains. Raises a
@@ -53,10 +53,10 @@ def common_window(components: Sequence[Component], reasons: AssemblyReasons) -> 
     places, and a mixture of raw and processed data are contradictions, which ``trust_data`` accepts.
     """
     _check_one_sensor(components, reasons)
-    interval = _check_one_rate(components)
+    interval = _common_sampling_interval(components)
     _check_one_place(components, reasons)
-    offsets = _start_offsets(components, interval, reasons)
-    spread = _check_lengths(components, interval, reasons)
+    offsets = _samples_before_common_start(components, interval, reasons)
+    spread = _checked_length_difference(components, interval, reasons)
     length = min(c.samples.size - offset for c, offset in zip(components, offsets, strict=True))
     if length < 2:
         raise RecordError(f"{components[0].file}: components have no common window")
@@ -73,7 +73,7 @@ def _check_one_sensor(components: Sequence[Component], reasons: AssemblyReasons)
     """Refuse components of two stations, networks, earthquakes, locations or sensors, and raw with processed ones."""
     said = [
         (c.station, c.extra.get("network", ""), c.event, "processed" if c.processed else "raw", c.location, sensor)
-        for c, sensor in zip(components, map(seed_sensor, components), strict=True)
+        for c, sensor in zip(components, map(seed_band_and_instrument, components), strict=True)
     ]
     for texts in zip(*said, strict=True):
         named = {" ".join(text.split()).casefold(): text for text in texts if text}
@@ -83,7 +83,7 @@ def _check_one_sensor(components: Sequence[Component], reasons: AssemblyReasons)
             reasons.contradict(why, f"they are not of one record: {remedy}")
 
 
-def _check_one_rate(components: Sequence[Component]) -> float:
+def _common_sampling_interval(components: Sequence[Component]) -> float:
     """Return the sampling interval of the components, s; raise a RecordError if they have several."""
     interval = components[0].sampling_interval
     for other in components[1:]:
@@ -95,7 +95,9 @@ def _check_one_rate(components: Sequence[Component]) -> float:
     return interval
 
 
-def _start_offsets(components: Sequence[Component], interval: float, reasons: AssemblyReasons) -> list[int]:
+def _samples_before_common_start(
+    components: Sequence[Component], interval: float, reasons: AssemblyReasons
+) -> list[int]:
     """Return how many samples each component begins before the latest one; 0 for components without a start."""
     starts = [c.start for c in components if c.start is not None]
     if 0 < len(starts) < len(components):
@@ -114,7 +116,7 @@ def _start_offsets(components: Sequence[Component], interval: float, reasons: As
     return [round((latest - start).total_seconds() / interval) for start in starts]
 
 
-def _check_lengths(components: Sequence[Component], interval: float, reasons: AssemblyReasons) -> float:
+def _checked_length_difference(components: Sequence[Component], interval: float, reasons: AssemblyReasons) -> float:
     """Return the difference of the components' lengths, s; refuse a large one between several files."""
     sizes = [c.samples.size for c in components]
     spread = (max(sizes) - min(sizes)) * interval
@@ -130,20 +132,22 @@ def _check_one_place(components: Sequence[Component], reasons: AssemblyReasons) 
     """Refuse components that state two places of one station."""
     places = [(c.latitude, c.longitude) for c in components if c.latitude is not None and c.longitude is not None]
     for place in places[1:]:
-        if (apart := distance_km(places[0], place)) > MAX_STATION_DISTANCE_KM:
+        if (apart := great_circle_distance_km(places[0], place)) > MAX_STATION_DISTANCE_KM:
             first, other = (f"{north:g}° N, {east:g}° E" for north, east in (places[0], place))
             why = f"{components[0].file}: components at {first} and at {other}, {apart:.3g} km apart"
             remedy = "give the files of one sensor together, or say --trust-data if it is one record anyway"
             reasons.contradict(why, f"they are not of one record: {remedy}")
 
 
-def _check_window_peak(whole: Sequence[Component], window: Sequence[Component], reasons: AssemblyReasons) -> None:
+def _check_window_peak(
+    components: Sequence[Component], cut_components: Sequence[Component], reasons: AssemblyReasons
+) -> None:
     """Refuse a common window that holds less than `MIN_WINDOW_PEAK` of a component's peak."""
-    for component, kept in zip(whole, window, strict=True):
+    for component, kept in zip(components, cut_components, strict=True):
         level = component.samples.mean()
         peak, left = (float(np.abs(samples - level).max()) for samples in (component.samples, kept.samples))
         if left < MIN_WINDOW_PEAK * peak:
-            short, size = min(whole, key=lambda one: one.samples.size), component.samples.size
+            short, size = min(components, key=lambda one: one.samples.size), component.samples.size
             why = (
                 f"{short.file}: {short.axis} breaks off after {short.samples.size} of {size} samples, before the "
                 f"largest motion along {component.axis} ({100 * left:.4g} Gal until then, {100 * peak:.4g} later)"
@@ -152,13 +156,13 @@ def _check_window_peak(whole: Sequence[Component], window: Sequence[Component], 
             reasons.contradict(why, remedy)
 
 
-def window_step(
-    whole: Sequence[Component], window: Sequence[Component], north: FloatArray, east: FloatArray
+def common_window_entry(
+    components: Sequence[Component], cut_components: Sequence[Component], north: FloatArray, east: FloatArray
 ) -> tuple[dict[str, Any], ...]:
     """Return the processing step of the common window; empty if all components have the same length."""
-    sizes = {c.axis: c.samples.size for c in whole}
-    kept, interval = window[0].samples.size, window[0].sampling_interval
+    sizes = {c.axis: c.samples.size for c in components}
+    kept, interval = cut_components[0].samples.size, cut_components[0].sampling_interval
     left_out = max(sizes.values()) - kept
-    found = peaks_of(np.stack([north, east]), interval)
+    found = peak_ground_motion(np.stack([north, east]), interval)
     step = {"step": "common_window", "samples": sizes, "kept": kept, "left_out_s": round(left_out * interval, 6)}
     return (step | {"effect": {name: [peak, peak] for name, peak in found.items()}},) if left_out else ()

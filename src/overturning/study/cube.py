@@ -302,5 +302,5 @@ def record_sources(cube: "xr.Dataset") -> list[dict[str, Any]]:
 
 
 def record_provenance(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
-    """Return the provenance of each record, by id; see `overturning.records.record.provenance`."""
+    """Return the provenance of each record, by id; see `overturning.records.record.record_origin_and_processing`."""
     return dict(json_attribute(cube, "record_processing", dict))

@@ -16,9 +16,9 @@ from overturning.files import atomic_write
 from overturning.model.grid import Grid
 from overturning.model.variables import INT8_MISSING, Variable
 from overturning.records.catalogue import METADATA, PLACES
-from overturning.records.duplicates import refuse_duplicates
-from overturning.records.earthquakes import earthquakes_of
-from overturning.records.record import Record, provenance
+from overturning.records.duplicates import refuse_duplicate_records
+from overturning.records.earthquakes import group_by_earthquake
+from overturning.records.record import Record, record_origin_and_processing
 from overturning.study.load import without_absolute_paths
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
 from overturning.study.parts import open_part, record_and_variant_of_part
@@ -56,7 +56,7 @@ def merge_parts(
     """
     from netCDF4 import Dataset
 
-    refuse_duplicates(records)
+    refuse_duplicate_records(records)
     grid, variables = variant_grid(study, variant), cube_variables(study)
     of_record: dict[str, list[Path]] = {record.record_id: [] for record in records}
     for part in part_paths:
@@ -124,7 +124,7 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
     for name, long_name, texts in (
         ("record_id", "identifier of the record", [record.record_id for record in records]),
         ("station", "station of the record", [record.station for record in records]),
-        ("event", "earthquake of the record, one name for each earthquake", earthquakes_of(records).labels),
+        ("event", "earthquake of the record, one name for each earthquake", group_by_earthquake(records).labels),
     ):
         add(name, str, texts, long_name=long_name)
     strikes = [record.fault_strike_deg for record in records]
@@ -180,10 +180,10 @@ def _cube_attributes(study: Study, records: Sequence[Record], variant: str) -> d
         "comment": variant_model(study, variant).comment,
         "study": json.dumps(without_absolute_paths(study), ensure_ascii=False),
         "variant": variant,
-        "earthquakes": json.dumps(earthquakes_of(records).notes, ensure_ascii=False),
+        "earthquakes": json.dumps(group_by_earthquake(records).notes, ensure_ascii=False),
         "record_sources": json.dumps(sources, ensure_ascii=False),
         "record_processing": json.dumps(
-            {record.record_id: provenance(record) for record in records}, ensure_ascii=False, default=str
+            {record.record_id: record_provenance(record) for record in records}, ensure_ascii=False, default=str
         ),
         "versions": json.dumps({name: metadata.version(name) for name in _PACKAGES}),
     }

@@ -13,7 +13,7 @@ from overturning.motion.heading import peak_azimuths, pulse_axis
 from overturning.motion.intensity import PEAKS, intensity_by_azimuth, record_measures
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd
-from overturning.records.earthquakes import earthquakes_of
+from overturning.records.earthquakes import group_by_earthquake
 from overturning.records.record import Record
 from overturning.study.scenes import to_direction_values
 from overturning.study.schema import Study
@@ -41,7 +41,7 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
     table = table.assign_coords(
         record=("record", np.arange(len(records), dtype=np.int32), {"long_name": "number of the record"}),
         record_id=("record", [record.record_id for record in records], {"long_name": "identifier of the record"}),
-        event=("record", list(earthquakes_of(records).labels), {"long_name": "earthquake, one name for each"}),
+        event=("record", list(group_by_earthquake(records).labels), {"long_name": "earthquake, one name for each"}),
     )
     own = study.population.period if study.population else ()
     table = table.assign(_record_measures(records, np.unique([*SPECTRUM_PERIODS, *own])))

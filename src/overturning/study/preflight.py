@@ -14,7 +14,7 @@ from overturning.errors import ArgumentError, ConfigError, MissingDataError, Ove
 from overturning.model.cases import Cases
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
-from overturning.records.catalogue import RecordEntry, find_paths
+from overturning.records.catalogue import RecordEntry, find_entry_paths
 from overturning.study.ensemble import BATCH, MAX_MEMBER_CASES
 from overturning.study.load import record_table_rows
 from overturning.study.scenes import (
@@ -182,7 +182,7 @@ def check_files(study: Study, study_file: str) -> tuple[dict[str, RecordEntry], 
                 "there, or set records.folder"
             )
         try:
-            files[name] = find_paths(entry, folder)
+            files[name] = find_entry_paths(entry, folder)
         except MissingDataError as error:
             faults.append(str(error))
     if faults:
@@ -196,17 +196,17 @@ def check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[st
     Returns notes on the assignment of records to earthquakes, on skipped or resampled data, and on records too weak to
     move any stone.
     """
-    from overturning.records.duplicates import duplicate_texts, find_duplicates, fingerprint
-    from overturning.records.earthquakes import earthquakes_of
-    from overturning.records.processing import process
+    from overturning.records.duplicates import duplicate_messages, find_duplicate_records, motion_fingerprint
+    from overturning.records.earthquakes import group_by_earthquake
+    from overturning.records.processing import process_record
     from overturning.records.read import read_record
 
     faults, records, notes, prints = [], [], [], []
     for entry in record_rows.values():
         try:
             # Keep only metadata and a fingerprint, since a study can have thousands of records.
-            record = process(read_record(entry, Path(study.records.folder)), study.processing)
-            prints.append(fingerprint(record))
+            record = process_record(read_record(entry, Path(study.records.folder)), study.processing)
+            prints.append(motion_fingerprint(record))
             notes += [f"record {entry.id}: {note}" for note in record.notes]
             notes += (
                 [f"record {entry.id}: too weak to move any stone of the study"]
@@ -216,12 +216,12 @@ def check_records(study: Study, record_rows: dict[str, RecordEntry]) -> tuple[st
             records.append(replace(record, north=np.zeros(2), east=np.zeros(2), up=None))
         except OverturningError as error:
             faults.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
-    faults += duplicate_texts(find_duplicates(prints))
+    faults += duplicate_messages(find_duplicate_records(prints))
     if faults:
         raise ConfigError(_format_faults(faults))
     if records:
         _check_outermost_cases(study, min(record.sampling_interval for record in records))
-    return (*(f"earthquakes: {note}" for note in earthquakes_of(records).notes), *notes)
+    return (*(f"earthquakes: {note}" for note in group_by_earthquake(records).notes), *notes)
 
 
 def has_alignment(record_rows: Iterable[RecordEntry]) -> bool:

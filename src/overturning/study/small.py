@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 from overturning.errors import ArgumentError, ConfigError, MissingDataError
 from overturning.files import atomic_write
 from overturning.motion.motion import Accelerogram, Motion
-from overturning.records.duplicates import refuse_duplicates
-from overturning.records.processing import process
+from overturning.records.duplicates import refuse_duplicate_records
+from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.records.record import Record, as_record
-from overturning.records.store import rounded
+from overturning.records.store import round_as_stored
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_members
 from overturning.study.gather import merge_parts
@@ -117,7 +117,7 @@ def run_study(
             "run_study: variants: one cube is returned, that of the study itself; run each as a study of its own"
         )
     used = _process_records(given, study)
-    refuse_duplicates(used)
+    refuse_duplicate_records(used)
     numerics = numerics_of_study(study, threads, client=client)
     members = draw_members(study.ensemble) if study.ensemble.members else None
     with tempfile.TemporaryDirectory() as name:
@@ -150,9 +150,11 @@ def _process_records(records_or_ids: Sequence[Record | str], study: Study) -> li
     only = study.model_copy(update={"records": study.records.model_copy(update={"use": tuple(asked)})})
     entries = record_table_rows(only, "run_study") if asked else {}
     return [
-        rounded(process(read_record(entries[record], Path(study.records.folder)), study.processing, study.site))
+        round_as_stored(
+            process_record(read_record(entries[record], Path(study.records.folder)), study.processing, study.site)
+        )
         if isinstance(record, str)
-        else rounded(process(record, (), study.site))
+        else round_as_stored(process_record(record, (), study.site))
         if study.site
         else record
         for record in records_or_ids

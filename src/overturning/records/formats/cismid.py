@@ -9,7 +9,7 @@ import re
 from datetime import datetime, timedelta
 from typing import Final
 
-from overturning.records.component import Component, Direction, StatedPeak
+from overturning.records.component import Component, Direction, HeaderPeak
 from overturning.records.formats.header import Fields, Header, stated_time
 from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
@@ -72,7 +72,7 @@ def read(source: SourceFile) -> list[Component]:
             station=station.text("station"),
             event=f"earthquake of {header.text('DATE')} {header.text('ORIGIN TIME')} (Peru)",
             origin=origin,
-            place=(station.optional("LATITUDE"), station.optional("LONGITUDE")),
+            coordinates=(station.optional("LATITUDE"), station.optional("LONGITUDE")),
             peak=_peak(header, column - 1),
             epicentre=(header.optional("LATITUDE"), header.optional("LONGITUDE")),
             # A baseline correction alone leaves long-period noise in the samples; a filter removes it.
@@ -90,7 +90,7 @@ def _moment(header: Header, name: str) -> datetime | None:
     return None if moment and moment.year in SUMMERS and moment.month <= 4 else moment
 
 
-def _peak(header: Header, place: int) -> StatedPeak | None:
+def _peak(header: Header, place: int) -> HeaderPeak | None:
     """Return the stated peak of the component in a column, counted from 0; None if the header states none."""
     stated = header.text("MAXIMUM ACCELERATION").split()
     return header.peak("MAXIMUM ACCELERATION", GAL, stated[place]) if stated else None

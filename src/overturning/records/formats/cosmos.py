@@ -19,12 +19,12 @@ from overturning.records.component import (
     UNKNOWN,
     Component,
     Direction,
-    StatedPeak,
-    agreed_direction,
-    channel_axis,
-    coded_azimuth,
-    sensor_at,
-    stated_location,
+    HeaderPeak,
+    azimuth_code_direction,
+    channel_code_direction,
+    classify_sensor,
+    direction_from_name_and_code,
+    parse_sensor_location,
 )
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
 from overturning.records.formats.lines import Lines, component_reader
@@ -95,7 +95,7 @@ def read(lines: Lines) -> tuple[Component, int]:
     origin, places = header.earthquake()
     # Resolution of the stated peak: one count, or 1e-5 of the unit.
     digit = (1.0 if unit == COUNTS else 1e-5) * scale
-    peak = StatedPeak(abs(known[63]) * scale, digit, line=lines.before + reals_at + 12) if 63 in known else None
+    peak = HeaderPeak(abs(known[63]) * scale, digit, line=lines.before + reals_at + 12) if 63 in known else None
     component = header.component(
         axis,
         direction,
@@ -104,9 +104,9 @@ def read(lines: Lines) -> tuple[Component, int]:
         # The header does not state the offset of a local clock from UTC.
         start=_start(lines, whole, float(real[29])) if header.text("clock").upper() in ("", "UTC", "GMT") else None,
         origin=origin,
-        place=(known.get(0), known.get(1)),
-        sensor=sensor_at(text=text[8]),
-        location=stated_location(text[8]),
+        coordinates=(known.get(0), known.get(1)),
+        sensor=classify_sensor(location_text=text[8]),
+        location=parse_sensor_location(text[8]),
         peak=peak,
         processed=bool(header.text("corrected")),
         extra=({"magnitude": known[12]} if 12 in known else {}) | places | _agency(header),
@@ -158,12 +158,12 @@ def _unit(lines: Lines, data_at: int, code: int) -> int:
 def _axis(header: Header, comments: Sequence[str], code: int) -> tuple[str, Direction]:
     """Return name and direction of the axis, from text and code, which must agree; else from the SEED channel code."""
     word = header.text("axis")
-    coded = {400: (None, 1), 401: (None, -1)}.get(code, coded_azimuth(code))
-    direction = agreed_direction(word, coded, partial(header.error, "axis"))
+    coded = {400: (None, 1), 401: (None, -1)}.get(code, azimuth_code_direction(code))
+    direction = direction_from_name_and_code(word, coded, partial(header.error, "axis"))
     if direction == UNKNOWN and code in (0, -999):
         found = re.search(r"<SCNL>\s*[^.\s]+\.([A-Z0-9]{3})\.", "\n".join([*header.lines[:13], *comments]))
         word = found[1] if found else word
-        direction = channel_axis(found[1] if found else "")
+        direction = channel_code_direction(found[1] if found else "")
     return word or str(code), direction
 
 

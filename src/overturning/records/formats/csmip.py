@@ -17,11 +17,11 @@ from overturning.records.component import (
     CODED_SENSES,
     UNKNOWN,
     Component,
-    agreed_direction,
-    coded_azimuth,
-    parse_axis,
-    sensor_at,
-    stated_location,
+    azimuth_code_direction,
+    classify_sensor,
+    direction_from_name_and_code,
+    parse_axis_direction,
+    parse_sensor_location,
 )
 from overturning.records.formats.header import EARTHQUAKE, Fields, Header
 from overturning.records.formats.lines import FLOAT, Lines, component_reader
@@ -80,14 +80,16 @@ def read(block: Lines) -> tuple[Component, int]:
     number, axis = header.found["CHAN with the axis"][1].groups()
     # Volume 2 names the axis in its first line too; only the channel's own line states the sensor's location.
     channel = header.text("channel")
-    if channel and parse_axis(channel.split()[0].rstrip(",")) != parse_axis(axis):
+    if channel and parse_axis_direction(channel.split()[0].rstrip(",")) != parse_axis_direction(axis):
         why = f"axis {channel.split()[0]!r}, but line {block.before + at + 1} says {axis!r}"
         raise header.error("channel", f"{why}; find out which, and correct the file")
     whole = block.fixed_integers(text_lines, width=5, per_line=16, count=100)
     code = int(whole[26])
     # The code alone does not define the sense: RENADIC codes V as 500 without stating that it points up.
-    senses = {} if parse_axis(axis) == UNKNOWN else CODED_SENSES
-    direction = agreed_direction(axis, senses.get(code, coded_azimuth(code)), partial(block.error, at))
+    senses = {} if parse_axis_direction(axis) == UNKNOWN else CODED_SENSES
+    direction = direction_from_name_and_code(
+        axis, senses.get(code, azimuth_code_direction(code)), partial(block.error, at)
+    )
     introduced = re.compile(str(DATA["number of samples"]), re.IGNORECASE)
     data_at = next((i for i in range(text_lines + 7, end) if introduced.match(block.lines[i])), 0)
     samples, interval, notes = _even_samples(block, data_at, header) if data_at else _pairs(block, text_lines, header)
@@ -108,9 +110,9 @@ def read(block: Lines) -> tuple[Component, int]:
         start=start,
         station=station,
         origin=origin,
-        place=(latitude, longitude),
-        sensor=sensor_at(text=channel),
-        location=stated_location(channel),
+        coordinates=(latitude, longitude),
+        sensor=classify_sensor(location_text=channel),
+        location=parse_sensor_location(channel),
         peak=header.peak("peak", UNITS[_unit_of_peak(header)]) if header.text("peak") else None,
         processed=volume == 2,
         extra=places | agency,

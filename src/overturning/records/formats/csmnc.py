@@ -9,7 +9,7 @@ time, which is the time of the first sample.
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import Component, Direction, parse_axis, sensor_at
+from overturning.records.component import Component, Direction, classify_sensor, parse_axis_direction
 from overturning.records.formats.header import Fields, Header, stated_time
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
@@ -52,13 +52,13 @@ def read(source: SourceFile) -> list[Component]:
     return [
         header.component(
             axis,
-            AXES.get(axis.upper(), parse_axis(axis)),
+            AXES.get(axis.upper(), parse_axis_direction(axis)),
             samples * GAL,
             interval,
             start=header.moment("start", *CLOCKS, ahead=BEIJING) if header.text("start") else None,
             origin=stated_time(header.text("origin"), *CLOCKS, ahead=BEIJING),
             peak=header.peak("peak", GAL) if header.text("peak") else None,
-            sensor=sensor_at(text=header.text("observing point")),
+            sensor=classify_sensor(location_text=header.text("observing point")),
             location=" ".join(header.text("observing point").split()),
             processed=header.text("quantity").upper().startswith("CORRECTED"),
             extra=header.numbers({"depth_km": "depth"}),

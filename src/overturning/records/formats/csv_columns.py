@@ -9,7 +9,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RefusalReasons
-from overturning.records.component import UNKNOWN, Component, parse_axis
+from overturning.records.component import UNKNOWN, Component, parse_axis_direction
 from overturning.records.declarations import Declarations
 from overturning.records.formats.headings import SECONDS, first_row, heading_cells, heading_notes, text_line_notes
 from overturning.records.formats.lines import Lines
@@ -49,10 +49,10 @@ def read(source: SourceFile, declared: Declarations) -> list[Component]:
             interval = _interval(lines, first, rows[:, index] * SECONDS[unit], declared.sampling_interval_s)
     extra = {"declared": declared.sample_declarations}
     return [
-        Component.of(
+        Component.from_file(
             source,
             word,
-            parse_axis(word),
+            parse_axis_direction(word),
             rows[:, index] * UNITS[unit],
             interval,
             processed=declared.processed,
@@ -115,7 +115,7 @@ def _columns(text: str, name: str) -> list[tuple[str, str]]:
         axis, _, unit = word.rpartition(":") if ":" in word else (word, "", "")
         if axis.lower() == "skip" or (axis.lower() == "time" and unit in SECONDS):
             columns.append((axis.lower(), unit))
-        elif unit.lower() in UNITS and parse_axis(axis) != UNKNOWN:
+        elif unit.lower() in UNITS and parse_axis_direction(axis) != UNKNOWN:
             columns.append((axis, unit.lower()))
         elif not columns and re.search(r"[,;]", word):
             raise RecordError(f"{name}: columns {text!r}; set them off by blanks, not by commas or semicolons")

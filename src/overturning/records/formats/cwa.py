@@ -9,7 +9,7 @@ import re
 from datetime import timedelta
 from typing import Final
 
-from overturning.records.component import Component, Direction, StatedPeak
+from overturning.records.component import Component, Direction, HeaderPeak
 from overturning.records.formats.header import Fields, Header, stated_time
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
@@ -59,7 +59,7 @@ def read(source: SourceFile) -> list[Component]:
             station=header.text("StationCode"),
             event=f"earthquake of {header.text('Origin Time(GMT+08)')} (GMT+8)",
             origin=stated_time(header.text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", ahead=TAIWAN),
-            place=(header.value("StationLatitude(N)"), header.value("StationLongitude(E)")),
+            coordinates=(header.value("StationLatitude(N)"), header.value("StationLongitude(E)")),
             peak=_peak(header, f"AmplitudeMAX. {axis[0]}"),
             epicentre=(header.optional("EpicenterLatitude(N)"), header.optional("EpicenterLongitude(E)")),
             extra=header.numbers({"magnitude": "Magnitude(Ml)", "depth_km": "Depth(km)"}),
@@ -69,7 +69,7 @@ def read(source: SourceFile) -> list[Component]:
     ]
 
 
-def _peak(header: Header, key: str) -> StatedPeak:
+def _peak(header: Header, key: str) -> HeaderPeak:
     stated = re.fullmatch(rf"({FLOAT})\s*~\s*({FLOAT})", header.text(key))
     if stated is None:
         raise header.error(key, f"{header.text(key)!r} where the largest and smallest sample belong; get it again")

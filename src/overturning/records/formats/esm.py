@@ -3,7 +3,7 @@
 import re
 from typing import Final
 
-from overturning.records.component import Component, channel_axis, sensor_at
+from overturning.records.component import Component, channel_code_direction, classify_sensor
 from overturning.records.formats.header import Fields, Header, stated_time
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -42,16 +42,16 @@ def read(source: SourceFile) -> list[Component]:
     return [
         header.component(
             text("STREAM"),
-            channel_axis(text("STREAM")),
+            channel_code_direction(text("STREAM")),
             samples * GAL,
             interval,
             start=header.moment(first_sample, "%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S") if text(first_sample) else None,
             station=text("STATION_CODE"),
             event=text("EVENT_NAME") or text("EVENT_ID"),
             origin=stated_time(f"{text('EVENT_DATE_YYYYMMDD')} {text('EVENT_TIME_HHMMSS')[:6]}", "%Y%m%d %H%M%S"),
-            place=(header.optional("STATION_LATITUDE_DEGREE"), header.optional("STATION_LONGITUDE_DEGREE")),
+            coordinates=(header.optional("STATION_LATITUDE_DEGREE"), header.optional("STATION_LONGITUDE_DEGREE")),
             peak=header.peak("PGA_CM/S^2", GAL) if text("PGA_CM/S^2") else None,
-            sensor=sensor_at(header.optional("SENSOR_DEPTH_M")),
+            sensor=classify_sensor(header.optional("SENSOR_DEPTH_M")),
             location=text("LOCATION"),
             processed=not (raw or text("DATA_TYPE").upper().startswith("UNPROCESSED")),
             epicentre=(header.optional("EVENT_LATITUDE_DEGREE"), header.optional("EVENT_LONGITUDE_DEGREE")),

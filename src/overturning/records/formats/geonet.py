@@ -9,7 +9,7 @@ from datetime import timedelta
 from functools import partial
 from typing import Final
 
-from overturning.records.component import UNKNOWN, Component, agreed_direction, parse_axis
+from overturning.records.component import UNKNOWN, Component, direction_from_name_and_code, parse_axis_direction
 from overturning.records.formats.header import PLACE, Fields, Header, stated_time
 from overturning.records.formats.lines import FLOAT, Lines, component_reader
 
@@ -45,7 +45,7 @@ def read(block: Lines) -> tuple[Component, int]:
         raise header.error("interval", f"interval {interval} s, but the numbers below say {real[25]}; get it again")
     axis = header.text("component")
     # The code of a vertical axis has no meaning.
-    coded = UNKNOWN if parse_axis(axis)[1] else (float(whole[27]) % 360.0, 0)
+    coded = UNKNOWN if parse_axis_direction(axis)[1] else (float(whole[27]) % 360.0, 0)
     samples = block.fixed_columns(HEADER_LINES, width=8, per_line=10, count=count)
     end = HEADER_LINES + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
     if end > len(text):
@@ -58,7 +58,7 @@ def read(block: Lines) -> tuple[Component, int]:
     end, notes = block.after_samples(end, count)
     return header.component(
         axis,
-        agreed_direction(axis, coded, partial(header.error, "component")),
+        direction_from_name_and_code(axis, coded, partial(header.error, "component")),
         samples * (MM if corrected else MM * header.value("unit")),
         interval,
         # Corrected files begin before the start of the buffer, usually by 5 s.

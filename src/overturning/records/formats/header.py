@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.component import Component, Direction, StatedPeak
+from overturning.records.component import Component, Direction, HeaderPeak
 from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 
@@ -112,11 +112,11 @@ class Header(Lines):
         """Return the numbers of the stated fields under their names in a record's ``extra``."""
         return {name: self.value(stated) for name, stated in names.items() if self.text(stated)}
 
-    def peak(self, name: str, scale: float, text: str | None = None, *, after_mean: bool = False) -> StatedPeak:
+    def peak(self, name: str, scale: float, text: str | None = None, *, after_mean: bool = False) -> HeaderPeak:
         """Return the peak that a field (or a part of its text) states; ``scale`` is its unit in m/s²."""
         stated = self.text(name) if text is None else text
         size = abs(self.value(name, stated))
-        return StatedPeak(size * scale, resolution(stated) * scale, after_mean, self.before + self.at(name) + 1)
+        return HeaderPeak(size * scale, resolution(stated) * scale, after_mean, self.before + self.at(name) + 1)
 
     def moment(self, name: str, *patterns: str, text: str | None = None, ahead: timedelta = timedelta()) -> datetime:
         """Return the UTC time in a field (or a part of its text); ``ahead`` is local time minus UTC."""
@@ -202,8 +202,8 @@ class Header(Lines):
         usual = {"station": self.text("station"), "event": " ".join(self.text("event").split())}
         extra = self.numbers({"magnitude": "magnitude"}) | stated.pop("extra", {})
         extra |= epicentre(*stated.pop("epicentre", self.place("epicentre")))
-        stated = usual | {"place": self.place("coordinates")} | stated
-        return Component.of(self.source, axis, direction, samples, interval, extra=extra, **stated)
+        stated = usual | {"coordinates": self.place("coordinates")} | stated
+        return Component.from_file(self.source, axis, direction, samples, interval, extra=extra, **stated)
 
 
 def epicentre(north: float | None, east: float | None) -> dict[str, float]:

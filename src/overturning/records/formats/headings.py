@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from overturning.records.component import UNKNOWN, Direction, channel_axis, parse_axis
+from overturning.records.component import UNKNOWN, Direction, channel_code_direction, parse_axis_direction
 from overturning.records.formats.lines import FLOAT
 from overturning.units import UNITS
 
@@ -79,15 +79,15 @@ def _cells(line: str, separator: str | None, width: int) -> list[str]:
 
 def heading_axis(text: str) -> Direction:
     """Return the direction that a heading names: ``N``, ``HNE``, ``Acc.E-W (gal)``; unknown if it names two."""
-    if (whole := parse_axis(text.partition("(")[0].partition("[")[0])) != UNKNOWN:
+    if (whole := parse_axis_direction(text.partition("(")[0].partition("[")[0])) != UNKNOWN:
         return whole
     named = set[Direction]()
     for word in re.split(r"[\s_.:,()\[\]]+", text):
         prefixed = _PREFIXED.fullmatch(word)
         if _SEED.fullmatch(word.upper()) and len(word) == 3:
-            named.add(channel_axis(word))
+            named.add(channel_code_direction(word))
         elif re.search("[A-Za-z]", word) and word != "s":  # "s" stands for seconds, not south.
-            named.add(parse_axis(prefixed[1] if prefixed else word))
+            named.add(parse_axis_direction(prefixed[1] if prefixed else word))
     named.discard(UNKNOWN)
     return named.pop() if len(named) == 1 else UNKNOWN
 
@@ -144,7 +144,10 @@ def heading_notes(
             known: Mapping[str, float] = SECONDS if word == "time" else UNITS
             # A second line of headings may hold units only.
             named = _normalise(rest or axis).rstrip(")] ").replace("seconds", "s").replace("sec", "s")
-            other_axis = word != "time" and heading_axis(text.strip("\"'# ")) not in (UNKNOWN, parse_axis(word))
+            other_axis = word != "time" and heading_axis(text.strip("\"'# ")) not in (
+                UNKNOWN,
+                parse_axis_direction(word),
+            )
             if word == "skip":
                 continue
             if other_axis or known.get(named, known[unit]) != known[unit]:

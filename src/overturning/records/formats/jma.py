@@ -55,7 +55,7 @@ def read(source: SourceFile) -> list[Component]:
             header.interval("SAMPLING RATE"),
             start=header.moment("INITIAL TIME", *CLOCKS, ahead=JAPAN),
             station=station,
-            place=(header.value("LAT."), header.value("LON.")),
+            coordinates=(header.value("LAT."), header.value("LON.")),
         )
         for column, axis in enumerate(columns)
     ]

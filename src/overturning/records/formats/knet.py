@@ -76,7 +76,7 @@ def read(source: SourceFile) -> list[Component]:
             station=station,
             event=header.text("Origin Time") + " JST",
             origin=stated_time(header.text("Origin Time"), CLOCK, ahead=JAPAN),
-            place=(header.value("Station Lat."), header.value("Station Long.")),
+            coordinates=(header.value("Station Lat."), header.value("Station Long.")),
             peak=header.peak("Max. Acc. (gal)", GAL, after_mean=True),
             sensor=sensor,
             # An unknown magnitude is blank.

@@ -8,7 +8,12 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError, RefusalReasons
-from overturning.records.component import Component, channel_code_notes, direction_by_code, sensor_at
+from overturning.records.component import (
+    Component,
+    channel_code_notes,
+    classify_sensor,
+    fill_direction_from_channel_code,
+)
 from overturning.records.declarations import Declarations
 from overturning.records.formats.stationxml import acceleration_scale, epoch_of, is_velocity, read_inventory
 from overturning.records.source import SourceFile
@@ -84,7 +89,9 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: Declara
         raise RecordError(
             f"{channel} is of an accelerometer by its code (N), but in {unit} in the StationXML; correct its units"
         )
-    direction, coded = direction_by_code(code, epoch.direction, f"{channel}: the StationXML states no azimuth and dip")
+    direction, coded = fill_direction_from_channel_code(
+        code, epoch.direction, f"{channel}: the StationXML states no azimuth and dip"
+    )
     # The code does not replace a direction that the StationXML calls unknown.
     direction, coded = (epoch.direction, ()) if epoch.not_oriented else (direction, coded)
     notes = [*channel_code_notes(code, direction, "the StationXML"), *coded, *epoch.notes]
@@ -96,7 +103,7 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: Declara
             what = f"channel {code} of a velocity sensor reaches {100 * speed:.2g} cm/s"
             notes += [f"{what}: most saturate from 1 or 2 cm/s on, and their acceleration is wrong then; look at it"]
         samples, removed = _deconvolved(trace, epoch.channel.response, source.name), "response"
-    return Component.of(
+    return Component.from_file(
         source,
         code,
         direction,
@@ -104,8 +111,8 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: Declara
         float(trace.stats.delta),
         start=moment.datetime.replace(tzinfo=UTC),
         station=trace.stats.station,
-        place=(epoch.channel.latitude, epoch.channel.longitude),
-        sensor=sensor_at(epoch.channel.depth),
+        coordinates=(epoch.channel.latitude, epoch.channel.longitude),
+        sensor=classify_sensor(epoch.channel.depth),
         location=trace.stats.location or BLANK,
         unit=declared.unit if declared.unit and UNITS.get(declared.unit) == scale else "",
         extra={"removed": removed, "network": trace.stats.network} | epoch.trusted_entry,

@@ -48,7 +48,7 @@ def read(source: SourceFile) -> list[Component]:
                 start=header.moment("time of the record", "%d/%m/%Y %H:%M:%S.%f", text=f"{moment}.{fraction[:6] or 0}"),
                 event=f"earthquake of {header.text('origin')}",
                 origin=stated_time(header.text("origin").partition(".")[0], "%d/%m/%Y %H:%M:%S"),
-                place=header.place("a place like 40.84N-31.15E"),
+                coordinates=header.place("a place like 40.84N-31.15E"),
                 peak=header.peak("PGA in Gal (no other unit is read)", GAL, stated[1]),
                 epicentre=header.place("an epicentre like 40.84N-31.15E"),
                 notes=notes,

@@ -7,7 +7,7 @@ format. The header states no peak; the earthquake's date has no time.
 import re
 from typing import Any, Final
 
-from overturning.records.component import Component, direction_by_code, parse_axis
+from overturning.records.component import Component, fill_direction_from_channel_code, parse_axis_direction
 from overturning.records.formats.header import Fields, Header
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
@@ -38,7 +38,9 @@ def read(source: SourceFile) -> list[Component]:
         event, station = f"{', '.join(parts[:dated])} {parts[dated]}", parts[dated + 1 : -1]
     corners = header.match("corners")
     filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
-    direction, coded = direction_by_code(axis, parse_axis(axis), f"{source.name}: its header states no azimuth")
+    direction, coded = fill_direction_from_channel_code(
+        axis, parse_axis_direction(axis), f"{source.name}: its header states no azimuth"
+    )
     more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered}
     more |= {"notes": (*notes, *coded), "sensor": "borehole" if BOREHOLE.fullmatch(axis) else "surface"}
     return [header.component(axis, direction, samples * STANDARD_GRAVITY, header.value("DT"), **more)]

@@ -11,10 +11,10 @@ from overturning.records.component import (
     UNKNOWN,
     Component,
     Direction,
-    StatedPeak,
+    HeaderPeak,
     channel_code_notes,
-    direction_by_code,
-    sensor_at,
+    classify_sensor,
+    fill_direction_from_channel_code,
 )
 from overturning.records.declarations import Declarations
 from overturning.records.formats.miniseed import components_of, read_stream
@@ -77,11 +77,11 @@ def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations
     notes = channel_code_notes(trace.stats.channel, direction, "its header")
     if known("cmpaz") is None or known("cmpinc") is None:
         why = f"{source.name}: its header states no direction (CMPAZ, CMPINC)"
-        direction, coded = direction_by_code(trace.stats.channel, direction, why)
+        direction, coded = fill_direction_from_channel_code(trace.stats.channel, direction, why)
         notes += coded
     if (factor := known("scale")) not in (None, 0.0, 1.0):
         notes += (f"{source.name}: its header's SCALE, {factor:g}, is not applied: samples are in {unit}, as declared",)
-    return Component.of(
+    return Component.from_file(
         source,
         trace.stats.channel or "unnamed",
         direction,
@@ -91,9 +91,9 @@ def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations
         station=trace.stats.station,
         event=str(header.get("kevnm", "")).strip(),
         origin=origin,
-        place=(known("stla"), known("stlo")),
-        peak=StatedPeak(max(peaks) * scale, 2e-7 * max(peaks) * scale) if peaks else None,
-        sensor=sensor_at(known("stdp")),
+        coordinates=(known("stla"), known("stlo")),
+        peak=HeaderPeak(max(peaks) * scale, 2e-7 * max(peaks) * scale) if peaks else None,
+        sensor=classify_sensor(known("stdp")),
         location=trace.stats.location,
         processed=bool(declared.processed),
         unit=unit,

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, agreed_direction
+from overturning.records.component import UNKNOWN, Component, Direction, HeaderPeak, direction_from_name_and_code
 from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -45,7 +45,7 @@ def read(source: SourceFile) -> list[Component]:
     axis, direction = _axis(text, whole)
     station = re.search(r"station\s*=\s*(.*?)[\s,]*component=", lines[5])
     return [
-        Component.of(
+        Component.from_file(
             source,
             axis,
             direction,
@@ -54,9 +54,9 @@ def read(source: SourceFile) -> list[Component]:
             start=_start(whole, text),
             station=(station[1] if station else "") or lines[2].strip(),
             event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
-            place=(known.get(10), known.get(11)),
+            coordinates=(known.get(10), known.get(11)),
             # The header has seven digits, the data have five: they may differ by half a unit of the data's last digit.
-            peak=StatedPeak(max(peaks) * GAL, 1e-4 * max(peaks) * GAL, line=23) if peaks else None,
+            peak=HeaderPeak(max(peaks) * GAL, 1e-4 * max(peaks) * GAL, line=23) if peaks else None,
             location=_location(whole),
             processed=KINDS[kind],
             extra={"magnitude": known[5]} if 5 in known else {},
@@ -84,7 +84,7 @@ def _axis(text: Lines, whole: np.ndarray) -> tuple[str, Direction]:
     senses: dict[int, Direction] = {0: (None, 1), 180: (None, -1)}
     level = whole[12] == 90 and whole[13] != NULL
     coded = (float(whole[13]) % 360.0, 0) if level else senses.get(int(whole[12]), UNKNOWN)
-    return axis, agreed_direction(axis, coded, partial(text.error, 5))
+    return axis, direction_from_name_and_code(axis, coded, partial(text.error, 5))
 
 
 def _location(whole: np.ndarray) -> str:

@@ -9,7 +9,7 @@ import re
 from datetime import datetime, timedelta
 from typing import Final
 
-from overturning.records.component import UNKNOWN, Component, parse_axis
+from overturning.records.component import UNKNOWN, Component, parse_axis_direction
 from overturning.records.formats.header import Fields, Header
 from overturning.records.formats.lines import FLOAT
 from overturning.records.source import SourceFile
@@ -60,14 +60,14 @@ def read(source: SourceFile) -> list[Component]:
         header.component(
             axis,
             # The sense of a vertical axis is unknown, even of +V.
-            UNKNOWN if "V" in axis.upper() else parse_axis(axis),
+            UNKNOWN if "V" in axis.upper() else parse_axis_direction(axis),
             stated[column][0][:, column] * GAL,
             header.value("INTERVALO DE MUESTREO", intervals[column]),
             start=start,
             station=header.text("CLAVE DE LA ESTACION"),
             event=f"earthquake of {header.text('FECHA DEL SISMO')} {header.text('HORA EPICENTRO')} GMT",
             origin=origin,
-            place=_place(header),
+            coordinates=_place(header),
             peak=header.peak("ACEL. MAX.", GAL, peaks[column]) if column < len(peaks) else None,
             notes=stated[column][1],
         )

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.records.component import CODED_SENSES, Component, agreed_direction, coded_azimuth
+from overturning.records.component import CODED_SENSES, Component, azimuth_code_direction, direction_from_name_and_code
 from overturning.records.formats.header import PLACE, Fields, Header, stated_time
 from overturning.records.formats.lines import FLOAT, Lines, component_reader
 from overturning.units import STANDARD_GRAVITY
@@ -65,8 +65,8 @@ def read(block: Lines) -> tuple[Component, int]:
     ends = end < len(text) and bool(text[end].strip()) and not text[end].startswith("FILE")
     return header.component(
         header.text("COMP"),
-        agreed_direction(
-            header.text("COMP"), CODED_SENSES.get(code, coded_azimuth(code)), partial(header.error, "COMP")
+        direction_from_name_and_code(
+            header.text("COMP"), CODED_SENSES.get(code, azimuth_code_direction(code)), partial(header.error, "COMP")
         ),
         samples,
         interval,

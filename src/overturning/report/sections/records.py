@@ -9,7 +9,7 @@ import numpy as np
 from overturning.figures.polar_map import plane_map_figure
 from overturning.figures.site_map import distance_sentences, sites_by_earthquake
 from overturning.model.status import Status
-from overturning.records.record import summary
+from overturning.records.record import processing_entry_text
 from overturning.report.blocks import Bullets, Disclosure, Figure, Film, Link, Note, Row, Said, Section, section, table
 from overturning.report.results import RecordName, Results
 from overturning.report.text import degrees, number, of_group
@@ -191,7 +191,7 @@ def _processing(results: Results) -> Said:
 
 def _account(account: dict[str, Any]) -> tuple[str, ...]:
     """Cells of a record's row, after its name."""
-    steps = [summary(step) for step in account["steps"]]
+    steps = [processing_entry_text(step) for step in account["steps"]]
     peaks = []
     for measure, unit, digits in _PEAKS:
         before, after = (f"{value / unit:.{digits}f}" for value in account["peaks"][measure])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.motion.heading import daubechies_wavelet, peak_azimuths, pulse_axis
+from overturning.motion.heading import daubechies_wavelet, peak_azimuths, strongest_pulse_axis_and_period
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 
@@ -16,7 +16,7 @@ def test_pulse_axis_and_period_are_recovered_from_noise(azimuth: float) -> None:
     angle = np.radians(azimuth)
     along = np.stack([velocity * np.cos(angle), velocity * np.sin(angle)]) + noise
     motion = Motion(*np.gradient(along, 0.01, axis=1), sampling_interval=0.01)
-    axis, period = pulse_axis(motion)
+    axis, period = strongest_pulse_axis_and_period(motion)
     assert abs((axis - azimuth + 90) % 180 - 90) < 3
     assert period == pytest.approx(2.0, rel=0.15)
 
@@ -38,7 +38,7 @@ def test_wavelet_matches_pywavelets_db4() -> None:
 )
 def test_pulse_axes_match_a_time_domain_convolution(number: int, axis: float, period: float) -> None:
     """Reference: PyWavelets' db4 convolved in time with the velocity, at samples at least 0.04 s apart."""
-    found = pulse_axis(near_field(number, pulse=number < 15)[0])
+    found = strongest_pulse_axis_and_period(near_field(number, pulse=number < 15)[0])
     assert abs((found[0] - axis + 90) % 180 - 90) < 0.2
     assert found[1] == pytest.approx(period, rel=0.01)
 
@@ -50,4 +50,4 @@ def test_peak_azimuths_point_along_the_largest_vector() -> None:
     assert towards["pga"] == pytest.approx(np.degrees(np.arctan2(4.0, -3.0)))
     still = Motion(np.zeros(10), np.zeros(10), sampling_interval=0.01)
     assert np.isnan(peak_azimuths(still)["pgv"])
-    assert np.isnan(pulse_axis(still)[0])
+    assert np.isnan(strongest_pulse_axis_and_period(still)[0])

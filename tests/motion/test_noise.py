@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal.windows import tukey
 
-from overturning.motion.fourier import band_amplitude
-from overturning.motion.noise import noise_ratio, onset
+from overturning.motion.fourier import rms_band_amplitude
+from overturning.motion.noise import onset_index, signal_to_noise_ratio
 from overturning.records.processing import (
     BOUNDS_HZ,
     DEFAULT_HZ,
@@ -30,12 +30,12 @@ def made(ahead: float, noise: float, seed: int = 3, drift: float = 0.0) -> np.nd
 @pytest.mark.parametrize("drift", [0.0, 0.05])
 def test_the_onset_is_found_within_a_tenth_of_a_second(ahead, drift):
     samples = made(ahead, 0.01, drift=drift)
-    assert onset(samples) * DT == pytest.approx(ahead, abs=0.1)
-    assert onset(samples * 2.0**-24) == onset(samples)  # in any unit
+    assert onset_index(samples) * DT == pytest.approx(ahead, abs=0.1)
+    assert onset_index(samples * 2.0**-24) == onset_index(samples)  # in any unit
 
 
 def test_white_noise_and_a_white_signal_have_the_ratio_of_their_powers():
-    found = noise_ratio([made(20.0, 0.01), made(20.0, 0.01, seed=4)], DT)
+    found = signal_to_noise_ratio([made(20.0, 0.01), made(20.0, 0.01, seed=4)], DT)
     assert found is not None
     assert found.onset == pytest.approx(20.0, abs=0.1)
     assert found.frequency[0] == pytest.approx(3 / found.onset)  # three cycles of the slowest
@@ -50,7 +50,7 @@ def test_windows_are_tapered_over_five_per_cent_at_each_end(lasting):
     random = np.random.default_rng(8)
     samples = 0.01 * random.normal(size=5200)
     samples[2000 : 2000 + lasting] += random.normal(size=lasting)
-    found = noise_ratio([samples], DT)
+    found = signal_to_noise_ratio([samples], DT)
     assert found is not None
     first, moving = round(found.onset / DT), samples - samples.mean()
     energy = np.cumsum(moving[first:] ** 2)
@@ -58,14 +58,14 @@ def test_windows_are_tapered_over_five_per_cent_at_each_end(lasting):
     assert (last - first < 20) == (lasting == 12)
     for part, spectrum in ((moving[first:last], found.signal[0]), (moving[:first], found.noise[0])):
         window = tukey(part.size, 2 * max(1, part.size // 20) / (part.size - 1))
-        expected = band_amplitude((part - part.mean()) * window, DT, found.frequency) / np.sqrt(part.size * DT)
+        expected = rms_band_amplitude((part - part.mean()) * window, DT, found.frequency) / np.sqrt(part.size * DT)
         np.testing.assert_allclose(spectrum, expected, rtol=1e-9)
 
 
 def test_constant_offset_does_not_count_as_noise():
     """A tilted sensor has an offset between the samples before and after the onset."""
     level, shifted = made(20.0, 0.01), made(20.0, 0.01) - np.where(TIME < 20.0, 0.05, 0.0)
-    first, second = noise_ratio([level], DT), noise_ratio([shifted], DT)
+    first, second = signal_to_noise_ratio([level], DT), signal_to_noise_ratio([shifted], DT)
     assert first is not None
     assert second is not None
     assert first.onset == second.onset
@@ -73,10 +73,10 @@ def test_constant_offset_does_not_count_as_noise():
 
 
 def test_no_ratio_without_noise_before_the_onset():
-    assert noise_ratio([made(1.0, 0.01)], DT) is None
-    assert noise_ratio([np.zeros(100)], DT) is None
+    assert signal_to_noise_ratio([made(1.0, 0.01)], DT) is None
+    assert signal_to_noise_ratio([np.zeros(100)], DT) is None
     quiet = made(20.0, 0.0)
-    assert noise_ratio([quiet], DT) is None  # zeros put before a record are no noise
+    assert signal_to_noise_ratio([quiet], DT) is None  # zeros put before a record are no noise
 
 
 def record(north, east) -> Record:

@@ -6,7 +6,7 @@ import pytest
 import overturning
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
-from overturning.motion.plausible import implausibility
+from overturning.motion.plausible import implausible_amplitude_reason
 
 TIME = np.arange(0, 10, 0.01)
 WAVE = np.sin(2 * np.pi * TIME) * np.exp(-((TIME - 5) ** 2))
@@ -26,7 +26,7 @@ G = 9.80665
     ],
 )
 def test_implausible_peak_names_bound_and_likely_unit(peak, unit, words):
-    found = implausibility([peak * WAVE / np.abs(WAVE).max(), 0 * WAVE], 0.01, unit=unit)
+    found = implausible_amplitude_reason([peak * WAVE / np.abs(WAVE).max(), 0 * WAVE], 0.01, unit=unit)
     assert bool(found) == bool(words)
     for word in words:
         assert word in found
@@ -34,11 +34,11 @@ def test_implausible_peak_names_bound_and_likely_unit(peak, unit, words):
 
 def test_implausible_velocity_is_reported():
     steady = np.full(1000, 2.0)
-    assert "peak velocity 1998 cm/s" in implausibility([steady], 0.01)
-    assert implausibility([steady], 0.01, pgv=False) == ""
+    assert "peak velocity 1998 cm/s" in implausible_amplitude_reason([steady], 0.01)
+    assert implausible_amplitude_reason([steady], 0.01, check_velocity=False) == ""
     # Above 10 m/s, three times what was ever recorded: 9.99 s of steady acceleration to either side of it.
-    assert implausibility([steady / 2], 0.01) == ""
-    assert "at most 1000 cm/s" in implausibility([steady / 1.98], 0.01)
+    assert implausible_amplitude_reason([steady / 2], 0.01) == ""
+    assert "at most 1000 cm/s" in implausible_amplitude_reason([steady / 1.98], 0.01)
 
 
 def test_simulate_refuses_numbers_in_gal_unless_trusted():

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from overturning import Motion, run_study
 from overturning.commands.workflow import surface
 from overturning.errors import ArgumentError, RecordError
-from overturning.motion.soil import MIN_ZERO_PADDING, TAIL, Layer, Rock, through_soil
+from overturning.motion.soil import MIN_ZERO_PADDING, TAIL, Layer, Rock, propagate_through_soil
 from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.record import processing_entry_text, record_provenance
@@ -44,7 +44,7 @@ def noise() -> np.ndarray:
 
 
 def test_one_layer_matches_the_closed_form(noise: np.ndarray) -> None:
-    found = through_soil(noise, INTERVAL, [LAYER], ROCK)
+    found = propagate_through_soil(noise, INTERVAL, [LAYER], ROCK)
     length = 1 << 16
     frequency = np.fft.rfftfreq(length, INTERVAL)
     expected = np.fft.irfft(np.fft.rfft(noise, length) * transfer(frequency, LAYER, ROCK), length)
@@ -57,7 +57,7 @@ def test_free_vibration_does_not_wrap_to_the_start(noise: np.ndarray) -> None:
     # A pulse at the very end: without zeros behind it its echo would stand at the start.
     late = np.zeros(1000)
     late[-50:] = np.hanning(50)
-    found = through_soil(late, INTERVAL, [LAYER], ROCK).samples
+    found = propagate_through_soil(late, INTERVAL, [LAYER], ROCK).samples
     assert np.abs(found[:900]).max() < 0.01 * np.abs(found).max()
     assert 5 * 4 * LAYER.thickness_m / LAYER.velocity_m_s < MIN_ZERO_PADDING  # five fundamental periods
 
@@ -65,7 +65,9 @@ def test_free_vibration_does_not_wrap_to_the_start(noise: np.ndarray) -> None:
 def test_resonance_is_at_the_fundamental_period() -> None:
     time = np.arange(0, 30, INTERVAL)
     peaks = [
-        np.abs(through_soil(np.sin(2 * np.pi * time / period), INTERVAL, [LAYER], ROCK).samples[1500:3000]).max()
+        np.abs(
+            propagate_through_soil(np.sin(2 * np.pi * time / period), INTERVAL, [LAYER], ROCK).samples[1500:3000]
+        ).max()
         for period in (0.25, 0.4, 0.8)
     ]
     expected = np.abs(transfer(1 / np.array([0.25, 0.4, 0.8]), LAYER, ROCK))
@@ -74,7 +76,7 @@ def test_resonance_is_at_the_fundamental_period() -> None:
 
 def test_equivalent_linear_response_of_weak_motion_is_linear(noise: np.ndarray) -> None:
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})
-    weak, strong = (through_soil(scale * noise, INTERVAL, [soft], ROCK) for scale in (1e-4, 3.0))
+    weak, strong = (propagate_through_soil(scale * noise, INTERVAL, [soft], ROCK) for scale in (1e-4, 3.0))
     assert weak.converged
     assert strong.largest_strain > 100 * weak.largest_strain
     ratio = np.abs(strong.samples).max() / 3.0 / (np.abs(weak.samples).max() / 1e-4)
@@ -87,13 +89,13 @@ def test_invalid_profiles_are_refused(noise: np.ndarray) -> None:
     with pytest.raises(ValidationError, match="layers"):
         Site(layers=[], rock=ROCK)
     with pytest.raises(ArgumentError, match="curve 'none'; known are"):
-        through_soil(noise, INTERVAL, [LAYER.model_copy(update={"curve": "none"})], ROCK)
+        propagate_through_soil(noise, INTERVAL, [LAYER.model_copy(update={"curve": "none"})], ROCK)
 
 
 def test_site_of_a_study_changes_the_motion() -> None:
     soft = LAYER.model_copy(update={"curve": "Vucetic & Dobry (91), PI=15"})
     done = process_record(PULSE, (), Site(layers=[soft], rock=ROCK))
-    alone = through_soil(PULSE.north, PULSE.sampling_interval, [soft], ROCK)
+    alone = propagate_through_soil(PULSE.north, PULSE.sampling_interval, [soft], ROCK)
     assert done.north == pytest.approx(alone.samples)
     assert done.processing[0]["effect"]["pga"][1] == pytest.approx(np.abs(alone.samples).max())
     assert "north converged" in processing_entry_text(done.processing[0])
@@ -117,7 +119,7 @@ def test_record_passed_to_a_study_uses_its_site() -> None:
     keys = {"azimuth": {"step": 180}, "b_over_h": [0.2, 0.3], "height": [0.3], "ensemble": {"members": 0}}
     rock, soft = (run_study([motion], **keys, **more) for more in ({}, {"site": SITE}))
     peaks = json.loads(soft.attrs["record_processing"])["motion-1"]["peaks"]["pga"]
-    expected = np.abs(through_soil(motion.north, motion.sampling_interval, [LAYER], ROCK).samples).max()
+    expected = np.abs(propagate_through_soil(motion.north, motion.sampling_interval, [LAYER], ROCK).samples).max()
     assert peaks == pytest.approx([2.0, expected], rel=1e-6)
     assert np.abs(rock["overturned"]).sum() < np.abs(soft["overturned"]).sum()
 
@@ -129,7 +131,7 @@ def test_variant_with_soil_has_its_own_motions(tmp_path: Path) -> None:
     write_motion(renamed, tmp_path / "rock" / "pulse.nc")
     surface(json.dumps(study), tmp_path / "rock", tmp_path / "soft", "soft")
     found = read_motion(tmp_path / "soft" / "pulse.nc")
-    alone = through_soil(record.north, record.sampling_interval, [LAYER], ROCK)
+    alone = propagate_through_soil(record.north, record.sampling_interval, [LAYER], ROCK)
     assert found.north == pytest.approx(alone.samples, abs=1e-9)
     assert record_provenance(found)["peaks"]["pga"] == pytest.approx(
         [np.abs(record.north).max(), np.abs(alone.samples).max()]

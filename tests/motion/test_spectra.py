@@ -16,21 +16,26 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from overturning.errors import ArgumentError
-from overturning.motion.direction import cosines_of, largest_along
-from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
+from overturning.motion.direction import azimuth_cosine_pairs, largest_along_azimuths
+from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi_smoothing
 from overturning.motion.intensity import (
     MEASURES,
     arias_intensity,
     cumulative_absolute_velocity,
     intensity_by_azimuth,
     measures_by_azimuth,
-    record_measures,
+    record_intensity_measures,
     significant_duration,
 )
-from overturning.motion.jma_intensity import SURVEY_RULE, amplitude, instrumental_intensity, published_intensity
+from overturning.motion.jma_intensity import (
+    SURVEY_RULE,
+    jma_filter_gain,
+    jma_instrumental_intensity,
+    truncate_to_published_intensity,
+)
 from overturning.motion.motion import Motion
-from overturning.motion.oscillator import Oscillators
-from overturning.motion.spectra import rotd, spectra_by_azimuth, spectrum_intensity
+from overturning.motion.oscillator import OscillatorResponses
+from overturning.motion.spectra import rotd_measures, spectra_by_azimuth, spectrum_intensity
 from overturning.records.catalogue import read_catalogue
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
@@ -62,9 +67,9 @@ def rinaldi() -> Record:
     arrays(np.float64, (2, 300), elements=st.floats(-1e3, 1e3)), st.lists(st.floats(0, 360), min_size=1, max_size=40)
 )
 def test_largest_along_azimuths_matches_all_samples(pair, azimuths):
-    cosines = cosines_of(np.array(azimuths))
+    cosines = azimuth_cosine_pairs(np.array(azimuths))
     expected = np.abs(cosines[:, :1] * pair[0] + cosines[:, 1:] * pair[1]).max(axis=1)
-    np.testing.assert_array_equal(largest_along(pair, cosines), expected)
+    np.testing.assert_array_equal(largest_along_azimuths(pair, cosines), expected)
 
 
 def test_largest_along_azimuths_of_a_linear_motion():
@@ -73,7 +78,7 @@ def test_largest_along_azimuths_of_a_linear_motion():
     pair = np.stack([wave * 0.5, wave * math.sqrt(0.75)])
     azimuths = np.arange(0.0, 360.0, 7.5)
     expected = np.abs(wave).max() * np.abs(np.cos(np.radians(azimuths - 60)))
-    np.testing.assert_allclose(largest_along(pair, cosines_of(azimuths)), expected, atol=1e-11)
+    np.testing.assert_allclose(largest_along_azimuths(pair, azimuth_cosine_pairs(azimuths)), expected, atol=1e-11)
 
 
 def component_spectrum(samples, interval, periods, damping=0.05):
@@ -86,7 +91,7 @@ def component_spectrum(samples, interval, periods, damping=0.05):
 def test_the_interpolated_motion_passes_through_its_samples(count):
     """White noise reaches the Nyquist frequency, which has a separate term if the number of samples is even."""
     noise = np.random.default_rng(count).normal(size=(2, count))
-    finer = Oscillators(noise, 0.01, longest_s=0.0)._interpolated(4)
+    finer = OscillatorResponses(noise, 0.01, longest_s=0.0)._interpolated(4)
     np.testing.assert_allclose(finer[:, ::4], noise, atol=1e-12)
 
 
@@ -134,7 +139,7 @@ def test_rotd_agrees_with_pyrotd(name):
     ends = round(5 / record.sampling_interval), round(50 / record.sampling_interval)
     pair = np.pad(np.stack([record.north, record.east]), ((0, 0), ends))
     periods = np.geomspace(0.01, 4.0, 6)
-    mine = rotd(Motion(*pair, sampling_interval=record.sampling_interval), periods)["psa"]
+    mine = rotd_measures(Motion(*pair, sampling_interval=record.sampling_interval), periods)["psa"]
     theirs = pyrotd.calc_rotated_spec_accels(
         record.sampling_interval,
         *pair,
@@ -150,7 +155,7 @@ def test_rotd_agrees_with_pyrotd(name):
 def test_rotd_of_motion_in_one_direction():
     """Over half a turn |cos| has the median cos 45°, the largest 1 and the smallest 0."""
     wave = np.sin(2 * np.pi * np.arange(0, 5, 0.01))
-    found = rotd(Motion(wave * 0.5, wave * math.sqrt(0.75), sampling_interval=0.01), [0.5, 2.0])
+    found = rotd_measures(Motion(wave * 0.5, wave * math.sqrt(0.75), sampling_interval=0.01), [0.5, 2.0])
     for values in (found["pga"], found["pgv"], found["psa"][:, 0], found["psa"][:, 1]):
         assert values[0] == pytest.approx(0, abs=1e-9 * values[2])
         assert values[1] / values[2] == pytest.approx(math.cos(math.pi / 4), rel=0.01)
@@ -187,7 +192,7 @@ def three(record: Record) -> Motion:
 
 def test_jma_and_spectrum_intensity_agree_with_pyshindo(rinaldi):
     motion = three(rinaldi)
-    assert instrumental_intensity(motion) == pytest.approx(PYSHINDO["intensity"], abs=1e-9)
+    assert jma_instrumental_intensity(motion) == pytest.approx(PYSHINDO["intensity"], abs=1e-9)
     np.testing.assert_allclose(spectrum_intensity(motion, [0, 90]) * 100, PYSHINDO["si20"], rtol=0.005)
     np.testing.assert_allclose(spectrum_intensity(motion, [0, 90], damping=0.05) * 100, PYSHINDO["si05"], rtol=0.005)
 
@@ -215,7 +220,7 @@ def test_jma_intensity_of_a_steady_sine():
             1 + 0.694 * x**2 + 0.241 * x**4 + 0.0557 * x**6 + 0.009664 * x**8 + 0.00134 * x**10 + 0.000155 * x**12
         ) ** -0.5
         gain = frequency**-0.5 * cut * math.sqrt(1 - math.exp(-((frequency / 0.5) ** 3)))
-        found = instrumental_intensity(Motion(wave, 0 * wave, 0 * wave, sampling_interval=0.01))
+        found = jma_instrumental_intensity(Motion(wave, 0 * wave, 0 * wave, sampling_interval=0.01))
         assert found == pytest.approx(2 * math.log10(gain) + 0.94, abs=0.005)
 
 
@@ -230,18 +235,18 @@ def test_survey_rule_matches_the_degrees_of_the_jma_scale():
 def test_horizontal_jma_intensity_equals_zero_vertical_motion(rinaldi):
     level = Motion(rinaldi.north, rinaldi.east, 0 * rinaldi.north, sampling_interval=rinaldi.sampling_interval)
     both = Motion(rinaldi.north, rinaldi.north, rinaldi.north / np.sqrt(2), sampling_interval=rinaldi.sampling_interval)
-    assert instrumental_intensity(level, horizontal=True) == instrumental_intensity(level)
+    assert jma_instrumental_intensity(level, horizontal=True) == jma_instrumental_intensity(level)
     # A vertical motion half as strong as the horizontal vector at every moment adds log₁₀ 1.25.
-    added = instrumental_intensity(both) - instrumental_intensity(both, horizontal=True)
+    added = jma_instrumental_intensity(both) - jma_instrumental_intensity(both, horizontal=True)
     assert added == pytest.approx(np.log10(1.25))
 
 
 def test_jma_intensity_needs_three_components_and_0_3_seconds():
     with pytest.raises(ArgumentError, match="vertical"):
-        instrumental_intensity(Motion([0, 1], [0, 1], sampling_interval=0.01))
+        jma_instrumental_intensity(Motion([0, 1], [0, 1], sampling_interval=0.01))
     with pytest.raises(ArgumentError, match=r"0\.3 s"):
-        instrumental_intensity(Motion([0, 1], [0, 1], [0, 1], sampling_interval=0.01))
-    assert instrumental_intensity(Motion(*np.zeros((3, 50)), sampling_interval=0.01)) == -math.inf
+        jma_instrumental_intensity(Motion([0, 1], [0, 1], [0, 1], sampling_interval=0.01))
+    assert jma_instrumental_intensity(Motion(*np.zeros((3, 50)), sampling_interval=0.01)) == -math.inf
 
 
 def test_cumulative_measures_of_a_sine():
@@ -279,15 +284,21 @@ def test_konno_ohmachi_matches_formula_and_pykooh():
         with np.errstate(invalid="ignore"):
             window = np.where(np.abs(x) < 1e-12, 1.0, (np.sin(x) / x) ** 4)
         expected = (window * a).sum() / window.sum()
-        assert konno_ohmachi(frequency, amplitude, at)[0] == pytest.approx(expected, rel=1e-12)
+        assert konno_ohmachi_smoothing(frequency, amplitude, at)[0] == pytest.approx(expected, rel=1e-12)
         assert peer("pykooh").smooth(np.array([at]), f, a, 40.0)[0] == pytest.approx(expected, rel=1e-12)
-    np.testing.assert_allclose(konno_ohmachi(frequency, np.full_like(frequency, 3.0), [0.3, 2, 20]), 3.0, rtol=1e-9)
+    np.testing.assert_allclose(
+        konno_ohmachi_smoothing(frequency, np.full_like(frequency, 3.0), [0.3, 2, 20]), 3.0, rtol=1e-9
+    )
     # 10 s have frequencies of 0.1, 0.2, 0.3 Hz. At 0.14 Hz the next ones weigh (sin x/x)⁴ of x = −5.8 and 6.2:
     # nothing.
     short = np.arange(0, 25, 0.1)
-    assert np.isnan(konno_ohmachi(short, np.ones(short.size), [0.1, 0.14, 2.0])).tolist() == [False, True, False]
+    assert np.isnan(konno_ohmachi_smoothing(short, np.ones(short.size), [0.1, 0.14, 2.0])).tolist() == [
+        False,
+        True,
+        False,
+    ]
     with pytest.raises(ArgumentError, match="positive"):
-        konno_ohmachi(frequency, amplitude, [0.0])
+        konno_ohmachi_smoothing(frequency, amplitude, [0.0])
 
 
 @pytest.mark.parametrize("frequency", [8.0, 15.0, 20.0])
@@ -329,17 +340,17 @@ def test_predominant_period_is_between_0_04_and_4_s():
 
 def test_record_measures_contain_peaks_before_and_after_processing(rinaldi):
     done = process_record(rinaldi, [Scale(factor=2), Highpass(corner_hz=0.2)])
-    found = record_measures(Motion.of(done), done.processing)
+    found = record_intensity_measures(Motion.of(done), done.processing)
     assert found["pga_unprocessed"] == pytest.approx(max(np.abs(rinaldi.north).max(), np.abs(rinaldi.east).max()))
     assert found["pgd_processed"] < 0.9 * 2 * found["pgd_unprocessed"]
     assert found["jma_intensity"] is None
-    assert record_measures(Motion.of(rinaldi), rinaldi.processing)["pga_processed"] is None
+    assert record_intensity_measures(Motion.of(rinaldi), rinaldi.processing)["pga_processed"] is None
 
 
 @pytest.mark.parametrize("periods", [[], [0.0], [-1.0], [math.nan], [[1.0]]])
 def test_invalid_periods_are_refused(periods):
     with pytest.raises(ArgumentError, match="period_s"):
-        rotd(Motion([0, 1], [0, 1], sampling_interval=0.01), periods)
+        rotd_measures(Motion([0, 1], [0, 1], sampling_interval=0.01), periods)
 
 
 @pytest.mark.long
@@ -378,7 +389,14 @@ def test_invalid_azimuths_are_refused(azimuths):
 
 def test_published_intensity_follows_jma_rounding():
     """The third decimal is rounded, the second dropped (JMA's explanation of the computation of seismic intensity)."""
-    assert published_intensity([6.4949, 6.4951, 6.46, 4.5, 5.999, 0.299]).tolist() == [6.4, 6.5, 6.4, 4.5, 6.0, 0.3]
+    assert truncate_to_published_intensity([6.4949, 6.4951, 6.46, 4.5, 5.999, 0.299]).tolist() == [
+        6.4,
+        6.5,
+        6.4,
+        4.5,
+        6.0,
+        0.3,
+    ]
 
 
 def test_jma_filter_at_special_frequencies():
@@ -387,7 +405,7 @@ def test_jma_filter_at_special_frequencies():
     At 10 Hz the high cut is the root of the sum of its coefficients, 2.001859, and the low cut 1; at 0.5 Hz the low
     cut is √(1 − 1/e) and the high cut as good as 1.
     """
-    at = amplitude(np.array([0.0, 0.5, 10.0, 0.01]))
+    at = jma_filter_gain(np.array([0.0, 0.5, 10.0, 0.01]))
     assert at[0] == 0
     assert at[1] == pytest.approx(math.sqrt(2.0 * (1 - math.exp(-1)) / (1 + 0.694 / 400 + 0.241 / 160000)), rel=1e-8)
     assert at[2] == pytest.approx(1 / math.sqrt(10 * 2.001859), rel=1e-7)

@@ -138,7 +138,7 @@ def test_coordinates_of_the_table_without_a_source_are_told(tmp_path):
     samples = read_samples(RecordEntry(id="mine", source="mine.V2A"), tmp_path)
     stated = {"station_latitude_deg": -43.5, "station_longitude_deg": 172.5}
     of_file, bare, sourced = (
-        describe(samples, RecordEntry(id="mine", source="mine.V2A", **cells))
+        with_table_labels(samples, RecordEntry(id="mine", source="mine.V2A", **cells))
         for cells in ({}, stated, stated | {"coordinates_source": "survey of 2011"})
     )
     assert of_file.latitude is not None

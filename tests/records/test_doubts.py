@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import RecordError
-from overturning.motion.plausible import samples_at_rail, sampling_doubts
+from overturning.motion.plausible import count_clipped_samples, sampling_interval_doubts
 from overturning.records.declarations import Declarations
 from overturning.records.read import read_without_processing
 from overturning.records.record import record_provenance
@@ -104,13 +104,13 @@ def test_the_rounded_top_of_a_smooth_wave_is_not_clipped(bits, hertz):
     """Coarse digitisers give several equal samples at a peak; the same wave cut at 70 % of it is found."""
     wave = np.sin(2 * np.pi * hertz * TIME + 0.3) * np.exp(-TIME / 15)
     counts = np.round(wave * 2**bits)
-    assert samples_at_rail(counts) == (0, 0.0)
+    assert count_clipped_samples(counts) == (0, 0.0)
     level = np.floor(0.7 * np.abs(counts).max())
     cut = np.clip(counts, -level, level)
     if bits >= 8:
-        assert samples_at_rail(cut)[0] >= 3
-        assert samples_at_rail(cut)[1] == level
-    assert samples_at_rail(np.zeros(9)) == (0, 0.0)
+        assert count_clipped_samples(cut)[0] >= 3
+        assert count_clipped_samples(cut)[1] == level
+    assert count_clipped_samples(np.zeros(9)) == (0, 0.0)
 
 
 def test_seconds_declared_as_milliseconds_are_refused_by_the_interval(tmp_path):
@@ -149,7 +149,7 @@ def test_one_doubt_about_the_interval_is_a_note(tmp_path, interval, count, said)
 @pytest.mark.parametrize(("hertz", "doubted"), [(25.0, False), (40.0, True)])
 def test_pgv_over_pga_of_a_sine_is_its_period_over_two_pi(hertz, doubted):
     time = np.arange(4000) / 1000.0
-    doubts = sampling_doubts([np.cos(2 * np.pi * hertz * time)], 0.001)
+    doubts = sampling_interval_doubts([np.cos(2 * np.pi * hertz * time)], 0.001)
     assert [f"{1000 / (2 * np.pi * hertz):.2g} ms" in doubt for doubt in doubts] == [True] * doubted
 
 

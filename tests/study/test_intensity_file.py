@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from overturning.motion.motion import Motion
-from overturning.motion.spectra import rotd
+from overturning.motion.spectra import rotd_measures
 from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.record import Record
@@ -52,7 +52,7 @@ def test_the_periods_of_a_population_are_among_those_of_the_spectra(tmp_path: Pa
     write_intensity(check_study(given, "x.yaml"), [sine], tmp_path / "one.nc")
     with xr.open_dataset(tmp_path / "one.nc") as table:
         assert table.period.size == 62  # 1 s is one of the twenty per decade
-        (psa,) = rotd(Motion.of(sine), [0.5], percentiles=[50])["psa"]
+        (psa,) = rotd_measures(Motion.of(sine), [0.5], percentiles=[50])["psa"]
         assert table.psa_rotd.sel(percentile=50, period=0.5).values == pytest.approx(psa)
 
 

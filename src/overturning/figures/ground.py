@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from overturning.arrays import FloatArray
 from overturning.figures import style
 from overturning.figures.cells import close_curve
-from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
+from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi_smoothing
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import pseudo_acceleration
@@ -78,7 +78,7 @@ def fourier_spectrum(motion: Motion, azimuth_deg: list[float]) -> Spectrum:
     nyquist = 0.5 / motion.sampling_interval
     at = np.geomspace(max(0.1, 2.0 / motion.duration), min(25.0, 0.8 * nyquist), 120)
     pairs = (amplitude_spectrum(motion.along(angle), motion.sampling_interval) for angle in azimuth_deg)
-    return at, [konno_ohmachi(frequency, amplitude, at) for frequency, amplitude in pairs]
+    return at, [konno_ohmachi_smoothing(frequency, amplitude, at) for frequency, amplitude in pairs]
 
 
 def response_spectrum(motion: Motion, azimuth_deg: list[float]) -> Spectrum:

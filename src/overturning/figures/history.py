@@ -8,11 +8,11 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, extremes, grid, labels, short
-from overturning.motion.fourier import band_amplitude
+from overturning.motion.fourier import rms_band_amplitude
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
-from overturning.motion.noise import NoiseRatio, noise_ratio
-from overturning.motion.spectra import rotd
+from overturning.motion.noise import SignalToNoiseRatio, signal_to_noise_ratio
+from overturning.motion.spectra import rotd_measures
 from overturning.records.processing import SIGNAL_TO_NOISE
 from overturning.records.record import Record, processing_entry_text, processing_label
 from overturning.study.intensity import PERCENTILES, SPECTRUM_PERIODS
@@ -54,7 +54,7 @@ def history_figure(before: Record, after: Record, spectra: FloatArray | None = N
         panels[5, 0].set_subplotspec(panels[5, 0].get_gridspec()[5, :])
     _draw_response(panels[5, 0 if wide else 1], rotd_of(after) if spectra is None else spectra)
     moving = [getattr(before, name) for name in names]
-    noise = noise_ratio(moving, before.sampling_interval)
+    noise = signal_to_noise_ratio(moving, before.sampling_interval)
     for column, name in enumerate(names):
         _draw_series(panels[:3, column], before, after, name)
         panels[0, column].set_title(name, fontsize=9)
@@ -70,7 +70,7 @@ def history_figure(before: Record, after: Record, spectra: FloatArray | None = N
     return figure
 
 
-def _finish(figure: "Figure", panels: Any, before: Record, after: Record, noise: NoiseRatio | None) -> None:
+def _finish(figure: "Figure", panels: Any, before: Record, after: Record, noise: SignalToNoiseRatio | None) -> None:
     ahead = "no noise before the onset" if noise is None else f"onset at {noise.onset:.1f} s"
     steps = [processing_entry_text(step) for step in after.processing]
     agency = [str(before.extra["agency_processing"])] if "agency_processing" in before.extra else []
@@ -150,7 +150,7 @@ def _draw_spectra(panel: "Axes", before: Record, after: Record, name: str) -> No
     for record, colour in ((before, MISSING), (after, INK)) if before is not after else ((after, INK),):
         samples = getattr(record, name)
         frequency = np.geomspace(max(0.02, 1.0 / record.duration), 0.45 / record.sampling_interval, 90)
-        amplitude = band_amplitude(samples, record.sampling_interval, frequency) / CM
+        amplitude = rms_band_amplitude(samples, record.sampling_interval, frequency) / CM
         panel.plot(frequency, np.maximum(amplitude, 1e-12), color=colour, linewidth=0.9)
     for corner in _corners(after.processing):
         panel.axvline(corner, color=FALLS, linewidth=0.8, linestyle=DASHED)
@@ -181,7 +181,7 @@ def _draw_husid(panel: "Axes", after: Record, names: list[str]) -> None:
     panel.legend(fontsize=7, loc="lower right")
 
 
-def _draw_ratio(panel: "Axes", noise: NoiseRatio | None, names: list[str]) -> None:
+def _draw_ratio(panel: "Axes", noise: SignalToNoiseRatio | None, names: list[str]) -> None:
     labels(panel, "frequency, Hz", "signal-to-noise ratio")
     if noise is None:
         _write_note(panel, "no noise of 2 s\nbefore the onset")
@@ -195,7 +195,7 @@ def _draw_ratio(panel: "Axes", noise: NoiseRatio | None, names: list[str]) -> No
 
 def rotd_of(record: Record) -> FloatArray:
     """Return RotD00, RotD50 and RotD100 of the pseudo-acceleration at `RESPONSE_PERIODS`, m/s², shape (3, periods)."""
-    return rotd(Motion.of(record), RESPONSE_PERIODS, percentiles=PERCENTILES)["psa"]
+    return rotd_measures(Motion.of(record), RESPONSE_PERIODS, percentiles=PERCENTILES)["psa"]
 
 
 def _draw_response(panel: "Axes", spectra: FloatArray) -> None:

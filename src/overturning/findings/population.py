@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.findings.results import Results
 from overturning.findings.values import Finding, Number
-from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_INTENSITY_INCREMENT, published_intensity
+from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_INTENSITY_INCREMENT, truncate_to_published_intensity
 from overturning.statistics.bootstrap import Interval, bootstrap, unanimous_share_interval
 from overturning.study.scenes import NOMINAL
 from overturning.surveys.population import jma_intensities
@@ -269,7 +269,7 @@ def _check_survey_rule(
         fall_rate_from=low,
         fall_rate_below=high if high < 1 else math.inf,
         inferred_jma_degree=text,
-        median_jma_intensity=float(published_intensity(np.median(jma_intensity[selected]))),
+        median_jma_intensity=float(truncate_to_published_intensity(np.median(jma_intensity[selected]))),
         count=_count_motions(selected, events),
         share_agreeing=share_of_motions(agreeing, selected, events),
         share_higher=share_of_motions(above, selected, events) if math.isfinite(most) and most < 99 else None,

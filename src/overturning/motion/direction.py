@@ -48,48 +48,53 @@ def checked_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
     return azimuths
 
 
-def cosines_of(azimuth_deg: ArrayLike) -> FloatArray:
+def azimuth_cosine_pairs(azimuth_deg: ArrayLike) -> FloatArray:
     """Return the direction cosines towards north and east, shape (m, 2), of m azimuths in degrees."""
     return np.array([direction_cosines(float(azimuth)) for azimuth in checked_azimuths(azimuth_deg)])
 
 
-def largest_along(pair: FloatArray, cosines: FloatArray) -> FloatArray:
+def largest_along_azimuths(north_east: FloatArray, azimuth_cosines: FloatArray) -> FloatArray:
     """Return the largest absolute motion along each of m azimuths, max_t |n(t) cos φ + e(t) sin φ|.
 
-    ``pair`` has shape (2, n), ``cosines`` (m, 2); the result has shape (m,) and the unit of the motion. Samples that
+    ``north_east`` has shape (2, n), ``azimuth_cosines`` (m, 2); the result has shape (m,) and the unit of the motion.
+    Samples that
     cannot be the largest along any azimuth are left out first: a few extreme samples give a lower bound of each result,
     and samples closer to the origin than the smallest of these bounds are skipped.
     """
-    some = np.ascontiguousarray(pair[:, ::_STRIDE])
+    some = np.ascontiguousarray(north_east[:, ::_STRIDE])
     seeds = np.abs(_TURNS @ some).argmax(axis=1)
-    bounds = np.abs(cosines @ some[:, seeds]).max(axis=1)
+    bounds = np.abs(azimuth_cosines @ some[:, seeds]).max(axis=1)
     # The margin covers rounding; keeping too many samples does not change the result.
-    far = pair[:, pair[0] ** 2 + pair[1] ** 2 >= bounds.min() ** 2 * (1.0 - 1e-9)]
+    far = north_east[:, north_east[0] ** 2 + north_east[1] ** 2 >= bounds.min() ** 2 * (1.0 - 1e-9)]
     if far.shape[1] < _FEW:
-        return _largest(far, cosines)
-    largest = np.zeros(cosines.shape[0])
-    for first in range(0, cosines.shape[0], _GROUP):
-        group = cosines[first : first + _GROUP]
-        largest[first : first + _GROUP] = _largest(
-            _within_reach(far, group, bounds[first : first + _GROUP].min()), group
+        return _largest_of_all_samples(far, azimuth_cosines)
+    largest = np.zeros(azimuth_cosines.shape[0])
+    for first in range(0, azimuth_cosines.shape[0], _GROUP):
+        group = azimuth_cosines[first : first + _GROUP]
+        largest[first : first + _GROUP] = _largest_of_all_samples(
+            _samples_within_reach(far, group, bounds[first : first + _GROUP].min()), group
         )
     return largest
 
 
-def _within_reach(pair: FloatArray, group: FloatArray, bound: float) -> FloatArray:
+def _samples_within_reach(north_east: FloatArray, azimuth_cosines: FloatArray, lower_bound: float) -> FloatArray:
     """Return the samples that may reach the bound along one of a group of azimuths."""
-    middle = group[len(group) // 2]
-    along = np.abs(middle[0] * pair[0] + middle[1] * pair[1])
-    across = np.abs(middle[0] * pair[1] - middle[1] * pair[0])
+    middle = azimuth_cosines[len(azimuth_cosines) // 2]
+    along = np.abs(middle[0] * north_east[0] + middle[1] * north_east[1])
+    across = np.abs(middle[0] * north_east[1] - middle[1] * north_east[0])
     # |p · u| ≤ |p · m| + |p × m| |sin δ| for an azimuth u at δ from the middle one m.
-    sine = np.abs(middle[0] * group[:, 1] - middle[1] * group[:, 0]).max()
-    return pair[:, along + across * sine >= bound * (1.0 - 1e-9)]
+    sine = np.abs(middle[0] * azimuth_cosines[:, 1] - middle[1] * azimuth_cosines[:, 0]).max()
+    return north_east[:, along + across * sine >= lower_bound * (1.0 - 1e-9)]
 
 
-def _largest(pair: FloatArray, cosines: FloatArray) -> FloatArray:
-    largest = np.zeros(cosines.shape[0])
-    for first in range(0, pair.shape[1], _BLOCK):
-        block = pair[:, first : first + _BLOCK]
+def _largest_of_all_samples(north_east: FloatArray, azimuth_cosines: FloatArray) -> FloatArray:
+    largest = np.zeros(azimuth_cosines.shape[0])
+    for first in range(0, north_east.shape[1], _BLOCK):
+        block = north_east[:, first : first + _BLOCK]
         # Not a matrix product: its last bit may depend on the width of the block.
-        np.maximum(largest, np.abs(cosines[:, :1] * block[0] + cosines[:, 1:] * block[1]).max(axis=1), out=largest)
+        np.maximum(
+            largest,
+            np.abs(azimuth_cosines[:, :1] * block[0] + azimuth_cosines[:, 1:] * block[1]).max(axis=1),
+            out=largest,
+        )
     return largest

@@ -18,39 +18,41 @@ def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tup
     )
 
 
-def bell(count: int, width: int) -> FloatArray:
-    """Return a cosine-tapered (Tukey) window, shape (count,): `width` samples rise at its start and fall at its end."""
-    window = np.ones(count)
-    window[:width] = 0.5 * (1.0 - np.cos(np.pi * np.arange(width) / width))
-    window[-width:] = window[:width][::-1]
+def cosine_taper_window(sample_count: int, taper_width: int) -> FloatArray:
+    """Return a cosine-tapered (Tukey) window (n,): `taper_width` samples rise at its start and fall at its end."""
+    window = np.ones(sample_count)
+    window[:taper_width] = 0.5 * (1.0 - np.cos(np.pi * np.arange(taper_width) / taper_width))
+    window[-taper_width:] = window[:taper_width][::-1]
     return window
 
 
-def band_amplitude(acceleration: FloatArray, sampling_interval: float, centres: FloatArray) -> FloatArray:
+def rms_band_amplitude(
+    acceleration: FloatArray, sampling_interval: float, centre_frequencies: FloatArray
+) -> FloatArray:
     """Return the root mean square Fourier amplitude of one component in bands around log-spaced centres, Hz.
 
     A short component is padded with zeros so that every band contains at least one frequency.
     """
-    ratio = float(centres[1] / centres[0])
-    needed = int(np.ceil(2.0 / (centres[0] * (ratio - 1.0)) / sampling_interval))
+    ratio = float(centre_frequencies[1] / centre_frequencies[0])
+    needed = int(np.ceil(2.0 / (centre_frequencies[0] * (ratio - 1.0)) / sampling_interval))
     padded = np.pad(acceleration, (0, max(0, needed - acceleration.size)))
     frequency, amplitude = amplitude_spectrum(padded, sampling_interval)
-    edges = np.append(centres / np.sqrt(ratio), centres[-1] * np.sqrt(ratio))
+    edges = np.append(centre_frequencies / np.sqrt(ratio), centre_frequencies[-1] * np.sqrt(ratio))
     bounds = np.searchsorted(frequency, edges)
     powers = np.concatenate([[0.0], np.cumsum(amplitude**2)])
     return np.sqrt((powers[bounds[1:]] - powers[bounds[:-1]]) / np.maximum(np.diff(bounds), 1))
 
 
-def konno_ohmachi(frequency: FloatArray, amplitude: FloatArray, at: ArrayLike) -> FloatArray:
-    """Smooth a raw spectrum at the frequencies ``at`` (Konno & Ohmachi 1998, BSSA 88, 228-241, equation 4).
+def konno_ohmachi_smoothing(frequency: FloatArray, amplitude: FloatArray, centre_frequencies: ArrayLike) -> FloatArray:
+    """Smooth a raw spectrum at ``centre_frequencies``, Hz (Konno & Ohmachi 1998, BSSA 88, 228-241, equation 4).
 
-    Frequencies are in Hz; 0 is left out of the spectrum and refused in ``at``. The bandwidth coefficient b is 40, as
-    usual. The result is NaN where the sum of the weights is at most 0.3, because the record is too short and the
-    frequencies of its spectrum are too far apart.
+    Frequencies are in Hz; 0 is left out of the spectrum and refused in ``centre_frequencies``. The bandwidth
+    coefficient b is 40, as usual. The result is NaN where the sum of the weights is at most 0.3, because the record is
+    too short and the frequencies of its spectrum are too far apart.
     """
-    wanted = np.atleast_1d(np.asarray(at, dtype=np.float64))
+    wanted = np.atleast_1d(np.asarray(centre_frequencies, dtype=np.float64))
     if not (np.isfinite(wanted) & (wanted > 0)).all():
-        raise ArgumentError("at: smoothed spectra have positive frequencies only")
+        raise ArgumentError("centre_frequencies: smoothed spectra have positive frequencies only")
     positive = frequency > 0
     octaves, smoothed = 40.0 / np.pi * np.log10(frequency[positive]), np.full(wanted.size, np.nan)
     for place, centre in enumerate(40.0 / np.pi * np.log10(wanted)):

@@ -29,16 +29,16 @@ def peak_azimuths(motion: Accelerogram) -> dict[str, float]:
     """Return the azimuths, degrees, of horizontal acceleration and velocity at their peaks; NaN without motion."""
     acceleration = motion.horizontal
     velocity = integrate(acceleration, motion.sampling_interval)
-    return {name: _largest(series) for name, series in (("pga", acceleration), ("pgv", velocity))}
+    return {name: _azimuth_of_largest(series) for name, series in (("pga", acceleration), ("pgv", velocity))}
 
 
-def _largest(series: FloatArray) -> float:
-    square = (series**2).sum(axis=0)
+def _azimuth_of_largest(north_east: FloatArray) -> float:
+    square = (north_east**2).sum(axis=0)
     at = int(square.argmax())
-    return _azimuth(*series[:, at]) if square[at] > 0 else float("nan")
+    return _azimuth_deg(*north_east[:, at]) if square[at] > 0 else float("nan")
 
 
-def _azimuth(north: float, east: float) -> float:
+def _azimuth_deg(north: float, east: float) -> float:
     return float(np.round(np.degrees(np.arctan2(east, north)) % 360.0, 6) % 360.0)
 
 
@@ -58,7 +58,7 @@ def daubechies_wavelet() -> FloatArray:
     return np.fft.irfft(transform, period * _POINTS)[: _SUPPORT * _POINTS + 1] * _POINTS
 
 
-def pulse_axis(motion: Accelerogram) -> tuple[float, float]:
+def strongest_pulse_axis_and_period(motion: Accelerogram) -> tuple[float, float]:
     """Return axis (degrees, 0 to 180) and period (s) of the strongest velocity pulse; NaN without motion.
 
     The pulse has the largest wavelet coefficient over times, periods and horizontal directions (Shahi & Baker 2014,
@@ -85,5 +85,5 @@ def pulse_axis(motion: Accelerogram) -> tuple[float, float]:
         if strength[at] > best * (1.0 + 1e-9):
             best = float(strength[at])
             north, east = coefficient[:, at]
-            found = (float(np.round(_azimuth(north, east) % 180.0, 4) % 180.0), float(period))
+            found = (float(np.round(_azimuth_deg(north, east) % 180.0, 4) % 180.0), float(period))
     return found

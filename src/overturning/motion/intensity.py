@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.motion.direction import checked_azimuths, cosines_of, largest_along
+from overturning.motion.direction import azimuth_cosine_pairs, checked_azimuths, largest_along_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Accelerogram
 from overturning.units import STANDARD_GRAVITY
@@ -50,7 +50,9 @@ def measures_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -> dict[st
     half, back = np.unique(np.round(checked_azimuths(azimuth_deg) % 180.0, 9), return_inverse=True)
     velocity = integrate(motion.horizontal, motion.sampling_interval)
     series = (motion.horizontal, velocity, integrate(velocity, motion.sampling_interval))
-    measures = {name: largest_along(pair, cosines_of(half)) for name, pair in zip(PEAKS, series, strict=True)}
+    measures = {
+        name: largest_along_azimuths(pair, azimuth_cosine_pairs(half)) for name, pair in zip(PEAKS, series, strict=True)
+    }
     measures["arias"] = arias_intensity(motion, half)
     measures["cav"] = cumulative_absolute_velocity(motion, half)
     measures["duration"] = significant_duration(motion, half)
@@ -74,7 +76,7 @@ def intensity_by_azimuth(motion: Accelerogram, azimuth_deg: ArrayLike) -> "xarra
     return xr.Dataset(variables, {"azimuth": coordinate})
 
 
-def record_measures(motion: Accelerogram, processing: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def record_intensity_measures(motion: Accelerogram, processing: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return the JMA intensity of a processed record, and its peaks before and after processing.
 
     Returns
@@ -84,11 +86,11 @@ def record_measures(motion: Accelerogram, processing: Sequence[Mapping[str, Any]
         ``pga_unprocessed``, ``pga_processed`` and so on: peaks (largest of north and east, SI units) before the first
         and after the last processing step, None if the record was not processed.
     """
-    from overturning.motion.jma_intensity import DURATION, instrumental_intensity
+    from overturning.motion.jma_intensity import DURATION, jma_instrumental_intensity
 
     measures: dict[str, Any] = {
-        "jma_intensity": None if motion.up is None else instrumental_intensity(motion),
-        "jma_intensity_horizontal": instrumental_intensity(motion, horizontal=True)
+        "jma_intensity": None if motion.up is None else jma_instrumental_intensity(motion),
+        "jma_intensity_horizontal": jma_instrumental_intensity(motion, horizontal=True)
         if motion.duration >= DURATION
         else None,
     }
@@ -105,9 +107,9 @@ def arias_intensity(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
     The integral uses the trapezoidal rule. a(φ)² is a quadratic form in cos φ and sin φ, so three integrals give
     the intensity along all azimuths.
     """
-    cosines = cosines_of(azimuth_deg)
-    squares = np.array([np.trapezoid(p, dx=motion.sampling_interval) for p in _products(motion)])
-    return math.pi / (2.0 * STANDARD_GRAVITY) * (_forms(cosines) @ squares)
+    cosines = azimuth_cosine_pairs(azimuth_deg)
+    squares = np.array([np.trapezoid(p, dx=motion.sampling_interval) for p in _component_products(motion)])
+    return math.pi / (2.0 * STANDARD_GRAVITY) * (_squared_motion_coefficients(cosines) @ squares)
 
 
 def cumulative_absolute_velocity(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatArray:
@@ -115,7 +117,7 @@ def cumulative_absolute_velocity(motion: Accelerogram, azimuth_deg: ArrayLike) -
 
     The integral uses the trapezoidal rule.
     """
-    cosines = cosines_of(azimuth_deg)
+    cosines = azimuth_cosine_pairs(azimuth_deg)
     sizes = (np.abs(c * motion.north + s * motion.east) for c, s in cosines)
     return np.array([np.trapezoid(size, dx=motion.sampling_interval) for size in sizes])
 
@@ -126,11 +128,11 @@ def significant_duration(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatA
     The cumulative intensity is interpolated linearly between samples. The duration is 0 along an azimuth without
     motion.
     """
-    cosines = cosines_of(azimuth_deg)
-    summed = integrate(_products(motion), motion.sampling_interval)
+    cosines = azimuth_cosine_pairs(azimuth_deg)
+    summed = integrate(_component_products(motion), motion.sampling_interval)
     time = np.arange(motion.samples) * motion.sampling_interval
     measure = np.zeros(cosines.shape[0])
-    for row, form in enumerate(_forms(cosines)):
+    for row, form in enumerate(_squared_motion_coefficients(cosines)):
         along = form @ summed
         # Perpendicular to a linear motion, rounding gives tiny negative increments: keep the integral monotonic.
         along = np.maximum.accumulate(along)
@@ -140,12 +142,12 @@ def significant_duration(motion: Accelerogram, azimuth_deg: ArrayLike) -> FloatA
     return measure
 
 
-def _products(motion: Accelerogram) -> FloatArray:
+def _component_products(motion: Accelerogram) -> FloatArray:
     """Return the squares and product of north and east, n², n e, e², shape (3, n)."""
     return np.stack([motion.north**2, motion.north * motion.east, motion.east**2])
 
 
-def _forms(cosines: FloatArray) -> FloatArray:
+def _squared_motion_coefficients(azimuth_cosines: FloatArray) -> FloatArray:
     """Return the coefficients of n², n e, e² in a(φ)², shape (m, 3)."""
-    c, s = cosines[:, 0], cosines[:, 1]
+    c, s = azimuth_cosines[:, 0], azimuth_cosines[:, 1]
     return np.column_stack([c * c, 2.0 * c * s, s * s])

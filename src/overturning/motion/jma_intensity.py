@@ -26,7 +26,7 @@ the 2019 Yamagata-oki earthquake, according to the press of 26 July 2019.
 """
 
 
-def published_intensity(intensity: ArrayLike) -> FloatArray:
+def truncate_to_published_intensity(intensity: ArrayLike) -> FloatArray:
     """Return the intensity as JMA publishes it: rounded to two decimals, then the second decimal is dropped.
 
     So the published value reaches the lower bound of a degree only if the exact one does: 6.46 becomes 6.4, not 6.5.
@@ -34,7 +34,7 @@ def published_intensity(intensity: ArrayLike) -> FloatArray:
     return np.asarray(np.floor(np.round(100.0 * np.asarray(intensity)) / 10.0) / 10.0)
 
 
-def amplitude(frequency: FloatArray) -> FloatArray:
+def jma_filter_gain(frequency: FloatArray) -> FloatArray:
     """Return the product of the three filters of the notice at frequencies in Hz; 0 at 0 Hz.
 
     The filters are the period effect (f^-½), a high cut and a low cut.
@@ -49,7 +49,7 @@ def amplitude(frequency: FloatArray) -> FloatArray:
     return period_effect * high_cut * low_cut
 
 
-def instrumental_intensity(motion: Accelerogram, *, horizontal: bool = False) -> float:
+def jma_instrumental_intensity(motion: Accelerogram, *, horizontal: bool = False) -> float:
     """Return the JMA instrumental intensity I = 2 log₁₀ a₀ + 0.94, a₀ in Gal, before rounding; −inf without motion.
 
     a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in total. With
@@ -64,7 +64,7 @@ def instrumental_intensity(motion: Accelerogram, *, horizontal: bool = False) ->
     vertical = [] if motion.up is None or horizontal else [motion.up]
     components = np.stack([motion.north, motion.east, *vertical]) / GAL
     spectrum = np.fft.rfft(components, axis=1)
-    spectrum *= amplitude(np.asarray(np.fft.rfftfreq(motion.samples, motion.sampling_interval), dtype=np.float64))
+    spectrum *= jma_filter_gain(np.asarray(np.fft.rfftfreq(motion.samples, motion.sampling_interval), dtype=np.float64))
     filtered = np.fft.irfft(spectrum, motion.samples, axis=1)
     level = np.partition(np.sqrt((filtered**2).sum(axis=0)), -count)[-count]
     return 2.0 * math.log10(level) + 0.94 if level > 0 else -math.inf

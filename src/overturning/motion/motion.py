@@ -9,8 +9,8 @@ from overturning.arrays import ArrayLike, FloatArray
 from overturning.errors import ArgumentError, OverturningError, suggest_keywords
 from overturning.motion.direction import direction_cosines
 from overturning.motion.integration import integrate
-from overturning.motion.plausible import axis_doubts, implausibility
-from overturning.motion.streams import components_of_stream
+from overturning.motion.plausible import axis_doubts, implausible_amplitude_reason
+from overturning.motion.streams import stream_components
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,22 +40,28 @@ class Accelerogram:
     def _named(self) -> str:
         return type(self).__name__
 
-    def check(self, error: type[OverturningError], of: str = "") -> None:
-        """Check shapes, lengths, finite values, masks and the sampling interval; raise `error` at the first fault."""
+    def check(self, error_type: type[OverturningError], message_prefix: str = "") -> None:
+        """Check shapes, lengths, finite values, masks, sampling interval; raise `error_type` at the first fault."""
         for name, samples in zip(("north", "east", "up"), self.components, strict=False):
             if samples.ndim != 1 or samples.size < 2:
-                raise error(f"{of}{name}: shape {samples.shape}; a component is one row of at least 2 samples")
+                raise error_type(
+                    f"{message_prefix}{name}: shape {samples.shape}; a component is one row of at least 2 samples"
+                )
             finite = np.isfinite(np.ma.filled(samples, np.nan))
             if not finite.all():
                 first = int(np.flatnonzero(~finite)[0])
                 what = "masked, a gap" if np.ma.is_masked(samples) else "not finite"
-                raise error(f"{of}{name}: sample {first} is {what}; repair it, or leave the record out")
+                raise error_type(
+                    f"{message_prefix}{name}: sample {first} is {what}; repair it, or leave the record out"
+                )
             if samples.size != self.north.size:
                 sizes = f"{samples.size} samples, north has {self.north.size}"
-                raise error(f"{of}{name}: {sizes}; components must be equally long: cut all to their common window")
+                raise error_type(
+                    f"{message_prefix}{name}: {sizes}; components must be equally long: cut all to their common window"
+                )
         if not (np.isfinite(self.sampling_interval) and self.sampling_interval > 0):
             interval = self.sampling_interval
-            raise error(f"{of}sampling_interval: {interval}; it must be a positive number of seconds")
+            raise error_type(f"{message_prefix}sampling_interval: {interval}; it must be a positive number of seconds")
 
     @property
     def components(self) -> list[FloatArray]:
@@ -149,7 +155,9 @@ class Motion(Accelerogram):
         self.check(ArgumentError)
         for samples in self.components:
             samples.flags.writeable = False
-        if not trust_data and (why := implausibility(self.components, self.sampling_interval, unit="m/s2")):
+        if not trust_data and (
+            why := implausible_amplitude_reason(self.components, self.sampling_interval, unit="m/s2")
+        ):
             raise ArgumentError(f"motion: {why}: give m/s², or set trust_data=True")
 
     @classmethod
@@ -196,7 +204,7 @@ class Motion(Accelerogram):
             If north or east is missing or given twice; if a trace has gaps (is masked), is not an acceleration or
             belongs to the other sensor; or if traces differ in station, location, start, length or sampling interval.
         """
-        values, interval = components_of_stream(stream, unit, sensor)
+        values, interval = stream_components(stream, unit, sensor)
         motion = cls(**values, sampling_interval=interval)
         # Not of every motion: one along a single axis, as of a shaking table, is made on purpose, no sensor's.
         for why in axis_doubts(motion.components, ("north", "east", "up")):
@@ -236,14 +244,14 @@ class Motion(Accelerogram):
         return cls(wave * cosine, wave * sine, sampling_interval=sampling_interval)
 
 
-def as_motion(given: Any) -> Motion:
+def as_motion(motion_or_record: Any) -> Motion:
     """Return a motion unchanged, or the motion of a record; raise an `ArgumentError` for anything else."""
-    if isinstance(given, Motion):
-        return given
-    if all(hasattr(given, name) for name in ("north", "east", "up", "sampling_interval")):
-        return Motion.of(given)
-    kind = type(given).__name__
-    if hasattr(given, "traces") or kind == "Trace":
+    if isinstance(motion_or_record, Motion):
+        return motion_or_record
+    if all(hasattr(motion_or_record, name) for name in ("north", "east", "up", "sampling_interval")):
+        return Motion.of(motion_or_record)
+    kind = type(motion_or_record).__name__
+    if hasattr(motion_or_record, "traces") or kind == "Trace":
         raise ArgumentError(f"motion: an obspy {kind}; convert it with Motion.from_obspy(stream), in m/s² and N, E, Z")
     raise ArgumentError(
         f"motion: a {kind}; give a Motion(north, east, sampling_interval=…), or a record from overturning.read"

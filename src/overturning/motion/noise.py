@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.motion.fourier import band_amplitude, bell
+from overturning.motion.fourier import cosine_taper_window, rms_band_amplitude
 
 SHORTEST_NOISE: Final = 2.0
 """Shortest time before the onset that is used as noise, s."""
@@ -23,7 +23,7 @@ PER_DECADE: Final = 20
 
 
 @dataclass(frozen=True)
-class NoiseRatio:
+class SignalToNoiseRatio:
     """Signal-to-noise ratio of the components of a record."""
 
     onset: float  # s after the first sample; the noise is before it
@@ -39,7 +39,7 @@ class NoiseRatio:
         return self.signal / np.hypot(self.noise, self.offset)
 
 
-def onset(samples: FloatArray) -> int:
+def onset_index(samples: FloatArray) -> int:
     """Return the index of the first sample of a motion; 0 if there is nothing before it.
 
     The onset minimises the Akaike criterion of two variances (Maeda 1985, Zisin 38, 365-379). It is searched before the
@@ -61,7 +61,7 @@ def onset(samples: FloatArray) -> int:
     return int(k[criterion.argmin()])
 
 
-def noise_ratio(components: Sequence[FloatArray], sampling_interval: float) -> NoiseRatio | None:
+def signal_to_noise_ratio(components: Sequence[FloatArray], sampling_interval: float) -> SignalToNoiseRatio | None:
     """Return the signal-to-noise ratio of the components of a record; None if there is no noise before the onset.
 
     The noise window ends at the earliest onset of any component; the signal window extends from there to 95 % of the
@@ -74,7 +74,7 @@ def noise_ratio(components: Sequence[FloatArray], sampling_interval: float) -> N
     the amplitude a/(2πf).
     """
     moving = [samples - samples.mean() for samples in components if np.ptp(samples) > 0]
-    first = min((onset(samples) for samples in moving), default=0)
+    first = min((onset_index(samples) for samples in moving), default=0)
     if first * sampling_interval < SHORTEST_NOISE or not all(np.ptp(samples[:first]) > 0 for samples in moving):
         return None
     energy = np.cumsum(np.sum([samples[first:] ** 2 for samples in moving], axis=0))
@@ -82,21 +82,21 @@ def noise_ratio(components: Sequence[FloatArray], sampling_interval: float) -> N
     lowest, highest = max(CYCLES / (first * sampling_interval), LOWEST_HZ), 0.4 / sampling_interval
     frequency = np.geomspace(lowest, highest, max(2, round(PER_DECADE * np.log10(highest / lowest)) + 1))
     signal, noise = (
-        np.stack([_density(samples[part], sampling_interval, frequency) for samples in moving])
+        np.stack([_band_amplitude_density(samples[part], sampling_interval, frequency) for samples in moving])
         for part in (slice(first, last), slice(0, first))
     )
-    steps = [abs(_level(samples[last:]) - _level(samples[:first])) for samples in moving]
+    steps = [abs(_hann_weighted_mean(samples[last:]) - _hann_weighted_mean(samples[:first])) for samples in moving]
     offset = np.outer(steps, 1.0 / (2.0 * np.pi * frequency * np.sqrt((last - first) * sampling_interval)))
-    return NoiseRatio(first * sampling_interval, frequency, signal, noise, offset)
+    return SignalToNoiseRatio(first * sampling_interval, frequency, signal, noise, offset)
 
 
-def _level(samples: FloatArray) -> float:
+def _hann_weighted_mean(samples: FloatArray) -> float:
     """Return the mean of samples under a Hann window; 0 without samples."""
     weight = np.sin(np.pi * (np.arange(samples.size) + 0.5) / max(samples.size, 1)) ** 2
     return float(weight @ samples / weight.sum()) if samples.size else 0.0
 
 
-def _density(samples: FloatArray, interval: float, frequency: FloatArray) -> FloatArray:
-    window = bell(samples.size, max(1, samples.size // 20))
-    amplitude = band_amplitude((samples - samples.mean()) * window, interval, frequency)
-    return amplitude / np.sqrt(samples.size * interval)
+def _band_amplitude_density(samples: FloatArray, sampling_interval: float, frequency: FloatArray) -> FloatArray:
+    window = cosine_taper_window(samples.size, max(1, samples.size // 20))
+    amplitude = rms_band_amplitude((samples - samples.mean()) * window, sampling_interval, frequency)
+    return amplitude / np.sqrt(samples.size * sampling_interval)

@@ -43,7 +43,7 @@ def checked_periods(period_s: ArrayLike) -> FloatArray:
 
 
 @lru_cache(maxsize=4096)
-def coefficients(
+def oscillator_filter_coefficients(
     period_s: float, damping: float, sampling_interval: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the filter coefficients for relative displacement and velocity: two numerators and a common denominator.
@@ -70,7 +70,7 @@ def coefficients(
     return numerators[:, 0].copy(), numerators[:, 1].copy(), np.array([1.0, -trace, determinant])
 
 
-class Oscillators:
+class OscillatorResponses:
     """Responses of oscillators of many periods to one motion of k components, m/s², shape (k, n).
 
     The motion is padded by zeros for the longest period (at most 10 s), because the response may peak after its end.
@@ -90,7 +90,7 @@ class Oscillators:
         self._interval = sampling_interval
         self._finer: dict[int, FloatArray] = {1: self._components}
 
-    def _interpolated(self, factor: int) -> FloatArray:
+    def _interpolated_components(self, factor: int) -> FloatArray:
         if factor not in self._finer:
             from scipy.fft import next_fast_len
             from scipy.signal import resample
@@ -101,7 +101,7 @@ class Oscillators:
             self._finer[factor] = resample(padded, length * factor, axis=1)[:, : count * factor]
         return self._finer[factor]
 
-    def factor(self, period_s: float) -> int:
+    def points_per_sample(self, period_s: float) -> int:
         """Return the number of points per sample for a period, s: 1, 2, 4, 8 or 16."""
         wanted = self._interval * max(self._points / max(period_s, 3.0 * self._interval), 1.0 / LONGEST_STEP)
         return min(MAX_REFINEMENT, 2 ** max(0, math.ceil(math.log2(wanted))))
@@ -112,10 +112,10 @@ class Oscillators:
 
         if not 0 <= damping < 1:
             raise ArgumentError(f"damping: {damping}; give a ratio from 0 to below 1")
-        factor = self.factor(period_s)
+        factor = self.points_per_sample(period_s)
         # The free response decays: its peak lies within one period after the end of the motion.
         until = self._samples + math.ceil(period_s / self._interval)
-        motion = self._interpolated(factor)[:, : factor * until]
-        displacement, velocity, below = coefficients(period_s, damping, self._interval / factor)
+        motion = self._interpolated_components(factor)[:, : factor * until]
+        displacement, velocity, below = oscillator_filter_coefficients(period_s, damping, self._interval / factor)
         above = {"displacement": displacement, "velocity": velocity}
         return [np.asarray(lfilter(above[q], below, motion, axis=1)) for q in quantities]

@@ -45,8 +45,8 @@ SHORTEST_RAIL: Final = 3
 _LIKELY: Final = (0.005 * STANDARD_GRAVITY, 2.0 * STANDARD_GRAVITY)
 
 
-def implausibility(
-    components: Sequence[FloatArray], sampling_interval: float, *, unit: str = "", pgv: bool = True
+def implausible_amplitude_reason(
+    components: Sequence[FloatArray], sampling_interval: float, *, unit: str = "", check_velocity: bool = True
 ) -> str:
     """Return why the amplitude of a motion is implausible, and units that would make it plausible; "" if plausible.
 
@@ -58,7 +58,7 @@ def implausibility(
         Time between samples, s.
     unit : str
         Declared unit of the numbers, a key of `units.UNITS`; empty if the file states its unit.
-    pgv : bool
+    check_velocity : bool
         Check the velocity too; False if an offset has not been removed yet.
 
     Notes
@@ -67,7 +67,7 @@ def implausibility(
     """
     peak = max(float(np.abs(samples).max()) for samples in components)
     velocity = 0.0
-    if pgv:
+    if check_velocity:
         velocity = max(float(np.abs(integrate(samples, sampling_interval)).max()) for samples in components)
     if peak > LARGEST_PGA:
         what, bound = f"peak acceleration {peak / STANDARD_GRAVITY:.3g} g", "at most 5 g"
@@ -78,16 +78,20 @@ def implausibility(
     else:
         return ""
     low, high = USUAL_INTERVAL
-    unusual = "" if low <= sampling_interval <= high or velocity <= LARGEST_PGV else f"{_interval(sampling_interval)}: "
-    return f"{unusual}{what} ({bound} is accepted as ground motion); {_other_unit(peak, unit)}"
+    unusual = (
+        ""
+        if low <= sampling_interval <= high or velocity <= LARGEST_PGV
+        else f"{_unusual_interval_text(sampling_interval)}: "
+    )
+    return f"{unusual}{what} ({bound} is accepted as ground motion); {_likely_units_note(peak, unit)}"
 
 
-def _interval(interval: float) -> str:
+def _unusual_interval_text(interval: float) -> str:
     low, high = USUAL_INTERVAL
     return f"sampling interval {interval:g} s ({low:g} to {high:g} s are usual)"
 
 
-def sampling_doubts(components: Sequence[FloatArray], sampling_interval: float) -> tuple[str, ...]:
+def sampling_interval_doubts(components: Sequence[FloatArray], sampling_interval: float) -> tuple[str, ...]:
     """Return doubts about a sampling interval (s) from its own size, the duration, and the PGV/PGA of the components.
 
     A constant offset is removed before the integration to velocity.
@@ -107,7 +111,7 @@ def sampling_doubts(components: Sequence[FloatArray], sampling_interval: float) 
     return tuple(doubts)
 
 
-def dead_horizontal(components: Sequence[FloatArray], names: Sequence[str]) -> str:
+def dead_horizontal_axis_reason(components: Sequence[FloatArray], axis_names: Sequence[str]) -> str:
     """Return the reason why a horizontal axis of a motion is taken as dead; empty if none is.
 
     Peaks are counted from the mean: a dead channel may have an offset.
@@ -116,7 +120,7 @@ def dead_horizontal(components: Sequence[FloatArray], names: Sequence[str]) -> s
     ----------
     components : sequence of array, shape (n,)
         Accelerations along two horizontal axes and, where there is one, a vertical axis, m/s².
-    names : sequence of str
+    axis_names : sequence of str
         Names of the axes.
     """
     moving = [samples - samples.mean() for samples in components]
@@ -125,33 +129,33 @@ def dead_horizontal(components: Sequence[FloatArray], names: Sequence[str]) -> s
     least = "less than 1/100 of that of"
     if peaks[weak] < DEAD_RATIO * peaks[strong]:
         return (
-            f"{names[weak]} is dead: its peak is {peaks[weak] / CM:.3g} Gal, {least} "
-            f"{names[strong].removeprefix('axis ')}, {peaks[strong] / CM:.4g} Gal"
+            f"{axis_names[weak]} is dead: its peak is {peaks[weak] / CM:.3g} Gal, {least} "
+            f"{axis_names[strong].removeprefix('axis ')}, {peaks[strong] / CM:.4g} Gal"
         )
     if len(peaks) > 2 and peaks[strong] < DEAD_RATIO * peaks[2]:
         return (
-            f"{names[weak]} and {names[strong]} are dead: at most {peaks[strong] / CM:.3g} Gal, {least} "
-            f"vertical {names[2]}, {peaks[2] / CM:.4g} Gal"
+            f"{axis_names[weak]} and {axis_names[strong]} are dead: at most {peaks[strong] / CM:.3g} Gal, {least} "
+            f"vertical {axis_names[2]}, {peaks[2] / CM:.4g} Gal"
         )
     return ""
 
 
-def axis_doubts(components: Sequence[FloatArray], names: Sequence[str]) -> list[str]:
+def axis_doubts(components: Sequence[FloatArray], axis_names: Sequence[str]) -> list[str]:
     """Return doubts about the axes of a recorded motion: dead, the same samples, clipped.
 
     Parameters
     ----------
     components : sequence of array, shape (n,)
         Accelerations along two horizontal axes and, where there is one, a vertical axis, m/s².
-    names : sequence of str
+    axis_names : sequence of str
         Names of the axes.
     """
-    dead = dead_horizontal(components, names)
+    dead = dead_horizontal_axis_reason(components, axis_names)
     doubts = [dead] if dead else []
     if have_same_samples(components[0], components[1]):
-        doubts.append(f"{names[0]} and {names[1]} have the same samples")
-    for name, samples in zip(names, components, strict=False):
-        count, rail = samples_at_rail(samples)
+        doubts.append(f"{axis_names[0]} and {axis_names[1]} have the same samples")
+    for name, samples in zip(axis_names, components, strict=False):
+        count, rail = count_clipped_samples(samples)
         if count:
             doubts.append(f"{name} is clipped: {count} samples stand at its rail, {rail / CM:.4g} Gal")
     return doubts
@@ -166,7 +170,7 @@ def have_same_samples(first: FloatArray, second: FloatArray) -> bool:
     return bool(first.any()) and unlike <= SAME_SAMPLES * float(np.abs(first).max())
 
 
-def longest_pause(samples: FloatArray, others: Sequence[FloatArray]) -> tuple[int, int] | None:
+def longest_pause(samples: FloatArray, other_axes: Sequence[FloatArray]) -> tuple[int, int] | None:
     """Return the first and last sample of the longest time in which an axis stands still while another one moves.
 
     None if there is no run of `SHORTEST_PAUSE` equal samples, if no other axis then reaches `STRONG` of its peak, or if
@@ -178,22 +182,22 @@ def longest_pause(samples: FloatArray, others: Sequence[FloatArray]) -> tuple[in
     peak = float(np.abs(samples - np.median(samples)).max())
     if last + 1 - first < SHORTEST_PAUSE or not peak:
         return None
-    for other in (one for one in others if one.size == samples.size):
+    for other in (one for one in other_axes if one.size == samples.size):
         moving = np.abs(other - np.median(other))
         share = float(moving[first : last + 1].max()) / max(float(moving.max()), 1e-300)
-        if share > STRONG and share * peak > 10.0 * _resolution(samples, peak):
+        if share > STRONG and share * peak > 10.0 * _value_resolution(samples, peak):
             return first, last
     return None
 
 
-def _resolution(samples: FloatArray, peak: float) -> float:
+def _value_resolution(samples: FloatArray, peak: float) -> float:
     """Step between neighbouring values of a record, m/s²: nearly the least of those that occur."""
     gaps = np.diff(np.unique(samples))
     gaps = gaps[gaps > 1e-9 * peak]
     return float(np.quantile(gaps, 0.1)) if gaps.size else peak
 
 
-def samples_at_rail(samples: FloatArray) -> tuple[int, float]:
+def count_clipped_samples(samples: FloatArray) -> tuple[int, float]:
     """Return the number of samples at the rails of a clipped axis, and the largest such level; (0, 0) of any other.
 
     Counted are runs of at least `SHORTEST_RAIL` equal samples at the largest or the smallest value. The rounded top of
@@ -205,7 +209,7 @@ def samples_at_rail(samples: FloatArray) -> tuple[int, float]:
     farthest = float(np.abs(away).max())
     if not farthest:
         return 0, 0.0
-    resolution = _resolution(samples, farthest)
+    resolution = _value_resolution(samples, farthest)
     count, rail = 0, 0.0
     for sign in (1.0, -1.0):
         extreme = float((sign * away).max())
@@ -213,20 +217,20 @@ def samples_at_rail(samples: FloatArray) -> tuple[int, float]:
             continue
         at = np.flatnonzero(sign * away >= extreme - 1e-9 * farthest)
         for run in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1):
-            if run.size >= SHORTEST_RAIL and _is_cut(sign * away, int(run[0]), int(run[-1]), 20.0 * resolution):
+            if run.size >= SHORTEST_RAIL and _is_clipped_run(sign * away, int(run[0]), int(run[-1]), 20.0 * resolution):
                 count += run.size
                 rail = max(rail, abs(float(samples[run[0]])))
     return count, rail
 
 
-def _is_cut(samples: FloatArray, first: int, last: int, smooth: float) -> bool:
-    """Return True if samples drop by more than `smooth` on both sides of a run, within its length."""
+def _is_clipped_run(samples: FloatArray, first: int, last: int, min_drop: float) -> bool:
+    """Return True if samples drop by more than `min_drop` on both sides of a run, within its length."""
     length = last + 1 - first
     sides = samples[max(first - length, 0) : first], samples[last + 1 : last + 1 + length]
-    return all(side.size > 0 and float(samples[first] - side.min()) > smooth for side in sides)
+    return all(side.size > 0 and float(samples[first] - side.min()) > min_drop for side in sides)
 
 
-def _other_unit(peak: float, unit: str) -> str:
+def _likely_units_note(peak: float, unit: str) -> str:
     """Return a remark on the units in which the same numbers would be a likely ground motion."""
     if not unit:
         return "the unit stated in the file is wrong, or the samples contain an offset or a spike"

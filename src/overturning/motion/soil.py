@@ -62,7 +62,7 @@ class SurfaceComponent:
     largest_strain: float  # largest shear strain of any layer; NaN for a linear analysis
 
 
-def pystrata() -> Any:
+def import_pystrata() -> Any:
     """Return the package pystrata; raise an ArgumentError with the installation command if it is missing."""
     try:
         import pystrata as package  # takes some seconds
@@ -76,12 +76,12 @@ def pystrata() -> Any:
 
 def check_layers(layers: Sequence[Layer]) -> None:
     """Raise an ArgumentError if pystrata cannot be imported, or if it does not know the curve of a layer."""
-    package = pystrata()
+    package = import_pystrata()
     for layer in layers:
         _check_curve(package, layer)
 
 
-def through_soil(
+def propagate_through_soil(
     samples: ArrayLike, sampling_interval: float, layers: Sequence[Layer], rock: Rock, *, outcrop: bool = True
 ) -> SurfaceComponent:
     """Compute a horizontal component at the surface from the motion of the rock.
@@ -105,7 +105,7 @@ def through_soil(
     ArgumentError
         If a curve is not known, or pystrata is missing.
     """
-    package = pystrata()
+    package = import_pystrata()
     acceleration = np.asarray(samples, dtype=np.float64)
     count = acceleration.size + round(TAIL / sampling_interval)
     length = 1 << (count + max(acceleration.size, round(MIN_ZERO_PADDING / sampling_interval)) - 1).bit_length()
@@ -127,16 +127,16 @@ def through_soil(
     return SurfaceComponent(np.asarray(surface, dtype=np.float64), change < TOLERANCE, change, strain)
 
 
-def _soil_type(package: Any, soil: Layer | Rock) -> Any:
-    weight = soil.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
-    if isinstance(soil, Rock) or soil.curve is None:
-        return package.site.SoilType("", weight, None, soil.damping)
-    _check_curve(package, soil)
-    return package.site.SoilType.from_published("", weight, soil.curve)
+def _soil_type(pystrata_package: Any, layer: Layer | Rock) -> Any:
+    weight = layer.density_kg_m3 * STANDARD_GRAVITY / 1e3  # kN/m³
+    if isinstance(layer, Rock) or layer.curve is None:
+        return pystrata_package.site.SoilType("", weight, None, layer.damping)
+    _check_curve(pystrata_package, layer)
+    return pystrata_package.site.SoilType.from_published("", weight, layer.curve)
 
 
-def _check_curve(package: Any, layer: Layer) -> None:
-    known = package.site.known_published_curves() if layer.curve is not None else [None]
+def _check_curve(pystrata_package: Any, layer: Layer) -> None:
+    known = pystrata_package.site.known_published_curves() if layer.curve is not None else [None]
     if layer.curve not in known:
         raise ArgumentError(
             f"site: curve {layer.curve!r}; known are {', '.join(sorted(known)[:6])} … ({len(known)} in all)"

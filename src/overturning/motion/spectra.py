@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.motion.direction import cosines_of, largest_along
+from overturning.motion.direction import azimuth_cosine_pairs, largest_along_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Accelerogram
-from overturning.motion.oscillator import POINTS_PER_PERIOD, Oscillators, Quantity, checked_periods
+from overturning.motion.oscillator import POINTS_PER_PERIOD, OscillatorResponses, Quantity, checked_periods
 
 SI_PERIODS = np.linspace(0.1, 2.5, 121)
 """Periods over which the spectrum intensity is integrated, s."""
@@ -34,8 +34,8 @@ def spectra_by_azimuth(
         ``displacement`` (m) and ``velocity`` (m/s) relative to the ground, ``acceleration`` = ω² × displacement
         (m/s², pseudo-acceleration).
     """
-    periods, cosines = checked_periods(period_s), cosines_of(azimuth_deg)
-    both = _peaks(motion, periods, cosines, damping, ("displacement", "velocity"), points_per_period)
+    periods, cosines = checked_periods(period_s), azimuth_cosine_pairs(azimuth_deg)
+    both = _peak_responses(motion, periods, cosines, damping, ("displacement", "velocity"), points_per_period)
     spectra = dict(zip(("displacement", "velocity"), both, strict=True))
     spectra["acceleration"] = _pseudo_acceleration(spectra["displacement"], periods)
     return spectra
@@ -51,7 +51,9 @@ def pseudo_acceleration(
 ) -> FloatArray:
     """Return only the ``acceleration`` of `spectra_by_azimuth`, in half of the time; m/s², shape (p, m)."""
     periods = checked_periods(period_s)
-    peaks = _peaks(motion, periods, cosines_of(azimuth_deg), damping, ("displacement",), points_per_period)
+    peaks = _peak_responses(
+        motion, periods, azimuth_cosine_pairs(azimuth_deg), damping, ("displacement",), points_per_period
+    )
     return _pseudo_acceleration(peaks[0], periods)
 
 
@@ -59,7 +61,7 @@ def _pseudo_acceleration(displacement: FloatArray, periods: FloatArray) -> Float
     return np.asarray(displacement * (2.0 * np.pi / periods[:, None]) ** 2)
 
 
-def _peaks(
+def _peak_responses(
     motion: Accelerogram,
     periods: FloatArray,
     cosines: FloatArray,
@@ -68,15 +70,17 @@ def _peaks(
     points_per_period: int = POINTS_PER_PERIOD,
 ) -> FloatArray:
     """Return the largest response of each quantity, for each period and azimuth, shape (quantities, p, m)."""
-    oscillators = Oscillators(motion.horizontal, motion.sampling_interval, float(periods.max()), points_per_period)
+    oscillators = OscillatorResponses(
+        motion.horizontal, motion.sampling_interval, float(periods.max()), points_per_period
+    )
     peaks = np.empty((len(quantities), periods.size, cosines.shape[0]))
     for column, period in enumerate(periods):
         for row, response in enumerate(oscillators.response(float(period), damping, quantities)):
-            peaks[row, column] = largest_along(response, cosines)
+            peaks[row, column] = largest_along_azimuths(response, cosines)
     return peaks
 
 
-def rotd(
+def rotd_measures(
     motion: Accelerogram, period_s: ArrayLike, *, percentiles: Sequence[float] = (0.0, 50.0, 100.0)
 ) -> dict[str, FloatArray]:
     """Return RotDnn of PGA, PGV and pseudo-acceleration, damping ratio 0.05 (Boore 2010, BSSA 100, 1830-1835).
@@ -88,13 +92,13 @@ def rotd(
     dict of str to ndarray
         ``pga`` (q,) in m/s², ``pgv`` (q,) in m/s, ``psa`` (q, p) in m/s², for q percentiles and p periods (s).
     """
-    periods, cosines = checked_periods(period_s), cosines_of(ROTD_AZIMUTHS)
-    (displacement,) = _peaks(motion, periods, cosines, 0.05, ("displacement",))
+    periods, cosines = checked_periods(period_s), azimuth_cosine_pairs(ROTD_AZIMUTHS)
+    (displacement,) = _peak_responses(motion, periods, cosines, 0.05, ("displacement",))
     psa = _pseudo_acceleration(displacement, periods)
     velocity = integrate(motion.horizontal, motion.sampling_interval)
     return {
-        "pga": np.percentile(largest_along(motion.horizontal, cosines), percentiles),
-        "pgv": np.percentile(largest_along(velocity, cosines), percentiles),
+        "pga": np.percentile(largest_along_azimuths(motion.horizontal, cosines), percentiles),
+        "pgv": np.percentile(largest_along_azimuths(velocity, cosines), percentiles),
         "psa": np.percentile(psa, percentiles, axis=1),
     }
 
@@ -106,5 +110,5 @@ def spectrum_intensity(motion: Accelerogram, azimuth_deg: ArrayLike, *, damping:
     relative to the ground (Housner 1952), the damping ratio h is 0.20 (Katayama et al. 1988) or 0.05.
     """
     # 24 points per period (error at most 0.9 %, on average 0.3 % for one period) suffice for a mean over 121 periods.
-    (peaks,) = _peaks(motion, SI_PERIODS, cosines_of(azimuth_deg), damping, ("velocity",), 24)
+    (peaks,) = _peak_responses(motion, SI_PERIODS, azimuth_cosine_pairs(azimuth_deg), damping, ("velocity",), 24)
     return np.asarray(np.trapezoid(peaks, SI_PERIODS, axis=0) / (SI_PERIODS[-1] - SI_PERIODS[0]))

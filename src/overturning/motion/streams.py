@@ -10,7 +10,7 @@ from overturning.errors import ArgumentError
 from overturning.units import UNITS
 
 
-def components_of_stream(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float]:
+def stream_components(stream: Any, unit: str | None, sensor: str) -> tuple[dict[str, Any], float]:
     """Return the accelerations of a stream by component, m/s², and the sampling interval, s.
 
     See `Motion.from_obspy` for the arguments and errors.
@@ -20,9 +20,9 @@ def components_of_stream(stream: Any, unit: str | None, sensor: str) -> tuple[di
     traces: dict[str, Any] = {}
     for trace in stream:
         code = str(trace.stats.channel).upper()
-        if why := _no_acceleration(trace, code, unit) or _other_sensor(code, sensor):
+        if why := _not_acceleration_reason(trace, code, unit) or _wrong_sensor_reason(code, sensor):
             raise ArgumentError(f"stream: channel {trace.id}: {why}")
-        name = _direction_of(trace, code)
+        name = _direction_of_channel(trace, code)
         if name is None or name in traces:
             raise ArgumentError(
                 f"stream: channel {trace.stats.channel!r} {'is given twice' if name else 'is neither N, E nor Z'}; "
@@ -34,7 +34,7 @@ def components_of_stream(stream: Any, unit: str | None, sensor: str) -> tuple[di
         raise ArgumentError(
             f"stream: no component towards {missing[0]}; give one trace each for N and E, and optionally Z"
         )
-    _check_alike(traces)
+    _check_same_sensor_and_window(traces)
     scale = 1.0 if unit is None else UNITS[unit]
     values: dict[str, Any] = {
         name: np.ma.getdata(trace.data) * float(trace.stats.calib) * scale for name, trace in traces.items()
@@ -42,7 +42,7 @@ def components_of_stream(stream: Any, unit: str | None, sensor: str) -> tuple[di
     return values, float(traces["north"].stats.delta)
 
 
-def _check_alike(traces: dict[str, Any]) -> None:
+def _check_same_sensor_and_window(traces: dict[str, Any]) -> None:
     """Raise an ArgumentError unless all traces are of one station, window, sampling interval and sensor."""
     first, alike = traces["north"].stats, ("network", "station", "location", "starttime", "npts", "delta")
     for name, trace in traces.items():
@@ -57,7 +57,7 @@ def _check_alike(traces: dict[str, Any]) -> None:
         raise ArgumentError(f"stream: channels of sensors {' and '.join(sensors)}; select those of one")
 
 
-def _no_acceleration(trace: Any, code: str, unit: str | None) -> str:
+def _not_acceleration_reason(trace: Any, channel_code: str, unit: str | None) -> str:
     """Return why the samples of an obspy Trace are not an acceleration without gaps, and a remedy; "" if they are."""
     if np.ma.is_masked(trace.data):
         return (
@@ -72,7 +72,11 @@ def _no_acceleration(trace: Any, code: str, unit: str | None) -> str:
     done = re.findall(r"remove_response\([^()]*?output='?(\w+)|\b(integrate|differentiate)\(", steps)
     removed = [output for output, _ in done if output]
     # SEED's instrument codes: H and L seismometers of high and low gain, P geophones; N and G accelerometers.
-    why = "a velocity sensor by its code" if len(code) == 3 and code[1] in "HLP" and code[2] in "NEZ" else ""
+    why = (
+        "a velocity sensor by its code"
+        if len(channel_code) == 3 and channel_code[1] in "HLP" and channel_code[2] in "NEZ"
+        else ""
+    )
     integrals = 0  # number of integrations from acceleration
     for output, step in done:
         integrals = _INTEGRALS.get(output, 1) if output else integrals + (1 if step == "integrate" else -1)
@@ -93,12 +97,12 @@ _CHANNEL = re.compile(r"(?:[A-Z]{2})?([NEZ])|(NS|EW|UD)[12]?")
 _TOWARDS = {"N": "north", "NS": "north", "E": "east", "EW": "east", "Z": "up", "UD": "up"}
 
 
-def _direction_of(trace: Any, code: str) -> str | None:
+def _direction_of_channel(trace: Any, channel_code: str) -> str | None:
     """Return ``north``, ``east`` or ``up`` from the code of a channel; None for any other code.
 
     A warning is given if the direction in the SAC header (CMPAZ, CMPINC) differs from it by more than 5°.
     """
-    found = _CHANNEL.fullmatch(code)
+    found = _CHANNEL.fullmatch(channel_code)
     if found is None:
         return None
     name = _TOWARDS[found[1] or found[2]]
@@ -117,11 +121,11 @@ _UNDEFINED = -12345.0
 """Value of undefined numbers in SAC headers."""
 
 
-def _other_sensor(code: str, sensor: str) -> str:
+def _wrong_sensor_reason(channel_code: str, sensor: str) -> str:
     """Return why a channel does not belong to the requested sensor, and a remedy; "" if it does."""
     if sensor not in ("surface", "borehole"):
         return f"sensor {sensor!r}; known are surface and borehole"
-    found = {"1": "borehole", "2": "surface"}.get(code[2:]) if code[:2] in ("NS", "EW", "UD") else None
+    found = {"1": "borehole", "2": "surface"}.get(channel_code[2:]) if channel_code[:2] in ("NS", "EW", "UD") else None
     return (
         f"it belongs to the {found} sensor; select the {sensor} one, or set sensor={found!r}"
         if found not in (None, sensor)

@@ -10,7 +10,7 @@ from typing import Any
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.motion.direction import direction_cosines
-from overturning.motion.plausible import implausibility
+from overturning.motion.plausible import implausible_amplitude_reason
 from overturning.records.component import (
     MINIMUM_SINE,
     Component,
@@ -200,7 +200,9 @@ def _implausible_amplitude_reason(components: Sequence[Component]) -> str:
     moving = [c.samples - c.samples.mean() if raw else c.samples for c in components]
     if not any(samples.any() for samples in moving):
         return "every sample is the same, as of a dead channel"
-    return implausibility(moving, components[0].sampling_interval, unit=components[0].unit, pgv=not raw)
+    return implausible_amplitude_reason(
+        moving, components[0].sampling_interval, unit=components[0].unit, check_velocity=not raw
+    )
 
 
 def _sort_horizontal_and_vertical(

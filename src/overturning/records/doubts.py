@@ -6,11 +6,11 @@ import numpy as np
 
 from overturning.motion.plausible import (
     DEAD_RATIO,
-    dead_horizontal,
+    count_clipped_samples,
+    dead_horizontal_axis_reason,
     have_same_samples,
     longest_pause,
-    samples_at_rail,
-    sampling_doubts,
+    sampling_interval_doubts,
 )
 from overturning.records.component import Component
 
@@ -30,7 +30,7 @@ def sample_quality_notes(
             "along one line: is one a copy of the other?"
         )
     for component in components:
-        count, rail = samples_at_rail(component.samples)
+        count, rail = count_clipped_samples(component.samples)
         if count:
             notes.append(
                 f"{component.file}: axis {component.axis!r} is clipped: {count} samples stand at its rail, "
@@ -56,7 +56,7 @@ def check_dead_axis(components: Sequence[Component], report_contradiction: Calla
     if len(components) < 2 or any(c.vertical for c in components[:2]):
         return
     names = [f"axis {component.axis!r}" for component in components]
-    reason = dead_horizontal([component.samples for component in components], names)
+    reason = dead_horizontal_axis_reason([component.samples for component in components], names)
     if reason:
         weak = min(components[:2], key=_peak_without_mean)
         report_contradiction(f"{weak.file}: {reason}", "get the file again, or say --trust-data")
@@ -78,7 +78,7 @@ def _sampling_interval_notes(
 ) -> list[str]:
     """Return a note on a doubtful sampling interval; two doubts are a contradiction."""
     first = components[0]
-    doubts = sampling_doubts([c.samples for c in components[:2]], first.sampling_interval)
+    doubts = sampling_interval_doubts([c.samples for c in components[:2]], first.sampling_interval)
     if not doubts:
         return []
     why = f"{first.file}: sampling interval {first.sampling_interval:g} s is doubtful: {'; '.join(doubts)}"

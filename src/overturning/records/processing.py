@@ -9,8 +9,8 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.motion.noise import noise_ratio
-from overturning.motion.plausible import implausibility
+from overturning.motion.noise import signal_to_noise_ratio
+from overturning.motion.plausible import implausible_amplitude_reason
 from overturning.records.assembly import format_utc
 from overturning.records.record import Record, peak_ground_motion
 from overturning.records.site import Site
@@ -64,7 +64,9 @@ def process_record(record: Record, steps: Sequence[Step] | None, site: Site | No
         record = _with_processing_entry(record, surface, site, chosen)
     # Unchanged records of an agency were checked when they were read.
     looked_at = not steps and site is None and record.extra.get("processed", False)
-    if not (looked_at or record.trusted) and (why := implausibility(record.components, record.sampling_interval)):
+    if not (looked_at or record.trusted) and (
+        why := implausible_amplitude_reason(record.components, record.sampling_interval)
+    ):
         raise RecordError(
             f"record {record.record_id}: after processing, {why}; correct unit or steps, or say trust_data"
         )
@@ -98,7 +100,7 @@ def choose_corner_frequency(record: Record) -> tuple[float, str]:
     components is three times the noise before the onset and the permanent offset. Without usable noise, or if the noise
     is too short for the default corner and the signal exceeds it everywhere, it is the default.
     """
-    found = noise_ratio([record.north, record.east], record.sampling_interval)
+    found = signal_to_noise_ratio([record.north, record.east], record.sampling_interval)
     if found is None:
         return DEFAULT_HZ, "no noise of 2 s before the onset to compare with"
     window = f"noise of the first {found.onset:.1f} s"

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from overturning.errors import RecordError
-from overturning.motion.soil import TAIL, Layer, Rock, through_soil
+from overturning.motion.soil import TAIL, Layer, Rock, propagate_through_soil
 from overturning.records.record import Record
 
 
@@ -39,7 +39,7 @@ class Site(BaseModel, extra="forbid", frozen=True):
         surface: dict[str, Any] = {}
         notes = []
         for axis, samples in (("north", record.north), ("east", record.east)):
-            passed = through_soil(samples, record.sampling_interval, self.layers, self.rock, outcrop=outcrop)
+            passed = propagate_through_soil(samples, record.sampling_interval, self.layers, self.rock, outcrop=outcrop)
             state = "converged" if passed.converged else f"not converged (last change {100 * passed.change:.1f} %)"
             notes.append(f"{axis} {state}, strain {100 * passed.largest_strain:.2g} %")
             surface[axis] = passed.samples

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.motion.fourier import bell
+from overturning.motion.fourier import cosine_taper_window
 from overturning.motion.integration import integrate
 from overturning.records.record import Record
 
@@ -76,7 +76,7 @@ class Taper(_Step):
         if not 1 <= width <= samples.size // 2:
             bounds = f"it must lie between one sample and half the record, {0.5 * record.duration:g} s"
             raise _step_error(record, f"taper.length_s {self.length_s:g}", bounds)
-        return samples * bell(samples.size, width)
+        return samples * cosine_taper_window(samples.size, width)
 
 
 Positive = Annotated[float, Field(gt=0)]

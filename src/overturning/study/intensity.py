@@ -8,11 +8,11 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.files import atomic_write
-from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
-from overturning.motion.heading import peak_azimuths, pulse_axis
-from overturning.motion.intensity import PEAKS, intensity_by_azimuth, record_measures
+from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi_smoothing
+from overturning.motion.heading import peak_azimuths, strongest_pulse_axis_and_period
+from overturning.motion.intensity import PEAKS, intensity_by_azimuth, record_intensity_measures
 from overturning.motion.motion import Motion
-from overturning.motion.spectra import rotd
+from overturning.motion.spectra import rotd_measures
 from overturning.records.earthquakes import group_by_earthquake
 from overturning.records.record import Record
 from overturning.study.scenes import to_direction_values
@@ -56,8 +56,10 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
 def _record_measures(records: Sequence[Record], periods: FloatArray) -> dict[str, Any]:
     """Compute the variables of whole records; NaN if a record has no such measure."""
     motions = [Motion.of(record) for record in records]
-    columns = [record_measures(motion, record.processing) for motion, record in zip(motions, records, strict=True)]
-    spectra = [rotd(motion, periods, percentiles=PERCENTILES) for motion in motions]
+    columns = [
+        record_intensity_measures(motion, record.processing) for motion, record in zip(motions, records, strict=True)
+    ]
+    spectra = [rotd_measures(motion, periods, percentiles=PERCENTILES) for motion in motions]
     variables: dict[str, Any] = {}
 
     def add(name: str, dimensions: str, values: Any, units: str, long_name: str) -> None:
@@ -73,7 +75,7 @@ def _record_measures(records: Sequence[Record], periods: FloatArray) -> dict[str
         add(f"{name}_azimuth", "record", towards, "degree", f"azimuth to which the peak horizontal {long_name} points")
     vertical = [np.nan if motion.up is None else np.max(np.abs(motion.up)) for motion in motions]
     add("pga_vertical", "record", vertical, "m s-2", "peak vertical acceleration; missing without a vertical component")
-    axes, of_pulse = zip(*map(pulse_axis, motions), strict=True)
+    axes, of_pulse = zip(*map(strongest_pulse_axis_and_period, motions), strict=True)
     add("pulse_axis", "record", axes, "degree", "axis of the strongest velocity pulse")
     add("pulse_period", "record", of_pulse, "s", "period of the strongest velocity pulse")
     add("percentile", "percentile", PERCENTILES, "percent", "percentile over azimuths")
@@ -97,9 +99,9 @@ def _record_measures(records: Sequence[Record], periods: FloatArray) -> dict[str
 
 
 def _smoothed_fourier_amplitude(samples: FloatArray, interval: float) -> FloatArray:
-    """Compute the Fourier amplitude, smoothed by `konno_ohmachi`, at `FREQUENCIES`; NaN above the Nyquist frequency."""
+    """Compute the Fourier amplitude, smoothed after Konno & Ohmachi; NaN above the Nyquist frequency."""
     frequency, amplitude = amplitude_spectrum(samples, interval)
     inside = frequency[-1] >= FREQUENCIES
     values = np.full(FREQUENCIES.size, np.nan)
-    values[inside] = konno_ohmachi(frequency, amplitude, FREQUENCIES[inside])
+    values[inside] = konno_ohmachi_smoothing(frequency, amplitude, FREQUENCIES[inside])
     return values

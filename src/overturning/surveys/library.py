@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import ArgumentError
-from overturning.motion.direction import cosines_of, largest_along
+from overturning.motion.direction import azimuth_cosine_pairs, largest_along_azimuths
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
@@ -62,11 +62,11 @@ class CandidateMotion:
     def of(cls, name: str, event: str, motion: Motion) -> "CandidateMotion":
         """Create a candidate and compute its peaks; an `ArgumentError` if the motion is zero."""
         azimuth = np.arange(0.0, 180.0, AXIS_STEP_DEG)
-        cosines, acceleration = cosines_of(azimuth), motion.horizontal
-        along = largest_along(integrate(acceleration, motion.sampling_interval), cosines)
+        cosines, acceleration = azimuth_cosine_pairs(azimuth), motion.horizontal
+        along = largest_along_azimuths(integrate(acceleration, motion.sampling_interval), cosines)
         if not along.max() > 0:
             raise ArgumentError(f"motion {name}: nothing moves; leave it out")
-        pga = float(largest_along(acceleration, cosines).max())
+        pga = float(largest_along_azimuths(acceleration, cosines).max())
         return cls(name, event, motion, pga, float(along.max()), float(azimuth[along.argmax()]))
 
     @property

@@ -16,7 +16,7 @@ from overturning.errors import ArgumentError, RecordError
 from overturning.motion.soil import MIN_ZERO_PADDING, TAIL, Layer, Rock, propagate_through_soil
 from overturning.records.processing import process_record
 from overturning.records.pulses import parse_pulse, pulse_record
-from overturning.records.record import processing_entry_text, record_provenance
+from overturning.records.record import processing_entry_text, record_origin_and_processing
 from overturning.records.site import Site
 from overturning.records.store import read_motion, round_as_stored, write_motion
 from tests.expect import refused
@@ -133,6 +133,6 @@ def test_variant_with_soil_has_its_own_motions(tmp_path: Path) -> None:
     found = read_motion(tmp_path / "soft" / "pulse.nc")
     alone = propagate_through_soil(record.north, record.sampling_interval, [LAYER], ROCK)
     assert found.north == pytest.approx(alone.samples, abs=1e-9)
-    assert record_provenance(found)["peaks"]["pga"] == pytest.approx(
+    assert record_origin_and_processing(found)["peaks"]["pga"] == pytest.approx(
         [np.abs(record.north).max(), np.abs(alone.samples).max()]
     )

@@ -4,7 +4,7 @@ import pytest
 from overturning.errors import ConfigError, MissingDataError
 from overturning.records.catalogue import LABELS, PLACES, RecordEntry, find_entry_paths, read_catalogue
 from overturning.records.fault_trace import read_trace
-from overturning.records.read import NO_SOURCE, with_table_labels, read_record, read_record_without_labels
+from overturning.records.read import NO_SOURCE, read_record, read_record_without_labels, with_table_labels
 from overturning.records.store import write_motion
 from tests.expect import refused
 from tests.records.record_writers import geonet_text
@@ -135,7 +135,7 @@ def test_coordinates_of_the_table_without_a_source_are_told(tmp_path):
     wave = 100 * np.sin(np.arange(400) / 5)
     text = geonet_text({"N28W": (332, wave), "S62W": (242, 2 * wave)}, 0.02)
     (tmp_path / "mine.V2A").write_text(text, encoding="utf-8")
-    samples = read_samples(RecordEntry(id="mine", source="mine.V2A"), tmp_path)
+    samples = read_record_without_labels(RecordEntry(id="mine", source="mine.V2A"), tmp_path)
     stated = {"station_latitude_deg": -43.5, "station_longitude_deg": 172.5}
     of_file, bare, sourced = (
         with_table_labels(samples, RecordEntry(id="mine", source="mine.V2A", **cells))

@@ -7,7 +7,7 @@ from overturning.errors import RecordError
 from overturning.motion.plausible import count_clipped_samples, sampling_interval_doubts
 from overturning.records.declarations import Declarations
 from overturning.records.read import read_without_processing
-from overturning.records.record import record_provenance
+from overturning.records.record import record_origin_and_processing
 from tests.expect import refused
 
 RATE = 100.0
@@ -48,7 +48,7 @@ def test_a_dead_horizontal_is_refused_unless_it_is_declared(tmp_path, dead, proc
     with refused(RecordError, "x.csv: axis 'east' is dead", "less than 1/100 of that of 'north'", "--trust-data"):
         read_columns(path, processed=processed)
     trusted = read_columns(path, processed=processed, trust_data=True)
-    assert "axis 'east' is dead" in record_provenance(trusted)["trusted"][0]
+    assert "axis 'east' is dead" in record_origin_and_processing(trusted)["trusted"][0]
     assert read_columns(columns(path, NORTH, 0.02 * EAST), processed=processed).notes == []
 
 
@@ -95,7 +95,7 @@ def test_clipped_axis_is_named_with_its_number_of_samples(tmp_path):
     record = read_columns(columns(tmp_path / "x.csv", clipped, EAST))
     (note,) = record.notes
     assert f"axis 'north' is clipped: {count} samples stand at its rail, 100 Gal" in note
-    assert record_provenance(record)["notes"] == [note], "the report prints the account's notes"
+    assert record_origin_and_processing(record)["notes"] == [note], "the report prints the account's notes"
 
 
 @pytest.mark.parametrize("bits", [4, 6, 8, 10, 14])

@@ -9,7 +9,7 @@ from overturning.errors import MissingDataError
 from overturning.records.catalogue import RecordEntry, find_entry_paths, read_catalogue
 from overturning.records.processing import process_record
 from overturning.records.read import read_record
-from overturning.records.record import record_provenance
+from overturning.records.record import record_origin_and_processing
 from overturning.records.steps import Highpass
 from overturning.records.store import read_motion, read_unprocessed, write_motion
 from tests.expect import refused
@@ -38,7 +38,7 @@ def test_an_unknown_example_is_refused_with_the_known_names(tmp_path):
 def test_provenance_names_the_agency_and_the_store_has_the_unprocessed_record(tmp_path):
     raw = read_record(read_catalogue(TABLE)["wtmc"], tmp_path)
     assert process_record(raw, None) is raw
-    told = record_provenance(raw)
+    told = record_origin_and_processing(raw)
     assert told["data"] == "processed by GNS Science"
     assert told["agency"].startswith("band-pass filter")
     assert told["peaks"]["pga"][0] == told["peaks"]["pga"][1]
@@ -49,6 +49,9 @@ def test_provenance_names_the_agency_and_the_store_has_the_unprocessed_record(tm
     np.testing.assert_allclose(before.north, raw.north, atol=1e-9)
     assert (before.start, kept.start) == (raw.start, done.start)
     assert kept.start != before.start
-    assert record_provenance(kept)["peaks"]["pgd"][0] > 2 * record_provenance(kept)["peaks"]["pgd"][1]
+    assert (
+        record_origin_and_processing(kept)["peaks"]["pgd"][0]
+        > 2 * record_origin_and_processing(kept)["peaks"]["pgd"][1]
+    )
     write_motion(raw, tmp_path / "m.nc")
     assert read_unprocessed(tmp_path / "m.nc") is None

@@ -11,7 +11,7 @@ import pytest
 from overturning.errors import RecordError
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry, read_catalogue
-from overturning.records.earthquakes import distance_km
+from overturning.records.earthquakes import great_circle_distance_km
 from overturning.records.fault_trace import read_trace
 from overturning.records.formats import fema_p695
 from overturning.records.read import read_record
@@ -57,7 +57,7 @@ def test_coordinates_give_the_epicentral_distances_of_fema_p695():
     """
     near = [e for e in read_catalogue(TABLE).values() if e.format == "fema-p695"]
     assert all("NGA-West2" in e.coordinates_source for e in near)
-    off = {e.id: distance_km(*places(e)) - published(e)["SiteDistanceEpicentral"] for e in near}
+    off = {e.id: great_circle_distance_km(*places(e)) - published(e)["SiteDistanceEpicentral"] for e in near}
     assert off.pop("denali") == pytest.approx(84.4 - 7.0, abs=0.1)
     assert max(map(abs, off.values())) < 0.15
     # Records of one earthquake have one epicentre and one trace.
@@ -80,7 +80,7 @@ def test_stations_are_as_far_from_the_trace_as_from_the_rupture_of_fema_p695(rec
         for a, b in pairwise(piece)
         for part in np.linspace(0, 1, 201)
     ]
-    nearest = min(distance_km(station, point) for point in points)
+    nearest = min(great_circle_distance_km(station, point) for point in points)
     assert nearest == pytest.approx(published(entry)["SiteDistanceClosestToPlane"], abs=off_km)
 
 

@@ -15,7 +15,13 @@ from overturning.motion.motion import Motion
 from overturning.records.check import RecordCheck, format_record_check
 from overturning.records.component import Component
 from overturning.records.processing import Step, default_processing_steps, process_record
-from overturning.records.record import Record, as_record, drift_evidence, processing_entry_text, record_provenance
+from overturning.records.record import (
+    Record,
+    as_record,
+    drift_evidence,
+    processing_entry_text,
+    record_origin_and_processing,
+)
 from overturning.records.steps import Baseline, Cut, Detrend, Highpass, Lowpass, RemoveMean, Resample, Scale, Taper
 from tests.expect import refused
 
@@ -44,7 +50,7 @@ def test_drift_is_detected_at_the_end_of_velocity_and_displacement() -> None:
     assert "velocity of east ends at 5 % of its peak" in drift_evidence(more)
     assert "displacement of east is largest at the last sample" in drift_evidence(more)
     assert "north" not in drift_evidence(more)
-    assert record_provenance(more)["drift"] == drift_evidence(more)
+    assert record_origin_and_processing(more)["drift"] == drift_evidence(more)
     axis = Component(more.east, DT, "E", 90.0, 0, "x", "")
     text = format_record_check(RecordCheck(("x",), (axis,), replace(more, extra=more.extra | {"format": "csv"})))
     assert ") cm as the file is\n  drift, so its PGD is none: velocity of east ends at 5 %" in text
@@ -69,7 +75,7 @@ def test_start_without_zone_is_utc_on_every_machine(monkeypatch, zone) -> None:
 def test_a_motion_from_python_is_not_labelled_processed() -> None:
     motion = Motion(sine(1.0), sine(2.0), sampling_interval=DT)
     given = as_record(motion)
-    assert record_provenance(process_record(given, None))["data"] == "as given"
+    assert record_origin_and_processing(process_record(given, None))["data"] == "as given"
     assert process_record(given, None).processing == ()
 
 

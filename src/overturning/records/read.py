@@ -84,7 +84,9 @@ def with_table_labels(record: Record, entry: RecordEntry) -> Record:
         stated["station"] = borehole_station_name(stated["station"])
     epicentre = {"event_latitude": entry.epicentre_latitude_deg, "event_longitude": entry.epicentre_longitude_deg}
     of_event = {"event_id": entry.event_id, "origin_time": entry.origin_time}
-    extra = record.extra | _drop_empty_values({"pulse": entry.pulse} | of_event | epicentre) | entry.metadata | entry.places
+    extra = (
+        record.extra | _drop_empty_values({"pulse": entry.pulse} | of_event | epicentre) | entry.metadata | entry.places
+    )
     described = replace(record, extra=extra, **stated)
     return with_added_notes(described, [NO_SOURCE] if extra.get("coordinates_source") == "" else [])
 

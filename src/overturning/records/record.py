@@ -180,7 +180,7 @@ def drift_evidence(record: Record) -> str:
     return "; ".join(said)
 
 
-def record_provenance(record: Record) -> dict[str, Any]:
+def record_origin_and_processing(record: Record) -> dict[str, Any]:
     """Return the origin and processing of a record as plain data, for the results.
 
     Keys: ``data`` (raw or processed, and by which agency), ``agency`` (the agency's processing), ``steps`` (entries of

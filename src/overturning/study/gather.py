@@ -183,7 +183,9 @@ def _cube_attributes(study: Study, records: Sequence[Record], variant: str) -> d
         "earthquakes": json.dumps(group_by_earthquake(records).notes, ensure_ascii=False),
         "record_sources": json.dumps(sources, ensure_ascii=False),
         "record_processing": json.dumps(
-            {record.record_id: record_provenance(record) for record in records}, ensure_ascii=False, default=str
+            {record.record_id: record_origin_and_processing(record) for record in records},
+            ensure_ascii=False,
+            default=str,
         ),
         "versions": json.dumps({name: metadata.version(name) for name in _PACKAGES}),
     }

@@ -10,11 +10,11 @@ from overturning.dem.kernel.lanes import borrowed
 from overturning.dem.kernel.queue import load, start, workspace
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import equations, rows
-from overturning.dem.polygon.distant import resume_pairs
 from overturning.dem.polygon.plan import plan_polygons
 from overturning.dem.polygon.rules import borrow_scene_arrays, end_sample
 from overturning.dem.polygon.state import ElementState
 from overturning.dem.polygon.step import step
+from overturning.dem.polygon.suspended_pairs import resume_pairs
 from overturning.model.cases import Cases
 from overturning.model.geometry import reference_element_size
 from overturning.model.planes import Planes

@@ -13,10 +13,10 @@ from numba import typeof
 from overturning.dem.kernel.queue import run_queue
 from overturning.dem.plan import Plan
 from overturning.dem.polygon import cundall, equations, rows
+from overturning.dem.polygon.case_end import record_slip_and_upright_time
 from overturning.dem.polygon.centred import add_pair_to_equations, compute_solved_forces, store_accepted_history
 from overturning.dem.polygon.equations import PairSubmatrices
 from overturning.dem.polygon.step import correct_element, predict_element
-from overturning.dem.polygon.verdict import record_slip_and_upright_time
 from overturning.dem.run import run, run_cases
 from overturning.model.cases import Cases
 from overturning.model.shapes import Rectangle

@@ -19,14 +19,14 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.body import plan as body_plan
-from overturning.dem.body.centred import centre_acceleration, flat_landing_slip, rim_point
-from overturning.dem.body.lying import (
+from overturning.dem.body.base_contact import (
+    base_lands_flat,
     both_ends_rest,
     contact_is_deferred,
-    lands_flat,
     new_landing_time,
     update_base_contacts,
 )
+from overturning.dem.body.centred import centre_acceleration, flat_landing_slip, rim_point_position
 from overturning.dem.body.rules import LOOPS
 from overturning.dem.body.state import (
     COLUMNS,
@@ -131,7 +131,7 @@ def vertex_moved(s: BodyState, f: Matrix, vertex: Vertex, old: VertexHistory) ->
 @njit(**INLINE)
 def rim_moved(body: Constants, s: BodyState, f: Matrix, ahead: float, aside: float, dt: float) -> ContactPoint:
     """Return the state of a point of the rim; its displacement is that of the body at this point."""
-    arm = rim_point(body, f, ahead, aside)
+    arm = rim_point_position(body, f, ahead, aside)
     v = plus(s.velocity, cross_product(s.spin, arm))
     return ContactPoint(arm, -(s.place.z + arm.z), dt * v.x, dt * v.y, -(dt * v.z))
 
@@ -276,7 +276,7 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
             rate,
             (
                 contact_is_deferred(body, base_contact, p, at.arm.z, left),
-                lands_flat(base_contact),
+                base_lands_flat(base_contact),
                 new_landing_time(body, base_contact),
             ),
         )
@@ -288,7 +288,7 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
             rate,
             (
                 contact_is_deferred(body, base_contact, q, on.arm.z, right),
-                lands_flat(base_contact),
+                base_lands_flat(base_contact),
                 new_landing_time(body, base_contact),
             ),
         )
@@ -307,7 +307,7 @@ def roll_all(state: Any, acting: Any, one: Any, other: Any, columns: int, ahead:
         base_contact = load_base_contact(state, j)
         between, flat, begun = (
             (aside != 0.0) & (not both_ends_rest(base_contact)),
-            lands_flat(base_contact),
+            base_lands_flat(base_contact),
             new_landing_time(body, base_contact),
         )
         at, on = rim_moved(body, s, f, ahead, aside, dt), rim_moved(body, s, f, -ahead, -aside, dt)

@@ -92,12 +92,12 @@ def predict_body(
 
 
 @njit(**INLINE)
-def rim_point(body: BodyConstants, frame: Matrix, ahead: float, aside: float) -> Vector:
-    """Return the position of a point of the rim from the centre, m.
+def rim_point_position(body: BodyConstants, frame: Matrix, ahead: float, aside: float) -> Vector:
+    """Return the position of a point of the rim of a round base from the centre of the body, m.
 
-    `ahead` and `aside` (−1, 0 or 1) are its direction, along the direction of the lean and across it. The lowest point
-    of the rim is always one of the four points, and all four carry equally if the rim lies flat. For an upright body
-    the direction is arbitrary.
+    `ahead` and `aside` (−1, 0 or 1) are its direction, along the direction of the lean and across it. The lowest
+    point of the rim is always one of the four points, and all four carry equally if the rim lies flat. For an
+    upright body the direction is arbitrary.
     """
     square = frame.xz * frame.xz + frame.yz * frame.yz
     leans = square > 1e-30
@@ -121,7 +121,7 @@ def is_fine_step(clock: Clock, attempt: Attempt) -> bool:
 def flat_landing_slip(
     body: BodyConstants, arm: Vector, velocity: Vector, spin: Vector, is_flat: bool
 ) -> tuple[float, float, bool]:
-    """Return the direction in which a point slides in a flat landing (unit vector), and whether it slides.
+    """Return the direction in which a point slides in a flat landing (unit vector), and True if the point slides.
 
     See `overturning.dem.kernel.mechanics.slides_flat`; only the rotation about the vertical is included.
     """
@@ -209,7 +209,7 @@ def friction_share(friction_limit: float, squared_force: float, slides: bool) ->
 def contact_equations(
     body: BodyConstants, half_step: float, point: PredictedPoint, previous: VertexHistory, fine_step: bool
 ) -> ContactEquations:
-    """Return the terms of a contact point in the equations, f' = f − G (e_v + e_w × r).
+    """Return the terms of a contact point in the equations of a step, f' = f − G (e_v + e_w × r).
 
     Friction of a sliding point is μ times its normal force. Across its direction the point is held as if it stuck,
     times the ratio of friction to the force that would hold it.
@@ -254,7 +254,7 @@ def contact_equations(
 def solve_velocity_change(
     body: BodyConstants, state: BodyState, predicted: PredictedBody, equations: ContactEquations
 ) -> BodyChange:
-    """Solve the equations for the velocities at the end of the step by 3 × 3 blocks."""
+    """Solve the equations of a step for the velocity change of a body, by 3 × 3 blocks."""
     a, b, c, d = equations.a, equations.b, equations.c, equations.d
     u = scale_vector(predicted.half, minus(centre_acceleration(equations.force, predicted.shaking), state.acceleration))
     t = scale_vector(predicted.half, minus(equations.moment, state.moment))

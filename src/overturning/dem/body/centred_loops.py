@@ -5,28 +5,28 @@ from typing import Any, Final
 
 from numba import njit
 
+from overturning.dem.body.base_contact import (
+    base_lands_flat,
+    both_ends_rest,
+    contact_is_deferred,
+    new_landing_time,
+    update_base_contacts,
+)
 from overturning.dem.body.centred import (
     contact_equations,
     is_fine_step,
     predict_body,
     predict_contact_point,
-    rim_point,
+    rim_point_position,
     solve_velocity_change,
 )
 from overturning.dem.body.commit import (
     AcceptedBodyStep,
     complete_step,
     compute_point_forces,
-    motion_stays_steady,
     rim_contact_turns_fast,
+    shaking_stays_weak,
     step_findings,
-)
-from overturning.dem.body.lying import (
-    both_ends_rest,
-    contact_is_deferred,
-    lands_flat,
-    new_landing_time,
-    update_base_contacts,
 )
 from overturning.dem.body.state import (
     ROWS,
@@ -82,7 +82,7 @@ SLID: Final = VERTEX.row(PointBeforeAndAfter, "old.slid")
 
 @njit(**INNER)
 def predict_bodies(state: Any, lane_count: int, ticks_per_sample: float) -> None:
-    """Predict all bodies at the end of the step, without contact forces."""
+    """Predict all bodies at the end of the step with constant acceleration, without their contact points."""
     for j in range(lane_count):
         w = predict_body(
             load_body(state, j),
@@ -102,7 +102,7 @@ def predict_opposite_vertices(state: Any, vertex_rows: Any, opposite_rows: Any, 
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
         fine = is_fine_step(load_clock(state, j), load_attempt(state, j))
         p, q, base_contact = load_vertex(vertex_rows, j), load_vertex(opposite_rows, j), load_base_contact(state, j)
-        flat, new_landing = lands_flat(base_contact), new_landing_time(body, base_contact)
+        flat, new_landing = base_lands_flat(base_contact), new_landing_time(body, base_contact)
         a, b = matrix_times_vector(f, p.own), matrix_times_vector(f, q.own)
         left, right = load_memory(vertex_rows, j), load_memory(opposite_rows, j)
         store_point(
@@ -149,8 +149,8 @@ def predict_opposite_rim_points(
             (aside != 0.0) & (not both_ends_rest(load_base_contact(state, j))),
         )
         base_contact = load_base_contact(state, j)
-        flat, new_landing = lands_flat(base_contact), new_landing_time(body, base_contact)
-        a, b = rim_point(body, f, ahead, aside), rim_point(body, f, -ahead, -aside)
+        flat, new_landing = base_lands_flat(base_contact), new_landing_time(body, base_contact)
+        a, b = rim_point_position(body, f, ahead, aside), rim_point_position(body, f, -ahead, -aside)
         store_point(
             point_rows,
             j,
@@ -166,22 +166,22 @@ def predict_opposite_rim_points(
 
 
 @njit(**INNER)
-def add_contact_equations(state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, adds: Any) -> None:
-    """Add the terms of two opposite points to the equations of all bodies; `adds` is None for the first two."""
+def add_contact_equations(state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, accumulate: Any) -> None:
+    """Add the terms of two opposite points to the equations of all bodies; `accumulate` is None for the first two."""
     for j in range(lane_count):
         body, half = load_body(state, j), load_predicted(state, j).half
         fine = is_fine_step(load_clock(state, j), load_attempt(state, j))
         a = contact_equations(body, half, load_point(point_rows, j), load_memory(point_rows, j), fine)
         b = contact_equations(body, half, load_point(opposite_rows, j), load_memory(opposite_rows, j), fine)
         part = add_equations(a, b)
-        if adds is not None:
+        if accumulate is not None:
             part = add_equations(load_equations(state, j), part)
         store_equations(state, j, part)
 
 
 @njit(**INNER)
-def solve_bodies(state: Any, lane_count: int) -> None:
-    """Solve the equations of all bodies."""
+def solve_velocity_changes(state: Any, lane_count: int) -> None:
+    """Solve the equations of the step for the velocity changes of all bodies."""
     for j in range(lane_count):
         store_change(state, j, solve_velocity_change(
             load_body(state, j), load_state(state, j), load_predicted(state, j), load_equations(state, j)
@@ -190,9 +190,9 @@ def solve_bodies(state: Any, lane_count: int) -> None:
 
 @njit(**INNER)
 def compute_opposite_point_forces(
-    state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, has_rim: Any, adds: Any
+    state: Any, point_rows: Any, opposite_rows: Any, lane_count: int, has_rim: Any, accumulate: Any
 ) -> None:
-    """Compute the forces of two opposite points at the solution, for all bodies; `adds` is None for the first two."""
+    """Compute the forces of two opposite points of all bodies at the end; `accumulate` is None for the first two."""
     for j in range(lane_count):
         body, w, d = load_body(state, j), load_predicted(state, j), load_change(state, j)
         fine = is_fine_step(load_clock(state, j), load_attempt(state, j))
@@ -205,7 +205,7 @@ def compute_opposite_point_forces(
         store_next(point_rows, j, next_a)
         store_next(opposite_rows, j, next_b)
         forces, findings = add_sum(a, b), larger_of(findings_a, findings_b)
-        if adds is not None:
+        if accumulate is not None:
             forces, findings = add_sum(load_sum(state, j), forces), larger_of(load_largest(state, j), findings)
         store_sum(state, j, forces)
         store_largest(state, j, findings)
@@ -213,13 +213,13 @@ def compute_opposite_point_forces(
 
 @njit(**INNER)
 def accept_or_reject_steps(state: Any, lane_count: int, ticks_per_sample: float, has_rim: Any) -> None:
-    """Accept or reject the step of all bodies, and choose the next."""
+    """Accept or reject the attempted step of each body, and choose the next attempt."""
     for j in range(lane_count):
         body, s, attempt, t = load_body(state, j), load_state(state, j), load_attempt(state, j), load_sum(state, j)
         most = load_largest(state, j)
         w, d = load_predicted(state, j), load_change(state, j)
         fast = rim_contact_turns_fast(s, w, most) if has_rim else False
-        steady = motion_stays_steady(load_shaking(state, j), w.shaking, ticks_per_sample, load_limits(state, j).steady)
+        steady = shaking_stays_weak(load_shaking(state, j), w.shaking, ticks_per_sample, load_limits(state, j).steady)
         findings = step_findings(most, t.force.z, fast, steady)
         again, sooner, following = next_attempt(
             BODY, load_clock(state, j), attempt, findings, s.tick + attempt.length, ticks_per_sample
@@ -275,7 +275,7 @@ def sample_loops(has_rim: bool) -> Any:
                     add_contact_equations(state, one, other, columns, None)
                 else:
                     add_contact_equations(state, one, other, columns, 1)
-            solve_bodies(state, columns)
+            solve_velocity_changes(state, columns)
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
                 if pair == 0:

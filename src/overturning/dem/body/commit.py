@@ -132,16 +132,20 @@ def compute_point_forces(
 
 
 @njit(**INLINE)
-def rim_contact_turns_fast(state: BodyState, predicted: PredictedBody, largest: LargestFindings) -> bool:
+def rim_contact_turns_fast(state: BodyState, predicted: PredictedBody, largest_findings: LargestFindings) -> bool:
     """True if the lowest point of a tilted rim moves along it by more than `FAST_TURN` in the step."""
     a, b = rotation_matrix(state.turn), rotation_matrix(predicted.turn)
     across, ahead = a.xz * b.yz - a.yz * b.xz, a.xz * b.xz + a.yz * b.yz
-    return (largest.off > 0.0) & (largest.depth > 0.0) & ((abs(across) > FAST_TURN * ahead) | (ahead < 0.0))
+    return (
+        (largest_findings.off > 0.0)
+        & (largest_findings.depth > 0.0)
+        & ((abs(across) > FAST_TURN * ahead) | (ahead < 0.0))
+    )
 
 
 @njit(**INLINE)
-def motion_stays_steady(shaking: BodyShaking, end_acceleration: Vector, ticks: float, steady_limit: float) -> bool:
-    """True if the motion stays below the limit of a standing body at the end of the step and of the next sample.
+def shaking_stays_weak(shaking: BodyShaking, end_acceleration: Vector, ticks: float, horizontal_limit: float) -> bool:
+    """True if the base motion stays below the limit of a standing body at the end of this step and of the next sample.
 
     Above it, sample-long steps would let the springs vibrate too strongly, with too much sliding and rocking.
     """
@@ -149,7 +153,7 @@ def motion_stays_steady(shaking: BodyShaking, end_acceleration: Vector, ticks: f
     x, y, up = (
         at_tick(shaking.push_x, end, ticks), at_tick(shaking.push_y, end, ticks), at_tick(shaking.lift, end, ticks)
     )  # fmt: skip
-    first, second = steady_limit * (GRAVITY + end_acceleration.z), steady_limit * (GRAVITY + up)
+    first, second = horizontal_limit * (GRAVITY + end_acceleration.z), horizontal_limit * (GRAVITY + up)
     below = (end_acceleration.x * end_acceleration.x + end_acceleration.y * end_acceleration.y < first * first) & (
         x * x + y * y < second * second
     )
@@ -158,18 +162,18 @@ def motion_stays_steady(shaking: BodyShaking, end_acceleration: Vector, ticks: f
 
 @njit(**INLINE)
 def step_findings(
-    largest: LargestFindings, normal_force: float, turns_fast: bool, motion_is_steady: bool
+    largest_findings: LargestFindings, normal_force: float, turns_fast: bool, motion_is_steady: bool
 ) -> StepFindings:
     """Return the findings of an attempted step for the clock; `turns_fast` requests a shorter step."""
-    slides = (largest.holds == 0.0) & (normal_force > 0.0)
-    stands = motion_is_steady & (largest.off == 0.0)
+    slides = (largest_findings.holds == 0.0) & (normal_force > 0.0)
+    stands = motion_is_steady & (largest_findings.off == 0.0)
     return StepFindings(
-        changed=largest.changed > 0.0,
+        changed=largest_findings.changed > 0.0,
         fast=turns_fast,
         gentle=False,
-        wrong=largest.wrong > 0.0,
-        reversed=largest.reversed > 0.0,
-        back=largest.back > 0.0,
+        wrong=largest_findings.wrong > 0.0,
+        reversed=largest_findings.reversed > 0.0,
+        back=largest_findings.back > 0.0,
         slides=slides,
         stands=stands,
     )

@@ -133,7 +133,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
     steps, pace = _clock_settings(numerics, square[which], dashpot * modes[which], interval, period[which])
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
-    row, cosines, along = _base_motions(motion, cases)
+    row, cosines, along = _base_accelerations(motion, cases)
     first, calm, stays_at_rest = (
         np.zeros(cases.size, np.int64),
         np.full(cases.size, np.inf),
@@ -231,7 +231,7 @@ def _clock_settings(
     }
 
 
-def _base_motions(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+def _base_accelerations(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
     """Return row and direction cosines of each case, and the base acceleration along x and y for each row, m/s²."""
     distinct, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
     along = np.zeros((distinct.size, 2, motion.samples + 3))

@@ -127,7 +127,7 @@ loops_of = by_type(LOOPS)
 
 
 def workspace(rules: Any) -> Any:
-    """Allocate the rows of all lanes and of their vertices."""
+    """Allocate the state rows of all cases that are computed together, and the rows of their vertices."""
     state = aligned(NUMBERS * COLUMNS + rules.points.shape[1] * OF_A_VERTEX)
     return BodyWorkspace(state, state[NUMBERS * COLUMNS :])
 
@@ -209,7 +209,7 @@ def initialise_lane(
 
 @njit(**INNER)
 def angular_momentum(a: Symmetric, f: Matrix, w: Vector) -> Vector:
-    """Return the angular momentum in space, from the angular velocity; `a` is the inverse inertia, `f` the axes."""
+    """Return the angular momentum of a body in space; `a` is its inverse inertia, `f` its axes, `w` its rate."""
     cofactors = Symmetric(
         a.yy * a.zz - a.yz**2, a.xx * a.zz - a.xz**2, a.xx * a.yy - a.xy**2,
         a.xz * a.yz - a.xy * a.zz, a.xy * a.yz - a.xz * a.yy, a.xy * a.xz - a.xx * a.yz,

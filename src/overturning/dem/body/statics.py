@@ -82,12 +82,12 @@ def _unit_stiffness_matrix(body: Solid, vertices: NDArray[np.int64]) -> FloatArr
     for x, y, z in body.points[vertices]:
         # A rotation vector w moves the vertex by w × r.
         turn = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
-        each = np.concatenate([np.eye(3), _times_inverse_root(turn, root)], axis=1)
+        each = np.concatenate([np.eye(3), _multiply_by_inverse_root(turn, root)], axis=1)
         matrix += np.sum(each[:, :, None] * each[:, None, :], axis=0)
     return matrix
 
 
-def _times_inverse_root(rows: FloatArray, root: FloatArray) -> FloatArray:
+def _multiply_by_inverse_root(rows: FloatArray, root: FloatArray) -> FloatArray:
     """Multiply rows by the inverse of the transposed lower triangular root, by substitution."""
     out = np.zeros((3, 3))
     for k in range(3):

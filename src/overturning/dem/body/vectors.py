@@ -105,9 +105,19 @@ def transpose(m: Matrix) -> Matrix:
 
 
 @njit(**INLINE)
-def full_matrix(s: Symmetric) -> Matrix:
+def full_matrix(symmetric: Symmetric) -> Matrix:
     """Convert a symmetric matrix to a full one."""
-    return Matrix(s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz)
+    return Matrix(
+        symmetric.xx,
+        symmetric.xy,
+        symmetric.xz,
+        symmetric.xy,
+        symmetric.yy,
+        symmetric.yz,
+        symmetric.xz,
+        symmetric.yz,
+        symmetric.zz,
+    )
 
 
 @njit(**INLINE)

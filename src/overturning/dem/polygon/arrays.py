@@ -158,20 +158,20 @@ def scene_arrays(variants: list[PreparedScene]) -> SceneArrays:
     )
 
 
-def rows_at_rest(prepared: PreparedScene) -> FloatArray:
-    """Return the rows of a lane with the scene at rest, shape (rows,)."""
-    placed, laws, still = prepared.placed, prepared.laws, k.PlanarVector(0.0, 0.0, 0.0)
+def rows_at_rest(prepared_scene: PreparedScene) -> FloatArray:
+    """Return the initial state rows of one case, with the scene at rest, shape (rows,)."""
+    placed, laws, still = prepared_scene.placed, prepared_scene.laws, k.PlanarVector(0.0, 0.0, 0.0)
     elements = []
     for index, item in enumerate(placed):
-        dx, dz, turn = prepared.displacement[index]
+        dx, dz, turn = prepared_scene.displacement[index]
         # For the minute rotations at rest, these series give cosine and sine with length 1 to the last digit.
         pose = k.Pose(item.x + dx, item.z + dz, turn, 1.0 - 0.5 * turn * turn, turn * (1.0 - turn * turn / 6.0))
         free = (0.0, 0.0, 0.0, 0.0) if item.fixed else (1.0 / item.mass, 1.0 / item.inertia, item.mass, 1.0)
         frame, held = float(item.element.kind != "driven"), float(item.element.kind == "held")
-        support, (x, z) = placed[prepared.support[index]], prepared.base[index]
+        support, (x, z) = placed[prepared_scene.support[index]], prepared_scene.base[index]
         home = k.RestPose(x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop)
-        inertia = k.Inertia(
-            *free, frame, held, float(prepared.critical[index]), *prepared.return_rotations[index].tolist()
+        inertia = k.ElementConstants(
+            *free, frame, held, float(prepared_scene.critical[index]), *prepared_scene.return_rotations[index].tolist()
         )
         peaks = {"peak_back": max(-turn, 0.0), "peak_on": max(turn, 0.0)}
         totals = k.StepTotals(moved=0.0, turned=0.0, work=0.0, **peaks, last_upright=-1.0, power=0.0)
@@ -195,10 +195,12 @@ def rows_at_rest(prepared: PreparedScene) -> FloatArray:
     seen, face, bounds = (
         k.VertexPosition(0.0, 0.0),
         k.Face(0.0, 0.0, 0.0, 0.0, 0.0),
-        k.CarryingBounds(0.0, 0.0, 0.0, 0.0),
+        k.ContactRanges(0.0, 0.0, 0.0, 0.0),
     )
     pairs = []
-    for index, (pair, (a, b)) in enumerate(zip(prepared.pairs, paired_pieces(placed, prepared.pairs), strict=True)):
+    for index, (pair, (a, b)) in enumerate(
+        zip(prepared_scene.pairs, paired_pieces(placed, prepared_scene.pairs), strict=True)
+    ):
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
         landing = LANDING if uses_flat_landing_rule(placed, pair.a, pair.b) else 0.0
@@ -206,12 +208,12 @@ def rows_at_rest(prepared: PreparedScene) -> FloatArray:
             laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance, landing
         )
         ends = [k.EndHistory(0.0, k.OPEN, 0.0, 0.0, 0.0)] * 2
-        for end in prepared.loaded:
+        for end in prepared_scene.loaded:
             if end.pair == index:
                 carrier = k.MINE if _vertex_belongs_to_first(a, b, end.side) else k.THEIRS
                 ends[end.side] = k.EndHistory(end.slip, carrier, 0.0, 0.0, 0.0)
         history = k.PairHistory(k.VertexPositions(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, absorbed=0.0)
-        stands = float(pair.b in prepared.carriers[pair.a]) - (pair.a in prepared.carriers[pair.b])
+        stands = float(pair.b in prepared_scene.carriers[pair.a]) - (pair.a in prepared_scene.carriers[pair.b])
         pairs.append(
             k.Pair(
                 face_a=face,
@@ -233,26 +235,26 @@ def rows_at_rest(prepared: PreparedScene) -> FloatArray:
     )
 
 
-def uses_flat_landing_rule(placed: list[PlacedElement], index_a: int, index_b: int) -> bool:
+def uses_flat_landing_rule(elements: list[PlacedElement], index_a: int, index_b: int) -> bool:
     """True if the rule of flat landings is applied to a pair of elements (docs/method.md, "A flat landing").
 
     Both elements must be heavy enough: a slab of a hundredth of the mass of the stone above it opens and closes its
     contacts in nearly every step, and dashpots that pull in each of these landings multiply the steps by 10 to 90.
     """
-    heaviest = max(item.mass for item in placed if not item.fixed)
-    return all(placed[n].fixed or placed[n].mass >= LEAST_MASS * heaviest for n in (index_a, index_b))
+    heaviest = max(item.mass for item in elements if not item.fixed)
+    return all(elements[n].fixed or elements[n].mass >= LEAST_MASS * heaviest for n in (index_a, index_b))
 
 
-def keeps_nearest_faces(placed: list[PlacedElement]) -> bool:
+def keeps_nearest_faces(elements: list[PlacedElement]) -> bool:
     """True if the nearest faces never change before a fall: an upright rectangle on wide driven ground.
 
     Only its lower corners can touch the ground until it lies on its side, when it has fallen.
     """
-    if len(placed) != 2:
+    if len(elements) != 2:
         return False
-    ground, stone = placed
+    ground, stone = elements
     return (
-        all(item.element.width is not None and item.element.rotation_deg == 0 for item in placed)
+        all(item.element.width is not None and item.element.rotation_deg == 0 for item in elements)
         and ground.element.kind == "driven"
         and stone.element.kind == "free"
         and max(fall_rotations(stone)) < 0.5 * np.pi
@@ -275,35 +277,35 @@ def fall_rotations(element: PlacedElement) -> tuple[float, float]:
     return (round(FLAT * back, 12), round(FLAT * on, 12)) if brings_down else (back, on)
 
 
-def element_termination_rules(prepared: PreparedScene) -> NDArray[np.void]:
+def element_termination_rules(prepared_scene: PreparedScene) -> NDArray[np.void]:
     """Return the termination rules of all elements, of type `ELEMENT`, shape (elements,)."""
     return np.array(
         [
             (
                 not item.fixed,
                 *fall_rotations(item),
-                *prepared.tips[k],
-                *prepared.support_and_stack_base(k),
-                prepared.barrier[k],
+                *prepared_scene.tips[k],
+                *prepared_scene.support_and_stack_base(k),
+                prepared_scene.barrier[k],
             )
-            for k, item in enumerate(prepared.placed)
+            for k, item in enumerate(prepared_scene.placed)
         ],
         ELEMENT,
     )
 
 
-def failure_and_rest_limits(prepared: PreparedScene) -> NDArray[np.void]:
+def failure_and_rest_limits(prepared_scene: PreparedScene) -> NDArray[np.void]:
     """Return the limits of failure and rest of a scene, of type `LIMITS`, shape ().
 
     An element that falls without motion has no energy barrier; its energy error refers to its weight times its size.
     """
-    free = [prepared.placed[n] for n in prepared.free]
-    whole = np.array([item.mass * prepared.scene.gravity * item.size for item in free])
-    barrier = prepared.barrier[prepared.free]
+    free = [prepared_scene.placed[n] for n in prepared_scene.free]
+    whole = np.array([item.mass * prepared_scene.scene.gravity * item.size for item in free])
+    barrier = prepared_scene.barrier[prepared_scene.free]
     needs, lightest = barrier > 1e-6 * whole, min(free, key=lambda item: item.mass)
-    rest_energy = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
+    rest_energy = CALM_KINETIC * lightest.mass * prepared_scene.scene.gravity * 0.5 * lightest.size
     least_barrier, least_scale = np.where(needs, barrier, -np.inf).min(), np.where(needs, barrier, whole).min()
     return np.array(
-        (MAX_PENETRATION * 0.5 * smallest_element_side(prepared.placed), rest_energy, least_barrier, least_scale),
+        (MAX_PENETRATION * 0.5 * smallest_element_side(prepared_scene.placed), rest_energy, least_barrier, least_scale),
         LIMITS,
     )

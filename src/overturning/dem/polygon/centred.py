@@ -40,8 +40,8 @@ from overturning.dem.polygon.state import (
     OPEN,
     CaseState,
     ContactLaw,
+    ElementConstants,
     EndHistory,
-    Inertia,
     StoredFindings,
     VertexPosition,
     VertexPositions,
@@ -76,8 +76,8 @@ class PairMotion(NamedTuple):
     """Relative motion of the elements of a pair, and their inertia."""
 
     velocity: RelativeVector
-    a: Inertia
-    b: Inertia
+    a: ElementConstants
+    b: ElementConstants
 
 
 plus = arithmetic(PairMatrix).plus
@@ -129,28 +129,28 @@ def force_velocity_matrix(c: float, f: RelativeVector, v: RelativeVector) -> Pai
 
 @njit(**INLINE)
 def end_terms(
-    contact_law: ContactLaw, half_step: float, end: ContactEnd, assumed: AssumedEnd, other_assumed: AssumedEnd
+    contact_law: ContactLaw, half_step: float, end: ContactEnd, end_state: AssumedEnd, other_end_state: AssumedEnd
 ) -> tuple[PairMatrix, EndForce, float]:
     """Return the matrix of an end in the equations, its predicted forces, and ±μ if it slides (else 0).
 
     An end that is not free to slide sticks, unless the other end already sticks.
     """
-    free = assumed.free | (other_assumed.on & (not other_assumed.slides))
-    slides = assumed.slides & free
-    slid = assumed.slid if slides else 0.0
-    press = contact_law.dashpot + half_step * contact_law.normal if assumed.on else 0.0
-    stick = contact_law.dashpot + half_step * contact_law.tangential if assumed.on else 0.0
+    free = end_state.free | (other_end_state.on & (not other_end_state.slides))
+    slides = end_state.slides & free
+    slid = end_state.slid if slides else 0.0
+    press = contact_law.dashpot + half_step * contact_law.normal if end_state.on else 0.0
+    stick = contact_law.dashpot + half_step * contact_law.tangential if end_state.on else 0.0
     stick = 0.0 if slides else stick
-    n = assumed.n if assumed.on else 0.0
-    t = slid * n if slides else assumed.t
-    t = t if assumed.on else 0.0
+    n = end_state.n if end_state.on else 0.0
+    t = slid * n if slides else end_state.t
+    t = t if end_state.on else 0.0
     along, across = RelativeVector(end.nx, end.nz, end.a.n, end.b.n), RelativeVector(end.nz, -end.nx, end.a.t, end.b.t)
     # The force of a sliding end is inclined by the friction angle.
     inclined = RelativeVector(
         along.x + slid * across.x, along.z + slid * across.z, along.a + slid * across.a, along.b + slid * across.b
     )
     normal, tangent = force_velocity_matrix(press, inclined, along), force_velocity_matrix(stick, across, across)
-    return plus(normal, tangent), EndForce(n, t, assumed.stretch), slid
+    return plus(normal, tangent), EndForce(n, t, end_state.stretch), slid
 
 
 @njit(**INLINE)

@@ -11,7 +11,6 @@ from overturning.dem.kernel.ground import within_sample
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, select
 from overturning.dem.kernel.mechanics import clamp, larger
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.distant import resume_pairs_for_step, stays_active
 from overturning.dem.polygon.faces import CommonStretch, ContactEnd, common_stretch
 from overturning.dem.polygon.mechanics import (
     EndForce,
@@ -31,6 +30,7 @@ from overturning.dem.polygon.mechanics import (
 )
 from overturning.dem.polygon.search import update_faces_in_reach
 from overturning.dem.polygon.state import ContactLaw, EndHistory, PlanarVector, StepTotals
+from overturning.dem.polygon.suspended_pairs import resume_pairs_for_step, suspend_if_distant
 
 
 class CundallScheme(NamedTuple):
@@ -132,7 +132,7 @@ def step(
         near = update_faces_in_reach(state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes)
         if near:
             compute_pair_forces(q, a, b, state)
-        if near or stays_active(q, a, b, p, active_pairs):
+        if near or suspend_if_distant(q, a, b, p, active_pairs):
             active_pairs.active[kept] = p
             kept += 1
     active_pairs.count[0] = kept

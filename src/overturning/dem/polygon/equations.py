@@ -14,7 +14,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import APART, INLINE, INNER, OWNER, Rows, arithmetic, unknown, windows
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.mechanics import PairForce, PairMatrix
-from overturning.dem.polygon.state import Inertia, PlanarVector
+from overturning.dem.polygon.state import ElementConstants, PlanarVector
 
 
 class Submatrix(NamedTuple):
@@ -101,8 +101,8 @@ of_submatrix: Final = windows(SIZE)
 
 
 @njit(**INLINE)
-def times_inverse_mass(p: Submatrix, inertia: Inertia, factor: float) -> Submatrix:
-    """Multiply the rows of a submatrix by a factor and the inverse mass or moment of inertia of their element."""
+def times_inverse_mass(p: Submatrix, inertia: ElementConstants, factor: float) -> Submatrix:
+    """Multiply the rows of submatrix `p` by a factor and the inverse mass or moment of inertia of their element."""
     m, i = factor * inertia.inverse_mass, factor * inertia.inverse_inertia
     return Submatrix(m * p.xx, m * p.xz, m * p.xw, m * p.zx, m * p.zz, m * p.zw, i * p.wx, i * p.wz, i * p.ww)
 
@@ -153,8 +153,8 @@ def add_pair_terms(
     lane: int,
     pair_matrix: PairMatrix,
     half_step: float,
-    inertia_a: Inertia,
-    inertia_b: Inertia,
+    inertia_a: ElementConstants,
+    inertia_b: ElementConstants,
 ) -> None:
     """Add the terms of a pair to the matrix: the forces on its elements that depend on their velocities."""
     # The force on b is opposite to the one on a, and the relative velocity contains that of b with opposite sign.
@@ -214,8 +214,8 @@ def add_predicted_forces(
     right_side_b: PlanarVector,
     pair_force: PairForce,
     half_step: float,
-    inertia_a: Inertia,
-    inertia_b: Inertia,
+    inertia_a: ElementConstants,
+    inertia_b: ElementConstants,
 ) -> tuple[PlanarVector, PlanarVector]:
     """Return the right-hand sides of both elements of a pair, with the predicted contact forces of the pair added."""
     m, i, n, k = (

@@ -121,7 +121,7 @@ def polygon_face(faces: Any, face_index: int) -> Face:
 
 
 @njit(**INLINE)
-def relative_position(face_a: Face, face_b: Face, pose_a: Pose, pose_b: Pose) -> RelativePosition:
+def relative_face_position(face_a: Face, face_b: Face, pose_a: Pose, pose_b: Pose) -> RelativePosition:
     """Compute the relative position of the faces of a pair."""
     dx, dz = pose_a.x - pose_b.x, pose_a.z - pose_b.z
     anx, anz = rotate_to_scene_axes(pose_a, face_a.nx, face_a.nz)
@@ -236,7 +236,7 @@ def stretch_between_poses(pair: Pair, pose_a: Pose, pose_b: Pose, may_touch: boo
 
     End 1 lies at a's first or b's second vertex, end 2 at a's second or b's first.
     """
-    f = relative_position(pair.face_a, pair.face_b, pose_a, pose_b)
+    f = relative_face_position(pair.face_a, pair.face_b, pose_a, pose_b)
     a1, a2, b1, b2 = locate_vertices(pair.face_a, pair.face_b, f, pair.history.before)
     low, high, to = pair.face_b.low, pair.face_b.high, pair.bounds
     mine_1, mine_2 = a1.seen.place <= high, a2.seen.place >= low
@@ -256,7 +256,9 @@ def earlier_vertex_positions(
     pair: Pair, element_a: ElementState, element_b: ElementState, elapsed: float
 ) -> VertexPositions:
     """Compute depths and places of the vertices of both faces of a pair `elapsed` seconds ago."""
-    f = relative_position(pair.face_a, pair.face_b, earlier_pose(element_a, elapsed), earlier_pose(element_b, elapsed))
+    f = relative_face_position(
+        pair.face_a, pair.face_b, earlier_pose(element_a, elapsed), earlier_pose(element_b, elapsed)
+    )
     a1, a2, b1, b2 = locate_vertices(pair.face_a, pair.face_b, f, pair.history.before)
     return VertexPositions(a1.seen, a2.seen, b1.seen, b2.seen)
 
@@ -275,8 +277,8 @@ def earlier_pose(element: ElementState, elapsed: float) -> Pose:
 
 
 @njit(**INNER)
-def contact_vertex(memory: EndHistory, end: int, vertices: VertexPositions) -> VertexPosition:
+def contact_vertex(end_history: EndHistory, end_number: int, vertices: VertexPositions) -> VertexPosition:
     """Return the contact vertex of an end (0 or 1): the first or second one of a, or the second or first one of b."""
-    if memory.carrier != THEIRS:
-        return vertices.a1 if end == 0 else vertices.a2
-    return vertices.b2 if end == 0 else vertices.b1
+    if end_history.carrier != THEIRS:
+        return vertices.a1 if end_number == 0 else vertices.a2
+    return vertices.b2 if end_number == 0 else vertices.b1

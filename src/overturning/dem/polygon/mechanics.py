@@ -17,9 +17,9 @@ from overturning.dem.polygon.state import (
     THEIRS,
     TRANSFERRED,
     ContactLaw,
+    ElementConstants,
     ElementState,
     EndHistory,
-    Inertia,
     PairHistory,
     PlanarVector,
     Pose,
@@ -113,7 +113,7 @@ class PairMatrix(NamedTuple):
 def element_acceleration(
     element: ElementState, horizontal_ground: float, vertical_ground: float, gravity: float
 ) -> PlanarVector:
-    """Return the acceleration of an element in the frame of the base: contacts, weight and base acceleration (m/s²)."""
+    """Return the acceleration of an element in the frame of the base: contacts, weight, base acceleration (m/s²)."""
     force, own = element.force, element.inertia
     fall = gravity * own.weight + vertical_ground
     return PlanarVector(
@@ -140,7 +140,7 @@ def pose_after(pose: Pose, velocity: PlanarVector, dt: float) -> Pose:
 def inertial_power(
     element: ElementState, horizontal_ground: float, vertical_ground: float, velocity: PlanarVector
 ) -> float:
-    """Return the power of the inertial forces of the moving base, and of the forces that hold a fixed element, W."""
+    """Return the power of the inertial forces on an element, and of the forces that hold a fixed element, W."""
     own, force = element.inertia, element.force
     return own.mass * (horizontal_ground * velocity.x + vertical_ground * velocity.z) + own.held * (
         force.x * velocity.x + force.z * velocity.z
@@ -172,7 +172,7 @@ def spring_stretch(
 
 @njit(**INLINE)
 def sum_end_forces(end_1: ContactEnd, end_2: ContactEnd, force_1: EndForce, force_2: EndForce) -> PairForce:
-    """Return the sum of the forces of both ends, with their moments."""
+    """Return the sum of the contact forces of both ends of a pair, with their moments."""
     return PairForce(
         (force_1.n * end_1.nx + force_1.t * end_1.nz) + (force_2.n * end_2.nx + force_2.t * end_2.nz),
         (force_1.n * end_1.nz - force_1.t * end_1.nx) + (force_2.n * end_2.nz - force_2.t * end_2.nx),
@@ -194,7 +194,7 @@ def add_pair_force(
 
 @njit(**INLINE)
 def is_landing(previous: EndHistory, end: ContactEnd) -> bool:
-    """True if an end is in a landing, or first touches in this step."""
+    """True if a contact end is landing, or first touches in this step."""
     return (previous.landing > 0.0) | ((previous.carrier == OPEN) & (end.faces > 0.0) & (end.depth > 0.0))
 
 
@@ -208,7 +208,7 @@ def lands_flat(contact_law: ContactLaw, previous: PairHistory, both_ends: Common
 
 @njit(**INLINE)
 def relative_velocity(velocity_a: PlanarVector, velocity_b: PlanarVector) -> RelativeVector:
-    """Return the velocity of a relative to b, with both angular velocities."""
+    """Return the velocity of element a relative to element b, with the angular velocities of both."""
     return RelativeVector(velocity_a.x - velocity_b.x, velocity_a.z - velocity_b.z, velocity_a.w, velocity_b.w)
 
 
@@ -224,11 +224,11 @@ def flat_landing_slip(
     contact_law: ContactLaw,
     end: ContactEnd,
     velocity: RelativeVector,
-    inertia_a: Inertia,
-    inertia_b: Inertia,
+    inertia_a: ElementConstants,
+    inertia_b: ElementConstants,
     is_flat: bool,
 ) -> tuple[bool, float]:
-    """Return whether an end that is held in a flat landing slides (`slides_flat`), and ±μ of its friction.
+    """Return True if an end in a flat landing slides (`slides_flat`), and ±μ of its friction.
 
     Decided by the velocities without the rotation of one element relative to the other, as if both were one body.
     """

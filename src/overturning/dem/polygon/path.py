@@ -13,7 +13,7 @@ from overturning.dem.kernel.ground import within_sample
 from overturning.dem.kernel.lanes import INNER
 from overturning.dem.path import PlanePath
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.memory import end_normal, end_position
+from overturning.dem.polygon.contact_history import end_normal, end_position
 from overturning.dem.polygon.prepare import PreparedScene
 from overturning.dem.polygon.state import MINE, OPEN
 
@@ -63,28 +63,28 @@ def add_contact_forces(state: Any, scene: Any, sample_share: float, path_rows: A
             path_rows[row_index, at + LOAD_Z] += n * (a.z + rz)
 
 
-def count_path_columns(prepared: PreparedScene) -> int:
+def count_path_columns(prepared_scene: PreparedScene) -> int:
     """Return the number of columns of the trajectory of a scene."""
-    return 2 + POSE_COLUMNS * len(prepared.placed) + 2 * FORCE_COLUMNS * len(prepared.pairs)
+    return 2 + POSE_COLUMNS * len(prepared_scene.placed) + 2 * FORCE_COLUMNS * len(prepared_scene.pairs)
 
 
-def scene_path(prepared: PreparedScene, path_rows: FloatArray) -> PlanePath:
+def scene_path(prepared_scene: PreparedScene, path_rows: FloatArray) -> PlanePath:
     """Convert the rows of a trajectory to a `PlanePath`."""
-    placed, ends = prepared.placed, 2 * len(prepared.pairs)
+    placed, ends = prepared_scene.placed, 2 * len(prepared_scene.pairs)
     poses_end = 2 + POSE_COLUMNS * len(placed)
     forces = path_rows[:, poses_end:].reshape(len(path_rows), ends, FORCE_COLUMNS)
     force, load = forces[:, :, [FX, FZ]], forces[:, :, [LOAD]]
     contacts: list[tuple[str, str]] = []
-    for index, pair in enumerate(prepared.pairs):
+    for index, pair in enumerate(prepared_scene.pairs):
         # Force on the later element, which stands on the earlier one; on the earlier one if the later is fixed.
         on, by = sorted((pair.a, pair.b), key=lambda k: (placed[k].fixed, -k))
         if on == pair.b:
             force[:, 2 * index : 2 * index + 2] *= -1.0
         contacts += 2 * [(placed[on].element.name, placed[by].element.name)]
     return PlanePath(
-        scene=prepared.scene,
+        scene=prepared_scene.scene,
         placed=placed,
-        critical=prepared.alpha,
+        critical=prepared_scene.alpha,
         time=path_rows[:, TIME],
         ground=path_rows[:, GROUND],
         poses=path_rows[:, 2:poses_end].reshape(len(path_rows), len(placed), POSE_COLUMNS),

@@ -196,9 +196,12 @@ CRITICAL: Final = {
 """CF attributes of the critical angles of a scene."""
 
 
-def smallest_element_side(placed: list[PlacedElement]) -> float:
+Elements = list[PlacedElement]
+
+
+def smallest_element_side(elements: Elements) -> float:
     """Return the smaller side of the smallest free element, m."""
-    return min(item.size for item in placed if not item.fixed)
+    return min(item.size for item in elements if not item.fixed)
 
 
 Supports = dict[int, dict[int, list[SharedSegmentEnd]]]
@@ -211,45 +214,45 @@ MIN_TIPPING_ANGLE: Final = 1e-6
 """Smallest tipping angle, rad; an element with a smaller one counts as having none."""
 
 
-def _find_supports(placed: list[PlacedElement], pairs: list[ElementPair], loaded: list[LoadedEnd]) -> Supports:
+def _find_supports(elements: Elements, pairs: list[ElementPair], loaded: list[LoadedEnd]) -> Supports:
     """Return the elements that carry each free element, with the loaded ends."""
     result: Supports = {}
     for index, _, end, _, _ in loaded:
         i, j = pairs[index][:2]
         upper, lower = (i, j) if end.normal[1] > 0 else (j, i)
-        if not placed[upper].fixed and abs(end.normal[1]) > 1e-3:
+        if not elements[upper].fixed and abs(end.normal[1]) > 1e-3:
             result.setdefault(upper, {}).setdefault(lower, []).append(end)
     return result
 
 
-def _stand_freely(placed: list[PlacedElement], pairs: list[ElementPair], loaded: list[LoadedEnd]) -> NDArray[np.bool_]:
+def _stand_freely(elements: Elements, pairs: list[ElementPair], loaded: list[LoadedEnd]) -> NDArray[np.bool_]:
     """True for each element whose loads at rest all have parallel normals, so that it stands freely on its support.
 
     An arch stone, a stone in a groove and one that leans on a wall are held by faces that are not parallel; they have
     no tipping angle.
     """
-    normals: list[list[tuple[float, float]]] = [[] for _ in placed]
+    normals: list[list[tuple[float, float]]] = [[] for _ in elements]
     for index, _, end, _, _ in loaded:
         for k in pairs[index][:2]:
             normals[k].append(end.normal)
-    result = np.zeros(len(placed), np.bool_)
+    result = np.zeros(len(elements), np.bool_)
     for k, found in enumerate(normals):
         directions = np.array(found).reshape(-1, 2)
         across = np.outer(directions[:, 0], directions[:, 1])
         result[k] = (
-            not placed[k].fixed and len(found) > 0 and bool((np.abs(across - across.T) < MAX_PARALLEL_SINE).all())
+            not elements[k].fixed and len(found) > 0 and bool((np.abs(across - across.T) < MAX_PARALLEL_SINE).all())
         )
     return result
 
 
 def _tipping_properties(
-    scene: Scene, placed: list[PlacedElement], supports: Supports, stands_freely: NDArray[np.bool_]
+    scene: Scene, elements: Elements, supports: Supports, stands_freely: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
     """Compute tipping angles to both sides, α, energy barrier, support and middle of the base of each element."""
-    count = len(placed)
+    count = len(elements)
     tips, critical, barrier = np.full((count, 2), np.inf), np.full(count, 0.5 * np.pi), np.zeros(count)
-    support, base = np.arange(count), np.array([[item.x, item.z] for item in placed])
-    for k, item in enumerate(placed):
+    support, base = np.arange(count), np.array([[item.x, item.z] for item in elements])
+    for k, item in enumerate(elements):
         if item.fixed:
             continue
         ends = [(lower, end.point) for lower, all_ends in supports.get(k, {}).items() for end in all_ends]
@@ -275,7 +278,7 @@ def _tipping_properties(
     return tips, critical, barrier, support, base
 
 
-def _rocking_thresholds(placed: list[PlacedElement], supports: Supports) -> tuple[float, NDArray[np.int64], FloatArray]:
+def _rocking_thresholds(elements: Elements, supports: Supports) -> tuple[float, NDArray[np.int64], FloatArray]:
     """Compute |a|/g below which no part of the scene that can move as one body starts to rock.
 
     A part is an element with all elements that stand on it, directly or not. It lifts off when the resultant of weight
@@ -291,7 +294,7 @@ def _rocking_thresholds(placed: list[PlacedElement], supports: Supports) -> tupl
         Smallest |a|/g of all parts with these two elements. All results are 0 if an element bridges or leans: there is
         no closed form then.
     """
-    free = [k for k, item in enumerate(placed) if not item.fixed]
+    free = [k for k, item in enumerate(elements) if not item.fixed]
     if any(len(supports.get(k, {})) != 1 for k in free):
         return 0.0, np.array([(k, k) for k in free]), np.zeros(len(free))
     threshold = np.inf
@@ -300,16 +303,16 @@ def _rocking_thresholds(placed: list[PlacedElement], supports: Supports) -> tupl
         points = [end.point for ends in supports[k].values() for end in ends]
         for side in (-1.0, 1.0):
             edge = max(points, key=lambda point: side * point[0])
-            whole = _moving_part(placed, supports, k, max(free), edge, side, -np.inf)
-            threshold = min(threshold, _uplift_acceleration(placed, whole, edge, side))
+            whole = _overturning_part(elements, supports, k, max(free), edge, side, -np.inf)
+            threshold = min(threshold, _uplift_acceleration(elements, whole, edge, side))
             for last in whole:
                 least = _uplift_acceleration(
-                    placed, _moving_part(placed, supports, k, last, edge, side, -np.inf), edge, side
+                    elements, _overturning_part(elements, supports, k, last, edge, side, -np.inf), edge, side
                 )
                 # Leave out elements that hold the part down at this acceleration, until the result no longer changes.
                 while (
                     less := _uplift_acceleration(
-                        placed, _moving_part(placed, supports, k, last, edge, side, least), edge, side
+                        elements, _overturning_part(elements, supports, k, last, edge, side, least), edge, side
                     )
                 ) < least:
                     least = less
@@ -317,33 +320,27 @@ def _rocking_thresholds(placed: list[PlacedElement], supports: Supports) -> tupl
     return max(threshold, 0.0), np.array(list(parts)), np.array(list(parts.values()))
 
 
-def _uplift_acceleration(placed: list[PlacedElement], part: list[int], edge: tuple[float, float], side: float) -> float:
-    """Return |a|/g at which a part starts to rotate about an edge to a side (−1 or +1)."""
-    mass = sum(placed[n].mass for n in part)
-    x = sum(placed[n].mass * placed[n].x for n in part) / mass
-    z = sum(placed[n].mass * placed[n].z for n in part) / mass
+def _uplift_acceleration(elements: Elements, part: list[int], edge: tuple[float, float], side: float) -> float:
+    """Return |a|/g at which a group of elements starts to rotate about an edge to a side (−1 or +1)."""
+    mass = sum(elements[n].mass for n in part)
+    x = sum(elements[n].mass * elements[n].x for n in part) / mass
+    z = sum(elements[n].mass * elements[n].z for n in part) / mass
     return float(side * (edge[0] - x) / (z - edge[1]))
 
 
-def _moving_part(
-    placed: list[PlacedElement],
-    stands: Supports,
-    root: int,
-    last: int,
-    edge: tuple[float, float],
-    side: float,
-    level: float,
+def _overturning_part(
+    elements: Elements, supports: Supports, root: int, last: int, edge: tuple[float, float], side: float, uplift: float
 ) -> list[int]:
-    """Return element `root` and the elements on it, up to `last`, that help to overturn it at |a|/g = `level`.
+    """Return element `root` and the elements on it, up to `last`, that help to overturn it at |a|/g = `uplift`.
 
-    With `level` −infinity, all elements on it are included.
+    With `uplift` −infinity, all elements on it are included.
     """
 
     def grown(k: int) -> tuple[float, list[int]]:
-        item, whole = placed[k], level == -np.inf
-        held = 0.0 if whole else item.mass * (side * (edge[0] - item.x) - level * (item.z - edge[1]))
+        item, whole = elements[k], uplift == -np.inf
+        held = 0.0 if whole else item.mass * (side * (edge[0] - item.x) - uplift * (item.z - edge[1]))
         part = [k]
-        for moment, more in map(grown, (n for n in range(last + 1) if k in stands.get(n, ()))):
+        for moment, more in map(grown, (n for n in range(last + 1) if k in supports.get(n, ()))):
             if whole or moment < 0.0 or last in more:
                 held, part = held + moment, part + more
         return held, part

@@ -30,21 +30,21 @@ from overturning.dem.kernel.mechanics import unit_pair
 from overturning.dem.kernel.queue import Job, by_type, implement
 from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import SceneArrays
-from overturning.dem.polygon.distant import activate_all_pairs, resume_pairs
-from overturning.dem.polygon.energy import case_energy, pair_spring_energy
-from overturning.dem.polygon.equations import SIZE, SPARE, empty_pattern
-from overturning.dem.polygon.memory import set_forces_at_rest
-from overturning.dem.polygon.path import POSE_COLUMNS, add_contact_forces, record_element_motion
-from overturning.dem.polygon.resting import all_at_rest
-from overturning.dem.polygon.search import update_nearest_faces
-from overturning.dem.polygon.state import BaseMotion, CaseState, ContactLaw, Pose, StepDecision
-from overturning.dem.polygon.verdict import (
+from overturning.dem.polygon.case_end import (
     case_status,
     record_slip_and_upright_time,
     record_support_time,
     shift_rest_pose,
     write_case_results,
 )
+from overturning.dem.polygon.contact_history import set_forces_at_rest
+from overturning.dem.polygon.energy import case_energy, pair_spring_energy
+from overturning.dem.polygon.equations import SIZE, SPARE, empty_pattern
+from overturning.dem.polygon.path import POSE_COLUMNS, add_contact_forces, record_element_motion
+from overturning.dem.polygon.resting import all_at_rest
+from overturning.dem.polygon.search import update_nearest_faces
+from overturning.dem.polygon.state import BaseMotion, CaseState, ContactLaw, Pose, StepDecision
+from overturning.dem.polygon.suspended_pairs import activate_all_pairs, resume_pairs
 from overturning.dem.time_step import Scheme
 
 SCHEMES: Final[dict[Scheme, Any]] = {Scheme.CUNDALL: cundall.CundallScheme(), Scheme.CENTRED: step.CentredScheme()}
@@ -77,7 +77,7 @@ class SceneRules(NamedTuple):
     """Results of elements to fill in, of type `arrays.ELEMENT_RESULT`, shape (cases, elements)."""
 
 
-class Workspace(NamedTuple):
+class SceneWorkspace(NamedTuple):
     """Working memory of a queue of scene cases."""
 
     state: Any
@@ -106,7 +106,7 @@ def workspace(rules: Any) -> Any:
     for i in range(elements):
         moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
     matrix = aligned((elements * elements + SPARE) * SIZE)
-    return Workspace(borrowed(owner), owner, matrix, empty_pattern(elements), activate_all_pairs(pairs), moves)
+    return SceneWorkspace(borrowed(owner), owner, matrix, empty_pattern(elements), activate_all_pairs(pairs), moves)
 
 
 @njit(**INLINE)

@@ -12,9 +12,9 @@ from numba import njit
 
 from overturning.dem.kernel.lanes import APART, INNER
 from overturning.dem.polygon import rows
+from overturning.dem.polygon.contact_history import reset_contact_history, transfer_contact_history
 from overturning.dem.polygon.faces import earlier_vertex_positions, polygon_face, rotate_to_scene_axes
-from overturning.dem.polygon.memory import reset_contact_history, transfer_contact_history
-from overturning.dem.polygon.state import CarryingBounds, NearestFaces, Pose
+from overturning.dem.polygon.state import ContactRanges, NearestFaces, Pose
 
 
 class FacePair(NamedTuple):
@@ -66,7 +66,7 @@ def most_opposite_face(
 
 @njit(**INNER)
 def opposite_face_pair(pose_a: Pose, pose_b: Pose, faces_a: Any, faces_b: Any, face_number: int) -> FacePair:
-    """Return the face pair of the k-th face, counting the faces of a and then those of b."""
+    """Return the pair of a face and its most opposite face; `face_number` counts the faces of a, then those of b."""
     of_b = face_number - faces_a.shape[0]
     if of_b < 0:
         other, product, clear = most_opposite_face(pose_a, pose_b, faces_a, faces_b, face_number)
@@ -145,7 +145,7 @@ def update_nearest_faces(
     if changed:
         rows.store_face_a(pair_rows, lane, polygon_face(faces_a, best.a))
         rows.store_face_b(pair_rows, lane, polygon_face(faces_b, best.b))
-        rows.store_bounds(pair_rows, lane, carrying_bounds(faces_a, best.a, faces_b, best.b))
+        rows.store_bounds(pair_rows, lane, contact_ranges(faces_a, best.a, faces_b, best.b))
     if changed or old.reach > 0.0 or clear > 0.0:
         rows.store_vertices(
             pair_rows, lane, earlier_vertex_positions(rows.load_pair(pair_rows, lane), first, second, step_duration)
@@ -170,11 +170,11 @@ def nearest_faces_will_change(pair_rows: Any, a_rows: Any, b_rows: Any, lane: in
 
 
 @njit(**INNER)
-def carrying_bounds(faces_a: Any, index_a: int, faces_b: Any, index_b: int) -> CarryingBounds:
-    """Return the places on the other face between which the vertices of two faces can touch; ±infinity for never."""
+def contact_ranges(faces_a: Any, index_a: int, faces_b: Any, index_b: int) -> ContactRanges:
+    """Return the ranges on the other face in which the vertices of two faces can touch; ±infinity for never."""
     on_a, on_b = polygon_face(faces_a, index_a), polygon_face(faces_b, index_b)
     a_to_b, b_to_a = faces_b[index_b, 11] > 0.0, faces_a[index_a, 11] > 0.0
-    return CarryingBounds(
+    return ContactRanges(
         on_b.low if a_to_b and faces_a[index_a, 9] > 0.0 else np.inf,
         -on_a.high if b_to_a and faces_b[index_b, 10] > 0.0 else np.inf,
         on_b.high if a_to_b and faces_a[index_a, 10] > 0.0 else -np.inf,

@@ -18,7 +18,7 @@ class BaseMotion(NamedTuple):
 
 
 class StoredFindings(NamedTuple):
-    """Findings of an attempted step, above 0 for true; see `overturning.dem.kernel.clock.StepFindings`."""
+    """Findings of an attempted step, as numbers above 0 for true; see `overturning.dem.kernel.clock.StepFindings`."""
 
     changed: float
     wrong: float
@@ -28,7 +28,7 @@ class StoredFindings(NamedTuple):
 
 
 class StepDecision(NamedTuple):
-    """Decision on an attempted step."""
+    """Decision on an attempted step: rejection, assumed contacts of the next attempt, and its length."""
 
     again: float
     """Above 0 if the step is rejected."""
@@ -88,8 +88,8 @@ class PlanarVector(NamedTuple):
     w: float
 
 
-class Inertia(NamedTuple):
-    """Constants of an element."""
+class ElementConstants(NamedTuple):
+    """Masses, frame and rotation limits of an element."""
 
     inverse_mass: float
     """1/m, 1/kg; 0 if forces do not move the element."""
@@ -131,7 +131,7 @@ class StepTotals(NamedTuple):
 
 
 class SummedMotion(NamedTuple):
-    """Motion of an element since the first pair of the scene was suspended (`overturning.dem.polygon.distant`)."""
+    """Motion of an element since the first pair of the scene was suspended (`polygon.suspended_pairs`)."""
 
     moved: float
     """Length of its path, m."""
@@ -140,7 +140,7 @@ class SummedMotion(NamedTuple):
 
 
 class SampleRecord(NamedTuple):
-    """Record of an element, updated once per sample."""
+    """Slip, support and side of fall of an element, updated once per sample."""
 
     upright_until: float
     """Last time at which the element could come back from its rotation and was above its fall limit, s."""
@@ -155,7 +155,7 @@ class SampleRecord(NamedTuple):
 
 
 class RestPose(NamedTuple):
-    """Rest position of an element."""
+    """Position of an element at rest, and the points of its base and its support."""
 
     base_x: float
     """Reference point of the element's base, from its centre in its own axes, m, x component."""
@@ -197,7 +197,7 @@ class ElementState(NamedTuple):
     trial: PredictedElement
     acceleration: PlanarVector
     force: PlanarVector
-    inertia: Inertia
+    inertia: ElementConstants
     totals: StepTotals
     travel: SummedMotion
     record: SampleRecord
@@ -236,8 +236,8 @@ class ContactLaw(NamedTuple):
     """Duration of a flat landing after the first touch, s (in the initial rows: in h/K); 0 if there is no such rule."""
 
 
-class CarryingBounds(NamedTuple):
-    """Places on the other face, m, between which a vertex is the contact vertex of an end; ±infinity if it never is.
+class ContactRanges(NamedTuple):
+    """Ranges on the other face, m, in which a vertex can be the contact vertex of an end; ±infinity if it never can.
 
     Vertices on the cut between two convex pieces of an element carry no end.
     """
@@ -328,7 +328,7 @@ class Pair(NamedTuple):
 
     face_a: Face
     face_b: Face
-    bounds: CarryingBounds
+    bounds: ContactRanges
     law: ContactLaw
     nearest: NearestFaces
     history: PairHistory

@@ -48,25 +48,27 @@ class ContactLaws:
     carried: FloatArray  # weight at rest, N
 
 
-def _displacement_slices(placed: list[PlacedElement]) -> dict[int, slice]:
+def _displacement_slices(elements: list[PlacedElement]) -> dict[int, slice]:
     """Return the slice of each free element in the vector of displacements (x, z, clockwise rotation)."""
-    free = [i for i, item in enumerate(placed) if not item.fixed]
+    free = [i for i, item in enumerate(elements) if not item.fixed]
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
-def joints_at_rest(placed: list[PlacedElement], pairs: list[ElementPair], max_lean: float = 0.0) -> list[Joint]:
+def joints_at_rest(elements: list[PlacedElement], pairs: list[ElementPair], max_lean: float = 0.0) -> list[Joint]:
     """Return the touching ends of a scene at rest; for `max_lean` see `overturning.model.geometry.touching_ends`."""
-    return _joints_of_ends(placed, pairs, touching_ends(placed, pairs, max_lean))
+    return _joints_of_ends(elements, pairs, touching_ends(elements, pairs, max_lean))
 
 
-def _joints_of_ends(placed: list[PlacedElement], pairs: list[ElementPair], touching: list[TouchingEnd]) -> list[Joint]:
+def _joints_of_ends(
+    elements: list[PlacedElement], pairs: list[ElementPair], touching: list[TouchingEnd]
+) -> list[Joint]:
     """Return the touching ends with the derivatives of their approach and slip by the displacements."""
-    return [Joint(touch, *_stretch_derivatives(placed, pairs[touch.pair], touch.end)) for touch in touching]
+    return [Joint(touch, *_stretch_derivatives(elements, pairs[touch.pair], touch.end)) for touch in touching]
 
 
 def supporting_ends(
     scene: Scene,
-    placed: list[PlacedElement],
+    elements: list[PlacedElement],
     pairs: list[ElementPair],
     joints: list[Joint],
     loaded_ends: list[LoadedEnd],
@@ -76,18 +78,18 @@ def supporting_ends(
     Otherwise a lean of 1e-6 would leave the whole scene without static equilibrium, and without tipping angles. An
     element that leans by more is left out if it prevents the equilibrium of the others.
     """
-    flush = joints_at_rest(placed, pairs, MAX_FLUSH_LEAN)
+    flush = joints_at_rest(elements, pairs, MAX_FLUSH_LEAN)
     if len(flush) == len(joints) and (loaded_ends or not joints):
         return loaded_ends
     upper = [pairs[pair].a if end.normal[1] > 0 else pairs[pair].b for (pair, _, end), _, _ in flush]
-    leaning = {k for k, item in enumerate(placed) if not item.fixed and upper.count(k) < ENDS_PER_FACE}
+    leaning = {k for k, item in enumerate(elements) if not item.fixed and upper.count(k) < ENDS_PER_FACE}
     held = [
         replace(item, element=item.element.model_copy(update={"kind": "held"})) if k in leaning else item
-        for k, item in enumerate(placed)
+        for k, item in enumerate(elements)
     ]
     ones = np.ones(len(pairs))
     # A wall next to a leaning element does not carry its weight: if necessary, try again without friction on faces.
-    for items, tangential in ((placed, ones), (placed, 0.0 * ones), (held, ones)):
+    for items, tangential in ((elements, ones), (elements, 0.0 * ones), (held, ones)):
         free = {k for k, item in enumerate(items) if not item.fixed}
         ends = [joint.touch for joint in flush if free.intersection(pairs[joint.touch.pair][:2])]
         found = (
@@ -99,14 +101,14 @@ def supporting_ends(
 
 
 def _stretch_derivatives(
-    placed: list[PlacedElement], pair: ElementPair, end: SharedSegmentEnd
+    elements: list[PlacedElement], pair: ElementPair, end: SharedSegmentEnd
 ) -> tuple[FloatArray, FloatArray]:
     """Return the derivatives of approach and slip of an end by all displacements, shape (3 · free,) each."""
-    number = _displacement_slices(placed)
+    number = _displacement_slices(elements)
     approach, slip = np.zeros(3 * len(number)), np.zeros(3 * len(number))
     for k, sign in ((pair.a, 1.0), (pair.b, -1.0)):
         if k in number:
-            rx, rz = end.point[0] - placed[k].x, end.point[1] - placed[k].z
+            rx, rz = end.point[0] - elements[k].x, end.point[1] - elements[k].z
             for row, (ux, uz), direction in ((approach, end.normal, -1.0), (slip, end.tangent, 1.0)):
                 row[number[k]] = sign * direction * np.array([ux, uz, ux * rz - uz * rx])
     return approach, slip
@@ -123,7 +125,7 @@ def _stiffness_matrix(
 
 
 def static_equilibrium(
-    scene: Scene, placed: list[PlacedElement], joints: list[Joint], normal: FloatArray, tangential: FloatArray
+    scene: Scene, elements: list[PlacedElement], joints: list[Joint], normal: FloatArray, tangential: FloatArray
 ) -> tuple[FloatArray, list[LoadedEnd]] | None:
     """Compute the static equilibrium on the contact springs (N/m for each pair); contacts carry no tension.
 
@@ -135,8 +137,8 @@ def static_equilibrium(
     """
     # A frictionless contact has no tangential spring; a very soft one keeps the matrix regular.
     held, joints = np.maximum(tangential, 1e-9 * normal), joints.copy()
-    number = _displacement_slices(placed)
-    load = np.concatenate([(0.0, -placed[k].mass * scene.gravity, 0.0) for k in number])
+    number = _displacement_slices(elements)
+    load = np.concatenate([(0.0, -elements[k].mass * scene.gravity, 0.0) for k in number])
     while joints:
         solution = solve(_stiffness_matrix(load.size, joints, normal, held), load)
         if solution is None:
@@ -147,7 +149,7 @@ def static_equilibrium(
         ]
         least = min(ends, key=lambda end: end.approach)
         if least.approach > 1e-9 * max(end.approach for end in ends):
-            displacement = np.zeros((len(placed), 3))
+            displacement = np.zeros((len(elements), 3))
             for k, at in number.items():
                 displacement[k] = solution[at]
             return displacement, ends
@@ -156,7 +158,7 @@ def static_equilibrium(
 
 
 def contact_laws(
-    scene: Scene, placed: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint]
+    scene: Scene, elements: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint]
 ) -> ContactLaws:
     """Compute springs, dashpots and friction of each pair; stiffness "auto" follows from its load at rest.
 
@@ -165,7 +167,7 @@ def contact_laws(
     standing on its smaller side.
     """
     ones = np.ones(len(pairs))
-    equilibrium = static_equilibrium(scene, placed, joints, ones, ones)
+    equilibrium = static_equilibrium(scene, elements, joints, ones, ones)
     whole = [pair[:2] for pair in pairs]
     together = np.array(
         [whole.index(both) for both in whole], dtype=np.int64
@@ -181,7 +183,7 @@ def contact_laws(
     carried, width = carried[together], width[together]
     normal, tangential, dashpot, friction = (np.zeros(len(pairs)) for _ in range(4))
     for index, pair in enumerate(pairs):
-        a, b = placed[pair.a], placed[pair.b]
+        a, b = elements[pair.a], elements[pair.b]
         law = scene.contact_law(a.element, b.element)
         free = [item for item in (a, b) if not item.fixed]
         depth = min(a.element.depth, b.element.depth)
@@ -206,20 +208,20 @@ def contact_laws(
 
 
 def largest_eigenvalues(
-    placed: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint], laws: ContactLaws
+    elements: list[PlacedElement], pairs: list[ElementPair], joints: list[Joint], laws: ContactLaws
 ) -> tuple[float, float]:
     """Return the largest eigenvalues of the springs (ω², 1/s²) and of the dashpots (1/s) for the stable time step.
 
     Each is the maximum over the scene at rest and all pairs in contact at a single, the farthest, vertex:
     K (1/m + r²/I), summed over both elements; for a rectangle on a fixed element this is 4 K/m.
     """
-    root, values = _inverse_root_masses(placed), []
+    root, values = _inverse_root_masses(elements), []
     for normal, tangential in ((laws.normal, laws.tangential), (laws.dashpot, laws.dashpot)):
         matrix = _stiffness_matrix(root.size, joints, normal, tangential)
         highest = highest_eigenvalue(root[:, None] * matrix * root)
         for index, pair in enumerate(pairs):
             compliance = 0.0
-            for item in (placed[k] for k in pair[:2] if not placed[k].fixed):
+            for item in (elements[k] for k in pair[:2] if not elements[k].fixed):
                 radius = float((item.shape.vertices**2).sum(axis=1).max())
                 compliance += 1.0 / item.mass + radius / item.inertia
             highest = max(highest, max(normal[index], tangential[index]) * compliance)
@@ -227,14 +229,14 @@ def largest_eigenvalues(
     return values[0], values[1]
 
 
-def smallest_eigenvalue(placed: list[PlacedElement], joints: list[Joint], laws: ContactLaws) -> float:
+def smallest_eigenvalue(elements: list[PlacedElement], joints: list[Joint], laws: ContactLaws) -> float:
     """Return the smallest eigenvalue of the springs of the scene at rest, 1/s²; 0 if an element can move freely."""
-    root = _inverse_root_masses(placed)
+    root = _inverse_root_masses(elements)
     matrix = _stiffness_matrix(root.size, joints, laws.normal, laws.tangential)
     return lowest_eigenvalue(root[:, None] * matrix * root)
 
 
-def _inverse_root_masses(placed: list[PlacedElement]) -> FloatArray:
+def _inverse_root_masses(elements: list[PlacedElement]) -> FloatArray:
     """Return 1/√m and 1/√I for each displacement, shape (3 · free,)."""
-    free = [item for item in placed if not item.fixed]
+    free = [item for item in elements if not item.fixed]
     return np.sqrt(np.concatenate([(1.0 / item.mass, 1.0 / item.mass, 1.0 / item.inertia) for item in free]))

@@ -15,19 +15,19 @@ from overturning.dem.polygon.centred import (
     is_fine_step,
     store_accepted_history,
 )
-from overturning.dem.polygon.distant import resume_pairs_for_step, stays_active
 from overturning.dem.polygon.equations import clear_pattern, pair_submatrices, solve_velocity_changes
 from overturning.dem.polygon.mechanics import element_acceleration, inertial_power, pose_after, velocity_after
 from overturning.dem.polygon.search import update_faces_in_reach
 from overturning.dem.polygon.state import (
     CaseState,
-    Inertia,
+    ElementConstants,
     PlanarVector,
     Pose,
     PredictedElement,
     StepDecision,
     StepTotals,
 )
+from overturning.dem.polygon.suspended_pairs import resume_pairs_for_step, suspend_if_distant
 
 
 class CentredScheme(NamedTuple):
@@ -41,7 +41,7 @@ class CentredScheme(NamedTuple):
 
 @njit(**INLINE)
 def base_acceleration_at_step_end(
-    vertical_ground: Any, case: CaseState, inertia: Inertia, ticks_per_sample: float
+    vertical_ground: Any, case: CaseState, inertia: ElementConstants, ticks_per_sample: float
 ) -> tuple[float, float]:
     """Return the horizontal and vertical acceleration of the base at the end of the step.
 
@@ -179,7 +179,7 @@ def step(
         if near[p]:
             into, fresh = pair_submatrices(matrix, pattern, is_movable, scene.layout[p, 0], scene.layout[p, 1])
             add_pair_to_equations(q, a, b, state, into, fresh)
-        if near[p] or stays_active(q, a, b, p, active_pairs):
+        if near[p] or suspend_if_distant(q, a, b, p, active_pairs):
             active_pairs.active[kept] = p
             kept += 1
     active_pairs.count[0] = kept

@@ -21,7 +21,7 @@ ACTIVE: Final = -1.0
 
 
 class ActivePairs(NamedTuple):
-    """Pairs of elements that are tested in every step, and the motion at which the suspended ones are tested again."""
+    """Pairs of elements tested for contact in every step, and the motion at which other pairs are tested again."""
 
     active: Any
     """Indices of the active pairs, ascending, shape (pairs,); the first `count` are valid."""
@@ -164,8 +164,8 @@ def resume_pairs_for_step(state: Any, scene: Any, active_pairs: ActivePairs, ele
 
 
 @njit(**INNER)
-def stays_active(pair_rows: Any, a_rows: Any, b_rows: Any, pair_index: int, active_pairs: ActivePairs) -> bool:
-    """Suspend a pair that is out of reach; return True if it stays active."""
+def suspend_if_distant(pair_rows: Any, a_rows: Any, b_rows: Any, pair_index: int, active_pairs: ActivePairs) -> bool:
+    """Suspend a pair that is too far apart to touch soon; return True if the pair stays active."""
     slack, lever = motion_to_contact(pair_rows)
     if slack <= 0.0:
         return True

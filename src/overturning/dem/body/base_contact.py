@@ -66,7 +66,7 @@ def update_base_ends(
 def contact_is_deferred(
     body: BodyConstants, base_contact: BaseContactState, vertex: Vertex, height: float, previous: VertexHistory
 ) -> bool:
-    """True if a base vertex between the ends does not carry yet, because they do not both rest.
+    """True if a base vertex between the lowest and the highest one carries no load yet, as these two do not both rest.
 
     `height` is the height of the vertex relative to the centre, m.
     """
@@ -76,7 +76,7 @@ def contact_is_deferred(
 
 
 @njit(**INLINE)
-def lands_flat(base_contact: BaseContactState) -> bool:
+def base_lands_flat(base_contact: BaseContactState) -> bool:
     """True if all points of the base land together, so that dashpots may pull; see `dem.block.state.lands_flat`."""
     return base_contact.landing > 0.0
 
@@ -95,7 +95,7 @@ def new_landing_time(body: BodyConstants, base_contact: BaseContactState) -> flo
 
 @njit(**INLINE)
 def both_ends_rest(base_contact: BaseContactState) -> bool:
-    """True if both ends of the base rest on the ground."""
+    """True if the lowest and the highest point of the base both rest on the ground."""
     return (base_contact.low_rests > 0.0) & (base_contact.high_rests > 0.0)
 
 
@@ -109,14 +109,14 @@ SHORTEST, LONGEST = ROWS.row(BaseContactState, "landing"), ROWS.row(BaseContactS
 
 @njit(**INNER)
 def update_base_contacts(
-    state: Any, vertex_rows: Any, half_size: int, base_vertex_count: int, lane_count: int, has_rim: Any
+    state: Any, vertex_rows: Any, opposite_start: int, base_vertex_count: int, lane_count: int, has_rim: Any
 ) -> None:
-    """Update the contact state of the bases of all bodies; opposite vertices start at row `half_size`."""
+    """Update the contact state of the bases of all bodies; opposite vertices start at row `opposite_start`."""
     if has_rim:
         # The ends are the lowest and the highest point of the rim.
         for j in range(lane_count):
             body, ahead = load_body(state, j), load_memory(vertex_rows[:OF_A_VERTEX], j)
-            behind = load_memory(vertex_rows[half_size : half_size + OF_A_VERTEX], j)
+            behind = load_memory(vertex_rows[opposite_start : opposite_start + OF_A_VERTEX], j)
             landing = ahead.landing if ahead.landing < behind.landing else behind.landing
             longest = longer_landing_time(
                 longer_landing_time(IN_THE_AIR, ahead.landing, ahead.depth), behind.landing, behind.depth
@@ -133,7 +133,7 @@ def update_base_contacts(
     for j in range(lane_count):
         first = BaseContactState(0.0, 0.0, 1.0, 1.0, 1e300, IN_THE_AIR)
         store_base_contact(state, j, first if few else BaseContactState(1e300, -1e300, 0.0, 0.0, 1e300, IN_THE_AIR))
-    for point in range(0, 2 * half_size, OF_A_VERTEX):
+    for point in range(0, 2 * opposite_start, OF_A_VERTEX):
         one = vertex_rows[point : point + OF_A_VERTEX]
         for j in range(lane_count):
             of_base = belongs_to_base(load_body(state, j), load_vertex(one, j))
@@ -143,7 +143,7 @@ def update_base_contacts(
             state[LONGEST + j] = longer_landing_time(longest, left, one[DEPTH_OF + j]) if of_base else longest
     if few:
         return
-    for point in range(0, 2 * half_size, OF_A_VERTEX):
+    for point in range(0, 2 * opposite_start, OF_A_VERTEX):
         one = vertex_rows[point : point + OF_A_VERTEX]
         for j in range(lane_count):
             base_contact = load_base_contact(state, j)

@@ -24,7 +24,7 @@ from overturning.model.shapes import Circle, Rectangle
 from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior
 from overturning.statistics.bootstrap import Interval, bootstrap, unanimous_share_interval
 from overturning.surveys.inversion import MIN_FIT_P_VALUE, POWER, Inversion
-from overturning.surveys.library import CandidateMotion, candidates
+from overturning.surveys.library import CandidateMotion, candidate_motions
 from overturning.surveys.posterior import Posterior
 from overturning.surveys.responses import LEVELS, Responses, StoneKind
 from overturning.surveys.stones import Stone, read_survey
@@ -105,12 +105,12 @@ def check_intervals(one: Posterior, truth: Truth) -> dict[str, float]:
     pga = one.pga[:, None] * one.pgv
     true_pga = truth.level * truth.motion.pga / truth.motion.pgv
     for name, values, true in (("pgv", one.pgv, truth.level), ("pga", pga, true_pga)):
-        (low, high), (least, most) = one.interval(values), one.interval(values, prior=True)
+        (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
         found[f"{name}_holds"] = low <= true <= high
         # A missing bound is replaced by that of the prior.
         found[f"{name}_ratio"] = (most if high == np.inf else high) / (low or least)
         found[f"{name}_before"] = most / least
-    weakest, strongest = one.interval(pga)
+    weakest, strongest = one.credible_interval(pga)
     middle, width = one.axis_arc(everything_fell=all(stone.fell for stone in truth.stones))
     found["axis_holds"] = abs((truth.axis - middle + 90) % 180 - 90) <= width / 2
     return found | {"axis_width": width, "no_upper": strongest == np.inf, "no_lower": weakest == 0}
@@ -118,11 +118,11 @@ def check_intervals(one: Posterior, truth: Truth) -> dict[str, float]:
 
 def measure_coverage(surveys: int, threads: int) -> pd.DataFrame:
     """Return one row for each survey and power; the records of the true earthquake have zero prior probability."""
-    library = candidates()
+    library = candidate_motions()
     true = [one for one in library if one.event]
     events = sorted({one.event for one in true})
     truths = [simulate_survey(true[k % len(true)], np.random.default_rng([SEED, k])) for k in range(surveys)]
-    kinds = [StoneKind.of(stone) for truth in truths for stone in truth.stones]
+    kinds = [StoneKind.from_stone(stone) for truth in truths for stone in truth.stones]
     inversion, rows = Inversion(Responses(library, kinds, threads=threads)), []
     for number, truth in enumerate(truths):
         prior = np.array([float(one.event != truth.motion.event) for one in library])[:, None, None]
@@ -135,7 +135,7 @@ def measure_coverage(surveys: int, threads: int) -> pd.DataFrame:
                 "record": truth.motion.name,
                 "stones": len(truth.stones), "fell": np.mean([stone.fell for stone in truth.stones]),
                 "round": truth.stones[0].round,
-                "fit": inversion.fit(truth.stones, one) if checked else np.nan,
+                "fit": inversion.posterior_predictive_p_value(truth.stones, one) if checked else np.nan,
             }  # fmt: skip
             rows.append(about | check_intervals(one, truth))
     return pd.DataFrame(rows)
@@ -227,8 +227,10 @@ def bodies(rows: pd.DataFrame) -> dict[str, str]:
 def ruin(threads: int) -> str:
     """Return the estimated motion of the invented ruin as a list, and draw its figure."""
     stones = read_survey(RUIN)
-    inversion = Inversion(Responses(candidates(), [StoneKind.of(stone) for stone in stones], threads=threads))
-    result = inversion.answer(RUIN.name, stones)
+    inversion = Inversion(
+        Responses(candidate_motions(), [StoneKind.from_stone(stone) for stone in stones], threads=threads)
+    )
+    result = inversion.invert_survey(RUIN.name, stones)
     draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
     fit = f"p of the check whether the motions fit the survey: {result.fit:.2g}."
     return "\n".join(wrap_text(text, "- ") for text in (*backwards_sentences(result), *cautions(result), fit))

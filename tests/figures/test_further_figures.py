@@ -34,7 +34,7 @@ from overturning.statistics.boundary import boundary
 from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
 from overturning.statistics.logistic import PREDICTORS, LogisticFit, overturning_fit
 from overturning.surveys.comparison import compare_survey
-from overturning.surveys.rose import survey_figure
+from overturning.surveys.rose import draw_survey_rose
 from overturning.surveys.stones import Stone
 
 AZIMUTH = np.arange(0, 360, 15)
@@ -127,7 +127,7 @@ def paths() -> list[xr.Dataset]:
 
 def survey() -> Figure:
     stones = [Stone(True, float(a), False) for a in (20, 40, 41, 60, 200)]
-    return survey_figure(compare_survey(stones, cube().isel(record=[0])), "survey.csv, E 0")
+    return draw_survey_rose(compare_survey(stones, cube().isel(record=[0])), "survey.csv, E 0")
 
 
 @cache

@@ -18,7 +18,7 @@ from overturning.report.sections.ground import ground
 from overturning.report.sections.population import population
 from overturning.settings import Population
 from overturning.study.sections import Variant
-from overturning.surveys.population import jma_intensities, population_rates
+from overturning.surveys.population import population_rates, record_jma_intensities
 from overturning.units import STANDARD_GRAVITY
 from tests.report.reading import of_study, tables, text_of
 
@@ -98,7 +98,7 @@ def test_the_rule_of_field_surveys_beside_the_instrumental_intensity(cemetery: R
     many["fall_rate"][:] = np.repeat([0.5, 0.95], 3)[:, None]
     results = under(cemetery, many)
     results.intensity["jma_intensity"] = ("record", np.repeat([6.2, 5.2], 3))
-    assert jma_intensities(many.assign_coords(amplitude=[10.0]), results.intensity)[0] == pytest.approx(8.2)
+    assert record_jma_intensities(many.assign_coords(amplitude=[10.0]), results.intensity)[0] == pytest.approx(8.2)
     text = said(population(results))
     assert "where 40 to 90 % fall, which they take for 6 upper, the instrumental intensity is 6.2" in text
     # Exact bounds of 3 of 3 earthquakes and of 0 of 3: 0.05^(1/3) = 0.37, and 1 less that.

@@ -15,7 +15,7 @@ from overturning.report.sections.answer import answer
 from overturning.report.sections.surveys import survey_section
 from overturning.study.cube import open_cube
 from overturning.study.evaluation import Primary
-from overturning.surveys.comparison import read_survey
+from overturning.surveys.comparison import read_survey_result
 from tests.report.reading import of_study, report_of, text_of
 from tests.report.test_commands_on_results import run
 from tests.report.tiny_studies import make_results, pulse_record
@@ -104,7 +104,7 @@ def test_the_answer_of_several_surveys_names_each(surveyed: Path) -> None:
 
 
 def test_missing_planes_are_noted_with_a_prediction(surveyed: Path) -> None:
-    result = read_survey(surveyed / "survey" / "1.json")
+    result = read_survey_result(surveyed / "survey" / "1.json")
     with open_cube(surveyed / "cube.nc") as cube:
         whole, part = azimuth_gap_label(cube), azimuth_gap_label(cube.isel(azimuth=slice(0, 6)))
     assert whole == ""

@@ -66,7 +66,7 @@ def of_the_ensemble(cube: xr.Dataset) -> str:
 def of_prediction(cube: xr.Dataset) -> np.ndarray:
     site = SitePrediction(cube.isel(record=[0]))
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=252)
-    return np.concatenate([site.density(), site.sides(stone)])
+    return np.concatenate([site.sector_probabilities(), site.side_probabilities(stone)])
 
 
 THE_SAME = {
@@ -128,7 +128,7 @@ def test_a_stone_before_a_wall_does_not_fall_against_it() -> None:
     """All fall forwards, whatever they face: one that faces 250 never backwards, which is not the answer of 70."""
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
     cube = before_a_wall(np.ones_like)
-    stood, forwards, right, backwards, left = SitePrediction(cube, background=0).sides(stone)
+    stood, forwards, right, backwards, left = SitePrediction(cube, background=0).side_probabilities(stone)
     assert (stood, backwards, left) == (0, 0, 0)
     assert forwards + right == pytest.approx(1)
 
@@ -136,7 +136,7 @@ def test_a_stone_before_a_wall_does_not_fall_against_it() -> None:
 def test_directions_of_stones_in_front_of_walls() -> None:
     """Stones that face 180° to 355° fall backwards, towards 0° to 175°; the others stand."""
     prediction = SitePrediction(before_a_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), background=0)
-    density = prediction.density()
+    density = prediction.sector_probabilities()
     assert density[prediction.azimuth < 180].sum() == pytest.approx(1)
 
 
@@ -144,7 +144,7 @@ def test_half_a_circle_leaves_the_other_half_of_a_scene_missing() -> None:
     """A stone that faces 250°, in the gap of 185° between 175° and 0°, has no answer."""
     half = before_a_wall(np.ones_like, AZIMUTH[FIRST])
     stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
-    assert SitePrediction(half, background=0).sides(stone).tolist() == [0.5, *[0.125] * 4]
+    assert SitePrediction(half, background=0).side_probabilities(stone).tolist() == [0.5, *[0.125] * 4]
     unknown = {face: population_rates(half, Population(face=face, face_spread=0, stones=64))["unknown"]
                for face in (60, 250)}  # fmt: skip
     assert {face: float(found.max()) for face, found in unknown.items()} == {60: 0, 250: 1}

@@ -12,7 +12,7 @@ from overturning.report.sections.surveys import survey_section, survey_sentences
 from overturning.settings import Population
 from overturning.surveys.comparison import SurveyResult, compare_survey
 from overturning.surveys.population import population_rates
-from overturning.surveys.prediction import SIDES, SitePrediction, observed_side
+from overturning.surveys.prediction import SIDES, SitePrediction, observed_side_index
 from overturning.surveys.stones import OCTANTS, Stone
 
 
@@ -31,11 +31,11 @@ def draw(n: int, centre: float, half: float, seed: int) -> list[Stone]:
 
 def test_prediction_of_stones_turned_every_way(site) -> None:
     prediction = SitePrediction(site, background=0)
-    density = prediction.density()
+    density = prediction.sector_probabilities()
     assert density.sum() == pytest.approx(1)
     inside = np.abs((prediction.azimuth - 60 + 180) % 360 - 180) <= 30
     assert density[inside].sum() == pytest.approx(1)
-    octants = prediction.octants(density)
+    octants = prediction.octant_probabilities(density)
     assert octants.sum() == pytest.approx(1)
     # 29° to 91° in sectors: 22.5–67.5 is NE, 67.5–112.5 is E.
     assert octants[OCTANTS.index("NE")] == pytest.approx(38.5 / 62, abs=0.01)
@@ -57,7 +57,7 @@ def test_surveys_drawn_from_the_prediction_and_of_stones_that_fell_any_way(site)
 @pytest.mark.long
 def test_p_values_are_calibrated_under_any_way(make_cube, sector) -> None:
     site = make_cube(sector(60, 30), azimuth=range(0, 360, 10))
-    p = [compare_survey(draw(12, 0, 180, seed=i), site, draws=200).likelihood_ratio_p for i in range(60)]
+    p = [compare_survey(draw(12, 0, 180, seed=i), site, random_survey_count=200).likelihood_ratio_p for i in range(60)]
     assert np.mean(np.array(p) < 0.2) == pytest.approx(0.2, abs=0.13)
     assert np.mean(p) == pytest.approx(0.5, abs=0.12)
 
@@ -127,15 +127,17 @@ def test_unknown_orientation_is_the_mean_over_faces(make_cube, front: float, sid
     prediction = SitePrediction(cube, background=0)
     counts = np.zeros(36)
     for face in range(0, 360, 10):
-        sides = prediction.sides(facing(face, front, side))
+        sides = prediction.side_probabilities(facing(face, front, side))
         for turn in range(4):
             counts[(face // 10 + 9 * turn) % 36] += sides[1 + turn]
-    assert prediction.density(front, side) == pytest.approx(counts / counts.sum())
+    assert prediction.sector_probabilities(front, side) == pytest.approx(counts / counts.sum())
     if front == side:  # a population of squares, drawn one by one
         shape = {"low": 0.7 * front, "high": 0.7 * front}
         stones = Population(width=shape, height={"low": 0.7, "high": 0.7}, stones=8192)
         octants = population_rates(cube, stones)["fall_octant"].to_numpy().ravel()
-        assert prediction.octants(prediction.density(front)) == pytest.approx(octants / octants.sum(), abs=0.02)
+        assert prediction.octant_probabilities(prediction.sector_probabilities(front)) == pytest.approx(
+            octants / octants.sum(), abs=0.02
+        )
 
 
 def facing(face: float = 60, front: float = 0.3, side: float = 0.3) -> Stone:
@@ -150,7 +152,7 @@ def facing(face: float = 60, front: float = 0.3, side: float = 0.3) -> Stone:
 def test_rectangular_stones_fall_over_their_edges(make_cube, sector, stone: Stone, most: str) -> None:
     """Falls within 30° of 60°, up to B/H = 0.3 only: a stone that is broad towards 60° stands."""
     site = make_cube(sector(60, 30, largest=0.3), azimuth=range(0, 360, 2))
-    sides = SitePrediction(site, background=0).sides(stone)
+    sides = SitePrediction(site, background=0).side_probabilities(stone)
     assert SIDES[int(np.argmax(sides))] == most
     assert sides.sum() == pytest.approx(1)
 
@@ -160,7 +162,7 @@ def test_a_stone_of_known_face_falls_evenly_within_45_degrees_of_it(make_cube, s
     """Also where these 90° are no whole number of azimuths to either side; `north` is the part of N in them, °."""
     site = make_cube(sector(face, step), azimuth=range(0, 360, step))
     stone = fallen(face, b_over_h=0.3, face_azimuth_deg=face)
-    expected = compare_survey([stone], site, background=0, draws=1).octant_predicted
+    expected = compare_survey([stone], site, background=0, random_survey_count=1).octant_predicted
     assert expected == pytest.approx([north / 90, 0.5, (45 - north) / 90, 0, 0, 0, 0, 0], abs=1e-3)
 
 
@@ -191,7 +193,7 @@ def both_planes_fall(make_cube, front, across, **more):
     ],
 )
 def test_of_two_planes_the_first_fall_decides(make_cube, front: float, across: float, expected: list[float]) -> None:
-    sides = SitePrediction(both_planes_fall(make_cube, front, across), background=0).sides(facing())
+    sides = SitePrediction(both_planes_fall(make_cube, front, across), background=0).side_probabilities(facing())
     assert sides == pytest.approx(expected)
 
 
@@ -201,7 +203,7 @@ def test_planes_are_independent_within_the_neighbourhood(make_cube) -> None:
     half = np.abs(cube["overturned"]) * 0.5
     towards, away = half.where(cube["overturned"] > 0, 0.0), half.where(cube["overturned"] < 0, 0.0)
     cube = cube.assign(probability_towards=towards, probability_away=away)
-    assert SitePrediction(cube, background=0).sides(facing()) == pytest.approx([0.25, 0.5, 0.25, 0, 0])
+    assert SitePrediction(cube, background=0).side_probabilities(facing()) == pytest.approx([0.25, 0.5, 0.25, 0, 0])
 
 
 def test_a_stone_has_one_height_and_friction_in_both_planes(make_cube) -> None:
@@ -212,23 +214,23 @@ def test_a_stone_has_one_height_and_friction_in_both_planes(make_cube) -> None:
         return np.where(azimuth == axis, 1, np.where(azimuth == axis + 180, -1, 0))
 
     cube = make_cube(rule, azimuth=range(0, 360, 30), friction=(0.33, 1.0))
-    assert SitePrediction(cube, background=0).sides(facing()) == pytest.approx([0, 0.5, 0.5, 0, 0])
+    assert SitePrediction(cube, background=0).side_probabilities(facing()) == pytest.approx([0, 0.5, 0.5, 0, 0])
 
 
 def test_faces_between_azimuths_and_shapes_are_interpolated(make_cube, sector) -> None:
     site = make_cube(sector(60, 1, largest=0.3), azimuth=range(0, 360, 30))
     prediction = SitePrediction(site, background=0)
-    assert prediction.sides(facing(75.0, side=0.5))[1] == pytest.approx(0.5)
-    assert prediction.sides(facing(front=0.35, side=0.5))[1] == pytest.approx(0.5)
+    assert prediction.side_probabilities(facing(75.0, side=0.5))[1] == pytest.approx(0.5)
+    assert prediction.side_probabilities(facing(front=0.35, side=0.5))[1] == pytest.approx(0.5)
 
 
 def test_cells_without_an_outcome_do_not_count_as_standing(make_cube, sector) -> None:
     site = make_cube(sector(60, 1), azimuth=range(0, 360, 30))
     site["overturned"][..., 0] = np.nan  # one friction of two
-    sides = SitePrediction(site, background=0).sides(facing())
+    sides = SitePrediction(site, background=0).side_probabilities(facing())
     assert sides == pytest.approx([0, 1, 0, 0, 0])
     site["overturned"][:] = np.nan
-    assert SitePrediction(site, background=0).sides(facing()).sum() == pytest.approx(1)
+    assert SitePrediction(site, background=0).side_probabilities(facing()).sum() == pytest.approx(1)
 
 
 def test_azimuths_without_outcomes_do_not_have_probability_0(make_cube) -> None:
@@ -240,12 +242,12 @@ def test_azimuths_without_outcomes_do_not_have_probability_0(make_cube) -> None:
     # Nor is anything known of stones that face 0 or 90: one of their planes is that one.
     unknown = prediction.azimuth % 90 == 0
     towards[unknown] = towards[~unknown].mean()
-    assert prediction.density() == pytest.approx(towards / towards.sum())
+    assert prediction.sector_probabilities() == pytest.approx(towards / towards.sum())
 
 
 def test_falls_about_the_normals_of_known_faces_are_no_test_of_fit(site) -> None:
     """Stones drawn from the prediction itself, edge by edge: each within some degrees of the normal of its edge."""
-    generator, chances = np.random.default_rng(8), SitePrediction(site).sides(facing(45))[1:]
+    generator, chances = np.random.default_rng(8), SitePrediction(site).side_probabilities(facing(45))[1:]
     edges = generator.choice(4, size=40, p=chances / chances.sum())
     azimuths = 45 + 90 * edges + generator.normal(0, 8, size=40)
     known = [fallen(a, b_over_h=0.3, b_over_h_side=0.3, face_azimuth_deg=45) for a in azimuths]
@@ -322,7 +324,7 @@ def test_a_fall_in_an_unknown_direction_counts_as_a_fall_and_has_no_direction(si
 
 @pytest.mark.parametrize(("azimuth", "side"), [(60, 1), (104, 1), (106, 2), (240, 3), (330, 4), (16, 1), (14, 4)])
 def test_observed_side(azimuth: float, side: int) -> None:
-    assert observed_side(fallen(azimuth, face_azimuth_deg=60.0, b_over_h=0.4)) == side
+    assert observed_side_index(fallen(azimuth, face_azimuth_deg=60.0, b_over_h=0.4)) == side
 
 
 def test_a_survey_without_falls(make_cube) -> None:

@@ -16,7 +16,12 @@ from overturning.report.sections.surveys import backwards_sentences, cautions, d
 from overturning.settings import Population
 from overturning.surveys import responses as computed
 from overturning.surveys.inversion import Inversion, matching_direction_bins
-from overturning.surveys.library import CandidateMotion, candidates, motions_with_unique_ids, shipped_records
+from overturning.surveys.library import (
+    CandidateMotion,
+    candidate_motions,
+    read_motions_with_unique_ids,
+    read_shipped_records,
+)
 from overturning.surveys.posterior import TURNS, read_inversion, write_inversion
 from overturning.surveys.responses import (
     DIRECTION_BINS,
@@ -27,8 +32,8 @@ from overturning.surveys.responses import (
     STOOD,
     Responses,
     StoneKind,
-    missing_cases,
-    stone_kinds,
+    count_uncached_cases,
+    stone_kinds_of_survey,
 )
 from overturning.surveys.stones import Stone
 from tests.study.small_study import pulse
@@ -43,7 +48,7 @@ def candidate(period: float, event: str = "", east: float = 0.0) -> CandidateMot
     north = np.where(time <= period, 2.0 * np.sin(2 * np.pi * time / period), 0.0)
     lag = time - period / 4
     across = np.where((lag >= 0) & (lag <= period), 2.0 * east * np.sin(2 * np.pi * lag / period), 0.0)
-    return CandidateMotion.of(f"{period:g} s", event, Motion(north, across, sampling_interval=0.01))
+    return CandidateMotion.from_motion(f"{period:g} s", event, Motion(north, across, sampling_interval=0.01))
 
 
 def ruled(one: CandidateMotion, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
@@ -73,11 +78,14 @@ def test_motions_with_equal_ids_are_distinguished(tmp_path: Path) -> None:
     paths = [tmp_path / name for name in ("a.nc", "soft/a.nc", "b.nc")]
     for path, peak in zip(paths, (3.0, 5.0, 4.0), strict=True):
         write_motion(pulse(path.stem, peak), path)
-    assert [one.name for one in candidates(motions_with_unique_ids(paths), alone=True)] == [*map(str, paths[:2]), "b"]
+    assert [one.name for one in candidate_motions(read_motions_with_unique_ids(paths), only_user_records=True)] == [
+        *map(str, paths[:2]),
+        "b",
+    ]
 
 
 def test_probabilities_of_a_stone_add_up(inversion: Inversion) -> None:
-    chances = inversion.likelihoods(column(SIZES[0]))
+    chances = inversion.outcome_probabilities(column(SIZES[0]))
     assert chances.shape == (2, LEVELS.size, TURNS, DIRECTION_BINS + 1)
     assert chances.sum(axis=-1) == pytest.approx(1, abs=1e-5)
 
@@ -89,16 +97,16 @@ def test_without_stones_the_posterior_is_the_prior_and_has_no_bounds(inversion: 
     half = np.log(LEVELS[1] / LEVELS[0]) / 2
     width = np.log(LEVELS[-1] / LEVELS[0]) + 2 * half
     expected = LEVELS[0] * np.exp([0.05 * width - half, 0.95 * width - half])
-    assert one.interval(one.pgv, prior=True) == pytest.approx(tuple(expected))
+    assert one.credible_interval(one.pgv, use_prior=True) == pytest.approx(tuple(expected))
     # Each level holds a thirteenth, more than a tail.
-    assert one.interval(one.pgv) == (0.0, math.inf)
+    assert one.credible_interval(one.pgv) == (0.0, math.inf)
 
 
 def test_stones_bound_the_motion_from_both_sides(inversion: Inversion) -> None:
     """By the rule the columns fall from 0.57, 0.82 and 1.14 m/s on."""
     stones = [column(SIZES[0], 0, 8), column(SIZES[1], 0, 8), column(SIZES[2], count=8)]
     one = inversion.posterior(inversion.log_likelihood(stones))
-    low, high = one.interval(one.pgv)
+    low, high = one.credible_interval(one.pgv)
     assert 0.5 < low < 1.14
     assert 0.82 < high < 1.6
     # Directions that scatter tell an axis the less the smaller their power.
@@ -130,23 +138,23 @@ def test_a_fall_in_an_unknown_direction_is_the_sum_of_all_ways(inversion: Invers
     fell = inversion.log_likelihood([lost])
     assert fell[0] == pytest.approx(np.log(np.exp(ways).sum(axis=0)), abs=1e-5)
     assert not fell[1].any()
-    answers = [inversion.answer("x", 6 * [stone]) for stone in (lost, replace(lost, fell=False))]
+    answers = [inversion.invert_survey("x", 6 * [stone]) for stone in (lost, replace(lost, fell=False))]
     assert [(one.fell, one.stood) for one in answers] == [(6, 0), (0, 6)]
-    low, stood = (one.posterior.interval(one.posterior.pgv) for one in answers)
+    low, stood = (one.posterior.credible_interval(one.posterior.pgv) for one in answers)
     assert low[0] > 0.2 > stood[0]
-    np.testing.assert_allclose(answers[0].posterior.of_axes().sum(), 1)
+    np.testing.assert_allclose(answers[0].posterior.axis_probabilities().sum(), 1)
     assert answers[0].fit > 0.1
 
 
 def test_survey_with_only_falls_has_no_upper_bound(inversion: Inversion) -> None:
-    asked = inversion.answer("ruin.csv", [column(size, 0, 6) for size in SIZES])
-    low, high = asked.posterior.interval(asked.posterior.pgv)
+    asked = inversion.invert_survey("ruin.csv", [column(size, 0, 6) for size in SIZES])
+    low, high = asked.posterior.credible_interval(asked.posterior.pgv)
     assert low > 0.6
     assert high == math.inf
     assert "PGV at least" in backwards_sentences(asked)[0]
     assert "stronger than any motion here" in cautions(asked)[0]
-    stood = inversion.answer("ruin.csv", [column(size, count=6) for size in SIZES])
-    assert stood.posterior.interval(stood.posterior.pgv)[0] == 0.0
+    stood = inversion.invert_survey("ruin.csv", [column(size, count=6) for size in SIZES])
+    assert stood.posterior.credible_interval(stood.posterior.pgv)[0] == 0.0
     assert "PGV at most" in backwards_sentences(stood)[0]
     assert "weaker than any motion here" in cautions(stood)[0]
 
@@ -157,7 +165,7 @@ def test_survey_with_only_falls_has_no_axis(inversion: Inversion) -> None:
     An arc of 162° laid without knowledge holds a random axis in 162/180 = 90 %, as it says.
     """
     fell = [column(size, azimuth, 4) for size in SIZES for azimuth in (350, 0, 10)]
-    every, some = (inversion.answer("ruin.csv", stones) for stones in (fell, [*fell, column(SIZES[2])]))
+    every, some = (inversion.invert_survey("ruin.csv", stones) for stones in (fell, [*fell, column(SIZES[2])]))
     assert some.axis_arc == some.posterior.axis_arc()
     assert some.axis_arc[1] < 120 > every.posterior.axis_arc()[1]
     assert every.axis_arc[0] == every.posterior.axis_arc()[0]
@@ -167,16 +175,16 @@ def test_survey_with_only_falls_has_no_axis(inversion: Inversion) -> None:
     truth = np.random.default_rng(3).uniform(0, 180, 20_000)
     held = np.abs((truth - every.axis_arc[0] + 90) % 180 - 90) <= every.axis_arc[1] / 2
     assert held.mean() == pytest.approx(0.9, abs=0.01)
-    nothing = inversion.answer("none.csv", [column(size, count=6) for size in SIZES])
+    nothing = inversion.invert_survey("none.csv", [column(size, count=6) for size in SIZES])
     assert not nothing.everything_fell
 
 
 def test_a_survey_that_no_motion_explains_does_not_fit(inversion: Inversion) -> None:
     """The broad low columns fell and the slender tall ones stood: by the rule none does that."""
-    odd = inversion.answer("odd.csv", [column(SIZES[2], 0, 12), column(SIZES[0], count=12)])
+    odd = inversion.invert_survey("odd.csv", [column(SIZES[2], 0, 12), column(SIZES[0], count=12)])
     assert odd.fit < 0.01
     assert any(text.startswith("No motion here fits this survey") for text in cautions(odd))
-    even = inversion.answer("even.csv", [column(SIZES[0], 0, 12), column(SIZES[2], count=12)])
+    even = inversion.invert_survey("even.csv", [column(SIZES[0], 0, 12), column(SIZES[2], count=12)])
     assert even.fit > 0.1
     assert not any("fits" in text for text in cautions(even))
 
@@ -186,7 +194,7 @@ def test_missing_sizes_are_reported_and_drawn_at_random() -> None:
     assert sizes_taken([column(SIZES[0])]) == ""
     said = sizes_taken([column(SIZES[0]), tall, shaped])
     assert "4 stones without a height taken to be 0.6 to 0.9 m high, 2 stones without B/H 0.3 to 0.4 m wide" in said
-    heights, shapes = (StoneKind.of(one).weights(Population()) for one in (tall, shaped))
+    heights, shapes = (StoneKind.from_stone(one).node_weights(Population()) for one in (tall, shaped))
     assert 0.6 < np.exp(np.log(HEIGHTS) @ heights.sum(axis=1)) < 0.9
     assert 0.3 < 0.75 * np.exp(np.log(SHAPES) @ shapes.sum(axis=0)) < 0.4
 
@@ -197,7 +205,7 @@ def test_a_survey_without_background_has_an_answer(inversion: Inversion) -> None
     logs = replace(inversion, background=0.0).log_likelihood(stones)
     assert np.isfinite(logs).all()
     one, other = (inversion.posterior(each) for each in (logs, inversion.log_likelihood(stones)))
-    assert one.interval(one.pgv) == pytest.approx(other.interval(other.pgv), rel=0.3)
+    assert one.credible_interval(one.pgv) == pytest.approx(other.credible_interval(other.pgv), rel=0.3)
 
 
 def test_fixed_stones_carry_less_information(inversion: Inversion) -> None:
@@ -209,10 +217,10 @@ def test_fixed_stones_carry_less_information(inversion: Inversion) -> None:
 
 def test_a_stone_has_both_its_slendernesses() -> None:
     stone = Stone(True, 0.0, False, b_over_h=0.5, b_over_h_side=0.25, face_azimuth_deg=30, height=0.8)
-    assert StoneKind.of(stone) == StoneKind(0.8, 0.25, 2.0)
+    assert StoneKind.from_stone(stone) == StoneKind(0.8, 0.25, 2.0)
     assert stone.narrow_face_deg == 120
     square = Stone(True, 0.0, False, b_over_h=0.25, face_azimuth_deg=30)
-    assert (StoneKind.of(square), square.narrow_face_deg) == (StoneKind(None, 0.25, 1.0), 30)
+    assert (StoneKind.from_stone(square), square.narrow_face_deg) == (StoneKind(None, 0.25, 1.0), 30)
 
 
 def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
@@ -223,13 +231,13 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
     one = candidate(1.0)
     slab = {"b_over_h": 0.15, "b_over_h_side": 0.6, "height": 0.45}
     north, east = (Stone(False, math.nan, False, face_azimuth_deg=face, **slab) for face in (0.0, 90.0))
-    asked = Inversion(Responses([one], [StoneKind.of(north)], folder=tmp_path))
+    asked = Inversion(Responses([one], [StoneKind.from_stone(north)], folder=tmp_path))
     level = int(np.argmin(np.abs(LEVELS * one.pga / one.pgv - 0.4 * 9.80665)))
-    stands = [asked.likelihoods(stone)[0, level, 0, STOOD] for stone in (north, east)]
+    stands = [asked.outcome_probabilities(stone)[0, level, 0, STOOD] for stone in (north, east)]
     assert stands[0] < 0.3
     assert stands[1] > 0.8
     # Turned by a quarter with its motion, each does the same.
-    assert asked.likelihoods(east)[0, level, TURNS // 4, STOOD] == pytest.approx(stands[0], abs=1e-6)
+    assert asked.outcome_probabilities(east)[0, level, TURNS // 4, STOOD] == pytest.approx(stands[0], abs=1e-6)
 
 
 @pytest.mark.long
@@ -238,7 +246,7 @@ def test_motion_outside_the_library_lies_within_the_bounds(tmp_path: Path) -> No
 
     Synthetic pulses in planes, with a plain likelihood, gave 152.3 to 152.8 cm/s "with 90 % probability".
     """
-    every = shipped_records()
+    every = read_shipped_records()
     truth = next(one for one in every if "Parachute" in one.name)
     names = ("Petrolia", "Sturno", "Array #6", "Erzincan", "Karakyr", "Corralitos", "Yermo", "TCU102")
     others = [one for one in every if any(name in one.name for name in names)]
@@ -249,8 +257,8 @@ def test_motion_outside_the_library_lies_within_the_bounds(tmp_path: Path) -> No
         column((height[i], shape[i]), float(result.fall_azimuth[i]) if result.overturned[i] == 1 else math.nan)
         for i in range(24)
     ]
-    asked = Inversion(Responses(others, [StoneKind.of(stone) for stone in stones], folder=tmp_path, threads=2))
-    low, high = (one := asked.posterior(asked.log_likelihood(stones))).interval(one.pgv)
+    asked = Inversion(Responses(others, [StoneKind.from_stone(stone) for stone in stones], folder=tmp_path, threads=2))
+    low, high = (one := asked.posterior(asked.log_likelihood(stones))).credible_interval(one.pgv)
     assert low < factors.mean() * truth.pgv < high
     assert high / low < 8  # before the survey 15
 
@@ -284,14 +292,14 @@ def test_sizes_that_are_not_computed_are_refused() -> None:
         ("height_m 50", Stone(False, math.nan, False, height=50.0, line=7)),
     ):
         with pytest.raises(ArgumentError, match=f"line 7: {name}; stones of .* are computed: leave out the stone"):
-            StoneKind.of(stone)  # without its height it would be computed as one of 0.6 to 0.9 m
+            StoneKind.from_stone(stone)  # without its height it would be computed as one of 0.6 to 0.9 m
 
 
 def test_error_of_each_stone_names_its_file() -> None:
     sizes = ((24.0, 2), (1.0, 3), (20.0, 4))
     stones = [Stone(False, math.nan, False, height=height, line=line) for height, line in sizes]
     with pytest.raises(ArgumentError, match=r"(?s)ruin\.csv line 2: height_m 24; .*ruin\.csv line 4: height_m 20; "):
-        stone_kinds(stones, "ruin.csv")
+        stone_kinds_of_survey(stones, "ruin.csv")
 
 
 def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -305,20 +313,20 @@ def test_cases_are_counted_before_they_are_computed(tmp_path: Path, monkeypatch:
 
     monkeypatch.setattr(computed, "compute_outcomes", counting)
     motions, kinds = [candidate(0.5), candidate(0.8)], [StoneKind(*SIZES[0], 0.0), StoneKind(*SIZES[1], 2.0)]
-    cases, seconds = missing_cases(motions, kinds, tmp_path)
+    cases, seconds = count_uncached_cases(motions, kinds, tmp_path)
     Responses(motions, kinds, folder=tmp_path)
     assert cases == sum(asked)
     lasts = [one.motion.north.size * one.motion.sampling_interval for one in motions]
     assert seconds == pytest.approx(computed.CASE_S * cases / 2 * sum(lasts))
-    assert missing_cases(motions, kinds, tmp_path) == (0, 0.0)
-    more, _ = missing_cases(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], tmp_path)
+    assert count_uncached_cases(motions, kinds, tmp_path) == (0, 0.0)
+    more, _ = count_uncached_cases(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], tmp_path)
     asked.clear()
     Responses(motions, [*kinds, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
     assert 0 < more == sum(asked)
 
 
 def test_the_library_has_each_motion_once() -> None:
-    every = candidates()
+    every = candidate_motions()
     assert len(every) == 61
     assert len({one.event for one in every}) == 20
     assert sum(one.event == "Imperial Valley" for one in every) == 6
@@ -326,11 +334,11 @@ def test_the_library_has_each_motion_once() -> None:
     # PGV of the fault-normal component by the PEER flatfile: 167 cm/s.
     assert rinaldi.pgv == pytest.approx(1.67, abs=0.02)
     with pytest.raises(ArgumentError, match="--alone"):
-        candidates(alone=True)
+        candidate_motions(only_user_records=True)
 
 
 def test_posterior_is_read_back_from_file(tmp_path: Path, inversion: Inversion) -> None:
-    asked = Inversion(inversion.responses, fixed=0.1).answer("ruin.csv", [column(SIZES[0], 0), column(SIZES[1])])
+    asked = Inversion(inversion.responses, fixed=0.1).invert_survey("ruin.csv", [column(SIZES[0], 0), column(SIZES[1])])
     write_inversion(asked, tmp_path / "motion.nc")
     back = read_inversion(tmp_path / "motion.nc")
     assert (back.fell, back.stood, back.fixed, back.fit) == (1, 1, 0.1, asked.fit)

@@ -15,12 +15,12 @@ from overturning.model.model import StoneOutcomes
 from overturning.motion.motion import Motion
 from overturning.settings import Population, Spread
 from overturning.surveys.population import (
-    Stones,
+    StonePopulation,
     draw_stones,
-    fragility_curves,
+    fit_fragility_curves,
+    outcome_rates,
     population_rates,
     random_neighbours,
-    rates,
     stone_outcomes,
 )
 from overturning.units import STANDARD_GRAVITY
@@ -76,7 +76,7 @@ def test_rate_matches_stones_simulated_one_by_one() -> None:
         b_over_h=np.arange(0.1, 0.51, 0.025),
         friction=[0.5, 0.7, 0.9],
     )
-    found = rates(stone_outcomes(cells, stones), population)
+    found = outcome_rates(stone_outcomes(cells, stones), population)
     # The motion has no component across, so the plane along it decides alone.
     alone = run_cases(motion, Cases(0.0, stones.height, stones.b_over_h, stones.friction))
     assert found["fall_rate"][0] == pytest.approx(np.mean(alone.overturned != 0), abs=0.03)
@@ -94,8 +94,8 @@ def test_2d_model_underestimates_sliding_in_3d() -> None:
     motion = Motion(along, along, sampling_interval=INTERVAL)
     size = {"height": [0.5], "b_over_h": [0.8], "friction": [0.3]}
     stone, few = stones_of(0.5, 0.8, 0.3, 0.0), Population(shifted=0.01)
-    planes = rates(stone_outcomes(simulate(motion, azimuth_deg=[0, 90, 180, 270], **size), stone), few)
-    space = rates(stone_outcomes(simulate(motion, "rectangle", orientation_deg=[0], **size), stone), few)
+    planes = outcome_rates(stone_outcomes(simulate(motion, azimuth_deg=[0, 90, 180, 270], **size), stone), few)
+    space = outcome_rates(stone_outcomes(simulate(motion, "rectangle", orientation_deg=[0], **size), stone), few)
     assert planes["fall_rate"] == space["fall_rate"] == [0]
     assert space["shift_rate"] == [1]
     assert np.isnan([planes["shift_rate"], planes["rotation_rate"]]).all()
@@ -116,10 +116,10 @@ def cells(values: np.ndarray, **grid: list[float]) -> xr.Dataset:
     return xr.Dataset({name: (tuple(grid), values) for name in ("overturned", "overturning_time")}, grid)
 
 
-def stones_of(*size: float, count: int = 1) -> Stones:
+def stones_of(*size: float, count: int = 1) -> StonePopulation:
     """Return equal stones of a height, B/H, µ and face, with evenly spaced random numbers."""
     lot = np.tile((np.arange(count) + 0.5) / count, (3, 1))
-    return Stones(*(np.full(count, value) for value in size), lot)
+    return StonePopulation(*(np.full(count, value) for value in size), lot)
 
 
 def test_rocking_stone_uses_no_sliding_cell() -> None:
@@ -140,7 +140,7 @@ def test_stone_with_a_missing_plane_has_no_outcome(flag: float) -> None:
 
 def test_stones_without_an_answer_have_no_rate() -> None:
     known, untold = np.array([[False, False], [True, False]]), np.full((2, 2), np.nan)
-    found = rates(StoneOutcomes(~known & known, known, untold, untold, untold), Population())
+    found = outcome_rates(StoneOutcomes(~known & known, known, untold, untold, untold), Population())
     np.testing.assert_array_equal(found["fall_rate"], [np.nan, 0.0])
     np.testing.assert_array_equal(found["fall_octant"], [[np.nan] * 8, [0.0] * 8])
     assert found["unknown"].tolist() == [1.0, 0.5]
@@ -156,7 +156,7 @@ def test_rotated_in_space_by_hand() -> None:
     for turn in (0, 90, 270):
         face = np.array([1.0, 29.0, 44.0, 61.0]) + turn
         stones = replace(stones_of(0.7, 0.5, 0.7, 0.0, count=4), face=face)
-        found = rates(stone_outcomes(site, stones), Population())
+        found = outcome_rates(stone_outcomes(site, stones), Population())
         assert found["fall_rate"] == [0.25]
         assert found["shift_rate"] == [0.5]
         assert found["rotation_rate"] == [0.5]
@@ -172,7 +172,7 @@ def test_rates_over_amplitudes_of_a_cube() -> None:
     )
     both = both.expand_dims("record").assign_coords(record_id=("record", ["a"]), event=("record", ["e"]))
     found = population_rates(both, population)
-    alone = rates(stone_outcomes(cube(motion.times(2.0), **axes), draw_stones(population)), population)
+    alone = outcome_rates(stone_outcomes(cube(motion.times(2.0), **axes), draw_stones(population)), population)
     assert (
         found["fall_rate"].sel(amplitude=2.0).item()
         == alone["fall_rate"][0]
@@ -208,7 +208,7 @@ def test_curves_over_spectral_acceleration_and_their_spreads() -> None:
         },
         {"percentile": [50.0], "period": [0.5]},
     )
-    curves = {(one.measure, one.name): one for one in fragility_curves(found, intensity)}
+    curves = {(one.measure, one.name): one for one in fit_fragility_curves(found, intensity)}
     own = curves["SA(0.5)", "all stones"]
     assert (own.unit, own.median, own.spread) == ("g", pytest.approx(0.7, rel=1e-3), pytest.approx(0.3, rel=1e-3))
     assert own.spreads[0] < 0.05

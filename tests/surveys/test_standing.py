@@ -11,7 +11,14 @@ from scipy.stats import norm
 
 from overturning.cli import main
 from overturning.statistics.fragility_files import write_fragility_csv
-from overturning.surveys.standing import CurveRow, Hazard, rate_bound, read_curves, read_hazard, standing
+from overturning.surveys.standing import (
+    CurveRow,
+    Hazard,
+    estimate_survival,
+    read_fragility_curves,
+    read_hazard_curves,
+    upper_bound_of_fall_rate,
+)
 from tests.statistics.conftest import lognormal_curve
 
 
@@ -29,7 +36,7 @@ def curve(median: float, spread: float, **more: float) -> CurveRow:
 def test_a_lognormal_fragility_under_a_power_law(k: float, median: float, spread: float, count: int) -> None:
     """λ = k0 m^−k exp(k²β²/2) (Cornell et al. 2002)."""
     hazard = power_law(1e-4, k, 1e-4, 1e4, count)
-    found = standing(curve(median, spread), hazard, 500.0)
+    found = estimate_survival(curve(median, spread), hazard, 500.0)
     rate = 1e-4 * median**-k * math.exp(0.5 * (k * spread) ** 2)
     assert found.rate == pytest.approx(rate, rel=1e-9)
     assert found.stands == pytest.approx(math.exp(-500 * rate), rel=1e-9)
@@ -53,13 +60,15 @@ def test_any_hazard_by_quadrature_and_share_beyond_the_records() -> None:
         return total
 
     top = norm.cdf(math.log(1 / 0.6) / 0.4) * rate[-1]
-    found = standing(curve(0.6, 0.4, median_low=0.6, median_high=math.inf, least=0.3, most=0.8), hazard, 1000.0)
+    found = estimate_survival(
+        curve(0.6, 0.4, median_low=0.6, median_high=math.inf, least=0.3, most=0.8), hazard, 1000.0
+    )
     assert found.rate == pytest.approx(falls(0, 9) + top, rel=1e-8)
     assert found.beyond == pytest.approx(1 - falls(0.3, 0.8) / (falls(0, 9) + top), rel=1e-7)
     assert (found.low, found.high) == pytest.approx((math.exp(-1000 * (falls(0, 9) + rate[-1])), 1.0), rel=1e-8)
-    inside = standing(curve(0.6, 0.4, least=0.01, most=4.0), hazard, 1000.0)
+    inside = estimate_survival(curve(0.6, 0.4, least=0.01, most=4.0), hazard, 1000.0)
     assert inside.beyond == pytest.approx(0.0, abs=1e-12), "the last level's falls were beyond records that reach it"
-    without = standing(curve(0.6, 0.4), hazard, 1000.0)
+    without = estimate_survival(curve(0.6, 0.4), hazard, 1000.0)
     assert without.stands == found.stands
     assert math.isnan(without.low)
     assert math.isnan(without.high)
@@ -68,18 +77,18 @@ def test_any_hazard_by_quadrature_and_share_beyond_the_records() -> None:
 def test_stones_with_constant_deviations_stand_longer() -> None:
     """Without a spread of records stone s falls as often as ln s is exceeded: E exp(−k0 s^−k T), by SciPy."""
     hazard = power_law(1e-3, 2.0, 1e-4, 1e4)
-    found = standing(curve(0.6, 0.5, record_spread=0.0, other_spread=0.5), hazard, 300.0)
+    found = estimate_survival(curve(0.6, 0.5, record_spread=0.0, other_spread=0.5), hazard, 300.0)
     share, _ = quad(lambda v: norm.pdf(v) * math.exp(-0.3 * (0.6 * math.exp(0.5 * v)) ** -2), -8, 8)
     assert found.share == pytest.approx(share, rel=1e-3)
     assert found.share > found.stands
-    alike = standing(curve(0.6, 0.5, record_spread=0.5, other_spread=0.0), hazard, 300.0)
+    alike = estimate_survival(curve(0.6, 0.5, record_spread=0.5, other_spread=0.0), hazard, 300.0)
     assert alike.share == pytest.approx(alike.stands)
 
 
 def test_a_rate_after_years_without_a_fall() -> None:
     """The posterior T exp(−λT) holds 95 % below 3.00/T: the rule of three."""
-    assert rate_bound(1000.0) == pytest.approx(2.9957e-3, rel=1e-4)
-    assert quad(lambda rate: 50 * math.exp(-50 * rate), 0, rate_bound(50.0))[0] == pytest.approx(0.95)
+    assert upper_bound_of_fall_rate(1000.0) == pytest.approx(2.9957e-3, rel=1e-4)
+    assert quad(lambda rate: 50 * math.exp(-50 * rate), 0, upper_bound_of_fall_rate(50.0))[0] == pytest.approx(0.95)
 
 
 @pytest.fixture
@@ -106,7 +115,7 @@ def stood(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
 
 
 def test_the_command_reads_what_a_run_writes(tables: tuple[Path, Path], stood: Callable[..., str]) -> None:
-    known, *_ = read_curves(tables[0])
+    known, *_ = read_fragility_curves(tables[0])
     assert known.median == pytest.approx(0.6, rel=1e-3)
     survey = tables[0].with_name("survey.csv")
     survey.write_text("fell,octant,count\nno,,4\n", encoding="utf-8")
@@ -114,7 +123,9 @@ def test_the_command_reads_what_a_run_writes(tables: tuple[Path, Path], stood: C
     rate = 1e-4 * 0.6**-2 * math.exp(2 * 0.4**2)
     assert f"{rate:.3g}" in text
     assert f"{100 * math.exp(-1000 * rate):.0f}\u00a0%" in text
-    assert f"{rate_bound(1000) / rate:.2g}" in text  # the hazard may be so many times as large, and no more
+    assert (
+        f"{upper_bound_of_fall_rate(1000) / rate:.2g}" in text
+    )  # the hazard may be so many times as large, and no more
     assert "stout, PGA: the median lies beyond the records" in text
     assert "4 stones stood 1000 years: their rate of falls lies below 0.003 a year" in text
     assert "in the line of their class alone" in text, "stones of any size had bounded the hazard for each class"
@@ -217,7 +228,7 @@ def test_a_hazard_that_begins_too_high_is_reported(tmp_path: Path, stood: Callab
     for first in (0.155, 0.0155, 0.005):
         files = class_and_hazard(tmp_path, first)
         text = stood(*files, years=800)
-        rates.append((standing(curve(0.6, spread), read_hazard(files[1])["PGA"], 800.0).rate, text))
+        rates.append((estimate_survival(curve(0.6, spread), read_hazard_curves(files[1])["PGA"], 800.0).rate, text))
     (high, said), (low, quiet), _ = rates
     assert low - high > 0.08 * low
     assert f"weaker shaking is not counted, and would add {low - high:.2g} falls a year" in said

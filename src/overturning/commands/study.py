@@ -63,7 +63,7 @@ def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> No
         check_size,
         note_on_primary_statistic,
     )
-    from overturning.surveys.responses import stone_kinds
+    from overturning.surveys.responses import stone_kinds_of_survey
     from overturning.surveys.stones import read_survey_with_notes
 
     study = load_study(path)
@@ -75,7 +75,7 @@ def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> No
     searched: list[StoneKind] = []
     for survey in study.surveys:
         stones, notes, doubts = read_survey_with_notes(Path(survey.stones))
-        searched += stone_kinds(stones, survey.stones) if survey.backwards else []
+        searched += stone_kinds_of_survey(stones, survey.stones) if survey.backwards else []
         print(*notes, *doubts, sep="\n", end="\n" * bool(notes or doubts))
     for note in (*check_records(study, entries), *note_on_primary_statistic(study, entries)):
         print(note)
@@ -87,11 +87,11 @@ def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> No
 def _search_time_note(kinds: "Sequence[StoneKind]", records: int) -> str:
     """Return a note on the time of the search for the motion of the surveys, among library motions and own records."""
     from overturning.study.preflight import format_time
-    from overturning.surveys.library import candidates
-    from overturning.surveys.responses import missing_cases
+    from overturning.surveys.library import candidate_motions
+    from overturning.surveys.responses import count_uncached_cases
 
-    library = candidates()
-    _, seconds = missing_cases(library, kinds)
+    library = candidate_motions()
+    _, seconds = count_uncached_cases(library, kinds)
     # The study's own records are not read here: assume the mean time of the library motions for each.
     seconds *= 1 + records / len(library)
     return (

@@ -25,7 +25,7 @@ def survey(
     from overturning.report.sections.surveys import survey_section
     from overturning.stored import write_result
     from overturning.study.cube import open_cube, record_number
-    from overturning.surveys.comparison import compare_survey, survey_result
+    from overturning.surveys.comparison import compare_survey, make_survey_result
     from overturning.surveys.stones import read_survey_with_notes
 
     check_output(figure, "--figure", ".svg", ".png", ".pdf")
@@ -36,7 +36,7 @@ def survey(
         name = str(site["record_id"].item())
         comparison, gaps = compare_survey(rows, site, background=background), azimuth_gap_label(site)
         against = ", ".join([name, *variant_label(site)])
-    result = survey_result(stones, name, comparison, doubts)
+    result = make_survey_result(stones, name, comparison, doubts)
     print(f"{result.stones} against {against}")
     for note in notes:
         print(note)
@@ -46,10 +46,10 @@ def survey(
     if figure is not None:
         from overturning.figures.style import style
         from overturning.figures.write import save
-        from overturning.surveys.rose import survey_figure
+        from overturning.surveys.rose import draw_survey_rose
 
         with style():
-            save(survey_figure(comparison, f"{stones.name}, {against}"), figure)
+            save(draw_survey_rose(comparison, f"{stones.name}, {against}"), figure)
         print(f"figure: {figure}")
 
 
@@ -84,9 +84,9 @@ def backwards(
     from overturning.report.text import counted
     from overturning.study.preflight import format_time
     from overturning.surveys.inversion import Inversion
-    from overturning.surveys.library import candidates, motions_with_unique_ids
+    from overturning.surveys.library import candidate_motions, read_motions_with_unique_ids
     from overturning.surveys.posterior import write_inversion
-    from overturning.surveys.responses import Responses, missing_cases, stone_kinds
+    from overturning.surveys.responses import Responses, count_uncached_cases, stone_kinds_of_survey
     from overturning.surveys.stones import read_survey_with_notes
 
     check_output(figure, "--figure", ".svg", ".png")
@@ -94,9 +94,9 @@ def backwards(
     rows, notes, doubts = read_survey_with_notes(stones)
     for note in (*notes, *doubts):
         print(note)
-    kinds = stone_kinds(rows, str(stones))
-    library = candidates(motions_with_unique_ids(motion or ()), alone=alone)
-    cases, seconds = missing_cases(library, kinds)
+    kinds = stone_kinds_of_survey(rows, str(stones))
+    library = candidate_motions(read_motions_with_unique_ids(motion or ()), only_user_records=alone)
+    cases, seconds = count_uncached_cases(library, kinds)
     if cases:
         under, expected = counted(len(library), "motion"), format_time(seconds / threads)
         print(
@@ -115,7 +115,7 @@ def backwards(
             print(f"{computed}, about {left:.0f} s remaining", file=sys.stderr, flush=True)
 
     responses = Responses(library, kinds, threads=threads, progress=progress)
-    result = Inversion(responses, background, fixed).answer(stones.name, rows)
+    result = Inversion(responses, background, fixed).invert_survey(stones.name, rows)
     print(*plain_lines(backwards_section(result)), sep="\n")
     if taken := sizes_taken(rows):
         print(taken)
@@ -139,12 +139,14 @@ def stood(
     Earthquakes are a Poisson process: λ = ∫ P(fall | x) |dν(x)|, P(stands) = exp(−λT).
     """
     from overturning.report.survival import survival_lines
-    from overturning.surveys.standing import read_curves, read_hazard, survival
+    from overturning.surveys.standing import read_fragility_curves, read_hazard_curves, survival_by_class
     from overturning.surveys.stones import read_survey_with_notes
 
-    curves, hazards = read_curves(fragility), read_hazard(hazard)
+    curves, hazards = read_fragility_curves(fragility), read_hazard_curves(hazard)
     rows, notes, _ = (None, [], []) if stones is None else read_survey_with_notes(stones)
     for note in notes:
         print(note)
-    for line in survival_lines(survival(curves, hazards, years, names=(str(fragility), str(hazard))), rows):
+    for line in survival_lines(
+        survival_by_class(curves, hazards, years, file_names=(str(fragility), str(hazard))), rows
+    ):
         print(line)

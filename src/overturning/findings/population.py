@@ -12,7 +12,7 @@ from overturning.findings.values import Finding, Number
 from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_INTENSITY_INCREMENT, truncate_to_published_intensity
 from overturning.statistics.bootstrap import Interval, bootstrap, unanimous_share_interval
 from overturning.study.scenes import NOMINAL
-from overturning.surveys.population import jma_intensities
+from overturning.surveys.population import record_jma_intensities
 
 JMA_DEGREES: Final = (("5 upper", 5.0, 5.5), ("6 lower", 5.5, 6.0), ("6 upper", 6.0, 6.5), ("7", 6.5, math.inf))
 """Degrees of the JMA scale, with their range of instrumental intensity."""
@@ -171,7 +171,7 @@ def population_findings(results: Results) -> PopulationFindings | None:
     if stones is None:
         return None
     found = results.populations[NOMINAL]
-    own, jma = found.sel(amplitude=1.0), jma_intensities(found, results.intensity)
+    own, jma = found.sel(amplitude=1.0), record_jma_intensities(found, results.intensity)
     horizontal = results.intensity["jma_intensity"].isnull().to_numpy()
     rate = own["fall_rate"].dropna("record").to_numpy()
     quantiles = np.quantile(rate, [0.0, 0.25, 0.5, 0.75, 1.0]).tolist() if rate.size else [math.nan] * 5

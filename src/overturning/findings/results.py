@@ -24,8 +24,8 @@ from overturning.study.convergence import Convergence, read_convergence
 from overturning.study.cube import open_records, study_of_cube
 from overturning.study.scenes import NOMINAL, variant_scene
 from overturning.study.schema import Study
-from overturning.surveys.comparison import SurveyResult, read_survey
-from overturning.surveys.population import fragility_curves, population_rates
+from overturning.surveys.comparison import SurveyResult, read_survey_result
+from overturning.surveys.population import fit_fragility_curves, population_rates
 from overturning.surveys.posterior import InversionResult, read_inversion
 
 
@@ -182,7 +182,7 @@ class Results:
     @cached_property
     def fragility_curves(self) -> list[Fragility]:
         """Fragility curves of the study's population; empty if it has none."""
-        return fragility_curves(self.populations[NOMINAL], self.intensity) if self.populations else []
+        return fit_fragility_curves(self.populations[NOMINAL], self.intensity) if self.populations else []
 
     @cached_property
     def plane_counts(self) -> xr.Dataset:
@@ -261,7 +261,7 @@ def open_results(folder: Path, study_override: Study | None = None) -> Iterator[
             cubes=cubes,
             intensity=stack.enter_context(xr.open_dataset(folder / "intensity.nc")),
             convergence=read_convergence(folder / "convergence.json") if study.verification != "none" else None,
-            surveys=tuple(read_survey(file.with_suffix(".json")) for file in files),
+            surveys=tuple(read_survey_result(file.with_suffix(".json")) for file in files),
             populations={name: population_rates(cube, stones) for name, cube in whole.items()} if stones else {},
             inferred_motions=tuple(read_inversion(file.with_suffix(".motion.nc")) for file in asked),
         )

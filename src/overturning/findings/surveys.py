@@ -155,12 +155,12 @@ def inferred_motion(found: InversionResult) -> InferredMotion:
     """Return the motion inferred from a survey."""
     one, strengths = found.posterior, []
     for name, values in found.strengths.items():
-        (low, high), (least, most) = one.interval(values), one.interval(values, prior=True)
+        (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
         strengths.append(
             InferredStrength(measure=name, posterior_low=low, posterior_high=high, prior_low=least, prior_high=most)
         )
     middle, width = found.axis_arc
-    shares = one.of_sources()
+    shares = one.source_probabilities()
     order = (-shares).argsort(kind="stable")[:MOTIONS_LISTED]
     return InferredMotion(
         stones=found.name,

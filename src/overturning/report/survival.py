@@ -13,10 +13,10 @@ from overturning.surveys.standing import (
     BOUND_PROBABILITY,
     LARGEST_SHARE_BEYOND,
     Survival,
-    hazard_bound,
-    implausible_levels,
-    rate_bound,
-    weaker_falls,
+    fall_rate_below_curve,
+    hazard_unit_warning,
+    upper_bound_of_fall_rate,
+    upper_bound_of_hazard_factor,
 )
 from overturning.surveys.stones import Stone
 
@@ -30,7 +30,7 @@ def survival_lines(found: Survival, stones: Sequence[Stone] | None) -> Iterator[
     A ResultError is raised if the unit of a hazard curve is doubtful and most falls come from beyond the records.
     """
     upright, fell = (sum(one.count for one in stones or () if one.fell is kind) for kind in (False, True))
-    bound = rate_bound(found.years) if upright and not fell else math.nan
+    bound = upper_bound_of_fall_rate(found.years) if upright and not fell else math.nan
     yield from _hazard_doubts(found)
     for row in found.without_curve:
         why = "no curve fits the falls" if math.isnan(row.median) else "the median lies beyond the records"
@@ -45,7 +45,7 @@ def survival_lines(found: Survival, stones: Sequence[Stone] | None) -> Iterator[
 def _hazard_doubts(found: Survival) -> list[str]:
     """Return doubts about the units of hazard curves; raise a ResultError if falls come from beyond the records."""
     doubts = {
-        one.measure: f"{found.hazard}: {why}" for one in found.hazards.values() if (why := implausible_levels(one))
+        one.measure: f"{found.hazard}: {why}" for one in found.hazards.values() if (why := hazard_unit_warning(one))
     }
     for *_, one in found.estimates:
         if one.measure in doubts and not one.beyond <= LARGEST_SHARE_BEYOND:
@@ -58,7 +58,7 @@ def _survival_table(found: Survival, bound: float) -> Section:
     """Return the table of the classes; `bound` is the upper bound of the rate of falls, 1/year."""
     lines = []
     for curve, hazard, one in found.estimates:
-        most = hazard_bound(curve, hazard, found.years, bound)
+        most = upper_bound_of_hazard_factor(curve, hazard, found.years, bound)
         stands, factor = share(one.stands, one.low, one.high), "–" if math.isnan(most) else f"{most:.3g}"
         lines.append((one.stones, one.measure, f"{one.rate:.3g}", stands, one.share, one.beyond, factor))
     heads = ("stones", "measure", "falls a year", f"P(stands {found.years:g} years)", "share of the class that stands")
@@ -69,7 +69,7 @@ def _survival_table(found: Survival, bound: float) -> Section:
 def _weaker_shaking_notes(found: Survival) -> Iterator[str]:
     """Yield a note for each class with more than `NEGLIGIBLE` additional falls below the first level of its hazard."""
     for curve, hazard, one in found.estimates:
-        if (uncounted := weaker_falls(curve, hazard)) > NEGLIGIBLE * one.rate:
+        if (uncounted := fall_rate_below_curve(curve, hazard)) > NEGLIGIBLE * one.rate:
             yield (
                 f"{one.stones}, {one.measure}: {percent(one.first, 1)} fall at the hazard's first level, "
                 f"{hazard.level[0]:g} {hazard.unit}; weaker shaking is not counted, and would add {uncounted:.2g} "

@@ -22,7 +22,7 @@ from overturning.statistics.circular import (
     watson_u2_test,
 )
 from overturning.stored import StoredCounts, StoredFloat, StoredFloats, read_result
-from overturning.surveys.prediction import SIDES, SitePrediction, knows_face, observed_side
+from overturning.surveys.prediction import SIDES, SitePrediction, has_known_face, observed_side_index
 from overturning.surveys.stones import BACKGROUND, Stone
 
 
@@ -92,32 +92,37 @@ class SurveyComparison:
         return self.fallen - self.without_direction
 
 
-def _density(site: SitePrediction, stone: Stone) -> FloatArray:
-    """Return the density of fall directions; with a known face, piecewise constant in 90° about its four normals."""
-    if not knows_face(stone):
-        return site.density(*stone.slenderness)
-    if site.never_falls(stone):
-        return site.share
-    sides = site.sides(stone)[1:]
+def _direction_density(site_prediction: SitePrediction, stone: Stone) -> FloatArray:
+    """Return the predicted density of the fall directions of a stone; piecewise constant if its face is known."""
+    if not has_known_face(stone):
+        return site_prediction.sector_probabilities(*stone.slenderness)
+    if site_prediction.never_falls(stone):
+        return site_prediction.share
+    sides = site_prediction.side_probabilities(stone)[1:]
     # Distribution function from the first border over two circles; each cell gets its part of each sector.
     below = np.concatenate([[0.0], np.cumsum(np.tile(sides / sides.sum(), 2))])
-    begin = (site.borders[:-1] - stone.face_azimuth_deg + 45.0) % 360.0
-    ends = np.stack([begin, begin + np.diff(site.borders)])
+    begin = (site_prediction.borders[:-1] - stone.face_azimuth_deg + 45.0) % 360.0
+    ends = np.stack([begin, begin + np.diff(site_prediction.borders)])
     return np.asarray(np.diff(np.interp(ends, 90.0 * np.arange(below.size), below), axis=0)[0])
 
 
 def compare_survey(
-    stones: Sequence[Stone], cube: xr.Dataset, *, background: float = BACKGROUND, draws: int = 2000, seed: int = 1
+    stones: Sequence[Stone],
+    cube: xr.Dataset,
+    *,
+    background: float = BACKGROUND,
+    random_survey_count: int = 2000,
+    seed: int = 1,
 ) -> SurveyComparison:
     """Compare the stones of a survey with the cube of its site.
 
     Parameters
     ----------
     stones : sequence of Stone
-        Stones from `read_survey`.
+        Stones from `read_survey_result`.
     cube, background
         As in `SitePrediction`.
-    draws, seed : int
+    random_survey_count, seed : int
         Number and seed of random surveys for the p-value of the likelihood ratio (parametric bootstrap with uniform
         directions: Davison & Hinkley 1997, Bootstrap Methods and their Application, section 4.2).
 
@@ -130,16 +135,18 @@ def compare_survey(
         raise ArgumentError("stones: none; a survey needs at least one row")
     site = SitePrediction(cube, background=background)
     fallen = _fallen_stones(site, stones)
-    uniform_octant = site.octants(site.share)
+    uniform_octant = site.octant_probabilities(site.share)
     azimuth = [stone.azimuth_deg for stone, *_ in fallen]
     observed = np.bincount([sector(one, 8) for one in azimuth], minlength=8).astype(np.float64)
     predicted = sum((octants for *_, octants in fallen), np.zeros(8))
     share = predicted / predicted.sum() if fallen else uniform_octant
-    exact = [_distribution(site, density, stone.azimuth_deg) for stone, density, _ in fallen if not stone.octant]
+    exact = [
+        _fall_azimuth_distribution(site, density, stone.azimuth_deg) for stone, density, _ in fallen if not stone.octant
+    ]
     mean, length = resultant(azimuth)
-    ratio, p_value = _likelihood_ratio(site, fallen, draws, seed)
+    ratio, p_value = _direction_likelihood_ratio(site, fallen, random_survey_count, seed)
     return SurveyComparison(
-        **_counts(site, stones),
+        **_stone_counts(site, stones),
         mean_direction_deg=mean,
         resultant=length,
         octant_observed=observed,
@@ -150,7 +157,7 @@ def compare_survey(
         fit_octants_watson=grouped_watson_test(observed, share),
         fit_exact=watson_u2_test(exact),
         uniform_octants=grouped_watson_test(observed, uniform_octant),
-        confusion=_confusion(site, stones),
+        confusion=_confusion_matrix(site, stones),
         background=background,
     )
 
@@ -159,73 +166,91 @@ _Fallen = tuple[Stone, FloatArray, FloatArray]
 """A stone that fell in a known direction, its density of fall directions, and its probabilities of octants."""
 
 
-def _fallen_stones(site: SitePrediction, stones: Sequence[Stone]) -> list[_Fallen]:
+def _fallen_stones(site_prediction: SitePrediction, stones: Sequence[Stone]) -> list[_Fallen]:
     """Return the stones that fell in a known direction, each repeated ``count`` times."""
     fallen: list[_Fallen] = []
     for stone in stones:
         if stone.has_direction:
-            density = _density(site, stone)
-            fallen += stone.count * [(stone, density, site.octants(density))]
+            density = _direction_density(site_prediction, stone)
+            fallen += stone.count * [(stone, density, site_prediction.octant_probabilities(density))]
     return fallen
 
 
-def _counts(site: SitePrediction, stones: Sequence[Stone]) -> dict[str, Any]:
+def _stone_counts(site_prediction: SitePrediction, stones: Sequence[Stone]) -> dict[str, Any]:
     """Return the numbers of stones of a comparison, by the attributes of `SurveyComparison`."""
 
-    def count(chosen: Callable[[Stone], bool]) -> int:
-        return sum(stone.count for stone in stones if chosen(stone))
+    def count(condition: Callable[[Stone], bool]) -> int:
+        return sum(stone.count for stone in stones if condition(stone))
 
     return {
         "fallen": count(lambda stone: stone.fell),
         "stood": count(lambda stone: not stone.fell),
-        "turned_every_way": count(lambda stone: stone.has_direction and not knows_face(stone)),
+        "turned_every_way": count(lambda stone: stone.has_direction and not has_known_face(stone)),
         "without_face": count(lambda stone: stone.has_direction and math.isnan(stone.face_azimuth_deg)),
         "without_b_over_h": count(lambda stone: stone.has_direction and math.isnan(stone.slenderness[0])),
         "without_direction": count(lambda stone: stone.fell and not stone.has_direction),
-        "beyond": count(site.is_outside_grid),
-        "never": count(lambda stone: stone.has_direction and site.never_falls(stone)),
+        "beyond": count(site_prediction.is_outside_grid),
+        "never": count(lambda stone: stone.has_direction and site_prediction.never_falls(stone)),
     }
 
 
-def _likelihood_ratio(site: SitePrediction, fallen: Sequence[_Fallen], draws: int, seed: int) -> tuple[float, float]:
+def _direction_likelihood_ratio(
+    site_prediction: SitePrediction, fallen: Sequence[_Fallen], random_survey_count: int, seed: int
+) -> tuple[float, float]:
     """Return the sum of ln(predicted/uniform) over fallen stones, and the share of uniform surveys that reach it."""
     if not fallen:
         return math.nan, math.nan
-    generator, uniform_octant = np.random.Generator(np.random.PCG64(seed)), site.octants(site.share)
-    ratios, simulated = [], np.zeros(draws)
+    generator, uniform_octant = (
+        np.random.Generator(np.random.PCG64(seed)),
+        site_prediction.octant_probabilities(site_prediction.share),
+    )
+    ratios, simulated = [], np.zeros(random_survey_count)
     for stone, density, octants in fallen:
         if stone.octant:
             table, chance, place = octants / uniform_octant, uniform_octant, int(sector(stone.azimuth_deg, 8))
         else:
-            table, chance, place = density / site.share, site.share, site.nearest_azimuth_index(stone.azimuth_deg)
+            table, chance, place = (
+                density / site_prediction.share,
+                site_prediction.share,
+                site_prediction.nearest_azimuth_index(stone.azimuth_deg),
+            )
         with np.errstate(divide="ignore"):  # a density of 0 is possible without background
             logs = np.log(table)
         ratios.append(logs[place])
-        simulated += logs[generator.choice(chance.size, size=draws, p=chance / chance.sum())]
+        simulated += logs[generator.choice(chance.size, size=random_survey_count, p=chance / chance.sum())]
     total = float(np.sum(ratios))
-    return total, (1 + int((simulated >= total - 1e-12).sum())) / (1 + draws)
+    return total, (1 + int((simulated >= total - 1e-12).sum())) / (1 + random_survey_count)
 
 
-def _confusion(site: SitePrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
-    """Count observed and most probable sides of stones with known face, B/H and outcome; None without such stones."""
-    known = [stone for stone in stones if knows_face(stone) and (stone.has_direction or not stone.fell)]
+def _confusion_matrix(site_prediction: SitePrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
+    """Count observed against most probable sides of the stones with known face, B/H and outcome; None if none."""
+    known = [stone for stone in stones if has_known_face(stone) and (stone.has_direction or not stone.fell)]
     confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
     for stone in known:
-        confusion[observed_side(stone), int(np.argmax(site.sides(stone)))] += stone.count
+        confusion[observed_side_index(stone), int(np.argmax(site_prediction.side_probabilities(stone)))] += stone.count
     return confusion if known else None
 
 
-def _distribution(site: SitePrediction, density: FloatArray, azimuth_deg: float) -> float:
+def _fall_azimuth_distribution(site_prediction: SitePrediction, density: FloatArray, azimuth_deg: float) -> float:
     """Return the distribution function of the fall azimuth from the first border, linear within each sector."""
     below = np.concatenate([[0.0], np.cumsum(density)])
-    return float(min(1.0, np.interp((azimuth_deg - site.borders[0]) % 360, site.borders - site.borders[0], below)))
+    return float(
+        min(
+            1.0,
+            np.interp(
+                (azimuth_deg - site_prediction.borders[0]) % 360,
+                site_prediction.borders - site_prediction.borders[0],
+                below,
+            ),
+        )
+    )
 
 
 @dataclass(frozen=True)
 class SurveyResult:
     """Comparison with name and SHA-256 of the survey file, and the id of the record of the site.
 
-    ``doubts`` are the warnings of `overturning.surveys.stones.survey_doubts`.
+    ``doubts`` are the warnings of `overturning.surveys.stones.azimuth_unit_warnings`.
     """
 
     stones: str
@@ -235,12 +260,14 @@ class SurveyResult:
     doubts: tuple[str, ...] = ()
 
 
-def survey_result(stones: Path, record: str, comparison: SurveyComparison, doubts: Sequence[str] = ()) -> SurveyResult:
+def make_survey_result(
+    survey_path: Path, record_id: str, comparison: SurveyComparison, doubts: Sequence[str] = ()
+) -> SurveyResult:
     """Combine a comparison with name and hash of the survey file, and with the doubts about its values."""
-    sha256 = hashlib.sha256(stones.read_bytes()).hexdigest()
-    return SurveyResult(stones.name, sha256, record, comparison, tuple(doubts))
+    sha256 = hashlib.sha256(survey_path.read_bytes()).hexdigest()
+    return SurveyResult(survey_path.name, sha256, record_id, comparison, tuple(doubts))
 
 
-def read_survey(path: Path) -> SurveyResult:
+def read_survey_result(path: Path) -> SurveyResult:
     """Read a stored comparison; a `ResultError` if it is missing or from another version."""
     return read_result(SurveyResult, path, "comparison with a survey")

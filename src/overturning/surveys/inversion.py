@@ -19,7 +19,7 @@ from overturning.surveys.responses import (
     STOOD,
     Responses,
     StoneKind,
-    uninformative_outcome,
+    uninformative_probabilities,
 )
 from overturning.surveys.stones import BACKGROUND, Stone
 
@@ -61,12 +61,14 @@ class Inversion:
     background: float = BACKGROUND
     fixed: float = 0.0
 
-    def likelihoods(self, stone: Stone, ways: NDArray[np.intp] = ALL_OUTCOMES) -> NDArray[np.float32]:
-        """Return the probability of outcomes (direction bins or `STOOD`) of a stone, shape (s, l, r, outcomes).
+    def outcome_probabilities(
+        self, stone: Stone, outcome_indices: NDArray[np.intp] = ALL_OUTCOMES
+    ) -> NDArray[np.float32]:
+        """Return the probability of each outcome (direction bin or `STOOD`) of a stone, shape (s, l, r, outcomes).
 
         Dimensions are motions (s), levels (l) and rotations (r).
         """
-        table = self.responses.table(StoneKind.of(stone))
+        table = self.responses.table(StoneKind.from_stone(stone))
         turn, face = TURN_DEG * np.arange(TURNS), stone.narrow_face_deg
         place, apart = np.zeros(TURNS, np.intp), np.zeros(TURNS, np.float64)
         if table.shape[2] > 1 and math.isnan(face):
@@ -77,10 +79,15 @@ class Inversion:
         # Convert bins from true north to bins relative to the rotated motion and the simulated face.
         back = np.round((turn + apart) / BIN_WIDTH_DEG).astype(np.intp)[:, None]
         seen = table[
-            :, :, (place % table.shape[2])[:, None], np.where(ways == STOOD, STOOD, (ways - back) % DIRECTION_BINS)
+            :,
+            :,
+            (place % table.shape[2])[:, None],
+            np.where(outcome_indices == STOOD, STOOD, (outcome_indices - back) % DIRECTION_BINS),
         ]
-        free = (1 - self.background) * seen + self.background * uninformative_outcome()[ways].astype(np.float32)
-        return np.asarray((1 - self.fixed) * free + np.float32(self.fixed) * (ways == STOOD))
+        free = (1 - self.background) * seen + self.background * uninformative_probabilities()[outcome_indices].astype(
+            np.float32
+        )
+        return np.asarray((1 - self.fixed) * free + np.float32(self.fixed) * (outcome_indices == STOOD))
 
     def log_likelihood(self, stones: Sequence[Stone]) -> FloatArray:
         """Compute the log-likelihood of a survey of independent stones, shape (2, s, l, r).
@@ -89,28 +96,31 @@ class Inversion:
         """
         total = np.zeros((2, len(self.responses.motions), LEVELS.size, TURNS))
         for stone in stones:
-            chance = self.likelihoods(stone, np.append(matching_direction_bins(stone), STOOD))
+            chance = self.outcome_probabilities(stone, np.append(matching_direction_bins(stone), STOOD))
             stands, falls = chance[..., -1], 1 - chance[..., -1]
             total[0] += stone.count * np.log(falls if stone.fell else stands)
             if stone.has_direction:
                 total[1] += stone.count * np.log(chance[..., :-1].sum(axis=-1) / falls)
         return total
 
-    def posterior(self, logs: FloatArray, *, prior: ArrayLike = 1.0, power: float = POWER) -> Posterior:
+    def posterior(self, log_likelihoods: FloatArray, *, prior: ArrayLike = 1.0, power: float = POWER) -> Posterior:
         """Compute the posterior probability of motion, level and rotation.
 
         Parameters
         ----------
-        logs : ndarray, shape (2, s, l, r)
+        log_likelihoods : ndarray, shape (2, s, l, r)
             Result of `log_likelihood`.
         prior : array_like
             Prior weights that broadcast to (s, l, r); default: uniform.
         power : float
             Exponent of the likelihood of the directions, see `POWER`.
         """
-        logs = logs[0] + power * logs[1]
-        weight = np.broadcast_to(np.asarray(prior, dtype=np.float64), logs.shape)
-        probability, motions = weight * np.exp(logs - logs[weight > 0].max()), self.responses.motions
+        log_likelihoods = log_likelihoods[0] + power * log_likelihoods[1]
+        weight = np.broadcast_to(np.asarray(prior, dtype=np.float64), log_likelihoods.shape)
+        probability, motions = (
+            weight * np.exp(log_likelihoods - log_likelihoods[weight > 0].max()),
+            self.responses.motions,
+        )
         return Posterior(
             sources=tuple(one.name for one in motions),
             level=LEVELS,
@@ -121,13 +131,15 @@ class Inversion:
             axis=np.array([one.axis for one in motions]),
         )
 
-    def answer(self, name: str, stones: Sequence[Stone]) -> InversionResult:
-        """Invert a survey called `name`."""
+    def invert_survey(self, survey_name: str, stones: Sequence[Stone]) -> InversionResult:
+        """Invert a survey called `survey_name`."""
         posterior = self.posterior(self.log_likelihood(stones))
         fell, stood = (sum(one.count for one in stones if one.fell is kind) for kind in (True, False))
-        return InversionResult(name, fell, stood, self.fixed, self.fit(stones, posterior), posterior)
+        return InversionResult(
+            survey_name, fell, stood, self.fixed, self.posterior_predictive_p_value(stones, posterior), posterior
+        )
 
-    def fit(self, stones: Sequence[Stone], posterior: Posterior, seed: int = 1) -> float:
+    def posterior_predictive_p_value(self, stones: Sequence[Stone], posterior: Posterior, seed: int = 1) -> float:
         """Compute the posterior predictive p-value: share of random surveys that fit their best motion no better.
 
         Random surveys are drawn from the posterior with the stones of the survey (Gelman, Meng & Stern 1996, Statistica
@@ -141,7 +153,7 @@ class Inversion:
         drawn = generator.choice(possible.size, REPLICATES, p=share / share.sum())
         totals = np.zeros((possible.size, 1 + REPLICATES), np.float32)
         for stone in stones:
-            chance = self.likelihoods(stone).reshape(-1, DIRECTION_BINS + 1)[possible]
+            chance = self.outcome_probabilities(stone).reshape(-1, DIRECTION_BINS + 1)[possible]
             own = int(matching_direction_bins(stone)[0])
             if stone.octant:
                 chance = np.stack([chance[:, place == _OCTANT].sum(axis=1) for place in range(9)], axis=1)
@@ -159,7 +171,7 @@ class Inversion:
 
 
 def matching_direction_bins(stone: Stone) -> NDArray[np.intp]:
-    """Return the outcomes compatible with a stone: `STOOD`, the bin or octant of its direction, or all bins."""
+    """Return the outcome indices that agree with an observed stone: `STOOD`, the bins of its direction, or all bins."""
     if not stone.fell:
         return np.array([STOOD])
     if not stone.has_direction:

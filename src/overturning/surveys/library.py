@@ -59,25 +59,25 @@ class CandidateMotion:
     axis: float
 
     @classmethod
-    def of(cls, name: str, event: str, motion: Motion) -> "CandidateMotion":
-        """Create a candidate and compute its peaks; an `ArgumentError` if the motion is zero."""
+    def from_motion(cls, name: str, earthquake: str, motion: Motion) -> "CandidateMotion":
+        """Create a candidate from a motion and compute its PGA, PGV and axis; an ArgumentError if nothing moves."""
         azimuth = np.arange(0.0, 180.0, AXIS_STEP_DEG)
         cosines, acceleration = azimuth_cosine_pairs(azimuth), motion.horizontal
         along = largest_along_azimuths(integrate(acceleration, motion.sampling_interval), cosines)
         if not along.max() > 0:
             raise ArgumentError(f"motion {name}: nothing moves; leave it out")
         pga = float(largest_along_azimuths(acceleration, cosines).max())
-        return cls(name, event, motion, pga, float(along.max()), float(azimuth[along.argmax()]))
+        return cls(name, earthquake, motion, pga, float(along.max()), float(azimuth[along.argmax()]))
 
     @property
-    def digest(self) -> str:
-        """SHA-256 of the samples."""
+    def samples_sha256(self) -> str:
+        """SHA-256 of the samples of the motion."""
         one = self.motion
         parts = (one.north, one.east, np.zeros(0) if one.up is None else one.up, np.array(one.sampling_interval))
         return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()
 
 
-def shipped_records() -> list[CandidateMotion]:
+def read_shipped_records() -> list[CandidateMotion]:
     """Read the records of FEMA P-695 (near-field, far-field) and Te Mara Farm of GeoNet, processed as in a study."""
     found = []
     for source in SHIPPED:
@@ -87,15 +87,15 @@ def shipped_records() -> list[CandidateMotion]:
         )
         # One earthquake is "Northridge-01" in one set and "Northridge" in another; GeoNet gives a sentence.
         event = "Kaikoura" if form == "geonet" else re.sub(r"-\d+$", "", record.event.split(",")[0])
-        found.append(CandidateMotion.of(f"{event}, {record.station}", event, Motion.of(record)))
+        found.append(CandidateMotion.from_motion(f"{event}, {record.station}", event, Motion.of(record)))
     return found
 
 
-def pulses() -> list[CandidateMotion]:
+def synthetic_pulses() -> list[CandidateMotion]:
     """Create one-cycle sine and cosine pulses towards north."""
     line = "{} amplitude_gal=400 period_s={} sampling_interval_s=0.01"
     return [
-        CandidateMotion.of(
+        CandidateMotion.from_motion(
             f"{shape} {period:g} s", "", Motion.of(pulse_record(parse_pulse(line.format(shape, period))))
         )
         for shape in ("sine", "cosine")
@@ -103,21 +103,21 @@ def pulses() -> list[CandidateMotion]:
     ]
 
 
-def motions_with_unique_ids(paths: Sequence[Path]) -> list[Record]:
-    """Return motions named by their record ids; motions with the same id (on rock and on soil) are named by file."""
+def read_motions_with_unique_ids(paths: Sequence[Path]) -> list[Record]:
+    """Read motions, named by their record ids; motions with the same id (on rock and on soil) are named by file."""
     records = [read_motion(path) for path in paths]
     ids = [one.record_id for one in records]
     files = zip(records, paths, strict=True)
     return [replace(one, record_id=str(path)) if ids.count(one.record_id) > 1 else one for one, path in files]
 
 
-def candidates(own: Iterable[Record] = (), *, alone: bool = False) -> list[CandidateMotion]:
+def candidate_motions(user_records: Iterable[Record] = (), *, only_user_records: bool = False) -> list[CandidateMotion]:
     """Return all candidate motions without duplicates: processed records of the user, then those of the package.
 
-    ``alone`` leaves the latter out. An `ArgumentError` is raised if there is no motion, or if one is zero.
+    ``only_user_records`` omits the latter. An `ArgumentError` is raised if there is no motion, or if one is zero.
     """
-    every = [CandidateMotion.of(one.record_id, one.event, Motion.of(one)) for one in own]
-    every += [] if alone else [*shipped_records(), *pulses()]
+    every = [CandidateMotion.from_motion(one.record_id, one.event, Motion.of(one)) for one in user_records]
+    every += [] if only_user_records else [*read_shipped_records(), *synthetic_pulses()]
     if not every:
         raise ArgumentError("--alone: no motion; name one by --motion, or leave --alone out")
-    return list({one.digest: one for one in reversed(every)}.values())[::-1]
+    return list({one.samples_sha256: one for one in reversed(every)}.values())[::-1]

@@ -39,11 +39,11 @@ _RATES: Final = {
 """Variables of `population_rates`: dimensions in addition to record and amplitude, and long name."""
 
 MEASURES: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
-"""Intensity measures of every population's fragility curves, with their units; `intensities` has SA of its periods."""
+"""Intensity measures of every population's fragility curves, with units; `record_intensities` adds SA."""
 
 
 @dataclass(frozen=True)
-class Stones:
+class StonePopulation:
     """Stones of a population; attributes are arrays of shape (n,).
 
     Attributes
@@ -62,8 +62,8 @@ class Stones:
     face: FloatArray
     lot: FloatArray
 
-    def classes(self) -> dict[str, NDArray[np.bool_]]:
-        """Return the masks of four classes: slender and stout half, each divided into a smaller and a taller half."""
+    def class_masks(self) -> dict[str, NDArray[np.bool_]]:
+        """Return masks of four classes of stones: slender and stout half, each split into smaller and taller half."""
         shape, classes = float(np.median(self.b_over_h)), {}
         for own, text in ((self.b_over_h <= shape, "up to"), (self.b_over_h > shape, "above")):
             size = float(np.median(self.height[own])) if own.any() else 0.0
@@ -72,32 +72,32 @@ class Stones:
         return {name: own for name, own in classes.items() if own.any()}
 
 
-def draw_stones(population: Population) -> Stones:
+def draw_stones(population: Population) -> StonePopulation:
     """Draw the stones of a population that are not fixed, as scrambled Sobol points (Owen 1998, ACM TOMACS 8)."""
     generator = np.random.Generator(np.random.PCG64(population.seed))
     unit = scipy.stats.qmc.Sobol(7, scramble=True, rng=generator).random(population.stones).T
 
-    def between(spread: Spread, u: FloatArray) -> FloatArray:
-        return spread.low + (spread.high - spread.low) * u
+    def scale_to_range(value_range: Spread, unit_values: FloatArray) -> FloatArray:
+        return value_range.low + (value_range.high - value_range.low) * unit_values
 
-    width, height = between(population.width, unit[0]), between(population.height, unit[1])
+    width, height = scale_to_range(population.width, unit[0]), scale_to_range(population.height, unit[1])
     about = population.face_spread * (2 * unit[3] - 1)
     face = 360 * unit[3] if population.face is None else population.face + about
-    return Stones(height, width / height, between(population.friction, unit[2]), face % 360, unit[4:])
+    return StonePopulation(height, width / height, scale_to_range(population.friction, unit[2]), face % 360, unit[4:])
 
 
-def random_neighbours(grid: FloatArray, values: FloatArray, lot: FloatArray) -> NDArray[np.intp]:
-    """Choose for each value one of its two neighbours in an ascending grid, and return their positions.
+def random_neighbours(grid_values: FloatArray, values: FloatArray, uniform_numbers: FloatArray) -> NDArray[np.intp]:
+    """Choose at random, for each value, one of its two neighbours in an ascending grid; return their positions.
 
-    Probabilities are linear in the distance, so that means are interpolated linearly. `lot` are uniform random numbers.
-    Values outside the grid take its end.
+    Probabilities are linear in the distance, so that means are interpolated linearly. `uniform_numbers` are random
+    numbers between 0 and 1. Values outside the grid take its end.
     """
-    where = np.interp(values, grid, np.arange(grid.size))
+    where = np.interp(values, grid_values, np.arange(grid_values.size))
     below = np.floor(where)
-    return (below + (lot < where - below)).astype(np.intp)
+    return (below + (uniform_numbers < where - below)).astype(np.intp)
 
 
-def outside_grid(cube: xr.Dataset, stones: Stones) -> float:
+def share_outside_grid(cube: xr.Dataset, stones: StonePopulation) -> float:
     """Return the share of stones with height, B/H or friction outside the grid of the cube."""
     beyond = np.zeros(stones.height.size, np.bool_)
     for name in _SIZES:
@@ -106,27 +106,27 @@ def outside_grid(cube: xr.Dataset, stones: Stones) -> float:
     return float(beyond.mean())
 
 
-def stone_outcomes(site: xr.Dataset, stones: Stones) -> StoneOutcomes:
-    """Return the outcomes of n stones under one record; `site` is its cube, with or without amplitudes.
+def stone_outcomes(site_cube: xr.Dataset, stones: StonePopulation) -> StoneOutcomes:
+    """Return the outcomes of n stones under one record; `site_cube` is its cube, with or without amplitudes.
 
     A block with µ below B/H slides and does not rock. So if one of the two neighbouring friction values is on the same
     side of µ = B/H as the stone and the other is not, the first is taken.
     """
     cells = {
-        name: random_neighbours(site[name].to_numpy(), getattr(stones, name), lot)
+        name: random_neighbours(site_cube[name].to_numpy(), getattr(stones, name), lot)
         for name, lot in zip(_SIZES, stones.lot, strict=True)
     }
-    grid, ratio = site["friction"].to_numpy(), site["b_over_h"].to_numpy()[cells["b_over_h"]]
+    grid, ratio = site_cube["friction"].to_numpy(), site_cube["b_over_h"].to_numpy()[cells["b_over_h"]]
     rocks = stones.friction > stones.b_over_h
     below = np.clip(np.searchsorted(grid, stones.friction, side="right") - 1, 0, grid.size - 1)
     above = np.minimum(below + 1, grid.size - 1)
     lower, upper = ((grid[place] > ratio) == rocks for place in (below, above))
     cells["friction"] = np.where(lower & ~upper, below, np.where(upper & ~lower, above, cells["friction"]))
-    return model_of(site).square_stone_outcomes(site, stones.face, cells)
+    return model_of(site_cube).square_stone_outcomes(site_cube, stones.face, cells)
 
 
-def rates(found: StoneOutcomes, population: Population) -> dict[str, FloatArray]:
-    """Compute rates over the stones with a known outcome from `stone_outcomes`.
+def outcome_rates(outcomes: StoneOutcomes, population: Population) -> dict[str, FloatArray]:
+    """Compute the fractions of stones that fall, shift and rotate, among the stones with a known outcome.
 
     Returns
     -------
@@ -137,26 +137,26 @@ def rates(found: StoneOutcomes, population: Population) -> dict[str, FloatArray]
         (a, 8, 2); and ``fall_axis`` with ``fall_resultant``, the axis of the falls, degrees, and its mean resultant
         length, shape (a,). Without any known outcome rates and shares are NaN.
     """
-    stands, answered = found.known & ~found.fell, found.known.sum(axis=1)
+    stands, answered = outcomes.known & ~outcomes.fell, outcomes.known.sum(axis=1)
     share_of = np.where(answered > 0, answered, np.nan)
     which = {
-        "fall": found.fell,
-        "shift": stands & (found.slip >= population.shifted),
-        "rotation": stands & (np.abs(found.twist) >= population.rotated),
+        "fall": outcomes.fell,
+        "shift": stands & (outcomes.slip >= population.shifted),
+        "rotation": stands & (np.abs(outcomes.twist) >= population.rotated),
     }
     made = {}
     for name, members in which.items():
         counted = members.sum(axis=1)
         made[f"{name}_rate"] = counted / share_of
         made[f"{name}_interval"] = np.stack(wilson_interval(counted, answered), axis=-1)
-    for name, values in (("shift", found.slip), ("rotation", found.twist)):
+    for name, values in (("shift", outcomes.slip), ("rotation", outcomes.twist)):
         untold = ~np.isfinite(np.where(stands, values, 0.0)).all(axis=1)
         made[f"{name}_rate"][untold] = made[f"{name}_interval"][untold] = np.nan
-    octant = np.where(np.isfinite(found.azimuth), sector(np.nan_to_num(found.azimuth), len(OCTANTS)), -1)
+    octant = np.where(np.isfinite(outcomes.azimuth), sector(np.nan_to_num(outcomes.azimuth), len(OCTANTS)), -1)
     towards = np.stack([(octant == one).sum(axis=1) for one in range(len(OCTANTS))], axis=1)
-    axes = [resultant(azimuth[fell], axial=True) for azimuth, fell in zip(found.azimuth, found.fell, strict=True)]
+    axes = [resultant(azimuth[fell], axial=True) for azimuth, fell in zip(outcomes.azimuth, outcomes.fell, strict=True)]
     return made | {
-        "unknown": 1.0 - found.known.mean(axis=1),
+        "unknown": 1.0 - outcomes.known.mean(axis=1),
         "fall_octant": towards / share_of[:, None],
         "octant_interval": np.stack(wilson_interval(towards, answered[:, None]), axis=-1),
         **dict(zip(("fall_axis", "fall_resultant"), np.array(axes).T, strict=True)),
@@ -164,7 +164,7 @@ def rates(found: StoneOutcomes, population: Population) -> dict[str, FloatArray]
 
 
 def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
-    """Compute the rates of a population under each record of a cube.
+    """Compute the fractions of a population that fall, shift and rotate under each record of a cube.
 
     Parameters
     ----------
@@ -176,17 +176,18 @@ def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Results of `rates` over ``record`` and ``amplitude``, and ``class_rate(…, stones)`` for `Stones.classes`. The
-        attribute ``outside`` is the share of stones outside the grid, which take its nearest value; ``members`` are
+        Results of `outcome_rates` over ``record`` and ``amplitude``, and ``class_rate(…, stones)`` for
+        `StonePopulation.class_masks`. The attribute ``outside`` is the share of stones outside the grid, which take
+        its nearest value; ``members`` are
         numbers of stones.
     """
     stones = draw_stones(population)
-    classes, reads = stones.classes(), model_of(cube).reads_outcomes
+    classes, reads = stones.class_masks(), model_of(cube).reads_outcomes
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATES}
     for record in range(cube.sizes["record"]):
         outcomes = stone_outcomes(one_record(cube, record, reads), stones)
-        of_class = [rates(outcomes.select_stones(own), population)["fall_rate"] for own in classes.values()]
-        for name, values in (rates(outcomes, population) | {"class_rate": np.stack(of_class, axis=1)}).items():
+        of_class = [outcome_rates(outcomes.select_stones(own), population)["fall_rate"] for own in classes.values()]
+        for name, values in (outcome_rates(outcomes, population) | {"class_rate": np.stack(of_class, axis=1)}).items():
             found[name].append(values)
     data = {
         name: (("record", "amplitude", *dims), np.stack(found[name]), {"long_name": text})
@@ -202,50 +203,58 @@ def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
         "members": ("stones", [int(own.sum()) for own in classes.values()]),
         "end": ("end", ["low", "high"]),
     }
-    about = {"outside": outside_grid(cube, stones), "members": stones.height.size, "period": list(population.period)}
+    about = {
+        "outside": share_outside_grid(cube, stones),
+        "members": stones.height.size,
+        "period": list(population.period),
+    }
     return xr.Dataset(data, coordinates, about)
 
 
-def intensities(found: xr.Dataset, intensity: xr.Dataset) -> dict[str, FloatArray]:
-    """Compute the intensity of each record and amplitude, shape (record, amplitude), for `MEASURES` and SA(T).
+def record_intensities(rates: xr.Dataset, intensity_file: xr.Dataset) -> dict[str, FloatArray]:
+    """Return PGA, PGV, PGV/PGA and SA(T) of each record and amplitude factor, by name, shape (record, amplitude).
 
     PGA, PGV and the pseudo-acceleration SA, g, at the periods T of the population (damping ratio 0.05) are RotD50, the
     median over azimuths.
     """
-    amplitude = found["amplitude"].to_numpy()
-    pga, pgv = (intensity[f"{name}_rotd"].sel(percentile=50).to_numpy()[:, None] * amplitude for name in ("pga", "pgv"))
+    amplitude = rates["amplitude"].to_numpy()
+    pga, pgv = (
+        intensity_file[f"{name}_rotd"].sel(percentile=50).to_numpy()[:, None] * amplitude for name in ("pga", "pgv")
+    )
     spectra = {
-        f"SA({period})": intensity["psa_rotd"].sel(percentile=50, period=period).to_numpy()[:, None] * amplitude
-        for period in found.attrs.get("period", ())
+        f"SA({period})": intensity_file["psa_rotd"].sel(percentile=50, period=period).to_numpy()[:, None] * amplitude
+        for period in rates.attrs.get("period", ())
     }
     found_levels = {"PGA": pga / STANDARD_GRAVITY, "PGV": pgv / CM, "PGV/PGA": pgv / pga}
     return found_levels | {name: values / STANDARD_GRAVITY for name, values in spectra.items()}
 
 
-def jma_intensities(found: xr.Dataset, intensity: xr.Dataset) -> FloatArray:
-    """Compute the JMA instrumental intensity, shape (record, amplitude); it increases by 2 log₁₀ of the amplitude.
+def record_jma_intensities(rates: xr.Dataset, intensity_file: xr.Dataset) -> FloatArray:
+    """Return the JMA instrumental intensity of each record and amplitude factor, shape (record, amplitude).
+
+    It increases by 2 log₁₀ of the amplitude factor.
 
     Without a vertical component it is that of the horizontal components; NaN if unknown.
     """
-    whole, horizontal = (intensity[name].to_numpy() for name in ("jma_intensity", "jma_intensity_horizontal"))
+    whole, horizontal = (intensity_file[name].to_numpy() for name in ("jma_intensity", "jma_intensity_horizontal"))
     measured = np.where(np.isfinite(whole), whole, horizontal)[:, None]
-    return np.asarray(measured + 2 * np.log10(found["amplitude"].to_numpy()))
+    return np.asarray(measured + 2 * np.log10(rates["amplitude"].to_numpy()))
 
 
-def fragility_curves(found: xr.Dataset, intensity: xr.Dataset) -> list[Fragility]:
+def fit_fragility_curves(rates: xr.Dataset, intensity_file: xr.Dataset) -> list[Fragility]:
     """Fit fragility curves of the whole population and of each class, for each of `MEASURES` and SA(T)."""
-    shares = {"all stones": (found["fall_rate"].to_numpy(), int(found.attrs["members"]))}
-    for name, members in zip(found["stones"].to_numpy(), found["members"].to_numpy(), strict=True):
-        shares[str(name)] = found["class_rate"].sel(stones=name).to_numpy(), int(members)
+    shares = {"all stones": (rates["fall_rate"].to_numpy(), int(rates.attrs["members"]))}
+    for name, members in zip(rates["stones"].to_numpy(), rates["members"].to_numpy(), strict=True):
+        shares[str(name)] = rates["class_rate"].sel(stones=name).to_numpy(), int(members)
     events, record = (
-        np.repeat(one, found.sizes["amplitude"])
-        for one in (found["event"].to_numpy().astype(str), np.arange(found.sizes["record"]))
+        np.repeat(one, rates.sizes["amplitude"])
+        for one in (rates["event"].to_numpy().astype(str), np.arange(rates.sizes["record"]))
     )
     units = dict(MEASURES)
     return [
         fragility(
             name, (measure, units.get(measure, "g")), level.ravel(), share.ravel(), events, record=record, stones=stones
         )
-        for measure, level in intensities(found, intensity).items()
+        for measure, level in record_intensities(rates, intensity_file).items()
         for name, (share, stones) in shares.items()
     ]

@@ -66,22 +66,22 @@ class Posterior:
 
     @property
     def pgv(self) -> FloatArray:
-        """PGV, m/s, shape (s, l)."""
+        """PGV of each motion at each level, m/s, shape (s, l)."""
         return np.broadcast_to(self.level, self.probability.shape[:2])
 
-    def edges(self) -> tuple[float, float]:
-        """Return the probability of the weakest and of the strongest level."""
+    def outer_level_probabilities(self) -> tuple[float, float]:
+        """Return the posterior probabilities of the weakest and of the strongest level of the motion."""
         weight = self.probability.sum(axis=(0, 2))
         return float(weight[0]), float(weight[-1])
 
-    def interval(self, values: ArrayLike, *, prior: bool = False) -> tuple[float, float]:
+    def credible_interval(self, values: ArrayLike, *, use_prior: bool = False) -> tuple[float, float]:
         """Compute the equal-tailed credible interval (`LEVEL`) of a quantity that increases with the level.
 
         Parameters
         ----------
         values : array_like, shape (s, l)
             The quantity for each motion and level, positive.
-        prior : bool
+        use_prior : bool
             Use the prior.
 
         Returns
@@ -91,7 +91,7 @@ class Posterior:
             level has more probability than one tail, the library does not cover the posterior, and that end is 0
             (infinite).
         """
-        weight = (self.prior if prior else self.probability).sum(axis=2).ravel()
+        weight = (self.prior if use_prior else self.probability).sum(axis=2).ravel()
         logs = np.log(np.asarray(values, dtype=np.float64)).ravel()
         distinct, place = np.unique(logs.round(12), return_inverse=True)
         mass = np.bincount(place.ravel(), weight)
@@ -100,15 +100,15 @@ class Posterior:
         edges = np.concatenate([[2 * distinct[0] - middle[0]], middle, [2 * distinct[-1] - middle[-1]]])
         below, tail = np.concatenate([[0.0], np.cumsum(mass)]), (1 - LEVEL) / 2
         low, high = np.exp(np.interp([tail, 1 - tail], below / below[-1], edges))
-        weakest, strongest = (0.0, 0.0) if prior else self.edges()
+        weakest, strongest = (0.0, 0.0) if use_prior else self.outer_level_probabilities()
         return 0.0 if weakest > tail else float(low), math.inf if strongest > tail else float(high)
 
-    def of_sources(self) -> FloatArray:
-        """Return the probability of each motion, shape (s,)."""
+    def source_probabilities(self) -> FloatArray:
+        """Return the posterior probability of each candidate motion, shape (s,)."""
         return np.asarray(self.probability.sum(axis=(1, 2)))
 
-    def of_axes(self) -> FloatArray:
-        """Return the probability of each azimuth of the largest velocity, with step `TURN_DEG`; shape (180 / step,)."""
+    def axis_probabilities(self) -> FloatArray:
+        """Return the posterior probability of each azimuth of largest velocity, in steps of `TURN_DEG` below 180°."""
         place, weight = (self.axis[:, None] + self.turn) / TURN_DEG, self.probability.sum(axis=1)
         below, count = np.floor(place).astype(np.intp), 180 // TURN_DEG
         # An axis between two steps is divided linearly between both.
@@ -117,16 +117,16 @@ class Posterior:
         return np.asarray(shares[0] + shares[1])
 
     def axis_arc(self, *, everything_fell: bool = False) -> tuple[float, float]:
-        """Return middle (0 to 180) and width of the credible arc of the axis, degrees.
+        """Return middle (0 to 180) and width of the credible arc of the axis of the motion, degrees.
 
-        It is the shortest arc with probability `LEVEL`, widened to `NO_AXIS_DEG` if every stone of the survey fell
-        (`everything_fell`).
+        The credible arc is the shortest arc with probability `LEVEL`, widened to `NO_AXIS_DEG` if every stone of the
+        survey fell (`everything_fell`).
         """
         middle, width = self._shortest_arc()
         return middle, max(width, NO_AXIS_DEG) if everything_fell else width
 
     def _shortest_arc(self) -> tuple[float, float]:
-        share = self.of_axes()
+        share = self.axis_probabilities()
         total = np.concatenate([[0.0], np.cumsum(np.tile(share, 2))])
         for bins in range(1, share.size + 1):
             held = total[bins : bins + share.size] - total[: share.size]

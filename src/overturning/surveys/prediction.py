@@ -66,7 +66,7 @@ class SitePrediction:
         start = (self.azimuth[0] + self.azimuth[-1] - 360) / 2
         self.borders: FloatArray = start + 360 * np.concatenate([[0.0], np.cumsum(self.share)])
 
-    def _at(self, azimuth_deg: FloatArray, b_over_h: float) -> tuple[FloatArray, FloatArray]:
+    def _interpolate_falls(self, azimuth_deg: FloatArray, b_over_h: float) -> tuple[FloatArray, FloatArray]:
         """Interpolate the probability of falling towards n azimuths and away, and return the nearest times of falls.
 
         Shapes are (2, blocks, n) and (blocks, n).
@@ -86,16 +86,16 @@ class SitePrediction:
         return min(stone.slenderness) < least - 1e-9 or max(stone.slenderness) > most + 1e-9
 
     def nearest_azimuth_index(self, azimuth_deg: float) -> int:
-        """Return the index of the nearest azimuth."""
+        """Return the index of the azimuth of the cube that is nearest to a given azimuth."""
         return int(nearest_cells(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
 
-    def density(self, b_over_h: float = math.nan, b_over_h_side: float = math.nan) -> FloatArray:
+    def sector_probabilities(self, b_over_h: float = math.nan, b_over_h_side: float = math.nan) -> FloatArray:
         """Return the probability of each sector of azimuth for a fallen stone of unknown orientation; sums to 1.
 
-        It is the mean of `sides` over all face azimuths. Without ``b_over_h`` all B/H of the cube have equal weight,
-        and without ``b_over_h_side`` the footprint is square.
+        It is the mean of `side_probabilities` over all face azimuths. Without ``b_over_h`` all B/H of the cube have
+        equal weight, and without ``b_over_h_side`` the footprint is square.
         """
-        of = _key(b_over_h, b_over_h_side)
+        of = _shape_key(b_over_h, b_over_h_side)
         if of in self._densities:
             return self._densities[of]
         shapes = [(b_over_h, b_over_h if math.isnan(b_over_h_side) else b_over_h_side)]
@@ -103,7 +103,13 @@ class SitePrediction:
             shapes = [(one, one) for one in self.b_over_h.tolist()]
         # A fall towards an azimuth is a fall forwards, to the right, backwards or to the left, by face azimuth.
         falls = [
-            np.sum([self._model(self.azimuth - 90.0 * turn, shape)[1 + turn] for turn in range(4)], axis=0)
+            np.sum(
+                [
+                    self._side_probabilities_without_background(self.azimuth - 90.0 * turn, shape)[1 + turn]
+                    for turn in range(4)
+                ],
+                axis=0,
+            )
             for shape in shapes
         ]
         known = np.isfinite(falls)
@@ -121,13 +127,20 @@ class SitePrediction:
         return found
 
     def never_falls(self, stone: Stone) -> bool:
-        """True if no such stone falls in the cube, which then does not predict the direction of its fall."""
-        if knows_face(stone):
-            return bool((self._model(np.array([stone.face_azimuth_deg]), stone.slenderness)[1:, 0] == 0).all())
-        self.density(*stone.slenderness)
-        return _key(*stone.slenderness) in self._never
+        """True if no stone of this shape falls in the cube, which then predicts no direction of its fall."""
+        if has_known_face(stone):
+            return bool(
+                (
+                    self._side_probabilities_without_background(np.array([stone.face_azimuth_deg]), stone.slenderness)[
+                        1:, 0
+                    ]
+                    == 0
+                ).all()
+            )
+        self.sector_probabilities(*stone.slenderness)
+        return _shape_key(*stone.slenderness) in self._never
 
-    def sides(self, stone: Stone) -> FloatArray:
+    def side_probabilities(self, stone: Stone) -> FloatArray:
         """Return the probabilities of `SIDES` for a stone with known face azimuth and B/H; they sum to 1.
 
         A rectangular stone falls over one of its edges: the two planes through its faces' normals are computed each
@@ -137,14 +150,16 @@ class SitePrediction:
         2013, doi 10.5772/54863).
         """
         blind = np.concatenate([[0.5], np.full(4, 0.125)])
-        model = self._model(np.array([stone.face_azimuth_deg]), stone.slenderness)[:, 0]
+        model = self._side_probabilities_without_background(np.array([stone.face_azimuth_deg]), stone.slenderness)[:, 0]
         if not np.isfinite(model).all():
             return blind
         return np.asarray((1 - self.background) * model + self.background * blind)
 
-    def _model(self, face_deg: FloatArray, slenderness: tuple[float, float]) -> FloatArray:
+    def _side_probabilities_without_background(
+        self, face_azimuth_deg: FloatArray, slenderness: tuple[float, float]
+    ) -> FloatArray:
         """Return the probabilities of `SIDES` for n face azimuths, without background; NaN if unknown."""
-        planes = [self._at(face_deg + 90.0 * i, shape) for i, shape in enumerate(slenderness)]
+        planes = [self._interpolate_falls(face_azimuth_deg + 90.0 * i, shape) for i, shape in enumerate(slenderness)]
         p = np.array([probability for probability, _ in planes])
         known = np.isfinite(p).all(axis=(0, 1))
         p = np.where(known, p, 0.0)
@@ -157,24 +172,24 @@ class SitePrediction:
         with np.errstate(invalid="ignore"):
             return np.stack([stood, forwards, right, backwards, left]) / known.sum(axis=0)
 
-    def octants(self, density: FloatArray) -> FloatArray:
-        """Probability of each compass octant, from a density over the azimuths' sectors (shared out at the borders)."""
+    def octant_probabilities(self, sector_probability: FloatArray) -> FloatArray:
+        """Return the probability of each compass octant from probabilities of the azimuth sectors of the cube."""
         fine = np.zeros(8)
-        for begin, wide, mass in zip(self.borders[:-1], np.diff(self.borders), density, strict=True):
+        for begin, wide, mass in zip(self.borders[:-1], np.diff(self.borders), sector_probability, strict=True):
             np.add.at(fine, sector(begin + wide * (np.arange(64) + 0.5) / 64, 8), mass / 64)
         return np.asarray(fine / fine.sum())
 
 
-def _key(b_over_h: float, b_over_h_side: float) -> str:
-    """A name of a shape; NaN, which is no key, has one, too."""
+def _shape_key(b_over_h: float, b_over_h_side: float) -> str:
+    """Return a dictionary key for two B/H values; a text, since NaN does not equal itself."""
     return f"{b_over_h} {b_over_h_side}"
 
 
-def knows_face(stone: Stone) -> bool:
-    """Return True if a stone's own faces can be used: its face azimuth and a B/H are given."""
+def has_known_face(stone: Stone) -> bool:
+    """True if the face azimuth and a B/H of a stone are known, so that its own faces can be used."""
     return math.isfinite(stone.face_azimuth_deg) and math.isfinite(stone.slenderness[0])
 
 
-def observed_side(stone: Stone) -> int:
-    """Index into `SIDES` of what a stone did."""
+def observed_side_index(stone: Stone) -> int:
+    """Return the index into `SIDES` of the observed outcome of a stone."""
     return 1 + int(sector(stone.azimuth_deg - stone.face_azimuth_deg, 4)) if stone.fell else 0

@@ -84,8 +84,8 @@ class StoneKind:
     aspect: float = 1.0
 
     @classmethod
-    def of(cls, stone: Stone) -> "StoneKind":
-        """Return the kind of a stone; an `ArgumentError` if its size is outside the simulated range."""
+    def from_stone(cls, stone: Stone) -> "StoneKind":
+        """Return the size and shape of a stone; an `ArgumentError` if outside the simulated range."""
         front, side = stone.slenderness
         for name, value, grid in (("height_m", stone.height, HEIGHTS), ("b_over_h", min(front, side), SHAPES)):
             if not (math.isnan(value) or 0.8 * grid[0] <= value <= 1.25 * grid[-1]):
@@ -106,7 +106,7 @@ class StoneKind:
         turn = 1 if self.aspect == 0.0 else 90 if self.aspect == 1.0 else 180
         return np.arange(0.0, turn, ORIENTATION_STEP_DEG)
 
-    def weights(self, population: Population) -> FloatArray:
+    def node_weights(self, population: Population) -> FloatArray:
         """Return the weight of each simulated height and B/H, shape (heights, shapes); sums to 1."""
         generator = np.random.Generator(np.random.PCG64(population.seed))
         unit = scipy.stats.qmc.Sobol(2, scramble=True, rng=generator).random(DRAWS).T
@@ -123,14 +123,14 @@ class StoneKind:
         return np.asarray(of_height.T @ (of_shape / of_shape.sum(axis=1, keepdims=True)) / DRAWS)
 
 
-def stone_kinds(stones: Sequence[Stone], name: str) -> list[StoneKind]:
-    """Return the kind of each stone of a survey; an `ArgumentError` has its file's name and a line for each fault."""
+def stone_kinds_of_survey(stones: Sequence[Stone], file_name: str) -> list[StoneKind]:
+    """Return size and shape of each stone of a survey; an ArgumentError names the file and has a line per fault."""
     kinds, faults = [], []
     for stone in stones:
         try:
-            kinds.append(StoneKind.of(stone))
+            kinds.append(StoneKind.from_stone(stone))
         except ArgumentError as error:
-            faults.append(f"{name} {error}")
+            faults.append(f"{file_name} {error}")
     if faults:
         raise ArgumentError(REASON_SEPARATOR.join(faults))
     return kinds
@@ -166,8 +166,8 @@ class Responses:
         if not motions or not kinds:
             raise ArgumentError(f"{len(motions)} motions, {len(kinds)} kinds of stones; at least one of each is needed")
         self.motions = tuple(motions)
-        folder = folder or cache_folder()
-        self._weights = weights_of(kinds, population)
+        folder = folder or response_cache_folder()
+        self._weights = node_weights_by_kind(kinds, population)
         needed = needed_nodes(self._weights)
         self._ways: dict[float, list[dict[str, NDArray[np.int8]]]] = {aspect: [] for aspect in needed}
         for done, one in enumerate(motions):
@@ -177,9 +177,9 @@ class Responses:
                 self._ways[aspect].append(load_or_compute_outcomes(one, aspect, nodes, folder, threads))
         if progress:
             progress(len(motions), len(motions))
-        self.table = lru_cache(64)(self._table)
+        self.table = lru_cache(64)(self._outcome_table)
 
-    def _table(self, kind: StoneKind) -> NDArray[np.float32]:
+    def _outcome_table(self, kind: StoneKind) -> NDArray[np.float32]:
         """Return the probability of each direction bin, relative to the north of the motion, and of standing.
 
         Shape (motions, levels, orientations, bins + 1).
@@ -187,28 +187,30 @@ class Responses:
         return np.stack([_outcome_probabilities(one, self._weights[kind]) for one in self._ways[kind.aspect]])
 
 
-def cache_folder() -> Path:
-    """Return the folder of the user's cache in which responses are kept."""
+def response_cache_folder() -> Path:
+    """Return the folder of the user's cache that holds the simulated responses of stones."""
     return Path(platformdirs.user_cache_dir("overturning")) / "responses"
 
 
-def weights_of(kinds: Sequence[StoneKind], population: Population | None = None) -> dict[StoneKind, FloatArray]:
+def node_weights_by_kind(
+    kinds: Sequence[StoneKind], population: Population | None = None
+) -> dict[StoneKind, FloatArray]:
     """Return the weights of each kind once, see `StoneKind.weights`."""
-    return {kind: kind.weights(population or Population()) for kind in dict.fromkeys(kinds)}
+    return {kind: kind.node_weights(population or Population()) for kind in dict.fromkeys(kinds)}
 
 
-def needed_nodes(weights: dict[StoneKind, FloatArray]) -> dict[float, NDArray[np.bool_]]:
+def needed_nodes(weights_by_kind: dict[StoneKind, FloatArray]) -> dict[float, NDArray[np.bool_]]:
     """Return by aspect where a height and B/H is needed, shape (heights, shapes), for kinds of such weights."""
     needed: dict[float, NDArray[np.bool_]] = {}
-    for kind, weight in weights.items():
+    for kind, weight in weights_by_kind.items():
         needed[kind.aspect] = needed.get(kind.aspect, np.zeros(weight.shape, np.bool_)) | (weight > 0)
     return needed
 
 
-def missing_cases(
+def count_uncached_cases(
     motions: Sequence[CandidateMotion], kinds: Sequence[StoneKind], folder: Path | None = None
 ) -> tuple[int, float]:
-    """Count the cases that `Responses` would compute, those kept from before left out, and estimate the time.
+    """Count the cases that `Responses` would compute, without cached ones, and estimate the computing time.
 
     Returns
     -------
@@ -218,12 +220,12 @@ def missing_cases(
         Processor time, s; of the order of magnitude.
     """
     cases, seconds = 0, 0.0
-    for aspect, nodes in needed_nodes(weights_of(kinds)).items():
+    for aspect, nodes in needed_nodes(node_weights_by_kind(kinds)).items():
         names = [f"{h}-{b}" for h, b in np.argwhere(nodes).tolist()]
         each = len(FRICTIONS) * LEVELS.size * StoneKind(aspect=aspect).orientations.size
         for one in motions:
             kept: list[str] = []
-            with suppress(Exception), np.load(_stored_file(one, aspect, folder or cache_folder())) as stored:
+            with suppress(Exception), np.load(_response_file(one, aspect, folder or response_cache_folder())) as stored:
                 kept = stored.files  # a torn archive holds nothing
             count = each * len(set(names) - set(kept))
             cases += count
@@ -231,11 +233,11 @@ def missing_cases(
     return cases, seconds
 
 
-def _stored_file(one: CandidateMotion, aspect: float, folder: Path) -> Path:
-    """Return the file that keeps the responses to a motion, named after all that they depend on."""
+def _response_file(candidate: CandidateMotion, aspect: float, folder: Path) -> Path:
+    """Return the path of the cache file of the responses to a motion; its name is a hash of all inputs."""
     grid = repr(
         (
-            one.pgv,
+            candidate.pgv,
             BIN_WIDTH_DEG,
             LEVELS.tolist(),
             FRICTIONS,
@@ -245,19 +247,19 @@ def _stored_file(one: CandidateMotion, aspect: float, folder: Path) -> Path:
             aspect,
         )
     )
-    key = hashlib.sha256(f"{_kernel()} {one.digest} {grid}".encode()).hexdigest()[:24]
+    key = hashlib.sha256(f"{_source_hash()} {candidate.samples_sha256} {grid}".encode()).hexdigest()[:24]
     return folder / f"{key}.npz"
 
 
 def load_or_compute_outcomes(
-    one: CandidateMotion, aspect: float, nodes: NDArray[np.bool_], folder: Path, threads: int
+    candidate: CandidateMotion, aspect: float, needed_nodes_mask: NDArray[np.bool_], folder: Path, threads: int
 ) -> dict[str, NDArray[np.int8]]:
-    """Load the outcomes of stones under a motion from the cache, or simulate and cache them (see `_stored_file`).
+    """Load the outcomes of stones under a motion from the cache, or simulate and cache them (see `_response_file`).
 
     Returns by key ``height-shape``, for the nodes that are True, shape (heights, shapes): direction bin of the fall,
     `STOOD` or `UNKNOWN`, shape (frictions, levels, orientations).
     """
-    path, known = _stored_file(one, aspect, folder), dict[str, NDArray[np.int8]]()
+    path, known = _response_file(candidate, aspect, folder), dict[str, NDArray[np.int8]]()
     try:
         with np.load(path) as stored:
             known = {name: stored[name] for name in stored.files}
@@ -265,10 +267,10 @@ def load_or_compute_outcomes(
         pass
     except Exception:  # a damaged archive raises various exceptions; its content is simulated again
         path.unlink(missing_ok=True)
-    missing = [(h, b) for h, b in np.argwhere(nodes).tolist() if f"{h}-{b}" not in known]
+    missing = [(h, b) for h, b in np.argwhere(needed_nodes_mask).tolist() if f"{h}-{b}" not in known]
     if missing:
         known |= dict(
-            zip((f"{h}-{b}" for h, b in missing), compute_outcomes(one, aspect, missing, threads), strict=True)
+            zip((f"{h}-{b}" for h, b in missing), compute_outcomes(candidate, aspect, missing, threads), strict=True)
         )
         # A cache that cannot be written costs time only.
         with suppress(OSError), atomic_write(path) as part, part.open("wb") as file:
@@ -277,58 +279,60 @@ def load_or_compute_outcomes(
 
 
 @cache
-def _kernel() -> str:
-    """Return the hash of the sources that the responses are computed with."""
+def _source_hash() -> str:
+    """Return the hash of the source files with which the responses are computed."""
     return source_hash("dem", "model", "motion", "surveys/responses.py")
 
 
 def compute_outcomes(
-    one: CandidateMotion, aspect: float, nodes: Sequence[tuple[int, int]], threads: int
+    candidate: CandidateMotion, aspect: float, grid_nodes: Sequence[tuple[int, int]], threads: int
 ) -> NDArray[np.int8]:
     """Simulate stones at grid nodes of height and B/H, shape (nodes, frictions, levels, orientations).
 
     An outcome is the direction bin of the fall, `STOOD` or `UNKNOWN`.
     """
     kind = StoneKind(aspect=aspect)
-    axes = (np.arange(len(nodes)), np.array(FRICTIONS), LEVELS / one.pgv, kind.orientations)
+    axes = (np.arange(len(grid_nodes)), np.array(FRICTIONS), LEVELS / candidate.pgv, kind.orientations)
     node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
-    height, shape = HEIGHTS[np.array(nodes)[:, 0]], SHAPES[np.array(nodes)[:, 1]]
+    height, shape = HEIGHTS[np.array(grid_nodes)[:, 0]], SHAPES[np.array(grid_nodes)[:, 1]]
     node = node.astype(np.intp)
     cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(aspect, 1.0))
-    found = run("rectangle" if aspect else "circle", one.motion, cases, Numerics(threads=threads))
+    found = run("rectangle" if aspect else "circle", candidate.motion, cases, Numerics(threads=threads))
     way = np.round(np.nan_to_num(found.fall_azimuth) / BIN_WIDTH_DEG).astype(np.int8) % DIRECTION_BINS
     outcome = np.where(found.overturned == 1, way, np.where(found.overturned == 0, STOOD, UNKNOWN))
     return outcome.astype(np.int8).reshape([axis.size for axis in axes])
 
 
-def _outcome_probabilities(ways: dict[str, NDArray[np.int8]], weight: FloatArray) -> NDArray[np.float32]:
+def _outcome_probabilities(
+    outcomes_by_node: dict[str, NDArray[np.int8]], node_weights: FloatArray
+) -> NDArray[np.float32]:
     """Compute the probability of each direction bin and of standing, shape (levels, orientations, bins + 1).
 
-    The outcomes ``ways`` of `load_or_compute_outcomes` under one motion are averaged over stones, with a ``weight`` of
-    `StoneKind.weights`, and over the peak velocities at the site.
+    The outcomes under one motion (see `load_or_compute_outcomes`) are averaged over stones, with weights of
+    `StoneKind.node_weights`, and over the peak velocities at the site.
     """
-    nodes = np.argwhere(weight > 0).tolist()
-    outcome = np.stack([ways[f"{h}-{b}"] for h, b in nodes])
+    nodes = np.argwhere(node_weights > 0).tolist()
+    outcome = np.stack([outcomes_by_node[f"{h}-{b}"] for h, b in nodes])
     _, frictions, levels, orientations = outcome.shape
     place = np.arange(levels * orientations).reshape(levels, orientations) * (UNKNOWN + 1) + outcome
-    mass = np.broadcast_to(weight[weight > 0][:, None, None, None] / frictions, outcome.shape)
+    mass = np.broadcast_to(node_weights[node_weights > 0][:, None, None, None] / frictions, outcome.shape)
     counts = np.bincount(place.ravel(), mass.ravel(), levels * orientations * (UNKNOWN + 1)).reshape(levels, -1)
     near = np.exp(-0.5 * (np.log(LEVELS[:, None] / LEVELS) / LN_PGV_DEVIATION) ** 2)
     shares = (near / near.sum(axis=1, keepdims=True) @ counts).reshape(levels, orientations, UNKNOWN + 1)[..., :UNKNOWN]
     # Without known outcomes the probabilities are uninformative.
-    shares += 1e-6 * uninformative_outcome()
+    shares += 1e-6 * uninformative_probabilities()
     shares /= shares.sum(axis=-1, keepdims=True)
-    shares[..., :DIRECTION_BINS] = shares[..., :DIRECTION_BINS] @ scatter()
+    shares[..., :DIRECTION_BINS] = shares[..., :DIRECTION_BINS] @ observed_direction_probabilities()
     return shares.astype(np.float32)
 
 
-def uninformative_outcome() -> FloatArray:
+def uninformative_probabilities() -> FloatArray:
     """Return the probability of each direction bin and of standing without any information, shape (bins + 1,)."""
     return np.append(np.full(DIRECTION_BINS, 0.5 / DIRECTION_BINS), 0.5)
 
 
 @cache
-def scatter() -> FloatArray:
+def observed_direction_probabilities() -> FloatArray:
     """Return the probability that a simulated direction (rows) is observed in each bin, shape (bins, bins)."""
     angle = np.radians(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS))
     density = scipy.stats.vonmises.pdf(angle, CONCENTRATION)

@@ -7,7 +7,7 @@ from overturning.figures.style import FALLS, INK, caption, compass, grid, radius
 from overturning.surveys.comparison import SurveyComparison
 
 
-def survey_figure(comparison: SurveyComparison, title: str) -> Figure:
+def draw_survey_rose(comparison: SurveyComparison, title: str) -> Figure:
     """Figure of a survey's comparison: fallen stones by octant as sectors, and the expected ones as an outline.
 
     The radius is the root of the count.

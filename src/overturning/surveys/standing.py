@@ -81,12 +81,14 @@ class Hazard:
     level: FloatArray
     rate: FloatArray
 
-    def rate_at(self, level: ArrayLike) -> FloatArray:
+    def exceedance_rate(self, level: ArrayLike) -> FloatArray:
         """Interpolate the annual rate of exceedance of levels within the curve, 1/year."""
         return np.asarray(np.exp(np.interp(np.log(level), np.log(self.level), np.log(self.rate))))
 
-    def falls(self, median: ArrayLike, spread: float, low: float = 0.0, high: float = math.inf) -> FloatArray:
-        """Compute the annual rate of falls from shaking between `low` and `high`, within the levels of the curve.
+    def fall_rate(
+        self, median: ArrayLike, log_spread: float, min_level: float = 0.0, max_level: float = math.inf
+    ) -> FloatArray:
+        """Compute the annual rate of falls from shaking between two intensity levels within the hazard curve, 1/year.
 
         ∫ P |dν| = P ν at the lower end − P ν at the upper end + ∫ ν dP, whose part over a power law a x^−k
         is exactly a m^−k exp(k²β²/2) [Φ(z + kβ)], z = ln(x/m)/β, between its ends (completing the square;
@@ -96,9 +98,9 @@ class Hazard:
         ----------
         median : array_like, shape (m,)
             Medians of lognormal fragility curves, in the unit of the levels.
-        spread : float
+        log_spread : float
             Standard deviation of the logarithm.
-        low, high : float
+        min_level, max_level : float
             Levels, in the same unit.
 
         Returns
@@ -106,18 +108,20 @@ class Hazard:
         ndarray, shape (m,)
             Rate, 1/year; 0 if the levels do not overlap.
         """
-        low, high = max(low, float(self.level[0])), min(high, float(self.level[-1]))
-        if low >= high:
+        min_level, max_level = max(min_level, float(self.level[0])), min(max_level, float(self.level[-1]))
+        if min_level >= max_level:
             return np.zeros(np.size(median))
-        level = np.concatenate([[low], self.level[(self.level > low) & (self.level < high)], [high]])
-        x, rate = np.log(level), np.log(self.rate_at(level))
-        m, spread = np.log(np.atleast_1d(median))[:, None], max(spread, MIN_SPREAD)
+        level = np.concatenate(
+            [[min_level], self.level[(self.level > min_level) & (self.level < max_level)], [max_level]]
+        )
+        x, rate = np.log(level), np.log(self.exceedance_rate(level))
+        m, log_spread = np.log(np.atleast_1d(median))[:, None], max(log_spread, MIN_SPREAD)
         k = -np.diff(rate) / np.diff(x)
-        below, above = ((x[part] - m) / spread + k * spread for part in (slice(None, -1), slice(1, None)))
+        below, above = ((x[part] - m) / log_spread + k * log_spread for part in (slice(None, -1), slice(1, None)))
         below, above = np.where(below > 0, -above, below), np.where(below > 0, -below, above)  # where Φ keeps digits
         inside = log_ndtr(above) + np.log1p(-np.exp(log_ndtr(below) - log_ndtr(above)))
-        parts = np.exp(rate[:-1] + k * x[:-1] - k * m + 0.5 * (k * spread) ** 2 + inside)
-        first, last = (ndtr((x[end] - m[:, 0]) / spread) * np.exp(rate[end]) for end in (0, -1))
+        parts = np.exp(rate[:-1] + k * x[:-1] - k * m + 0.5 * (k * log_spread) ** 2 + inside)
+        first, last = (ndtr((x[end] - m[:, 0]) / log_spread) * np.exp(rate[end]) for end in (0, -1))
         return np.asarray(first - last + parts.sum(axis=1))
 
 
@@ -154,30 +158,30 @@ class SurvivalEstimate:
     first: float
 
 
-def standing(curve: CurveRow, hazard: Hazard, years: float) -> SurvivalEstimate:
-    """Compute the survival of stones with a fragility curve under a hazard; the median must be known."""
+def estimate_survival(curve: CurveRow, hazard: Hazard, years: float) -> SurvivalEstimate:
+    """Compute the probability that stones with a fragility curve (known median) survive years of a hazard."""
     last, seldom = float(hazard.level[-1]), float(hazard.rate[-1])
 
-    def chance(level: float, median: ArrayLike, spread: float) -> FloatArray:
+    def fall_probability(level: float, median: ArrayLike, spread: float) -> FloatArray:
         return np.asarray(ndtr(np.log(level / np.atleast_1d(median)) / max(spread, MIN_SPREAD)))
 
-    def rates(median: ArrayLike, spread: float) -> FloatArray:
-        return np.asarray(hazard.falls(median, spread) + seldom * chance(last, median, spread))
+    def fall_rates(median: ArrayLike, spread: float) -> FloatArray:
+        return np.asarray(hazard.fall_rate(median, spread) + seldom * fall_probability(last, median, spread))
 
     spread = curve.log_spread
     # An end outside the data is 0 or infinite: all shaking overturns the stone, or none.
     medians = np.clip([curve.median, curve.median_low, curve.median_high], 1e-9 * hazard.level[0], 1e9 * last)
-    rate, strong, weak = (float(one) for one in rates(medians, spread))
-    strong += seldom * float(1 - chance(last, medians[1], spread)[0])
-    known = float(hazard.falls(curve.median, spread, curve.least, curve.most)[0])
+    rate, strong, weak = (float(one) for one in fall_rates(medians, spread))
+    strong += seldom * float(1 - fall_probability(last, medians[1], spread)[0])
+    known = float(hazard.fall_rate(curve.median, spread, curve.least, curve.most)[0])
     if curve.least <= last <= curve.most:  # above the last level, with the probability there
-        known += seldom * float(chance(last, curve.median, spread)[0])
+        known += seldom * float(fall_probability(last, curve.median, spread)[0])
     share = math.nan
     if math.isfinite(curve.other_spread):
-        each = rates(curve.median * np.exp(CAPACITIES * curve.other_spread), curve.record_spread)
+        each = fall_rates(curve.median * np.exp(CAPACITIES * curve.other_spread), curve.record_spread)
         weight = np.exp(-0.5 * CAPACITIES**2)
         share = float(np.sum(weight * np.exp(-each * years)) / weight.sum())
-    first = float(chance(float(hazard.level[0]), curve.median, spread)[0])
+    first = float(fall_probability(float(hazard.level[0]), curve.median, spread)[0])
     stands, low, high = (math.exp(-one * years) for one in (rate, strong, weak))
     beyond = 1 - known / rate if rate > 0 else math.nan
     return SurvivalEstimate(curve.stones, curve.measure, rate, stands, low, high, share, beyond, first)
@@ -208,13 +212,15 @@ class Survival:
     without_curve: tuple[CurveRow, ...]
 
 
-def survival(curves: Sequence[CurveRow], hazards: dict[str, Hazard], years: float, names: tuple[str, str]) -> Survival:
+def survival_by_class(
+    curves: Sequence[CurveRow], hazards: dict[str, Hazard], years: float, file_names: tuple[str, str]
+) -> Survival:
     """Compute the survival of all classes whose intensity measure the hazard has.
 
-    `names` are those of the fragility and the hazard table; a ResultError names them if a unit differs, or if they have
-    no measure in common.
+    `file_names` are those of the fragility and the hazard table; a ResultError names them if a unit differs, or if they
+    have no measure in common.
     """
-    fragility, hazard = names
+    fragility, hazard = file_names
     units = {one.measure: one.unit for one in curves}
     for measure in hazards.keys() & units.keys():
         own = hazards[measure].unit
@@ -224,11 +230,11 @@ def survival(curves: Sequence[CurveRow], hazards: dict[str, Hazard], years: floa
     if not shared:
         raise ResultError(f"{hazard}: {', '.join(hazards)}; {fragility} has {', '.join(units)}: give one of these")
     known = [one for one in shared if math.isfinite(one.log_spread)]
-    estimates = ((one, hazards[one.measure], standing(one, hazards[one.measure], years)) for one in known)
+    estimates = ((one, hazards[one.measure], estimate_survival(one, hazards[one.measure], years)) for one in known)
     return Survival(years, hazard, hazards, tuple(estimates), tuple(one for one in shared if one not in known))
 
 
-def implausible_levels(hazard: Hazard) -> str:
+def hazard_unit_warning(hazard: Hazard) -> str:
     """Return the reason to doubt the unit of a hazard curve, with the likely cause; empty if its levels are plausible.
 
     The highest level is judged: curves end where exceedance is very rare, at 0.05 to 20 g, or 5 to 2000 cm/s. Levels
@@ -245,7 +251,7 @@ def implausible_levels(hazard: Hazard) -> str:
     )
 
 
-def rate_bound(years: float) -> float:
+def upper_bound_of_fall_rate(years: float) -> float:
     """Return the upper bound (probability `BOUND_PROBABILITY`) of the annual rate of falls at a place without any fall.
 
     The posterior of λ after T years without a fall is T exp(−λT), from a flat prior; stones of one place share
@@ -255,41 +261,41 @@ def rate_bound(years: float) -> float:
     return -math.log1p(-BOUND_PROBABILITY) / years
 
 
-def hazard_bound(curve: CurveRow, hazard: Hazard, years: float, bound: float) -> float:
+def upper_bound_of_hazard_factor(curve: CurveRow, hazard: Hazard, years: float, fall_rate_bound: float) -> float:
     """Compute the factor on the hazard under which only 5 % of a class would still stand: an upper bound.
 
     The deviation of each stone from its class is constant, and standing stones are the strong ones, so the factor is
-    larger than ``bound`` divided by the mean rate of the class. It equals this ratio if the components of the spread
-    are unknown. NaN without a bound.
+    larger than ``fall_rate_bound`` divided by the mean rate of the class. It equals this ratio if the components of the
+    spread are unknown. NaN without a bound.
     """
-    rate = standing(curve, hazard, years).rate
-    if math.isnan(bound) or not rate > 0:
+    rate = estimate_survival(curve, hazard, years).rate
+    if math.isnan(fall_rate_bound) or not rate > 0:
         return math.nan
 
-    def too_many(log_factor: float) -> float:
-        return standing(curve, hazard, years * math.exp(log_factor)).share - (1 - BOUND_PROBABILITY)
+    def excess_fall_rate(log_factor: float) -> float:
+        return estimate_survival(curve, hazard, years * math.exp(log_factor)).share - (1 - BOUND_PROBABILITY)
 
     # Twice the time has the same effect as twice the hazard.
-    first, last = math.log(bound / rate), math.log(LARGEST_FACTOR * max(1.0, bound / rate))
-    if math.isnan(too_many(first)) or too_many(first) <= 0:
-        return bound / rate
-    return math.exp(brentq(too_many, first, last)) if too_many(last) < 0 else math.nan
+    first, last = math.log(fall_rate_bound / rate), math.log(LARGEST_FACTOR * max(1.0, fall_rate_bound / rate))
+    if math.isnan(excess_fall_rate(first)) or excess_fall_rate(first) <= 0:
+        return fall_rate_bound / rate
+    return math.exp(brentq(excess_fall_rate, first, last)) if excess_fall_rate(last) < 0 else math.nan
 
 
-def weaker_falls(curve: CurveRow, hazard: Hazard) -> float:
-    """Extrapolate the hazard to a tenth of its first level, and return the additional annual rate of falls, 1/year."""
+def fall_rate_below_curve(curve: CurveRow, hazard: Hazard) -> float:
+    """Return the annual rate of falls from shaking weaker than the hazard curve, by extrapolation, 1/year."""
     steepness = np.log(hazard.rate[0] / hazard.rate[1]) / np.log(hazard.level[1] / hazard.level[0])
     level = hazard.level[0] * np.array([0.1, 1.0])
     below = Hazard(hazard.measure, hazard.unit, level, hazard.rate[0] * (level / level[1]) ** -steepness)
-    return float(below.falls(curve.median, curve.log_spread)[0])
+    return float(below.fall_rate(curve.median, curve.log_spread)[0])
 
 
-def read_curves(path: Path) -> list[CurveRow]:
+def read_fragility_curves(path: Path) -> list[CurveRow]:
     """Read the fragility curves of a run; a ResultError if the table is invalid."""
     return [row for _, row in read_rows(path, CurveRow, delimiter=",", error=ResultError, kind="fragility table")]
 
 
-def read_hazard(path: Path) -> dict[str, Hazard]:
+def read_hazard_curves(path: Path) -> dict[str, Hazard]:
     """Read hazard curves by measure; a ResultError if levels or rates are not monotonic, or there is only one level."""
     rows: dict[str, list[tuple[int, HazardRow]]] = {}
     for line, row in read_rows(path, HazardRow, delimiter=",", error=ResultError, kind="hazard table"):

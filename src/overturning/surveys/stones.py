@@ -71,30 +71,30 @@ class Stone:
 
     @property
     def slenderness(self) -> tuple[float, float]:
-        """B/H in the plane of the face's normal and at right angles; where one is not given the footprint is square."""
+        """B/H in the plane of the face's normal and at right angles; if one is not given, the footprint is square."""
         front, side = self.b_over_h, self.b_over_h_side
         return (side if math.isnan(front) else front), (front if math.isnan(side) else side)
 
     @property
     def narrow_face_deg(self) -> float:
-        """Azimuth of the face across the smaller B/H, degrees; NaN where no face is given."""
+        """Azimuth that the face across the smaller B/H faces, degrees; NaN if no face is given."""
         front, side = self.slenderness
         return self.face_azimuth_deg + (90.0 if side < front else 0.0)
 
 
-def _yes_or_no(text: str) -> bool:
+def _parse_yes_or_no(text: str) -> bool:
     if text.lower() not in _YES | _NO:
         raise ValueError("write yes or no")
     return text.lower() in _YES
 
 
-def _octant_number(text: str) -> int:
+def _parse_octant(text: str) -> int:
     if text.upper() not in OCTANTS:
         raise ValueError(f"use one of {' '.join(OCTANTS)}")
     return OCTANTS.index(text.upper())
 
 
-def _not_in_gon(cell: str | float) -> str | float:
+def _refuse_gon(cell: str | float) -> str | float:
     try:
         azimuth = float(cell)
     except ValueError:
@@ -104,26 +104,26 @@ def _not_in_gon(cell: str | float) -> str | float:
     return cell
 
 
-_Degrees = Annotated[float, BeforeValidator(_not_in_gon), Field(ge=-360, le=360)]
+_Degrees = Annotated[float, BeforeValidator(_refuse_gon), Field(ge=-360, le=360)]
 _Slenderness = Annotated[float, Field(ge=0.01, le=5)]
 
 
 class SurveyRow(BaseModel):
     """One line of a survey: its columns."""
 
-    fell: Annotated[bool | None, BeforeValidator(_yes_or_no)] = None
+    fell: Annotated[bool | None, BeforeValidator(_parse_yes_or_no)] = None
     azimuth_deg: _Degrees = math.nan
-    octant: Annotated[int | None, BeforeValidator(_octant_number)] = None
+    octant: Annotated[int | None, BeforeValidator(_parse_octant)] = None
     count: Annotated[int, Field(ge=1, le=1_000_000)] = 1
     b_over_h: _Slenderness = math.nan
     b_over_h_side: _Slenderness = math.nan
     face_azimuth_deg: _Degrees = math.nan
     magnetic_declination_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
     height_m: Annotated[float, AfterValidator(checked_height)] = math.nan
-    round: Annotated[bool, BeforeValidator(_yes_or_no)] = False
+    round: Annotated[bool, BeforeValidator(_parse_yes_or_no)] = False
 
     @model_validator(mode="after")
-    def _one_direction_if_it_fell(self) -> "SurveyRow":
+    def _check_direction_of_fall(self) -> "SurveyRow":
         exact, octant = math.isfinite(self.azimuth_deg), self.octant is not None
         if exact and self.octant is not None:
             named = f"azimuth_deg {self.azimuth_deg:g} and octant {OCTANTS[self.octant]}"
@@ -142,8 +142,8 @@ class SurveyRow(BaseModel):
             raise ValueError("fell: a stone that stood has no fall direction; empty azimuth_deg and octant")
         return self
 
-    def stone(self, line: int) -> Stone:
-        """The stone, its directions counted from true north."""
+    def to_stone(self, line: int) -> Stone:
+        """Return the stone of this row, with directions from true north."""
         azimuth, north = self.azimuth_deg if self.octant is None else 45.0 * self.octant, self.magnetic_declination_deg
         return Stone(
             fell=self.fell is not False,
@@ -183,8 +183,8 @@ _NEAR: Final = 0.75
 """Similarity of two names, as `difflib` counts it, from which one is taken for a misspelt other."""
 
 
-def _is_slip(name: str, column: str) -> bool:
-    """True if a name is that of a short column with letters swapped, one left out, one doubled, or an s added.
+def _is_misspelling(name: str, column: str) -> bool:
+    """True if a name is a misspelt short column name: letters swapped, omitted or doubled, or an s added.
 
     Words of their own are as near: county, country, ground.
     """
@@ -195,17 +195,17 @@ def _is_slip(name: str, column: str) -> bool:
 
 
 def _intended_column(name: str) -> str:
-    """Return the column of a survey that an unknown name seems to mean; empty if it seems to mean none."""
+    """Return the column of a survey of which an unknown name is probably a misspelling; "" if there is none."""
     plain = re.sub(r"[\s-]+", "_", re.sub(r"[(\[].*?[)\]]|°", "", name).strip()).strip("_?.")
     long = [one for one in (*COLUMNS, *_SYNONYMS) if len(one) > _SHORT]
-    near = [one for one in COLUMNS if len(one) <= _SHORT and _is_slip(plain, one)]
+    near = [one for one in COLUMNS if len(one) <= _SHORT and _is_misspelling(plain, one)]
     near = near or difflib.get_close_matches(plain, long, 1, _NEAR)
     found = _SYNONYMS.get(plain) or (near[0] if near else "")
     return _SYNONYMS.get(found, found)
 
 
-def survey_doubts(rows: Sequence[SurveyRow], name: str) -> list[str]:
-    """Return doubts about the unit of a survey's azimuths, each with the likely cause; `name` is that of its file.
+def azimuth_unit_warnings(rows: Sequence[SurveyRow], file_name: str) -> list[str]:
+    """Return doubts about the unit of a survey's azimuths, each with the likely cause; `file_name` is that of its file.
 
     Azimuths in radians lie within ±2π and are no whole numbers. Those in gon cannot be recognised unless they lie above
     360, which `SurveyRow` refuses, or are the half and full quarters of 400.
@@ -217,24 +217,24 @@ def survey_doubts(rows: Sequence[SurveyRow], name: str) -> list[str]:
         largest = max(map(abs, values), default=0.0)
         if len(different) >= _LEAST and largest <= 2 * math.pi and any(one % 1 for one in values):
             doubts.append(
-                f"{name}: column {column}: {len(values)} values, none beyond {largest:g}°: radians? Multiply by "
+                f"{file_name}: column {column}: {len(values)} values, none beyond {largest:g}°: radians? Multiply by "
                 "57.29578"
             )
         elif len(different) >= _LEAST and all(one % 50 == 0 for one in values) and any(one % 90 for one in values):
             doubts.append(
-                f"{name}: column {column}: {len(values)} values, all multiples of 50°: gon (400 to a turn)? Multiply "
-                "by 0.9"
+                f"{file_name}: column {column}: {len(values)} values, all multiples of 50°: gon (400 to a turn)? "
+                "Multiply by 0.9"
             )
     return doubts
 
 
 def read_survey(path: Path) -> list[Stone]:
-    """Read a survey, its stones in the order of the file; see `read_survey_with_notes`."""
+    """Read the stones of a survey file, in its order; see `read_survey_with_notes`."""
     return read_survey_with_notes(path)[0]
 
 
 def read_survey_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str]]:
-    """Read a survey: its stones in the order of the file, notes on what is not used, and doubts about its units.
+    """Read a survey file: its stones in order, notes on unused columns, and warnings about its units.
 
     A CSV with a header, UTF-8 with or without byte order mark; columns as `COLUMNS`. ``magnetic_declination_deg`` (east
     positive) is added to the stone's directions, so leave it empty where they were taken from true north. Lines that
@@ -247,15 +247,21 @@ def read_survey_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str
     """
     one_of, others = ("azimuth_deg", "octant", "fell"), list[str]()
 
-    def refusal(column: str) -> str:
+    def refuse_column(column: str) -> str:
         if meant := _intended_column(column):
             return f"did you mean {meant}? A column for something else needs a name that is less like it"
         others.append(column or "without a name")
         return ""
 
-    rows = read_rows(path, SurveyRow, delimiter=",", error=RecordError, kind="survey", one_of=one_of, refusal=refusal)
+    rows = read_rows(
+        path, SurveyRow, delimiter=",", error=RecordError, kind="survey", one_of=one_of, refusal=refuse_column
+    )
     found = list(rows)
     if not found:
         raise RecordError(f"{path}: no stone; write one row per stone below the header")
     notes = [f"{path.name}: not used: column{'s' * (len(others) > 1)} {', '.join(others)}"] if others else []
-    return [row.stone(line) for line, row in found], notes, survey_doubts([row for _, row in found], path.name)
+    return (
+        [row.to_stone(line) for line, row in found],
+        notes,
+        azimuth_unit_warnings([row for _, row in found], path.name),
+    )

@@ -23,7 +23,7 @@ from overturning.report.text import censored, counted, degrees, number, percent,
 from overturning.report.words import Words
 from overturning.settings import Population
 from overturning.study.scenes import NOMINAL
-from overturning.surveys.population import intensities, jma_intensities
+from overturning.surveys.population import record_intensities, record_jma_intensities
 
 MUCH_OUTSIDE: Final = 0.2
 """Share of the stones beyond the study's grid from which their rates are said not to be their own."""
@@ -44,9 +44,9 @@ def population(results: Results) -> Said:
     found = results.populations[NOMINAL]
     curves, numbers = results.fragility_curves, population_findings(results)
     assert numbers is not None
-    jma, rates = jma_intensities(found, results.intensity), found["fall_rate"].to_numpy()
+    jma, rates = record_jma_intensities(found, results.intensity), found["fall_rate"].to_numpy()
     whole = [one for one in curves if one.name == "all stones"]
-    levels = intensities(found, results.intensity)
+    levels = record_intensities(found, results.intensity)
     draw = partial(fall_rate_figure, found["amplitude"].to_numpy(), rates, levels, whole, jma)
     caption = "Each thin line or point is a record; PGA and PGV are medians over azimuths (RotD50)."
     caption += " Red: the lognormal curve." if any(math.isfinite(one.median) for one in whole) else ""

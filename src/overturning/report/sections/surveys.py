@@ -201,10 +201,10 @@ def draw_posterior(found: InversionResult, path: Path) -> Path:
     for name, values in found.strengths.items():
         order = np.argsort(values.ravel(), kind="stable")
         below = [each.sum(axis=2).ravel()[order].cumsum() for each in (one.probability, one.prior)]
-        curves[name] = (values.ravel()[order], *below, one.interval(values))
-    shares = dict(zip(one.sources, one.of_sources().tolist(), strict=True))
+        curves[name] = (values.ravel()[order], *below, one.credible_interval(values))
+    shares = dict(zip(one.sources, one.source_probabilities().tolist(), strict=True))
     with style():
-        save(posterior_figure(found.name, one.of_axes(), found.axis_arc, shares, curves), path)
+        save(posterior_figure(found.name, one.axis_probabilities(), found.axis_arc, shares, curves), path)
     return path
 
 
@@ -238,7 +238,7 @@ def _of_motion(found: InversionResult, figure: Path | None) -> Said:
             "before it."
         )
         yield Figure(figure, "posterior of axis, motion, PGV and PGA", caption)
-    shares, before = one.of_sources(), one.prior.sum(axis=(1, 2))
+    shares, before = one.source_probabilities(), one.prior.sum(axis=(1, 2))
     rows = [(one.sources[i], float(shares[i]), float(before[i])) for i in np.argsort(-shares)[:SHOWN]]
     yield table(("motion", "probability", "before"), rows, "t%%")
     yield Note(
@@ -256,7 +256,7 @@ def backwards_sentences(found: InversionResult) -> list[str]:
     """Bounds on PGV and PGA, and the axis of the motion."""
     one, parts = found.posterior, []
     for name, values in found.strengths.items():
-        (low, high), (least, most) = one.interval(values), one.interval(values, prior=True)
+        (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
         measure, unit = name.split(", ")
         parts.append(f"{measure} {_between(low, high, unit)} (before the survey {_between(least, most, unit)})")
     seen = f"From {counted(found.fell, 'stone')} that fell and {found.stood} that stood"
@@ -276,7 +276,7 @@ def backwards_sentences(found: InversionResult) -> list[str]:
 
 def cautions(found: InversionResult) -> list[str]:
     """What is to be said where the library ends before the answer, or does not fit the survey."""
-    weakest, strongest = found.posterior.edges()
+    weakest, strongest = found.posterior.outer_level_probabilities()
     tail, levels = (1 - LEVEL) / 2, found.posterior.level
     said = [
         f"The motion may have been {more} than any motion here: {percent(share)} of the probability lies on the {end} "

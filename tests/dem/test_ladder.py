@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.dem.block.commit import Corners, Corrected, correct, step_findings
+from overturning.dem.block.commit import Corners, Corrected, corner_at_solution, findings_of_step
 from overturning.dem.block.state import (
     GENTLE_STEPS,
     AssumedCorner,
@@ -126,7 +126,7 @@ def corrected(before: float, after: float) -> Corrected:
     block = Block(**dict.fromkeys(Block._fields, 1.0))
     nothing = BlockChange(0.0, 0.0, 0.0, 0.0, 0.0)
     step = PredictedBlock(**dict.fromkeys(PredictedBlock._fields[:-3], 0.0), half=0.5, left=there, right=there)
-    return correct.py_func(
+    return corner_at_solution.py_func(
         block, step, there, Corner(0.0, 0.0, before, 1.0), AssumedCorner(0.0, True, False, False, 0.0), nothing, True
     )
 
@@ -135,7 +135,7 @@ def rejected(steps: float, left: Corrected, right: Corrected, gentle: float = 1e
     """True if a step of `steps` finest steps is rejected; `gentle` is the largest travel of a gentle step, m."""
     clock, block = clock_of(BLOCK), Block(**dict.fromkeys(Block._fields, 1.0) | {"gentle": gentle})
     length = steps * clock.finest
-    found = step_findings.py_func(block, clock, length, False, Corners(left, right), False)
+    found = findings_of_step.py_func(block, clock, length, False, Corners(left, right), False)
     return bool(next_attempt.py_func(BLOCK, clock, Attempt(length, 8.0, 0.0), found, WHOLE, WHOLE)[0])
 
 

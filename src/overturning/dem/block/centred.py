@@ -1,7 +1,8 @@
 """The centred scheme for a block: trapezoidal rule, springs and dashpots at the end of the step (docs/method.md).
 
-The step of one block has three parts, as in docs/method.md: `predict` and `solve` are here, `correct` and `commit` in
-`overturning.dem.block.commit`. `overturning.dem.block.loops` has the loops over the blocks.
+The step of one block has three parts, as in docs/method.md: `predict_block` and `solve_velocities` are here,
+`corner_at_solution` and `state_after_step` in `overturning.dem.block.commit`. `overturning.dem.block.loops` has the
+loops over the blocks.
 
 Signs: a corner's penetration u and its upward velocity u̇_z give n = K u − h u̇_z upwards, its stretch t and
 velocity u̇_x along s give f = K_s t + h u̇_x against s. Left and right corner are summed as one pair, which makes the
@@ -26,7 +27,7 @@ from overturning.dem.block.state import (
     PredictedBlock,
     PredictedCorner,
     Sliding,
-    arm_of,
+    corner_position,
     flat_landing_slip,
     lands_flat,
 )
@@ -46,34 +47,38 @@ LEAST_FREEDOM: Final = 0.25
 
 
 @njit(**INLINE)
-def predict_corner(side: float, block: Block, old: Corner, at: Drift) -> PredictedCorner:
+def predict_corner(side: float, block: Block, previous: Corner, predicted: Drift) -> PredictedCorner:
     """Predict the state of a corner; a new contact starts with an unstretched spring."""
-    arm, drop = arm_of(side, block, at.cos, at.sin)
-    stretch = old.spring + ((at.x + arm) - old.place)
-    stretch = stretch if old.depth > 0.0 else 0.0
-    return PredictedCorner(arm, drop, drop - at.z, stretch, at.vx - drop * at.vw, at.vz - arm * at.vw)
+    arm, drop = corner_position(side, block, predicted.cos, predicted.sin)
+    stretch = previous.spring + ((predicted.x + arm) - previous.place)
+    stretch = stretch if previous.depth > 0.0 else 0.0
+    return PredictedCorner(
+        arm, drop, drop - predicted.z, stretch, predicted.vx - drop * predicted.vw, predicted.vz - arm * predicted.vw
+    )
 
 
 @njit(**INLINE)
-def predict(block: Block, s: BlockState, length: float, shaking: BlockShaking, ticks: float) -> PredictedBlock:
-    """Predict block and corners at the end of a step with constant acceleration; `ticks` is the length of a sample."""
-    dt, tick = block.step * length, s.tick + length
+def predict_block(
+    block: Block, state: BlockState, step_ticks: float, shaking: BlockShaking, ticks_per_sample: float
+) -> PredictedBlock:
+    """Predict block and corners at the end of a step of `step_ticks` ticks with constant acceleration."""
+    dt, tick = block.step * step_ticks, state.tick + step_ticks
     half = 0.5 * dt
-    kx, kz, kw = half * s.ax, half * s.az, half * s.aw
-    vx, vz, vw = s.vx + kx, s.vz + kz, s.vw + kw
+    kx, kz, kw = half * state.ax, half * state.az, half * state.aw
+    vx, vz, vw = state.vx + kx, state.vz + kz, state.vw + kw
     ex, ez, ew = vx + kx, vz + kz, vw + kw
     turn = dt * vw
-    c, sn = rotate_pair(s.cos, s.sin, turn)
-    x, z = s.x + dt * vx, s.z + dt * vz
-    past = tick - ticks
+    c, sn = rotate_pair(state.cos, state.sin, turn)
+    x, z = state.x + dt * vx, state.z + dt * vz
+    past = tick - ticks_per_sample
     past = past if past > 0.0 else 0.0
     at = Drift(x, z, c, sn, ex, ez, ew)
-    left, right = predict_corner(-1.0, block, s.left, at), predict_corner(1.0, block, s.right, at)
+    left, right = predict_corner(-1.0, block, state.left, at), predict_corner(1.0, block, state.right, at)
     push, lift = at_tick(shaking.push, tick, past), at_tick(shaking.lift, tick, past)
     return PredictedBlock(
         x=x,
         z=z,
-        angle=s.angle + turn,
+        angle=state.angle + turn,
         cos=c,
         sin=sn,
         vx=vx,
@@ -94,83 +99,114 @@ def predict(block: Block, s: BlockState, length: float, shaking: BlockShaking, t
 
 
 @njit(**INLINE)
-def in_contact(block: Block, r: PredictedCorner, old: Corner, fine: bool, held: bool) -> tuple[float, bool]:
-    """Return the predicted normal force per mass (m/s²), and whether the corner is in contact.
+def predict_contact(
+    block: Block, predicted: PredictedCorner, previous: Corner, is_fine_step: bool, is_flat_landing: bool
+) -> tuple[float, bool]:
+    """Return the predicted normal force of a corner per mass (m/s²), and True if the corner is in contact.
 
     In a fine step the predicted force decides. In a longer step it overshoots too far; the last state is used.
     """
-    n = block.stiffness * r.depth - block.dashpot * r.uz
-    return n, ((held | (n > 0.0)) & (r.depth > 0.0)) | ((not fine) & (old.normal != 0.0))
+    n = block.stiffness * predicted.depth - block.dashpot * predicted.uz
+    return n, ((is_flat_landing | (n > 0.0)) & (predicted.depth > 0.0)) | (
+        (not is_fine_step) & (previous.normal != 0.0)
+    )
 
 
 @njit(**INLINE)
-def guess(block: Block, r: PredictedCorner, n: float, assumption: AssumedCorner) -> Sliding:
-    """Return whether a corner would slide, and in which direction: as predicted in fine steps, else as in the last one.
+def assume_sliding(block: Block, predicted: PredictedCorner, normal_force: float, assumption: AssumedCorner) -> Sliding:
+    """Return the assumed slip of a corner: as predicted in a fine step, else as in the last step.
 
     A long step for which this proves wrong is repeated. A normal force on a sliding corner must push it out; where
     friction would rotate the block further in instead (Painlevé's paradox, possible from μ = 4/3), the corner sticks.
     In a flat landing both corners slide or stick together (`flat_landing_slip`).
     """
     slid, fine = assumption.slid, assumption.fine
-    f = block.tangential * r.stretch + block.dashpot * r.ux
-    excess = abs(f) - block.friction * n if fine else abs(slid)
+    f = block.tangential * predicted.stretch + block.dashpot * predicted.ux
+    excess = abs(f) - block.friction * normal_force if fine else abs(slid)
     slid = math.copysign(block.friction, f) if fine else slid
     slides, slid = (assumption.drifts, assumption.drift) if assumption.held else (excess > 0.0, slid)
-    freedom = 1.0 + block.inertia * r.arm * (r.arm - slid * r.drop)
+    freedom = 1.0 + block.inertia * predicted.arm * (predicted.arm - slid * predicted.drop)
     return Sliding(f, slides, slid, freedom > LEAST_FREEDOM)
 
 
 @njit(**INLINE)
-def sliding_of(one: Sliding, other: Sliding, other_in_contact: bool) -> tuple[float, bool]:
-    """Return ±μ of a corner that slides, and whether it slides.
+def resolve_sliding(corner: Sliding, other_corner: Sliding, other_in_contact: bool) -> tuple[float, bool]:
+    """Return ±μ of a sliding corner (0 if it is not free), and True if it slides.
 
     A corner that is not free to slide sticks, unless the other corner sticks: then it can only rotate out.
     """
-    free = one.free | (other_in_contact & (not other.slides))
-    return (one.slid if free else 0.0), one.slides & free
+    free = corner.free | (other_in_contact & (not other_corner.slides))
+    return (corner.slid if free else 0.0), corner.slides & free
 
 
 @njit(**INLINE)
-def normal_contribution(block: Block, r: PredictedCorner, half: float, n: float, on: bool) -> tuple[float, float]:
-    """Return the normal force for zero velocity at the end of the step, and its coefficient of that velocity."""
-    normal = block.dashpot + half * block.stiffness
-    return (n + normal * r.uz if on else 0.0), (half * normal if on else 0.0)
+def normal_force_terms(
+    block: Block, predicted: PredictedCorner, half_step: float, normal_force: float, is_closed: bool
+) -> tuple[float, float]:
+    """Return a corner's normal force for zero velocity at the end of the step, and its coefficient of that velocity."""
+    normal = block.dashpot + half_step * block.stiffness
+    return (normal_force + normal * predicted.uz if is_closed else 0.0), (half_step * normal if is_closed else 0.0)
 
 
 @njit(**INLINE)
-def contribution(
-    block: Block, r: PredictedCorner, half: float, n: float, on: bool, f: float, slides: bool, slid: float
+def equation_terms(
+    block: Block,
+    predicted: PredictedCorner,
+    half_step: float,
+    normal_force: float,
+    is_closed: bool,
+    tangential_force: float,
+    slides: bool,
+    signed_friction: float,
 ) -> Contribution:
     """Return a corner's contribution to the equations; a sliding corner has ±μ times its normal force as friction."""
-    n, press = normal_contribution(block, r, half, n, on)
-    tangential = block.dashpot + half * block.tangential
-    sticks = on & (not slides)
-    f = f - tangential * r.ux if sticks else slid * n
-    return Contribution(n, f, press, half * tangential if sticks else 0.0, slid * press if slides else 0.0)
+    normal_force, press = normal_force_terms(block, predicted, half_step, normal_force, is_closed)
+    tangential = block.dashpot + half_step * block.tangential
+    sticks = is_closed & (not slides)
+    tangential_force = tangential_force - tangential * predicted.ux if sticks else signed_friction * normal_force
+    return Contribution(
+        normal_force,
+        tangential_force,
+        press,
+        half_step * tangential if sticks else 0.0,
+        signed_friction * press if slides else 0.0,
+    )
 
 
 @njit(**INLINE)
-def solve(block: Block, s: BlockState, assumed: AssumedSlip, fine: bool, w: PredictedBlock) -> BlockChange:
-    """Solve for the velocities at the end of the step, with springs and dashpots of closed corners evaluated there.
+def solve_velocities(
+    block: Block, state: BlockState, assumed_slip: AssumedSlip, is_fine_step: bool, predicted: PredictedBlock
+) -> BlockChange:
+    """Solve for the velocities of a block at the end of a step, where springs and dashpots are evaluated.
 
     The three equations are solved by elimination without pivoting: the matrix is the identity plus a positive part,
     except for sliding corners, which are made to stick before they reduce it too much.
     """
-    half, inertia, left, right = w.half, block.inertia, w.left, w.right
-    held = lands_flat(s, left.depth, right.depth)
-    nl, on_l = in_contact(block, left, s.left, fine, held)
-    nr, on_r = in_contact(block, right, s.right, fine, held)
+    half, inertia, left, right = predicted.half, block.inertia, predicted.left, predicted.right
+    held = lands_flat(state, left.depth, right.depth)
+    nl, on_l = predict_contact(block, left, state.left, is_fine_step, held)
+    nr, on_r = predict_contact(block, right, state.right, is_fine_step, held)
     # A corner in the air has no force, so the last step does not tell whether it slid.
-    drifts, drift = flat_landing_slip(block, held, w.ex, w.ez)
-    guess_l = guess(block, left, nl, AssumedCorner(assumed.left, fine | (s.left.normal == 0.0), held, drifts, drift))
-    guess_r = guess(block, right, nr, AssumedCorner(assumed.right, fine | (s.right.normal == 0.0), held, drifts, drift))
-    slid_l, slides_l = sliding_of(guess_l, guess_r, on_r)
-    slid_r, slides_r = sliding_of(guess_r, guess_l, on_l)
-    p = contribution(block, left, half, nl, on_l, guess_l.f, slides_l, slid_l)
-    q = contribution(block, right, half, nr, on_r, guess_r.f, slides_r, slid_r)
-    hx = w.vx + half * (w.push - (p.f + q.f))
-    hz = w.vz + half * ((p.n + q.n) - (GRAVITY + w.lift))
-    hw = w.vw + half * (inertia * ((left.drop * p.f - left.arm * p.n) + (right.drop * q.f - right.arm * q.n)))
+    drifts, drift = flat_landing_slip(block, held, predicted.ex, predicted.ez)
+    guess_l = assume_sliding(
+        block,
+        left,
+        nl,
+        AssumedCorner(assumed_slip.left, is_fine_step | (state.left.normal == 0.0), held, drifts, drift),
+    )
+    guess_r = assume_sliding(
+        block,
+        right,
+        nr,
+        AssumedCorner(assumed_slip.right, is_fine_step | (state.right.normal == 0.0), held, drifts, drift),
+    )
+    slid_l, slides_l = resolve_sliding(guess_l, guess_r, on_r)
+    slid_r, slides_r = resolve_sliding(guess_r, guess_l, on_l)
+    p = equation_terms(block, left, half, nl, on_l, guess_l.f, slides_l, slid_l)
+    q = equation_terms(block, right, half, nr, on_r, guess_r.f, slides_r, slid_r)
+    hx = predicted.vx + half * (predicted.push - (p.f + q.f))
+    hz = predicted.vz + half * ((p.n + q.n) - (GRAVITY + predicted.lift))
+    hw = predicted.vw + half * (inertia * ((left.drop * p.f - left.arm * p.n) + (right.drop * q.f - right.arm * q.n)))
     wl, wr = p.press * left.arm, q.press * right.arm
     el, er = p.slide * left.drop - wl, q.slide * right.drop - wr
     gl, gr = p.stick * left.drop, q.stick * right.drop
@@ -186,27 +222,27 @@ def solve(block: Block, s: BlockState, assumed: AssumedSlip, fine: bool, w: Pred
     inverse = inverse * last
     ez = (hz - a23 * ew) * (inverse * a11)
     ex = ((hx - a12 * ez) - a13 * ew) * (inverse * a22)
-    return BlockChange(ex - w.ex, ez - w.ez, ew - w.ew, slid_l, slid_r)
+    return BlockChange(ex - predicted.ex, ez - predicted.ez, ew - predicted.ew, slid_l, slid_r)
 
 
 @njit(**INLINE)
-def solve_smooth(
+def solve_velocities_without_friction(
     block: Block,
-    s: BlockState,
-    assumed: AssumedSlip,  # noqa: ARG001, as `solve`
-    fine: bool,
-    w: PredictedBlock,
+    state: BlockState,
+    assumed_slip: AssumedSlip,  # noqa: ARG001, as `solve_velocities`
+    is_fine_step: bool,
+    predicted: PredictedBlock,
 ) -> BlockChange:
-    """Solve for the velocities without friction, where the horizontal motion is independent; see `solve`."""
-    half, inertia, left, right = w.half, block.inertia, w.left, w.right
-    held = lands_flat(s, left.depth, right.depth)
-    nl, on_l = in_contact(block, left, s.left, fine, held)
-    nr, on_r = in_contact(block, right, s.right, fine, held)
-    nl, press_l = normal_contribution(block, left, half, nl, on_l)
-    nr, press_r = normal_contribution(block, right, half, nr, on_r)
-    ex = w.vx + half * w.push
-    hz = w.vz + half * ((nl + nr) - (GRAVITY + w.lift))
-    hw = w.vw - half * (inertia * (left.arm * nl + right.arm * nr))
+    """Solve for a block's velocities without friction, where the horizontal motion is independent."""
+    half, inertia, left, right = predicted.half, block.inertia, predicted.left, predicted.right
+    held = lands_flat(state, left.depth, right.depth)
+    nl, on_l = predict_contact(block, left, state.left, is_fine_step, held)
+    nr, on_r = predict_contact(block, right, state.right, is_fine_step, held)
+    nl, press_l = normal_force_terms(block, left, half, nl, on_l)
+    nr, press_r = normal_force_terms(block, right, half, nr, on_r)
+    ex = predicted.vx + half * predicted.push
+    hz = predicted.vz + half * ((nl + nr) - (GRAVITY + predicted.lift))
+    hw = predicted.vw - half * (inertia * (left.arm * nl + right.arm * nr))
     wl, wr = press_l * left.arm, press_r * right.arm
     a22, a23 = 1.0 + (press_l + press_r), -(wl + wr)
     a32, a33 = inertia * a23, 1.0 + inertia * (wl * left.arm + wr * right.arm)
@@ -214,4 +250,4 @@ def solve_smooth(
     inverse = 1.0 / (a22 * last)
     ew = (hw * a22 - a32 * hz) * (inverse * a22)
     ez = (hz - a23 * ew) * (inverse * last)
-    return BlockChange(ex - w.ex, ez - w.ez, ew - w.ew, 0.0, 0.0)
+    return BlockChange(ex - predicted.ex, ez - predicted.ez, ew - predicted.ew, 0.0, 0.0)

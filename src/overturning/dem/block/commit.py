@@ -19,8 +19,8 @@ from overturning.dem.block.state import (
     Corrected,
     PredictedBlock,
     PredictedCorner,
-    base_slip,
-    remaining_landing,
+    base_displacement,
+    remaining_landing_time,
 )
 from overturning.dem.kernel.clock import Clock, StepFindings
 from overturning.dem.kernel.lanes import INLINE
@@ -29,13 +29,13 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
 @njit(**INLINE)
-def correct(
+def corner_at_solution(
     block: Block,
-    w: PredictedBlock,
-    r: PredictedCorner,
-    old: Corner,
+    predicted_block: PredictedBlock,
+    predicted: PredictedCorner,
+    previous: Corner,
     assumption: AssumedCorner,
-    d: BlockChange,
+    change: BlockChange,
     with_friction: bool,
 ) -> Corrected:
     """Compute the state of a corner at the solution, with forces within their limits.
@@ -43,12 +43,16 @@ def correct(
     Velocity corrections act on the position over half a step. A corner that the solution pushes out again has touched
     the base. (A corner in the air counts as slipping; its direction is never used.)
     """
-    du, dw = d.vx - r.drop * d.vw, d.vz - r.arm * d.vw
-    ux, uz = r.ux + du, r.uz + dw
-    half = w.half
-    depth, stretch, place = r.depth - half * dw, r.stretch + half * du, (w.x + r.arm) + half * du
-    inside, was = depth > 0.0, old.depth > 0.0
-    changed = r.depth if r.depth > depth else depth
+    du, dw = change.vx - predicted.drop * change.vw, change.vz - predicted.arm * change.vw
+    ux, uz = predicted.ux + du, predicted.uz + dw
+    half = predicted_block.half
+    depth, stretch, place = (
+        predicted.depth - half * dw,
+        predicted.stretch + half * du,
+        (predicted_block.x + predicted.arm) + half * du,
+    )
+    inside, was = depth > 0.0, previous.depth > 0.0
+    changed = predicted.depth if predicted.depth > depth else depth
     changed = -depth if was else changed
     # No tension except in a flat landing.
     spring = block.stiffness * depth if inside else 0.0
@@ -64,15 +68,15 @@ def correct(
     f = sign * n if slips else f
     remaining = clamp(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
     damping, sliding = (spring - n) * uz, (f - block.tangential * remaining) * ux
-    sinking = depth - old.depth
-    cut = depth * old.depth
+    sinking = depth - previous.depth
+    cut = depth * previous.depth
     cut = math.copysign(cut if cut < 0.0 else 0.0, sinking)
     fresh, loaded = inside & (not was), most > 0.0
-    moment, let_go = r.drop * f - r.arm * n, (old.spring + remaining) * (stretch - remaining)
+    moment, let_go = predicted.drop * f - predicted.arm * n, (previous.spring + remaining) * (stretch - remaining)
     return Corrected(
         corner=Corner(remaining, place, depth, n),
         f=f,
-        moment=moment if with_friction else -(r.arm * n),
+        moment=moment if with_friction else -(predicted.arm * n),
         loss=damping + sliding if with_friction else damping,
         let_go=let_go if with_friction else 0.0,
         cut=cut,
@@ -83,19 +87,19 @@ def correct(
         found=found,
         wrong=(found != assumed) & loaded,
         reversed=(assumed * ux < 0.0) & loaded,
-        back=(found * old.spring < 0.0) & loaded,
+        back=(found * previous.spring < 0.0) & loaded,
     )
 
 
 @njit(**INLINE)
-def step_findings(
-    block: Block, clock: Clock, length: float, fine: bool, both: Corners, with_friction: bool
+def findings_of_step(
+    block: Block, clock: Clock, step_ticks: float, is_fine_step: bool, corners: Corners, with_friction: bool
 ) -> StepFindings:
-    """Return the findings of an attempted step for the clock."""
-    left, right = both.left, both.right
+    """Return the findings of an attempted step that decide whether it is accepted."""
+    left, right = corners.left, corners.right
     changed = (left.changed if left.changed > right.changed else right.changed) > 0.0
     far = left.far if left.far > right.far else right.far
-    gentle = (far <= block.gentle) & (length <= GENTLE_STEPS * clock.finest)
+    gentle = (far <= block.gentle) & (step_ticks <= GENTLE_STEPS * clock.finest)
     stands = (left.corner.normal > 0.0) & (right.corner.normal > 0.0)
     if not with_friction:
         return StepFindings(
@@ -108,7 +112,7 @@ def step_findings(
             slides=False,
             stands=stands,
         )
-    wrong, back = (left.wrong | right.wrong) & (not fine), (left.back | right.back) & (not fine)
+    wrong, back = (left.wrong | right.wrong) & (not is_fine_step), (left.back | right.back) & (not is_fine_step)
     slides = (left.found != 0.0) & (right.found != 0.0) & (left.corner.normal + right.corner.normal > 0.0)
     return StepFindings(
         changed=changed,
@@ -123,60 +127,71 @@ def step_findings(
 
 
 @njit(**INLINE)
-def next_assumed_slip(assumed: AssumedSlip, fine: bool, both: Corners, retry: bool, sooner: bool) -> AssumedSlip:
-    """Return the slip directions to assume in the next attempt: those found, or in a retry the correct old ones."""
-    of_left, of_right = (0.0 if fine else assumed.left), (0.0 if fine else assumed.right)
-    left, right = both.left, both.right
-    keeps_left, keeps_right = sooner | (retry & (not left.wrong)), sooner | (retry & (not right.wrong))
+def next_assumed_slip(
+    assumed_slip: AssumedSlip, is_fine_step: bool, corners: Corners, is_retry: bool, keeps_assumed: bool
+) -> AssumedSlip:
+    """Return the slip directions to assume in the next attempt: of the solution, or in a retry the correct old ones."""
+    of_left, of_right = (0.0 if is_fine_step else assumed_slip.left), (0.0 if is_fine_step else assumed_slip.right)
+    left, right = corners.left, corners.right
+    keeps_left, keeps_right = (
+        keeps_assumed | (is_retry & (not left.wrong)),
+        keeps_assumed | (is_retry & (not right.wrong)),
+    )
     return AssumedSlip(of_left if keeps_left else left.found, of_right if keeps_right else right.found)
 
 
 @njit(**INLINE)
-def acting(half: float, one: Corrected, other: Corrected) -> float:
+def contact_time_beyond_half_step(half_step: float, corner: Corrected, other_corner: Corrected) -> float:
     """Return the time beyond half of the step during which a contact that closed within it acts, s.
 
     One division serves both corners.
     """
-    inverse = 2.0 * half / (one.sunk * other.sunk)
-    time = one.corner.depth * (inverse * other.sunk) - half
-    return time if one.fresh else 0.0
+    inverse = 2.0 * half_step / (corner.sunk * other_corner.sunk)
+    time = corner.corner.depth * (inverse * other_corner.sunk) - half_step
+    return time if corner.fresh else 0.0
 
 
 @njit(**INLINE)
-def commit(
+def state_after_step(
     block: Block,
-    old: AcceptedStep,
-    w: PredictedBlock,
-    d: BlockChange,
-    both: Corners,
-    length: float,
-    vertical: bool,
+    previous: AcceptedStep,
+    predicted: PredictedBlock,
+    change: BlockChange,
+    corners: Corners,
+    step_ticks: float,
+    with_vertical: bool,
     with_friction: bool,
 ) -> AcceptedStep:
-    """Compute the state, peaks and energy account at the end of the step."""
-    (s, peaks, account), (left, right) = old, both
-    half, turn, tick = w.half, w.half * d.vw, s.tick + length
-    x, z, angle = w.x + half * d.vx, w.z + half * d.vz, w.angle + turn
-    c, sn = w.cos - w.sin * turn, w.sin + w.cos * turn
+    """Return the state, peaks and energy account of a block at the end of a step."""
+    (s, peaks, account), (left, right) = previous, corners
+    half, turn, tick = predicted.half, predicted.half * change.vw, s.tick + step_ticks
+    x, z, angle = predicted.x + half * change.vx, predicted.z + half * change.vz, predicted.angle + turn
+    c, sn = predicted.cos - predicted.sin * turn, predicted.sin + predicted.cos * turn
     nl, nr = left.corner.normal, right.corner.normal
-    ax, az = w.push - (left.f + right.f) if with_friction else w.push, (nl + nr) - (GRAVITY + w.lift)
+    ax, az = (
+        predicted.push - (left.f + right.f) if with_friction else predicted.push,
+        (nl + nr) - (GRAVITY + predicted.lift),
+    )
     aw = block.inertia * (left.moment + right.moment)
-    vx, vz, vw = w.vx + half * ax, w.vz + half * az, w.vw + half * aw
-    pl, pr = acting(half, left, right), acting(half, right, left)
+    vx, vz, vw = predicted.vx + half * ax, predicted.vz + half * az, predicted.vw + half * aw
+    pl, pr = contact_time_beyond_half_step(half, left, right), contact_time_beyond_half_step(half, right, left)
     vx = vx - (pl * left.f + pr * right.f) if with_friction else vx
     vz, vw = vz + (pl * nl + pr * nr), vw + block.inertia * (pl * left.moment + pr * right.moment)
     # Work of the base motion; loss in dashpots, friction, and contacts that open or close within the step.
-    power, loss = w.push * vx - w.lift * vz if vertical else w.push * vx, left.loss + right.loss
+    power, loss = (
+        predicted.push * vx - predicted.lift * vz if with_vertical else predicted.push * vx,
+        left.loss + right.loss,
+    )
     springs = block.tangential * (left.let_go + right.let_go) + block.stiffness * (left.cut + right.cut)
     lost = account.lost + ((half * (account.loss + loss) + (pl * left.loss + pr * right.loss)) + 0.5 * springs)
     peaks = BlockPeaks(
         larger(peaks.angle, abs(angle)),
-        larger(peaks.slip, abs(base_slip(block, x, sn))),
+        larger(peaks.slip, abs(base_displacement(block, x, sn))),
         larger(peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth),
         tick if abs(angle) < block.alpha else peaks.last_upright,
     )
     account = BlockAccount(account.work + half * (account.power + power), lost, power, loss)
-    landing = remaining_landing(block, s, 2.0 * half)
+    landing = remaining_landing_time(block, s, 2.0 * half)
     state = BlockState(
         x=x,
         z=z,

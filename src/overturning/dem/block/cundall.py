@@ -12,11 +12,11 @@ from overturning.dem.block.state import (
     BlockShaking,
     BlockState,
     Corner,
-    arm_of,
-    base_slip,
+    base_displacement,
+    corner_position,
     flat_landing_slip,
     lands_flat,
-    remaining_landing,
+    remaining_landing_time,
 )
 from overturning.dem.kernel.ground import within_sample
 from overturning.dem.kernel.lanes import INLINE, select
@@ -50,74 +50,92 @@ class CornerForce(NamedTuple):
 
 
 @njit(**INLINE)
-def act(
-    side: float, block: Block, s: BlockState, old: Corner, rate: float, flat: tuple[bool, bool, float]
+def corner_contact_force(
+    side: float,
+    block: Block,
+    state: BlockState,
+    previous: Corner,
+    dashpot_rate: float,
+    flat_landing: tuple[bool, bool, float],
 ) -> CornerForce:
-    """Apply the contact law at a corner; `rate` is the dashpot over the step, so that it multiplies displacements.
+    """Compute the contact force of a corner; `dashpot_rate` is the dashpot over the time step, for displacements.
 
-    `flat` holds whether the block lands flat, and the two results of `flat_landing_slip`.
+    `flat_landing` holds whether the block lands flat, and the two results of `flat_landing_slip`.
     """
-    held, drifts, drift = flat
-    arm, drop = arm_of(side, block, s.cos, s.sin)
-    place, depth = s.x + arm, drop - s.z
-    slip, sinking = place - old.place, depth - old.depth
-    inside, was = depth > 0.0, old.depth > 0.0
+    held, drifts, drift = flat_landing
+    arm, drop = corner_position(side, block, state.cos, state.sin)
+    place, depth = state.x + arm, drop - state.z
+    slip, sinking = place - previous.place, depth - previous.depth
+    inside, was = depth > 0.0, previous.depth > 0.0
     # Spring and dashpot while the corner is in contact; no tension except in a flat landing.
-    n = block.stiffness * depth + rate * sinking
+    n = block.stiffness * depth + dashpot_rate * sinking
     n = n if inside & (held | (n > 0.0)) else 0.0
     # A new contact starts with an unstretched spring; slip shortens the spring to the force that friction can hold.
-    stretch = old.spring + slip if was else 0.0
+    stretch = previous.spring + slip if was else 0.0
     most = block.friction * n
-    whole = -(block.tangential * stretch) - rate * slip
+    whole = -(block.tangential * stretch) - dashpot_rate * slip
     slips = drifts if held else abs(whole) > most
     f = -drift * n if drifts else (clamp(whole, most) if slips else whole)
     remaining = clamp(stretch, (most if most > 0.0 else 0.0) * block.compliance) if slips else stretch
-    let_go = old.depth if was & (not inside) else 0.0
+    let_go = previous.depth if was & (not inside) else 0.0
     return CornerForce(
         n=n, f=f, arm=arm, drop=drop,
         corner=Corner(remaining, place, depth, 0.0), opened=let_go * let_go,
-        shortened=(old.spring + remaining) * (stretch - remaining),
+        shortened=(previous.spring + remaining) * (stretch - remaining),
         damping=n - block.stiffness * (depth if inside else 0.0), sliding=f + block.tangential * remaining,
     )  # fmt: skip
 
 
 @njit(**INLINE)
-def lost_at(corner: CornerForce, vx: float, vz: float, vw: float) -> float:
+def corner_dissipation_power(corner_force: CornerForce, vx: float, vz: float, vw: float) -> float:
     """Return the power of dashpots and friction of a corner on the block, per mass, m²/s³; negative for losses."""
-    return corner.damping * (vz - corner.arm * vw) + corner.sliding * (vx - corner.drop * vw)
+    return corner_force.damping * (vz - corner_force.arm * vw) + corner_force.sliding * (vx - corner_force.drop * vw)
 
 
 @njit(**INLINE)
-def step(
-    block: Block, s: BlockState, peaks: BlockPeaks, account: BlockAccount, shaking: BlockShaking, vertical: bool
+def step_block(
+    block: Block,
+    state: BlockState,
+    peaks: BlockPeaks,
+    account: BlockAccount,
+    shaking: BlockShaking,
+    with_vertical: bool,
 ) -> tuple[BlockState, BlockPeaks, BlockAccount]:
-    """Compute one step of one block."""
+    """Advance one block by one step of Cundall's scheme."""
     dt = block.step * WHOLE
-    push, lift = within_sample(shaking.push, s.tick), within_sample(shaking.lift, s.tick)
+    push, lift = within_sample(shaking.push, state.tick), within_sample(shaking.lift, state.tick)
     rate = block.dashpot / dt
-    (_, drop_left), (_, drop_right) = arm_of(-1.0, block, s.cos, s.sin), arm_of(1.0, block, s.cos, s.sin)
-    held = lands_flat(s, drop_left - s.z, drop_right - s.z)
-    flat = (held, *flat_landing_slip(block, held, s.vx, s.vz))
-    left, right = act(-1.0, block, s, s.left, rate, flat), act(1.0, block, s, s.right, rate, flat)
+    (_, drop_left), (_, drop_right) = (
+        corner_position(-1.0, block, state.cos, state.sin),
+        corner_position(1.0, block, state.cos, state.sin),
+    )
+    held = lands_flat(state, drop_left - state.z, drop_right - state.z)
+    flat = (held, *flat_landing_slip(block, held, state.vx, state.vz))
+    left, right = (
+        corner_contact_force(-1.0, block, state, state.left, rate, flat),
+        corner_contact_force(1.0, block, state, state.right, rate, flat),
+    )
     # Accelerations in the frame of the base; left and right corner as one pair.
-    ax, az = (left.f + right.f) + push, (left.n + right.n) - (GRAVITY + lift if vertical else GRAVITY)
+    ax, az = (left.f + right.f) + push, (left.n + right.n) - (GRAVITY + lift if with_vertical else GRAVITY)
     aw = block.inertia * ((-left.drop * left.f - left.arm * left.n) + (-right.drop * right.f - right.arm * right.n))
     # The energy account uses the velocities at the whole step.
     half = 0.5 * dt
-    cx, cz, cw = s.vx + half * ax, s.vz + half * az, s.vw + half * aw
-    power = push * cx - lift * cz if vertical else push * cx
+    cx, cz, cw = state.vx + half * ax, state.vz + half * az, state.vw + half * aw
+    power = push * cx - lift * cz if with_vertical else push * cx
     let_go = 0.5 * (
         block.stiffness * (left.opened + right.opened) + block.tangential * (left.shortened + right.shortened)
     )
-    lost = account.lost + (let_go - dt * (lost_at(left, cx, cz, cw) + lost_at(right, cx, cz, cw)))
+    lost = account.lost + (
+        let_go - dt * (corner_dissipation_power(left, cx, cz, cw) + corner_dissipation_power(right, cx, cz, cw))
+    )
     # Velocities half a step later, position one step later.
-    vx, vz, vw = s.vx + dt * ax, s.vz + dt * az, s.vw + dt * aw
-    turn, tick = dt * vw, s.tick + WHOLE
-    c, sn = rotate_pair(s.cos, s.sin, turn)
-    x, z, angle = s.x + dt * vx, s.z + dt * vz, s.angle + turn
+    vx, vz, vw = state.vx + dt * ax, state.vz + dt * az, state.vw + dt * aw
+    turn, tick = dt * vw, state.tick + WHOLE
+    c, sn = rotate_pair(state.cos, state.sin, turn)
+    x, z, angle = state.x + dt * vx, state.z + dt * vz, state.angle + turn
     peaks = BlockPeaks(
         larger(peaks.angle, abs(angle)),
-        larger(peaks.slip, abs(base_slip(block, x, sn))),
+        larger(peaks.slip, abs(base_displacement(block, x, sn))),
         larger(peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth),
         select(abs(angle) < block.alpha, tick, peaks.last_upright),
     )
@@ -136,6 +154,6 @@ def step(
         left=left.corner,
         right=right.corner,
         tick=tick,
-        landing=remaining_landing(block, s, dt),
+        landing=remaining_landing_time(block, state, dt),
     )
     return moved, peaks, BlockAccount(account.work + dt * power, lost, 0.0, 0.0)

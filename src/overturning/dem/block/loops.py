@@ -53,11 +53,11 @@ class CentredConstants(NamedTuple):
 
 
 @cache
-def centred_loops(vertical: bool, with_friction: bool) -> Any:
+def centred_loops(with_vertical: bool, with_friction: bool) -> Any:
     """Return the loops of the centred scheme, with or without vertical motion and friction."""
     springs = [] if with_friction else ["spring", "place", "stretch", "ux", "slid_left", "slid_right"]
-    unused = springs if vertical else [*springs, "lift"]
-    solution = centred.solve if with_friction else centred.solve_smooth
+    unused = springs if with_vertical else [*springs, "lift"]
+    solution = centred.solve_velocities if with_friction else centred.solve_velocities_without_friction
     load_block, load_shaking, load_clock = (
         ROWS.access(Block).load,
         ROWS.access(BlockShaking).load,
@@ -74,21 +74,21 @@ def centred_loops(vertical: bool, with_friction: bool) -> Any:
     load_change, store_change, _ = ROWS.access(BlockChange, without=unused)
 
     @njit(**INNER)
-    def predict_all(kind: Any, state: Any, columns: int, ticks: float) -> None:  # noqa: ARG001
-        for j in range(columns):
+    def predict_all(kind: Any, state: Any, lane_count: int, ticks_per_sample: float) -> None:  # noqa: ARG001
+        for j in range(lane_count):
             block, s, length = load_block(state, j), load_state(state, j), load_attempt(state, j).length
-            store_predicted(state, j, centred.predict(block, s, length, load_shaking(state, j), ticks))
+            store_predicted(state, j, centred.predict_block(block, s, length, load_shaking(state, j), ticks_per_sample))
 
     @njit(**INNER)
-    def solve_all(kind: Any, state: Any, columns: int) -> None:  # noqa: ARG001
-        for j in range(columns):
+    def solve_all(kind: Any, state: Any, lane_count: int) -> None:  # noqa: ARG001
+        for j in range(lane_count):
             fine = load_attempt(state, j).length <= centred.FINE * load_clock(state, j).finest
             block, s, assumed = load_block(state, j), load_state(state, j), load_assumed_slip(state, j)
             store_change(state, j, solution(block, s, assumed, fine, load_predicted(state, j)))
 
     @njit(**INNER)
-    def commit_all(kind: Any, state: Any, columns: int, ticks: float) -> None:  # noqa: ARG001
-        for j in range(columns):
+    def commit_all(kind: Any, state: Any, lane_count: int, ticks_per_sample: float) -> None:  # noqa: ARG001
+        for j in range(lane_count):
             block, s, attempt, clock = (
                 load_block(state, j),
                 load_state(state, j),
@@ -102,16 +102,16 @@ def centred_loops(vertical: bool, with_friction: bool) -> Any:
             assumed_left = AssumedCorner(d.slid_left, fine, held, drifts, drift)
             assumed_right = AssumedCorner(d.slid_right, fine, held, drifts, drift)
             both = Corners(
-                commit.correct(block, w, w.left, s.left, assumed_left, d, with_friction),
-                commit.correct(block, w, w.right, s.right, assumed_right, d, with_friction),
+                commit.corner_at_solution(block, w, w.left, s.left, assumed_left, d, with_friction),
+                commit.corner_at_solution(block, w, w.right, s.right, assumed_right, d, with_friction),
             )
-            findings = commit.step_findings(block, clock, length, fine, both, with_friction)
-            again, sooner, attempt = next_attempt(BLOCK, clock, attempt, findings, s.tick + length, ticks)
+            findings = commit.findings_of_step(block, clock, length, fine, both, with_friction)
+            again, sooner, attempt = next_attempt(BLOCK, clock, attempt, findings, s.tick + length, ticks_per_sample)
             assumed = commit.next_assumed_slip(
                 AssumedSlip(d.slid_left, d.slid_right), fine, both, attempt.tries > 0.0, sooner
             )
             accepted = AcceptedStep(s, load_peaks(state, j), load_account(state, j))
-            accepted = commit.commit(block, accepted, w, d, both, length, vertical, with_friction)
+            accepted = commit.state_after_step(block, accepted, w, d, both, length, with_vertical, with_friction)
             store_attempt(state, j, attempt)
             store_assumed_slip(state, j, assumed)
             store_state(state, j, again, accepted.state)
@@ -119,17 +119,17 @@ def centred_loops(vertical: bool, with_friction: bool) -> Any:
             store_account(state, j, again, accepted.account)
 
     @njit(**INNER)
-    def advance(kind: Any, state: Any, columns: int, steps: int, ticks: float) -> None:
+    def advance(kind: Any, state: Any, lane_count: int, steps: int, ticks_per_sample: float) -> None:
         for _ in range(steps):
-            predict_all(kind, state, columns, ticks)
-            solve_all(kind, state, columns)
-            commit_all(kind, state, columns, ticks)
+            predict_all(kind, state, lane_count, ticks_per_sample)
+            solve_all(kind, state, lane_count)
+            commit_all(kind, state, lane_count, ticks_per_sample)
 
     return advance
 
 
 @cache
-def cundall_loops(vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001
+def cundall_loops(with_vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001
     """Return the loops of Cundall's scheme; parameters are those of `centred_loops`.
 
     There is no variant without friction: tangential springs then carry no force.
@@ -140,12 +140,12 @@ def cundall_loops(vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001
     load_account, store_account, _ = ROWS.access(BlockAccount, without=["power", "loss"])
 
     @njit(**INNER)
-    def advance(kind: Any, state: Any, columns: int, steps: int, ticks: float) -> None:  # noqa: ARG001
+    def advance(kind: Any, state: Any, lane_count: int, steps: int, ticks_per_sample: float) -> None:  # noqa: ARG001
         for _ in range(steps):
-            for j in range(columns):
-                s, peaks, account = cundall.step(
+            for j in range(lane_count):
+                s, peaks, account = cundall.step_block(
                     load_block(state, j), load_state(state, j), load_peaks(state, j), load_account(state, j),
-                    load_shaking(state, j), vertical,
+                    load_shaking(state, j), with_vertical,
                 )  # fmt: skip
                 store_state(state, j, s)
                 store_peaks(state, j, peaks)
@@ -161,20 +161,20 @@ SCHEMES: Final[dict[Scheme, tuple[Any, Any]]] = {
 """Constants of each scheme and the function that makes its loops; the type of the constants selects the loops."""
 
 
-def loops_of(scheme: Any, upward: Any, with_friction: Any) -> Any:
+def select_loops(scheme: Any, vertical_ground: Any, with_friction: Any) -> Any:
     """Return the loops of a scheme, selected by the types of the arguments; callable from compiled code.
 
-    `upward` and `with_friction` are None for the variants without vertical motion and without friction.
+    `vertical_ground` and `with_friction` are None for the variants without vertical motion and without friction.
     """
     make = next(make for one, make in SCHEMES.values() if type(one) is scheme.instance_class)
-    return make(not isinstance(upward, types.NoneType), not isinstance(with_friction, types.NoneType))
+    return make(not isinstance(vertical_ground, types.NoneType), not isinstance(with_friction, types.NoneType))
 
 
-@overload(loops_of)
-def _loops_of(scheme: Any, upward: Any, with_friction: Any) -> Any:
-    loops = loops_of(scheme, upward, with_friction)
+@overload(select_loops)
+def _overload_select_loops(scheme: Any, vertical_ground: Any, with_friction: Any) -> Any:
+    loops = select_loops(scheme, vertical_ground, with_friction)
 
-    def chosen(scheme: Any, upward: Any, with_friction: Any) -> Any:  # noqa: ARG001, Numba requires the same arguments
+    def chosen(scheme: Any, vertical_ground: Any, with_friction: Any) -> Any:  # noqa: ARG001, Numba compares names
         return loops
 
     return chosen

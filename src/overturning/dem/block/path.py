@@ -12,19 +12,21 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 
-def block_path(scene: Scene, motion: Motion, cases: Cases, rows: NDArray[np.void], critical: float) -> PlanePath:
-    """Convert the rows of a single block to a `PlanePath` of block and ground; `critical` is α, rad."""
+def convert_block_path(
+    scene: Scene, motion: Motion, cases: Cases, path_rows: NDArray[np.void], critical_angle: float
+) -> PlanePath:
+    """Convert the rows of a single block to a `PlanePath` of block and ground; `critical_angle` is α, rad."""
     azimuth, height, ratio, amplitude = (
         float(getattr(cases, name)[0]) for name in ("azimuth_deg", "height", "b_over_h", "amplitude")
     )
     placed = place_elements(scene, height, ratio)
     ground, block = placed
-    time = rows["time"]
-    poses = np.zeros((len(rows), 2, 6))
+    time = path_rows["time"]
+    poses = np.zeros((len(path_rows), 2, 6))
     poses[:, 0, :2] = ground.x, ground.z
-    poses[:, 1] = np.stack([rows[name] for name in ("x", "z", "angle", "vx", "vz", "vw")], axis=1)
+    poses[:, 1] = np.stack([path_rows[name] for name in ("x", "z", "angle", "vx", "vz", "vw")], axis=1)
     along, lift = (
-        _mean_between(time, amplitude * values, motion.sampling_interval)
+        _mean_acceleration_between(time, amplitude * values, motion.sampling_interval)
         for values in (motion.along(azimuth), np.zeros(1) if motion.up is None else motion.up)
     )
     point, force = corner_forces(time, poses[:, 1], along, lift, np.array([ratio * height, height]) / 2)
@@ -35,9 +37,9 @@ def block_path(scene: Scene, motion: Motion, cases: Cases, rows: NDArray[np.void
     return PlanePath(
         scene=scene,
         placed=placed,
-        critical=np.array([np.nan, critical]),
+        critical=np.array([np.nan, critical_angle]),
         time=time,
-        ground=rows["ground"],
+        ground=path_rows["ground"],
         poses=poses,
         force=force * block.mass,
         place=point + origin,
@@ -46,7 +48,11 @@ def block_path(scene: Scene, motion: Motion, cases: Cases, rows: NDArray[np.void
 
 
 def corner_forces(
-    time: FloatArray, poses: FloatArray, ground: FloatArray, lift: FloatArray, half: FloatArray
+    time: FloatArray,
+    poses: FloatArray,
+    ground_acceleration: FloatArray,
+    vertical_acceleration: FloatArray,
+    half_sizes: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Compute the positions of the lower corners, and the mean forces at them between two rows, per mass.
 
@@ -61,9 +67,9 @@ def corner_forces(
         Time of each row, s, shape (rows,).
     poses : ndarray
         x, z above the ground (m), rotation (rad) and their rates, shape (rows, 6).
-    ground, lift : ndarray
+    ground_acceleration, lift : ndarray
         Mean horizontal and vertical acceleration of the base between two rows, m/s², shape (rows − 1,).
-    half : ndarray
+    half_sizes : ndarray
         B/2 and H/2, m, shape (2,).
 
     Returns
@@ -75,44 +81,45 @@ def corner_forces(
     x, z, angle, vx, vz, vw = poses.T
     cosine, sine = np.cos(angle), np.sin(angle)
     arm = np.stack(
-        [np.stack([side * half[0] * cosine - half[1] * sine, -half[1] * cosine - side * half[0] * sine], axis=1)
+        [np.stack([side * half_sizes[0] * cosine - half_sizes[1] * sine,
+                   -half_sizes[1] * cosine - side * half_sizes[0] * sine], axis=1)
          for side in (-1.0, 1.0)], axis=1,
     )  # fmt: skip
-    along = _rate(vx, time) + ground
+    along = _mean_rate(vx, time) + ground_acceleration
     # In flight the difference is zero except for rounding, which may be negative.
-    upward = np.maximum(_rate(vz, time) + STANDARD_GRAVITY + lift, 0.0)
+    upward = np.maximum(_mean_rate(vz, time) + STANDARD_GRAVITY + vertical_acceleration, 0.0)
     inclination = np.divide(along, upward, out=np.zeros_like(along), where=upward > 1e-9)
     down = z[:, None] + arm[:, :, 1] < 0.0
-    down, arm = down[1:] | down[:-1], _mean(arm)
+    down, arm = down[1:] | down[:-1], _mean_of_neighbours(arm)
     # Clockwise moment about the centre per unit normal force at each corner, including the horizontal force.
     lever = arm[:, :, 1] * inclination[:, None] - arm[:, :, 0]
-    moment = _rate(vw, time) * (half**2).sum() / 3.0
+    moment = _mean_rate(vw, time) * (half_sizes**2).sum() / 3.0
     apart = lever[:, 0] - lever[:, 1]
     left = np.divide(moment - upward * lever[:, 1], apart, out=np.zeros_like(moment), where=np.abs(apart) > 1e-12)
     left = np.where(down[:, 0] & down[:, 1], np.clip(left, 0.0, upward), np.where(down[:, 0], upward, 0.0))
     right = np.where(down.any(axis=1), upward - left, 0.0)
     normal = np.stack([left, right], axis=1)
     force = np.stack([normal * inclination[:, None], normal], axis=2)
-    point = np.where(down[:, :, None], _mean(np.stack([x, z], axis=1))[:, None, :] + arm, np.nan)
+    point = np.where(down[:, :, None], _mean_of_neighbours(np.stack([x, z], axis=1))[:, None, :] + arm, np.nan)
     return tuple(np.concatenate([values, values[-1:]]) for values in (point, force))  # type: ignore[return-value]
 
 
-def _rate(values: FloatArray, time: FloatArray) -> FloatArray:
+def _mean_rate(values: FloatArray, time: FloatArray) -> FloatArray:
     """Return the mean rate of change between two rows; 0 if they have the same time."""
     span = np.diff(time)
     return np.divide(np.diff(values), span, out=np.zeros_like(span), where=span > 0)
 
 
-def _mean(values: FloatArray) -> FloatArray:
+def _mean_of_neighbours(values: FloatArray) -> FloatArray:
     """Return the mean between two rows of values that are linear in time."""
     return np.asarray(0.5 * (values[1:] + values[:-1]))
 
 
-def _mean_between(time: FloatArray, acceleration: FloatArray, interval: float) -> FloatArray:
+def _mean_acceleration_between(time: FloatArray, acceleration: FloatArray, sampling_interval: float) -> FloatArray:
     """Return the mean between two times of an acceleration that is linear between samples and 0 after the record."""
     padded = np.concatenate([acceleration, np.zeros(2)])
-    velocity = np.concatenate([[0.0], np.cumsum(_mean(padded))]) * interval
-    index = np.minimum((time / interval + 1e-9).astype(np.int64), acceleration.size)
-    past = np.minimum(time - index * interval, interval)
-    slope = (padded[index + 1] - padded[index]) / interval
-    return _rate(velocity[index] + (padded[index] + 0.5 * slope * past) * past, time)
+    velocity = np.concatenate([[0.0], np.cumsum(_mean_of_neighbours(padded))]) * sampling_interval
+    index = np.minimum((time / sampling_interval + 1e-9).astype(np.int64), acceleration.size)
+    past = np.minimum(time - index * sampling_interval, sampling_interval)
+    slope = (padded[index + 1] - padded[index]) / sampling_interval
+    return _mean_rate(velocity[index] + (padded[index] + 0.5 * slope * past) * past, time)

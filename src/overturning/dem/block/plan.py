@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.block.loops import SCHEMES
-from overturning.dem.block.path import block_path
+from overturning.dem.block.path import convert_block_path
 from overturning.dem.block.rules import BlockRules
 from overturning.dem.block.state import COLUMNS, MAX_FRICTION, MAX_GENTLE_TRAVEL, RIGID_TIME_RATIO, TICKS
 from overturning.dem.block.tables import CASE, RESULT, ROW
@@ -79,7 +79,7 @@ class BlockPlan(Plan):
 
     def path(self, rows: NDArray[np.void]) -> PlanePath:
         """Convert the rows to the path of the only case."""
-        return block_path(self.model.scene, self.motion, self.cases, rows, float(self.table[0]["alpha"]))
+        return convert_block_path(self.model.scene, self.motion, self.cases, rows, float(self.table[0]["alpha"]))
 
 
 def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) -> BlockPlan:

@@ -73,7 +73,7 @@ class RigidCaseColumns(NamedTuple):
 CASE: Final = dtype_of(RigidCaseColumns)
 
 
-class Push(NamedTuple):
+class LinearBaseMotion(NamedTuple):
     """Base motion over g from a given time within a sample, linear in time; slopes are per sample."""
 
     ground: float
@@ -83,7 +83,7 @@ class Push(NamedTuple):
     weight_slope: float
 
 
-class Rocking(NamedTuple):
+class RigidRockingOutcomes(NamedTuple):
     """Outcomes of n rocking blocks."""
 
     overturned: NDArray[np.int8]
@@ -93,26 +93,32 @@ class Rocking(NamedTuple):
 
 
 @njit(**INNER)
-def _push_at(push: Push, t: float) -> Push:
-    """Return the base motion from a time `t` later, in samples."""
-    ground, weight = push.ground + push.ground_slope * t, push.weight + push.weight_slope * t
-    return Push(ground, push.ground_slope, weight, push.weight_slope)
+def _base_motion_after(base_motion: LinearBaseMotion, delay: float) -> LinearBaseMotion:
+    """Return the base motion from a time `delay` later, in samples."""
+    ground, weight = (
+        base_motion.ground + base_motion.ground_slope * delay,
+        base_motion.weight + base_motion.weight_slope * delay,
+    )
+    return LinearBaseMotion(ground, base_motion.ground_slope, weight, base_motion.weight_slope)
 
 
 @njit(**INNER)
-def _lift_off(push: Push, left: float, tangent: float) -> tuple[float, float]:
+def _rocking_start(base_motion: LinearBaseMotion, remaining_time: float, b_over_h: float) -> tuple[float, float]:
     """Return side and time at which a block at rest starts to rock in the rest of a sample; side 0 if it does not."""
-    end = _push_at(push, left)
-    side = -1.0 if push.ground > 0.0 else 1.0
-    if -side * push.ground > push.weight * tangent:
+    end = _base_motion_after(base_motion, remaining_time)
+    side = -1.0 if base_motion.ground > 0.0 else 1.0
+    if -side * base_motion.ground > base_motion.weight * b_over_h:
         return side, 0.0
     side = -1.0 if end.ground > 0.0 else 1.0
-    before, after = -side * push.ground - push.weight * tangent, -side * end.ground - end.weight * tangent
-    return (side, left * (before / (before - after))) if after > 0.0 else (0.0, left)
+    before, after = (
+        -side * base_motion.ground - base_motion.weight * b_over_h,
+        -side * end.ground - end.weight * b_over_h,
+    )
+    return (side, remaining_time * (before / (before - after))) if after > 0.0 else (0.0, remaining_time)
 
 
 @njit(**INNER)
-def _expand(series: Any, side: float, push: Push, square: float) -> None:
+def _fill_taylor_series(series: Any, side: float, base_motion: LinearBaseMotion, squared_frequency: float) -> None:
     """Fill in the Taylor series from their first terms.
 
     The rows of `series`, shape (6, order + 1), are angle, velocity, sin and cos of (α − angle), acceleration and jerk.
@@ -122,14 +128,14 @@ def _expand(series: Any, side: float, push: Push, square: float) -> None:
         series[0], series[1], series[2], series[3], series[4], series[5]
     )  # fmt: skip
     for k in range(angle.size - 1):
-        drive = -side * push.ground * cosine[k] - push.weight * sine[k]
+        drive = -side * base_motion.ground * cosine[k] - base_motion.weight * sine[k]
         if k > 0:
-            drive -= side * push.ground_slope * cosine[k - 1] + push.weight_slope * sine[k - 1]
+            drive -= side * base_motion.ground_slope * cosine[k - 1] + base_motion.weight_slope * sine[k - 1]
         of_sine, of_cosine = 0.0, 0.0
         for j in range(k + 1):
             of_sine -= velocity[j] * cosine[k - j]
             of_cosine += velocity[j] * sine[k - j]
-        acceleration[k] = square * drive
+        acceleration[k] = squared_frequency * drive
         angle[k + 1], velocity[k + 1] = velocity[k] / (k + 1), acceleration[k] / (k + 1)
         if k > 0:
             jerk[k - 1] = k * acceleration[k]
@@ -137,21 +143,21 @@ def _expand(series: Any, side: float, push: Push, square: float) -> None:
 
 
 @njit(**INNER)
-def _evaluate(series: Any, t: float) -> tuple[float, float]:
+def _series_value_and_slope(series: Any, time: float) -> tuple[float, float]:
     """Evaluate a series and its slope at time t."""
     value, slope = 0.0, 0.0
     for k in range(series.size - 1, -1, -1):
-        slope, value = slope * t + value, value * t + series[k]
+        slope, value = slope * time + value, value * time + series[k]
     return value, slope
 
 
 @njit(**INNER)
-def _root(series: Any, low: float, high: float) -> float:
+def _find_series_root(series: Any, low: float, high: float) -> float:
     """Find the root of a series between two times: by Newton's method, by bisection if that leaves the interval."""
-    rises = _evaluate(series, high)[0] > 0.0
+    rises = _series_value_and_slope(series, high)[0] > 0.0
     t = 0.5 * (low + high)
     for _ in range(100):
-        value, slope = _evaluate(series, t)
+        value, slope = _series_value_and_slope(series, t)
         low, high = (low, t) if (value > 0.0) == rises else (t, high)
         before, t = t, t - value / slope if slope != 0.0 else low
         t = t if low <= t <= high else 0.5 * (low + high)
@@ -161,7 +167,7 @@ def _root(series: Any, low: float, high: float) -> float:
 
 
 @njit(**INNER)
-def _keeps_sign(series: Any, length: float) -> bool:
+def _series_keeps_sign(series: Any, length: float) -> bool:
     """True if the first term of a series exceeds the sum of all others over a step, so that it has no zero there."""
     others = 0.0
     for k in range(series.size - 1, 0, -1):
@@ -176,85 +182,89 @@ def _limit_turning_points(series: Any, length: float) -> float:
     At most one if velocity or acceleration keeps its sign, at most two if the jerk does.
     """
     while length > SHORTEST and not (
-        _keeps_sign(series[1], length) or _keeps_sign(series[4], length) or _keeps_sign(series[5], length)
+        _series_keeps_sign(series[1], length)
+        or _series_keeps_sign(series[4], length)
+        or _series_keeps_sign(series[5], length)
     ):
         length *= 0.5
     return length
 
 
 @njit(**INNER)
-def _turning_points(series: Any, length: float, starts: bool) -> tuple[float, float]:
+def _turning_points(series: Any, length: float, starts_to_rock: bool) -> tuple[float, float]:
     """Return the times of the first and second turning point in a step; the step length if there is none.
 
     A block that starts to rock moves away from the base, even if rounding gives the first term the opposite sign.
     """
     velocity, acceleration = series[1], series[4]
-    speeds_up = starts or acceleration[0] > 0.0
+    speeds_up = starts_to_rock or acceleration[0] > 0.0
     between = length
-    if speeds_up != (_evaluate(acceleration, length)[0] > 0.0):
-        between = _root(acceleration, 0.0, length)
+    if speeds_up != (_series_value_and_slope(acceleration, length)[0] > 0.0):
+        between = _find_series_root(acceleration, 0.0, length)
     rises = velocity[0] > 0.0 or (velocity[0] == 0.0 and speeds_up)
-    then, last = _evaluate(velocity, between)[0] > 0.0, _evaluate(velocity, length)[0] > 0.0
-    first = _root(velocity, 0.0, between) if rises != then else length
-    second = _root(velocity, between, length) if then != last else length
+    then, last = _series_value_and_slope(velocity, between)[0] > 0.0, _series_value_and_slope(velocity, length)[0] > 0.0
+    first = _find_series_root(velocity, 0.0, between) if rises != then else length
+    second = _find_series_root(velocity, between, length) if then != last else length
     return min(first, second), max(first, second)
 
 
 @njit(**INNER)
-def _landing(angle: Any, first: float, second: float, length: float) -> float:
+def _landing_time(angle: Any, first_turning_point: float, second_turning_point: float, length: float) -> float:
     """Return the time at which the block lands in a step with these turning points; infinity if it does not."""
     low = 0.0
-    for high in (first, second, length):
-        if _evaluate(angle, high)[0] < 0.0:
-            return _root(angle, low, high)
+    for high in (first_turning_point, second_turning_point, length):
+        if _series_value_and_slope(angle, high)[0] < 0.0:
+            return _find_series_root(angle, low, high)
         low = high
     return np.inf
 
 
 @njit(**INNER)
-def _simulate(along: Any, up: Any, case: Any, series: Any) -> tuple[float, float]:
+def _simulate_block(horizontal_ground: Any, vertical_ground: Any, case: Any, series: Any) -> tuple[float, float]:
     """Simulate one block: return the side to which it falls (0 standing, NaN undecided) and its largest angle, rad."""
     angle, velocity, sine, cosine = series[0], series[1], series[2], series[3]
     side = 1.0 if case.tilt > 0.0 else -1.0 if case.tilt < 0.0 else 0.0
     angle[0], velocity[0], sine[0], cosine[0] = abs(case.tilt), 0.0, case.tilt_sine, case.tilt_cosine
-    peak, tangent, samples = angle[0], case.sine / case.cosine, along.size - 3
+    peak, tangent, samples = angle[0], case.sine / case.cosine, horizontal_ground.size - 3
     scale, i = case.amplitude / STANDARD_GRAVITY, 0
     while i < case.after and not (i >= samples and side == 0.0):
         n, t = min(i, samples + 1), 0.0
-        a, u = scale * along[n], 1.0 + scale * up[n]
-        sample = Push(a, scale * along[n + 1] - a, u, 1.0 + scale * up[n + 1] - u)
+        a, u = scale * horizontal_ground[n], 1.0 + scale * vertical_ground[n]
+        sample = LinearBaseMotion(a, scale * horizontal_ground[n + 1] - a, u, 1.0 + scale * vertical_ground[n + 1] - u)
         while t < 1.0:
             starts = side == 0.0
             if starts:
-                side, wait = _lift_off(_push_at(sample, t), 1.0 - t, tangent)
+                side, wait = _rocking_start(_base_motion_after(sample, t), 1.0 - t, tangent)
                 if side == 0.0:
                     break
                 t += wait
                 angle[0], velocity[0], sine[0], cosine[0] = 0.0, 0.0, case.sine, case.cosine
             end = min((np.floor(t * case.steps + 1e-9) + 1.0) / case.steps, 1.0)
-            _expand(series, side, _push_at(sample, t), case.square)
+            _fill_taylor_series(series, side, _base_motion_after(sample, t), case.square)
             length = _limit_turning_points(series, end - t)
             end = end if length == end - t else t + length
             first, second = _turning_points(series, length, starts)
-            then, rate = _evaluate(angle, length)[0], _evaluate(velocity, length)[0]
+            then, rate = _series_value_and_slope(angle, length)[0], _series_value_and_slope(velocity, length)[0]
             if starts and first == length and then <= 0.0:  # the uplift is below rounding
                 side, t = 0.0, end
                 continue
-            hit = _landing(angle, first, second, length)
+            hit = _landing_time(angle, first, second, length)
             for turn in (first, second):
                 if turn < min(hit, length):
-                    peak = max(peak, _evaluate(angle, turn)[0])
+                    peak = max(peak, _series_value_and_slope(angle, turn)[0])
                     if peak >= 0.5 * np.pi:
                         return side, 0.5 * np.pi
                     # On a base at rest each peak is smaller than the one before.
-                    if i >= samples and _evaluate(velocity, turn)[1] < 0.0:
+                    if i >= samples and _series_value_and_slope(velocity, turn)[1] < 0.0:
                         return 0.0, peak
             if hit <= length:
-                angle[0], velocity[0] = 0.0, -case.restitution * _evaluate(angle, hit)[1]
+                angle[0], velocity[0] = 0.0, -case.restitution * _series_value_and_slope(angle, hit)[1]
                 sine[0], cosine[0] = case.sine, case.cosine
                 t, side = t + hit, -side if velocity[0] >= case.rest else 0.0
                 continue
-            cosine[0], sine[0] = unit_pair(_evaluate(cosine, length)[0], _evaluate(sine, length)[0])
+            cosine[0], sine[0] = unit_pair(
+                _series_value_and_slope(cosine, length)[0], _series_value_and_slope(sine, length)[0]
+            )
             t, angle[0], velocity[0] = end, then, rate
             if then >= 0.5 * np.pi:
                 return side, 0.5 * np.pi
@@ -263,17 +273,21 @@ def _simulate(along: Any, up: Any, case: Any, series: Any) -> tuple[float, float
 
 
 @njit(nogil=True, **OPTIONS)
-def _simulate_all(ground: Any, row: Any, up: Any, cases: Any, order: int, found: Any) -> None:
+def _simulate_blocks(
+    horizontal_ground: Any, motion_rows: Any, vertical_ground: Any, cases: Any, series_order: int, outcomes: Any
+) -> None:
     """Fill in the side and the largest angle of each case, shape (n, 2)."""
-    series = np.zeros((6, order + 1))
+    series = np.zeros((6, series_order + 1))
     for k in range(cases.size):
-        found[k, 0], found[k, 1] = _simulate(ground[row[k]], up, cases[k], series)
+        outcomes[k, 0], outcomes[k, 1] = _simulate_block(
+            horizontal_ground[motion_rows[k]], vertical_ground, cases[k], series
+        )
 
 
-keep_compiled(_simulate_all)
+keep_compiled(_simulate_blocks)
 
 
-def rocking(motion: Motion, cases: Cases, order: int = ORDER) -> Rocking:
+def simulate_rigid_rocking(motion: Motion, cases: Cases, series_order: int = ORDER) -> RigidRockingOutcomes:
     """Simulate rigid blocks that rock without sliding or bouncing, whatever their friction.
 
     Parameters
@@ -283,7 +297,7 @@ def rocking(motion: Motion, cases: Cases, order: int = ORDER) -> Rocking:
         vertical component.
     cases : Cases
         n blocks; `friction` and `damping_factor` are ignored.
-    order : int
+    series_order : int
         Order of the Taylor series, at least 2.
 
     Returns
@@ -320,6 +334,6 @@ def rocking(motion: Motion, cases: Cases, order: int = ORDER) -> Rocking:
     for name, values in columns.items():
         table[name] = values
     found = np.zeros((cases.size, 2))
-    _simulate_all(ground, row, up, table, order, found)
+    _simulate_blocks(ground, row, up, table, series_order, found)
     side = np.nan_to_num(found[:, 0], nan=INT8_MISSING).astype(np.int8)
-    return Rocking(side, found[:, 1] / alpha)
+    return RigidRockingOutcomes(side, found[:, 1] / alpha)

@@ -11,8 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from overturning.dem.block.ending import energy, finish_block, has_ended, record_state
-from overturning.dem.block.loops import loops_of
+from overturning.dem.block.ending import block_energy, case_status, record_block_motion, write_case_results
+from overturning.dem.block.loops import select_loops
 from overturning.dem.block.state import (
     COLUMNS,
     ROWS,
@@ -23,7 +23,7 @@ from overturning.dem.block.state import (
     BlockShaking,
     BlockState,
     Corner,
-    arm_of,
+    corner_position,
 )
 from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ending import CaseProgress, RestState, begin_sample, cannot_end_yet, is_still
@@ -89,10 +89,10 @@ def start(rules: Any, work: Any, lane: int, case: int) -> None:
 
 
 @njit(**INNER)
-def initialise_lane(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
-    """Load a case into lane j; `ticks` is the number of ticks per sample."""
+def initialise_lane(state: Any, lane: int, case: Any, sampling_interval: float, ticks_per_sample: float) -> None:
+    """Load the initial state of a case into a lane."""
     for row in range(NUMBERS):
-        state[row * COLUMNS + j] = 0.0
+        state[row * COLUMNS + lane] = 0.0
     b, h, c, s = 0.5 * case.width, 0.5 * case.height, case.tilt_cos, case.tilt_sin
     k, ks = case.stiffness, case.tangential
     inertia = 3.0 / (b * b + h * h)
@@ -106,14 +106,14 @@ def initialise_lane(state: Any, j: int, case: Any, interval: float, ticks: float
         dashpot=case.dashpot,
         friction=case.friction,
         alpha=case.alpha,
-        step=interval / ticks,
+        step=sampling_interval / ticks_per_sample,
         gentle=case.gentle,
         landing=LANDING * case.dashpot / k,
     )
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)
     x = b * ((1.0 - c) if s > 0.0 else (c - 1.0)) + h * s if tilted else 0.0
-    (arm_l, drop_l), (arm_r, drop_r) = arm_of(-1.0, block, c, s), arm_of(1.0, block, c, s)
+    (arm_l, drop_l), (arm_r, drop_r) = corner_position(-1.0, block, c, s), corner_position(1.0, block, c, s)
     left, right = Corner(0.0, x + arm_l, drop_l - z, 0.0), Corner(0.0, x + arm_r, drop_r - z, 0.0)
     ul, ur = max(left.depth, 0.0), max(right.depth, 0.0)
     az, aw = k * (ul + ur) - GRAVITY, inertia * k * (-arm_l * ul + -arm_r * ur)
@@ -134,131 +134,155 @@ def initialise_lane(state: Any, j: int, case: Any, interval: float, ticks: float
         tick=0.0,
         landing=0.0,
     )
-    store_block(state, j, block)
-    store_clock(state, j, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
-    store_state(state, j, at_rest)
-    store_attempt(state, j, Attempt(case.finest, case.dwell, 0.0))
-    store_assumed_slip(state, j, AssumedSlip(0.0, 0.0))
-    store_peaks(state, j, BlockPeaks(abs(case.tilt), 0.0, 0.0, -1.0))
-    barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), energy(block, at_rest, 0.0)
-    state[REST_LIMIT + j], course = (
+    store_block(state, lane, block)
+    store_clock(state, lane, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
+    store_state(state, lane, at_rest)
+    store_attempt(state, lane, Attempt(case.finest, case.dwell, 0.0))
+    store_assumed_slip(state, lane, AssumedSlip(0.0, 0.0))
+    store_peaks(state, lane, BlockPeaks(abs(case.tilt), 0.0, 0.0, -1.0))
+    barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), block_energy(block, at_rest, 0.0)
+    state[REST_LIMIT + lane], course = (
         case.rest_limit,
-        CaseProgress(case.amplitude, case.first, case.calm, case.after, case.first * interval, first, barrier),
+        CaseProgress(case.amplitude, case.first, case.calm, case.after, case.first * sampling_interval, first, barrier),
     )
-    store_course(state, j, course)
+    store_course(state, lane, course)
 
 
-def load(rules: Any, work: Any, cases: Any, columns: int) -> None:
+def load(rules: Any, work: Any, cases: Any, lane_count: int) -> None:
     """Begin a sample: normalise the rotations and load the base motion."""
-    next_sample(work.state, columns, rules.row, cases, rules.ground.along, rules.ground.up, rules.job)
+    load_next_sample(work.state, lane_count, rules.row, cases, rules.ground.along, rules.ground.up, rules.job)
 
 
 @njit(**INNER)
-def next_sample(state: Any, columns: int, row: Any, cases: Any, along: Any, up: Any, job: Job) -> None:
+def load_next_sample(
+    state: Any, lane_count: int, motion_rows: Any, cases: Any, horizontal_ground: Any, vertical_ground: Any, job: Job
+) -> None:
     """Scale cosine and sine of the rotation to length 1; load the base motion of the current sample of each lane."""
     ticks, interval, scale = job.ticks, job.interval, 1.0 / job.ticks
-    for j in range(columns):
+    for j in range(lane_count):
         s = load_state(state, j)
         state[COS + j], state[SIN + j] = unit_pair(s.cos, s.sin)
         begun = begin_sample(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
         state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
-    last = along.shape[1] - 3
-    for j in range(columns):
+    last = horizontal_ground.shape[1] - 3
+    for j in range(lane_count):
         course = load_course(state, j)
         i = min(int(course.sample), last)
         # A base that accelerates towards +s pushes the block towards −s.
-        store_push(state, j, piece(along[row[cases[j]]], i, -course.amplitude, scale))
-        if up is not None:
-            store_lift(state, j, piece(up, i, course.amplitude, scale))
+        store_push(state, j, piece(horizontal_ground[motion_rows[cases[j]]], i, -course.amplitude, scale))
+        if vertical_ground is not None:
+            store_lift(state, j, piece(vertical_ground, i, course.amplitude, scale))
 
 
-def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tuple[Any, int]:
+def advance(rules: Any, work: Any, lane_count: int, path: Any, recorded_rows: int) -> tuple[Any, int]:
     """Compute the steps of a sample; record the first lane at its start, and when it reaches the end of its sample."""
     # Unpack `rules` before the branch: otherwise Numba increments the reference count of every array once per sample.
     job, scheme, up, with_friction, state = rules.job, rules.scheme, rules.ground.up, rules.with_friction, work.state
-    step, ticks, steps_per_check = loops_of(scheme, up, with_friction), job.ticks, job.steps_per_check
+    step, ticks, steps_per_check = select_loops(scheme, up, with_friction), job.ticks, job.steps_per_check
     stride = steps_per_check if path.shape[0] == 0 else 1
     if path.shape[0] > 0:
-        path = with_room(path, recorded + steps_per_check, job.max_rows)
-        if path.shape[0] < recorded + steps_per_check:
+        path = with_room(path, recorded_rows + steps_per_check, job.max_rows)
+        if path.shape[0] < recorded_rows + steps_per_check:
             return path, -1
     for done in range(0, steps_per_check, stride):
         if path.shape[0] > 0 and (done == 0 or state[TICK] == ticks):
-            record_state(state, 0, scheme.lag, job.interval, ticks, path[recorded])
-            recorded += 1
-        step((up, with_friction), state, columns, stride, ticks)
-    return path, recorded
+            record_block_motion(state, 0, scheme.lag, job.interval, ticks, path[recorded_rows])
+            recorded_rows += 1
+        step((up, with_friction), state, lane_count, stride, ticks)
+    return path, recorded_rows
 
 
-def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
+def count_due(rules: Any, work: Any, active_count: int, marks: Any) -> int:
     """Mark the lanes that may have ended, and count them."""
-    return mark_due(work.state, active, due, rules.job.ticks, float(rules.job.samples), rules.deepest)
+    return mark_possibly_ended(
+        work.state, active_count, marks, rules.job.ticks, float(rules.job.samples), rules.deepest
+    )
 
 
 @njit(**INNER)
-def mark_due(state: Any, active: int, due: Any, ticks: float, end: float, deepest: float) -> int:
+def mark_possibly_ended(
+    state: Any, active_count: int, marks: Any, ticks_per_sample: float, last_sample: float, max_penetration: float
+) -> int:
     """Mark and count lanes that have fallen, have failed, or are past the samples in which the motion can move them."""
     count = 0
-    for j in range(active):
+    for j in range(active_count):
         block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width
-        most = deepest * (b if b < block.half_height else block.half_height)
+        most = max_penetration * (b if b < block.half_height else block.half_height)
         sound = (s.cos > 0.0) & (load_peaks(state, j).depth <= most)
         total = (s.vx + s.vz + s.vw) + (s.x + s.z + s.cos)
-        goes_on = cannot_end_yet(load_course(state, j), s.tick, ticks, end, total, sound)
-        due[j] = 0.0 if goes_on else 1.0
+        goes_on = cannot_end_yet(load_course(state, j), s.tick, ticks_per_sample, last_sample, total, sound)
+        marks[j] = 0.0 if goes_on else 1.0
         count += 0 if goes_on else 1
     return count
 
 
-def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> None:
+def leave_out(rules: Any, work: Any, cases: Any, active_count: int, skipped_samples: Any) -> None:
     """Skip samples of lanes at rest."""
-    leave_out_samples(work.state, cases, active, rules.row, rules.ground, rules.job.ticks, left_out)
+    skip_samples_at_rest(work.state, cases, active_count, rules.row, rules.ground, rules.job.ticks, skipped_samples)
 
 
 @njit(**INNER)
-def leave_out_samples(state: Any, cases: Any, active: int, row: Any, ground: Any, ticks: float, left_out: Any) -> None:
+def skip_samples_at_rest(
+    state: Any,
+    cases: Any,
+    active_count: int,
+    motion_rows: Any,
+    ground: Any,
+    ticks_per_sample: float,
+    skipped_samples: Any,
+) -> None:
     """Skip, for blocks at rest at the start of a sample, the samples in which the motion cannot move them."""
     count = 0
-    for j in range(active):
+    for j in range(active_count):
         course, s, length, rest_limit = (
             load_course(state, j),
             load_state(state, j),
             state[LENGTH + j],
             state[REST_LIMIT + j],
         )
-        assumed, block, now = load_assumed_slip(state, j), load_block(state, j), course.sample + s.tick * (1.0 / ticks)
+        assumed, block, now = (
+            load_assumed_slip(state, j),
+            load_block(state, j),
+            course.sample + s.tick * (1.0 / ticks_per_sample),
+        )
         still = is_still(
-            motion_of(s.vx, s.vz, s.vw, block), motion_of(s.ax, s.az, s.aw, block), length * block.step, rest_limit
+            largest_motion_component(s.vx, s.vz, s.vw, block),
+            largest_motion_component(s.ax, s.az, s.aw, block),
+            length * block.step,
+            rest_limit,
         )
         held = (s.left.normal > 0.0) & (s.right.normal > 0.0) & (assumed.left == 0.0) & (assumed.right == 0.0)
         resting = (length >= TICKS) & is_rest_check_sample(now) & held & still
         state[AT_REST + j] = 1.0 if resting else 0.0
         count += 1 if resting else 0
-    for j in range(active if count > 0 else 0):
+    for j in range(active_count if count > 0 else 0):
         if state[AT_REST + j] > 0.0:
             course = load_course(state, j)
-            now = course.sample + state[TICK + j] * (1.0 / ticks)
-            samples = samples_at_rest(ground, row[cases[j]], now, course.amplitude, state[REST_LIMIT + j])
+            now = course.sample + state[TICK + j] * (1.0 / ticks_per_sample)
+            samples = samples_at_rest(ground, motion_rows[cases[j]], now, course.amplitude, state[REST_LIMIT + j])
             state[SAMPLE + j] += samples
-            left_out[j] += samples
+            skipped_samples[j] += samples
 
 
 @njit(**INLINE)
-def motion_of(x: float, z: float, w: float, block: Block) -> float:
+def largest_motion_component(horizontal: float, vertical: float, rotational: float, block: Block) -> float:
     """Return the largest component of a velocity or acceleration; rotation counts at half the height."""
-    turn, most = abs(w) * block.half_height, abs(x) if abs(x) > abs(z) else abs(z)
+    turn, most = (
+        abs(rotational) * block.half_height,
+        abs(horizontal) if abs(horizontal) > abs(vertical) else abs(vertical),
+    )
     return most if most > turn else turn
 
 
 def end_status(rules: Any, work: Any, lane: int, case: int) -> int:  # noqa: ARG001
     """Return the `Status` of a lane, or `GOES_ON`."""
-    return has_ended(work.state, lane, rules.scheme.lag, rules.job.ticks, float(rules.job.samples), rules.deepest)
+    return case_status(work.state, lane, rules.scheme.lag, rules.job.ticks, float(rules.job.samples), rules.deepest)
 
 
 def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
     """Write the results of a lane."""
-    finish_block(work.state, lane, status, rules.scheme.lag, rules.results[case])
+    write_case_results(work.state, lane, status, rules.scheme.lag, rules.results[case])
 
 
 implement(BlockRules, workspace, start, load, advance, count_due, leave_out, end_status, finish)

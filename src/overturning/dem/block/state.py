@@ -309,41 +309,41 @@ ROWS: Final = Rows(
 
 
 @njit(**INLINE)
-def arm_of(side: float, block: Block, c: float, s: float) -> tuple[float, float]:
+def corner_position(side: float, block: Block, cosine: float, sine: float) -> tuple[float, float]:
     """Return the position of a lower corner from the centre, along s and downwards, m; side −1 is left, +1 right."""
     b, h = side * block.half_width, block.half_height
-    return b * c - h * s, h * c + b * s
+    return b * cosine - h * sine, h * cosine + b * sine
 
 
 @njit(**INLINE)
-def is_in_the_air(s: BlockState) -> bool:
+def is_airborne(state: BlockState) -> bool:
     """True if no corner touched the base at the end of the last step."""
-    return (s.left.depth <= 0.0) & (s.right.depth <= 0.0)
+    return (state.left.depth <= 0.0) & (state.right.depth <= 0.0)
 
 
 @njit(**INLINE)
-def remaining_landing(block: Block, s: BlockState, dt: float) -> float:
-    """Return the remaining time of a flat landing after a step `dt`, s; a landing starts only from free flight."""
-    return block.landing if is_in_the_air(s) else s.landing - dt
+def remaining_landing_time(block: Block, state: BlockState, time_step: float) -> float:
+    """Return the remaining time of a flat landing after a step, s; a landing starts only from free flight."""
+    return block.landing if is_airborne(state) else state.landing - time_step
 
 
 @njit(**INLINE)
-def lands_flat(s: BlockState, left: float, right: float) -> bool:
-    """True if both corners land together; `left` and `right` are their penetrations at the end of the step, m.
+def lands_flat(state: BlockState, left_depth: float, right_depth: float) -> bool:
+    """True if both corners land together, from their penetrations at the end of the step, m.
 
     In a plastic landing the impulse must not be tensile. The impulse of a dashpot is h times the penetration, which is
     positive as long as the corner is in the ground, so the dashpot may pull (docs/method.md, "A flat landing").
     """
-    return ((s.landing > 0.0) | is_in_the_air(s)) & (left > 0.0) & (right > 0.0)
+    return ((state.landing > 0.0) | is_airborne(state)) & (left_depth > 0.0) & (right_depth > 0.0)
 
 
 @njit(**INLINE)
-def flat_landing_slip(block: Block, held: bool, vx: float, vz: float) -> tuple[bool, float]:
+def flat_landing_slip(block: Block, is_flat_landing: bool, vx: float, vz: float) -> tuple[bool, float]:
     """Return whether a block that lands flat slides, from the velocity of its centre (`slides_flat`), and ±μ."""
-    return held & slides_flat(block.friction, vx, vz), math.copysign(block.friction, vx)
+    return is_flat_landing & slides_flat(block.friction, vx, vz), math.copysign(block.friction, vx)
 
 
 @njit(**INLINE)
-def base_slip(block: Block, x: float, s: float) -> float:
-    """Return the displacement of the midpoint of the base, m; `x` is that of the centre, `s` the sine of θ."""
-    return x - block.half_height * s
+def base_displacement(block: Block, centre_x: float, sine: float) -> float:
+    """Return the displacement of the base midpoint, m, from that of the centre and the sine of θ."""
+    return centre_x - block.half_height * sine

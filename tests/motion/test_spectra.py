@@ -91,7 +91,7 @@ def component_spectrum(samples, interval, periods, damping=0.05):
 def test_the_interpolated_motion_passes_through_its_samples(count):
     """White noise reaches the Nyquist frequency, which has a separate term if the number of samples is even."""
     noise = np.random.default_rng(count).normal(size=(2, count))
-    finer = OscillatorResponses(noise, 0.01, longest_s=0.0)._interpolated(4)
+    finer = OscillatorResponses(noise, 0.01, longest_s=0.0)._interpolated_components(4)
     np.testing.assert_allclose(finer[:, ::4], noise, atol=1e-12)
 
 

@@ -12,7 +12,7 @@ from typing import Final
 from overturning.findings.contrast import compared_records
 from overturning.report.results import Results, open_results
 from overturning.statistics.bootstrap import Mean
-from overturning.statistics.elements import compare_stones, contrast
+from overturning.statistics.elements import count_common_falls, mean_contrast
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL
 from verification.tables import ROOT, markdown, publish
@@ -56,8 +56,8 @@ def _contrast(results: Results) -> Iterator[Row]:
     other = results.study.primary.against
     assert other is not None
     places = compared_records(results, other)
-    counts = compare_stones(*(results.reference_cube(name).isel(record=places) for name in (NOMINAL, other)))
-    found = contrast(counts, results.events[places])
+    counts = count_common_falls(*(results.reference_cube(name).isel(record=places) for name in (NOMINAL, other)))
+    found = mean_contrast(counts, results.events[places])
     yield _row("falls in both", found.both, percent=True)
     yield _row(f"falls in “{results.study.name}” only", found.only_this, percent=True)
     yield _row(f"falls in “{other}” only", found.only_other, percent=True)

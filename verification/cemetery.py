@@ -22,7 +22,7 @@ from overturning.report.blocks import Paragraph, Report, Table, each_block
 from overturning.report.results import Results, open_results
 from overturning.report.sections.causes import criteria
 from overturning.report.sections.population import population
-from overturning.statistics.space import plane_agreement, plane_counts
+from overturning.statistics.space import planar_agreement_counts, planar_agreement_shares
 from overturning.study.cube import open_cube
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, motion_for_variant
@@ -153,7 +153,7 @@ def simulate_each_stone(results: Results) -> str:
 def two_d_accuracy() -> list[Figure]:
     """Return the accuracy of the 2-D model in the planes of the faces, compared with the 3-D model."""
     with open_cube(ROOT / "results" / "in-space" / "cube.nc", chunks={"record": 1}) as cube:
-        found = {name: float(one) for name, one in plane_agreement(plane_counts(cube)).items()}
+        found = {name: float(one) for name, one in planar_agreement_shares(planar_agreement_counts(cube)).items()}
     beside = 100 * found["flag_beside"]
     return [
         Figure("cases in space", int(found["cases"])),

@@ -120,7 +120,7 @@ def boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     _check_direction(one, "azimuth", "boundary")
     check_falls(one, "boundary")
     top = float(one["b_over_h"].max())
-    bounds = statistics.boundary(one).assign_attrs(one.attrs)
+    bounds = statistics.overturning_boundary(one).assign_attrs(one.attrs)
     return boundary_figure(bounds, top, float(one["fault_normal"]), _title(one) + _stone_line(one))
 
 
@@ -190,14 +190,14 @@ def plane(cube: "xr.Dataset") -> "Figure":
     from overturning.figures.content import check_plane
     from overturning.figures.intensity_plane import intensity_plane_figure
     from overturning.labels import element_size_note
-    from overturning.statistics.logistic import overturning_fit
+    from overturning.statistics.logistic import fit_overturning
 
     def draw(whole: "xr.Dataset") -> "Figure":
         if other := element_size_note(whole):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
         measures = _measures(whole)
         check_plane(whole, measures)
-        fit = overturning_fit(whole, measures)
+        fit = fit_overturning(whole, measures)
         return intensity_plane_figure(whole, measures, fit, float(whole["friction"].max()))
 
     _check_direction(cube, "azimuth", "plane")

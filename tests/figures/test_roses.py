@@ -11,7 +11,7 @@ from overturning.figures.style import INK, style
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import AxisSummary
-from overturning.statistics.roses import rose_of, study_rose
+from overturning.statistics.roses import fall_rose, study_rose
 from tests.figures.test_explore import space_cube
 from tests.figures.test_further_figures import cube
 
@@ -50,7 +50,7 @@ def test_a_rose_of_planes_counts_opposite_falls_as_one_axis() -> None:
     """A sector of axes holds the sector of directions and the opposite one; all areas add to 1."""
     one = cube().isel(record=[0])
     found = sectors(drawn(one))
-    directions = rose_of(one, from_normal=True)
+    directions = fall_rose(one, from_normal=True)
     for middle in range(0, 90, 15):
         both = directions.shares[middle // 15] + directions.shares[middle // 15 + SECTORS // 2]
         assert found[middle] == pytest.approx(both)
@@ -87,7 +87,7 @@ def test_interval_of_an_axial_sector_is_that_of_the_sum() -> None:
     one = one.assign(overturned=(one["overturned"].dims, flags)).assign_coords(fault_normal=("record", [0.0] * 10))
     both = study_rose(one)
     assert (both.shares[0], both.low[0], both.high[0]) == (1.0, 1.0, 1.0)
-    alone = rose_of(one, from_normal=True)
+    alone = fall_rose(one, from_normal=True)
     assert alone.low[0] < 0.5 < alone.high[0]
 
 

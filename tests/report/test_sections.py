@@ -406,7 +406,7 @@ def test_the_fit(opened: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     numbers = [np.array([0.5, 3.0, 1.0, -2.0, -1.0]) + shift for shift in (0.0, -1.0, 1.0)]
     names = ("intercept", "PGA", "ratio", "shape", "size")
     fit = LogisticFit(names, numbers[0], np.zeros(5), *numbers[1:], 1234, 9, np.full(4, -0.5), np.ones(4))
-    monkeypatch.setattr("overturning.report.sections.causes.overturning_fit", lambda *_: fit)
+    monkeypatch.setattr("overturning.report.sections.causes.fit_overturning", lambda *_: fit)
     shown = cause(opened)
     (table,) = tables(shown)
     assert table.rows[0] == ("intercept", "0.50", "−0.50 to 1.50", "–")

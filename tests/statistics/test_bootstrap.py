@@ -9,10 +9,10 @@ from scipy import stats
 from overturning.statistics.bootstrap import (
     FEWEST_EARTHQUAKES,
     bootstrap,
-    event_means,
-    expanded_tail,
-    mean_of_sample,
+    expanded_tail_share,
     mean_over_earthquakes,
+    mean_over_sample,
+    means_by_earthquake,
     share_over_earthquakes,
     unanimous_share_interval,
 )
@@ -23,7 +23,7 @@ MEANS = np.array([0.3, 0.9, -0.2, 0.4, 0.7, 1.1, -0.6, 0.0])
 
 
 def test_records_of_an_earthquake_are_averaged_first() -> None:
-    found = event_means(np.array([[1.0, 2.0], [5.0, 6.0], [3.0, np.nan], [np.nan] * 2]), ["B", "A", "B", "C"])
+    found = means_by_earthquake(np.array([[1.0, 2.0], [5.0, 6.0], [3.0, np.nan], [np.nan] * 2]), ["B", "A", "B", "C"])
     np.testing.assert_array_equal(found, [[2.0, 2.0], [5.0, 6.0], [np.nan, np.nan]])
 
 
@@ -49,22 +49,22 @@ def test_few_earthquakes_have_no_interval_and_none_no_mean() -> None:
 
 def test_the_tail_is_that_of_hesterbergs_table() -> None:
     """Table of α/2 for 95 % intervals (Hesterberg 2015, section 5.3)."""
-    assert [expanded_tail(n) for n in (5, 10, 20)] == pytest.approx([0.0010, 0.0086, 0.0159], abs=6e-5)
-    assert expanded_tail(10**6) == pytest.approx(0.025, abs=1e-5)
+    assert [expanded_tail_share(n) for n in (5, 10, 20)] == pytest.approx([0.0010, 0.0086, 0.0159], abs=6e-5)
+    assert expanded_tail_share(10**6) == pytest.approx(0.025, abs=1e-5)
 
 
 def test_interval_for_eight_earthquakes_covers_95_percent() -> None:
     """The plain percentile interval for eight earthquakes covers the mean in 88 %."""
     generator, held = np.random.default_rng(1), 0
     for seed in range(1000):
-        low, high = bootstrap(mean_of_sample, generator.normal(size=FEWEST_EARTHQUAKES), draws=1000, seed=seed)
+        low, high = bootstrap(mean_over_sample, generator.normal(size=FEWEST_EARTHQUAKES), draws=1000, seed=seed)
         held += low <= 0 <= high
     assert held / 1000 == pytest.approx(0.94, abs=0.02)
 
 
 def test_each_end_rests_on_several_resamples() -> None:
     """At 99 % and n = 8, a tail has 1 in 10,000 resamples; with 100 resamples the bounds would be the extremes."""
-    few, many = (bootstrap(mean_of_sample, MEANS, level=0.99, draws=draws) for draws in (100, 300_000))
+    few, many = (bootstrap(mean_over_sample, MEANS, level=0.99, draws=draws) for draws in (100, 300_000))
     assert few == pytest.approx(many, abs=0.03)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.statistics.boundary import boundary, easiest_azimuth, last_crossing
+from overturning.statistics.boundary import easiest_azimuth, last_crossing, overturning_boundary
 
 
 @pytest.mark.parametrize(
@@ -28,7 +28,7 @@ def test_the_last_crossing(probability: list[float], crossing: float, falls: boo
 
 def test_boundary_of_a_cube(make_cube, sector) -> None:
     cube = make_cube(sector(60, 20, largest=0.3))
-    bounds = boundary(cube)
+    bounds = overturning_boundary(cube)
     inside = bounds["boundary"].sel(azimuth=[60, 75, 240])
     assert inside.values == pytest.approx(0.35)
     assert bounds["boundary"].sel(azimuth=150).isnull().all()
@@ -39,7 +39,7 @@ def test_boundary_of_a_cube(make_cube, sector) -> None:
 
 def test_falls_beyond_the_grid(make_cube, sector) -> None:
     cube = make_cube(sector(60, 20))
-    bounds = boundary(cube)
+    bounds = overturning_boundary(cube)
     assert bounds["falls_beyond"].sel(azimuth=60).all()
     assert bounds["boundary"].isnull().all()
     easiest = easiest_azimuth(bounds, cube["b_over_h"])
@@ -51,7 +51,7 @@ def test_no_boundary_above_the_largest_known_outcome(make_cube, sector) -> None:
     """Towards 60° outcomes above B/H 0.3 are missing: the boundary lies above 0.3, not above 0.5."""
     cube = make_cube(sector(60, 20))
     untold = (cube["azimuth"] % 180 == 60) & (cube["b_over_h"] > 0.3)
-    bounds = boundary(cube.assign(overturned=cube["overturned"].where(~untold)))
+    bounds = overturning_boundary(cube.assign(overturned=cube["overturned"].where(~untold)))
     assert bounds["falls_beyond"].sel(azimuth=60).all()
     assert bounds["largest_known"].sel(azimuth=60).values == pytest.approx(0.3)
     assert bounds["largest_known"].sel(azimuth=65).values == pytest.approx(0.5)
@@ -66,7 +66,7 @@ def test_ratio_of_easiest_to_hardest_plane(make_cube) -> None:
         return np.where(slender <= limit, np.where(np.cos(np.radians(azimuth - 30)) >= 0, 1, -1), 0)
 
     cube = make_cube(rule, b_over_h=np.round(np.arange(0.1, 0.6, 0.01), 2))
-    easiest = easiest_azimuth(boundary(cube), cube["b_over_h"])
+    easiest = easiest_azimuth(overturning_boundary(cube), cube["b_over_h"])
     assert easiest["easiest_axis"].values == pytest.approx(30, abs=0.1)
     assert easiest["ratio"].values == pytest.approx(0.455 / 0.255, abs=0.02)
     assert easiest["bounded"].all()
@@ -84,7 +84,7 @@ def test_interval_between_scrambles(make_cube, sector) -> None:
         scramble_difference_towards=gap,
         scramble_difference_away=gap * 0,
     )
-    bounds = boundary(cube).sel(azimuth=60).isel(record=0, height=0, friction=0)
+    bounds = overturning_boundary(cube).sel(azimuth=60).isel(record=0, height=0, friction=0)
     assert float(bounds["boundary"]) == pytest.approx(0.35)
     # Scrambles of 0.875/0.375 and 0.625/0.125.
     assert float(bounds["boundary_low"]) == pytest.approx(0.3 + 0.1 * 0.125 / 0.5)
@@ -93,16 +93,16 @@ def test_interval_between_scrambles(make_cube, sector) -> None:
 
 def test_lazy_is_the_same(make_cube, sector) -> None:
     cube = make_cube(sector(60, 20, largest=0.3))
-    lazy = boundary(cube.chunk({"azimuth": 10, "b_over_h": 2}))
+    lazy = overturning_boundary(cube.chunk({"azimuth": 10, "b_over_h": 2}))
     assert lazy["boundary"].chunks is not None
-    xr.testing.assert_allclose(lazy.compute(), boundary(cube))
+    xr.testing.assert_allclose(lazy.compute(), overturning_boundary(cube))
 
 
 def test_missing_outcomes_do_not_count_as_falls(make_cube) -> None:
     cube = make_cube(lambda azimuth, *_rest: np.zeros_like(azimuth))
     cube["overturned"][{"b_over_h": 2}] = np.nan
-    assert boundary(cube)["stands_throughout"].all()
-    easiest = easiest_azimuth(boundary(cube), cube["b_over_h"])
+    assert overturning_boundary(cube)["stands_throughout"].all()
+    easiest = easiest_azimuth(overturning_boundary(cube), cube["b_over_h"])
     assert easiest["easiest_axis"].isnull().all()
     assert easiest["ratio"].isnull().all()
 
@@ -111,8 +111,8 @@ def test_a_plane_without_known_outcomes_is_not_the_hardest(make_cube) -> None:
     """Blocks fall up to B/H = 0.3 ± 0.1, along 60° more easily than across; a missing plane does not matter."""
     cube = make_cube(lambda a, _, s, __: np.where(s <= 0.3 + 0.1 * np.cos(np.radians(2 * (a - 60))), 1, 0))
     cube["overturned"][{"azimuth": cube["azimuth"] % 180 == 30}] = np.nan
-    easiest = easiest_azimuth(boundary(cube), cube["b_over_h"])
+    easiest = easiest_azimuth(overturning_boundary(cube), cube["b_over_h"])
     assert np.unique(easiest["ratio"]) == pytest.approx([3.0])
     assert easiest["bounded"].all()
     cube["overturned"][:] = cube["overturned"] * 0
-    assert easiest_azimuth(boundary(cube), cube["b_over_h"])["ratio"].isnull().all()
+    assert easiest_azimuth(overturning_boundary(cube), cube["b_over_h"])["ratio"].isnull().all()

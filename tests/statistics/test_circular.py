@@ -14,7 +14,7 @@ from overturning.statistics.circular import (
     common_axis_test,
     grouped_watson_test,
     resultant,
-    sector,
+    sector_index,
     sector_shares,
     watson_u2_test,
     wrap_axis,
@@ -27,9 +27,9 @@ TREES = [45, 55, 81, 96, 110, 117, 132, 154]
 
 
 def test_sectors_are_centred_on_north_and_none_lies_beyond_the_last() -> None:
-    assert sector([0, 22.4, 22.5, 337.4, 337.5, 720, -40], 8).tolist() == [0, 0, 1, 7, 0, 0, 7]
+    assert sector_index([0, 22.4, 22.5, 337.4, 337.5, 720, -40], 8).tolist() == [0, 0, 1, 7, 0, 0, 7]
     # Rounding brings −22.5° − 4e-15 to 360° and not below it.
-    assert int(sector(math.nextafter(-22.5, -90.0), 8)) in (0, 7)
+    assert int(sector_index(math.nextafter(-22.5, -90.0), 8)) in (0, 7)
 
 
 @pytest.mark.parametrize(

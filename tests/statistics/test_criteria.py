@@ -19,13 +19,13 @@ from overturning.statistics.criteria import (
     SLENDERNESS_ONLY,
     CriteriaScores,
     Score,
-    criteria_scores,
     direct_pulse_acceleration,
     frequency_parameter,
     ishiyama_velocity,
     kaneko_hayashi_acceleration,
     kaneko_hayashi_frequency,
     pulse_acceleration,
+    score_criteria,
     west_acceleration,
 )
 from overturning.units import STANDARD_GRAVITY
@@ -116,7 +116,7 @@ def test_falls_by_wests_formula_are_predicted_by_it(make_cube) -> None:
     peaks = {
         name: (("record", "azimuth"), np.tile(values, (8, 1))) for name, values in (("pga", pga), ("pgv", pga / 30))
     }
-    found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
+    found = score_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     west, *others, blind = found.rules
     assert (west.name, blind.name) == ("West", SLENDERNESS_ONLY)
@@ -143,7 +143,7 @@ def test_rules_are_ranked_within_blocks_with_the_slenderness_rule(make_cube) -> 
         azimuth=azimuth, height=[0.6], b_over_h=slender, friction=[1.0], events="abcdefgh",
     )  # fmt: skip
     peaks = {name: (("record", "azimuth"), np.tile(one, (8, 1))) for name, one in (("pga", pga), ("pgv", pga * ratio))}
-    found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
+    found = score_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     blind = found.rules[-1]
     assert (found.best.name, found.best.within.value) == ("pulse, one impact", pytest.approx(1.0))
@@ -204,7 +204,7 @@ def scores_where_the_first_is_right(
     )  # fmt: skip
     pga = STANDARD_GRAVITY * 0.3 * KINDS[kind, 0]
     peaks = {"pga": (("record", "azimuth"), pga), "pgv": (("record", "azimuth"), pga * KINDS[kind, 1])}
-    found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
+    found = score_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     return found
 
@@ -240,7 +240,7 @@ def test_blocks_of_which_nearly_all_stand_hardly_count(make_cube: Callable[..., 
 
     cube = make_cube(rule, azimuth=azimuth, height=[0.6], b_over_h=[0.3, 0.8], friction=[1.0], events="abcdefgh")
     peaks = {name: (("record", "azimuth"), np.tile(one, (8, 1))) for name, one in (("pga", pga), ("pgv", pga / 10))}
-    found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
+    found = score_criteria(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     weights = np.array([0.5 * 0.5, 0.02 * 0.98])
     assert found.rules[0].within.value == pytest.approx(weights @ [1.0, -25 / 49] / weights.sum())

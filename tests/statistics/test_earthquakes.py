@@ -10,7 +10,7 @@ from overturning.statistics.alignment_by_rule import alignment_by_rule
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import axes_by_earthquake, compare_alignment, summarise_axes
 from overturning.statistics.falls import BLOCK_RULES, EVERY_BLOCK, MARGINAL
-from overturning.statistics.roses import rose_of
+from overturning.statistics.roses import fall_rose
 
 
 @pytest.fixture
@@ -179,7 +179,7 @@ def test_a_rose_of_planes_weighs_earthquakes_and_shows_blocks_that_just_fall(mak
     """Seven earthquakes whose blocks fall in eleven planes about 0°, one of two records with one plane each, 90°."""
     rules = [sector(0, 5)] * 7 + [sector(90, 0)] * 2
     cube = make_cube(rules, azimuth=range(360), events="ABCDEFGHH")
-    rose = rose_of(cube)
+    rose = fall_rose(cube)
     assert (rose.falls, rose.earthquakes) == (7 * 11 * 20 + 2 * 20, 8)
     shares = np.zeros(24)
     shares[[0, 6]] = 7 / 8, 1 / 8  # sectors of 15°, the first about north
@@ -191,7 +191,7 @@ def test_a_rose_of_planes_weighs_earthquakes_and_shows_blocks_that_just_fall(mak
     slender = cube.isel(b_over_h=[0]).assign(overturned=1 + 0 * cube["overturned"].isel(b_over_h=[0]))
     slender["overturned"][{"azimuth": slice(180, None)}] = -1
     together = xr.concat([cube, slender.assign_coords(b_over_h=[0.05])], "b_over_h", data_vars="minimal")
-    assert rose_of(together).shares == pytest.approx(shares)
+    assert fall_rose(together).shares == pytest.approx(shares)
 
 
 @pytest.mark.parametrize("step", [5, 10, 15, 20, 30, 45])
@@ -203,7 +203,7 @@ def test_a_rose_of_falls_every_way_is_round_whatever_the_step_of_the_azimuths(ma
         return np.where(friction < 0.5, 1, -1) * np.where(azimuth < 180, 1, -1)
 
     cube = make_cube(every_way, azimuth=range(0, 360, step), fault_normal=60.0)
-    assert rose_of(cube, from_normal=from_normal).shares == pytest.approx(np.full(SECTORS, 1 / SECTORS))
+    assert fall_rose(cube, from_normal=from_normal).shares == pytest.approx(np.full(SECTORS, 1 / SECTORS))
 
 
 def test_aligned_and_scattered(axes) -> None:

@@ -10,13 +10,13 @@ from overturning.model.falls import model_of
 from overturning.model.planes import Planes, azimuth_gaps, fall_probability, plane_index, plane_weight
 from overturning.statistics.elements import falls_by_element
 from overturning.statistics.falls import (
-    fall_means,
+    count_flag_changes,
+    extend_to_full_circle,
     fall_shares,
     falls_towards,
-    flag_changes_between_neighbours,
     informative_blocks,
+    mean_fall_directions,
     overturns,
-    whole_circle,
 )
 
 
@@ -50,20 +50,18 @@ def test_missing_outcomes_stay_missing() -> None:
 def test_integer_and_float_flags_are_equivalent() -> None:
     read = line([0, 30, 60, 90, 120, 150], [1, np.nan, np.nan, 0, -1, 0])
     whole = read.fillna(-128).astype("int8").assign_coords(azimuth=read["azimuth"])  # as in the file
-    for found in (overturns, informative_blocks, fall_shares, lambda one: fall_means(one, informative=True)):
+    for found in (overturns, informative_blocks, fall_shares, lambda one: mean_fall_directions(one, informative=True)):
         assert found(whole).equals(found(read))
-    assert (
-        flag_changes_between_neighbours(whole, "azimuth") == flag_changes_between_neighbours(read, "azimuth") == (2, 2)
-    )
+    assert count_flag_changes(whole, "azimuth") == count_flag_changes(read, "azimuth") == (2, 2)
     assert float(fall_shares(whole)) == pytest.approx(2 / 4)
 
 
 def test_changes_need_two_known_outcomes() -> None:
     flags = line([0, 90, 180, 270], [1, 1, np.nan, 0])
-    assert flag_changes_between_neighbours(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
-    assert flag_changes_between_neighbours(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
+    assert count_flag_changes(flags, "azimuth") == (1, 2)  # round the compass: from 270 to 0
+    assert count_flag_changes(flags.isel(azimuth=slice(0, 2)), "azimuth") == (0, 1)
     ratios = xr.concat([flags, flags * 0, flags * 0 - 1], xr.DataArray([0.2, 0.3, 0.4], dims="b_over_h"))
-    assert flag_changes_between_neighbours(ratios, "b_over_h") == (5, 6)
+    assert count_flag_changes(ratios, "b_over_h") == (5, 6)
 
 
 def test_blocks_near_the_boundary_fall_in_some_planes_and_in_at_most_half() -> None:
@@ -104,7 +102,7 @@ def test_shares_directions_and_axes(make_cube, sector, rule, share, direction, a
     if isinstance(rule, str):
         rule = sector(60, 20, side=1 if rule == "towards 60" else -1)
     cube = make_cube(rule, azimuth=range(360) if rule is both_ways else range(0, 360, 5))
-    means = fall_means(cube)
+    means = mean_fall_directions(cube)
     assert fall_shares(cube).values == pytest.approx(share)
     for kind, (angle, resultant) in (("direction", direction), ("axis", axis)):
         if angle is not None:
@@ -133,7 +131,7 @@ def test_over_more_dimensions(make_cube, sector) -> None:
 
 def test_lazy_is_the_same(make_cube, sector) -> None:
     cube = make_cube(sector(100, 30), events=("A", "B", "C"))
-    for function in (fall_shares, fall_means):
+    for function in (fall_shares, mean_fall_directions):
         answer = function(cube.chunk({"record": 1, "azimuth": 12}))
         assert answer.chunks
         xr.testing.assert_allclose(answer.compute(), function(cube))
@@ -144,7 +142,9 @@ def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
     extra = make_cube(sector(60, 20), azimuth=sorted([*range(0, 360, 5), 61, 62, 63, 64, 241, 242, 243, 244]))
     assert plane_weight(extra["azimuth"].values[plane_index(extra["azimuth"].values)]).sum() == pytest.approx(1)
     assert float(fall_shares(extra, over=("record", *Planes.case_dims))) == pytest.approx(9 / 36)
-    assert fall_means(extra)["mean_axis"].values == pytest.approx(fall_means(regular)["mean_axis"].values, abs=0.01)
+    assert mean_fall_directions(extra)["mean_axis"].values == pytest.approx(
+        mean_fall_directions(regular)["mean_axis"].values, abs=0.01
+    )
 
 
 def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube, sector) -> None:
@@ -154,7 +154,7 @@ def test_end_planes_of_a_partial_circle_have_no_extra_weight(make_cube, sector) 
     assert plane_weight(part, divide_gaps=True)[[0, 1, -1]] == pytest.approx([65 / 180, 5 / 180, 65 / 180])
     cube = make_cube(sector(62.5, 24), azimuth=part.tolist())
     assert fall_shares(cube).values == pytest.approx(10 / 12)
-    assert fall_means(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
+    assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(62.5, abs=1e-4)
     assert plane_weight([0, 60, 90]) == pytest.approx([75 / 180, 45 / 180, 60 / 180]), "no part of a finer grid"
 
 
@@ -203,10 +203,10 @@ def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cub
     for one in (cube, falling):
         one["azimuth"].attrs["period"] = 360.0
     assert fall_shares(cube).values == pytest.approx(0.5)
-    assert fall_means(falling)["direction_resultant"].values == pytest.approx(0, abs=1e-9)
+    assert mean_fall_directions(falling)["direction_resultant"].values == pytest.approx(0, abs=1e-9)
     # The whole of the eastern half, seen from −2.5 to 177.5°: its middle is 87.5°.
-    assert fall_means(cube)["mean_direction"].values == pytest.approx(87.5)
-    xr.testing.assert_identical(whole_circle(cube), cube)
+    assert mean_fall_directions(cube)["mean_direction"].values == pytest.approx(87.5)
+    xr.testing.assert_identical(extend_to_full_circle(cube), cube)
     block = cube.isel(record=0, height=0, b_over_h=0, friction=0)
     for case, expected in ((block, [1, 1, 0, 0]), (-block, [0, 0, 1, 1])):
         assert falls_towards(case).sel(azimuth=[0, 175, 180, 355]).values.tolist() == expected
@@ -226,7 +226,7 @@ def test_ensemble_before_flag(make_cube, sector) -> None:
 
 def test_a_single_azimuth(make_cube) -> None:
     cube = make_cube(lambda azimuth, *_rest: np.ones_like(azimuth), azimuth=(32,))
-    assert fall_means(cube)["mean_axis"].values == pytest.approx(32)
+    assert mean_fall_directions(cube)["mean_axis"].values == pytest.approx(32)
     assert (fall_shares(cube) == 1).all()
 
 

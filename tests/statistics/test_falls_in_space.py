@@ -17,14 +17,14 @@ from overturning.statistics.earthquakes import (
     ReferenceAlignment,
     alignment_with_references,
     axes_by_earthquake,
-    radial_azimuth,
+    azimuth_away_from_epicentre,
+    fall_sums_by_record,
     summarise_axes,
-    sums_by_record,
 )
-from overturning.statistics.falls import fall_alignment, fall_means, fall_shares
+from overturning.statistics.falls import fall_shares, mean_cosine_and_sine_to_reference, mean_fall_directions
 from overturning.statistics.illustrative import illustrative_cases
-from overturning.statistics.roses import rose_of
-from overturning.statistics.space import plane_agreement, plane_counts, summarise_twist, twist_angles
+from overturning.statistics.roses import fall_rose
+from overturning.statistics.space import planar_agreement_counts, planar_agreement_shares, summarise_twist, twist_angles
 
 EVENTS = ("A", "A", "B", "C", "D")
 NORMALS = np.array([10.0, 10.0, 80.0, 150.0, 40.0])
@@ -60,7 +60,7 @@ def angles_of(cube: xr.Dataset, record: int) -> np.ndarray:
 def test_directions_and_axes_are_those_of_the_falls() -> None:
     cube = space_cube()
     assert isinstance(model_of(cube), Body)
-    means, shares = (of(cube, over=Body.case_dims) for of in (fall_means, fall_shares))
+    means, shares = (of(cube, over=Body.case_dims) for of in (mean_fall_directions, fall_shares))
     for record in range(len(EVENTS)):
         angles = np.radians(angles_of(cube, record))
         expected = np.degrees(circmean(angles))
@@ -85,7 +85,7 @@ def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> 
     everywhere = with_members.assign(
         {name: with_members[name].fillna(0.5 * part) for name, part in zip(names, parts, strict=True)}
     )
-    found = fall_means(everywhere, over=Body.case_dims)
+    found = mean_fall_directions(everywhere, over=Body.case_dims)
     assert found["mean_direction"].to_numpy() == pytest.approx(70.0)
     assert found["direction_resultant"].to_numpy() == pytest.approx(1.0)
     mixed = fall_shares(with_members, over=("record", *Body.case_dims))
@@ -110,7 +110,7 @@ def shares_of(cube: xr.Dataset, record: int, zero: float = 0.0) -> np.ndarray:
 @pytest.mark.parametrize("from_normal", [False, True])
 def test_a_rose_is_the_mean_of_its_earthquakes(from_normal: bool) -> None:
     cube = space_cube()
-    rose = rose_of(cube, from_normal=from_normal)
+    rose = fall_rose(cube, from_normal=from_normal)
     shares = [shares_of(cube, record, NORMALS[record] if from_normal else 0.0) for record in range(5)]
     assert rose.shares == pytest.approx(np.mean([np.mean(shares[:2], axis=0), *shares[2:]], axis=0))
     assert rose.shares.sum() == pytest.approx(1.0)
@@ -140,18 +140,18 @@ def test_falls_in_random_directions_do_not_affect_mean_or_rose() -> None:
     }  # fmt: skip
     weighed = nominal.assign({name: (DIMENSIONS, values) for name, values in means.items()})
     over = ("record", *Body.case_dims)
-    assert float(fall_means(nominal, over=over)["mean_direction"]) == pytest.approx(75.0, abs=8.0)
-    assert float(fall_means(weighed, over=over)["mean_direction"]) == pytest.approx(30.0, abs=3.0)
-    before, after = (rose_of(one).shares for one in (nominal, weighed))
+    assert float(mean_fall_directions(nominal, over=over)["mean_direction"]) == pytest.approx(75.0, abs=8.0)
+    assert float(mean_fall_directions(weighed, over=over)["mean_direction"]) == pytest.approx(30.0, abs=3.0)
+    before, after = (fall_rose(one).shares for one in (nominal, weighed))
     assert before[8] == pytest.approx(0.5, abs=0.1)
     assert after[8] < 0.15
     assert after[2] == pytest.approx(1.0 - after[8])
-    assert rose_of(weighed).falls == rose_of(nominal).falls
+    assert fall_rose(weighed).falls == fall_rose(nominal).falls
 
 
 def test_a_rose_has_scipys_intervals() -> None:
     cube = space_cube(events="ABCDEFGH", normals=np.arange(8) * 20.0)
-    half = rose_of(cube, level=0.5, draws=20_000)
+    half = fall_rose(cube, level=0.5, draws=20_000)
     means = np.array([shares_of(cube, record) for record in range(8)])
     scipys = bootstrap((means,), np.mean, method="percentile", confidence_level=0.5, n_resamples=20_000, rng=5)
     assert (half.low, half.high) == tuple(pytest.approx(ends, abs=0.006) for ends in scipys.confidence_interval)
@@ -160,16 +160,18 @@ def test_a_rose_has_scipys_intervals() -> None:
 def test_a_rose_without_falls() -> None:
     cube = space_cube()
     cube["fall_azimuth"] = cube["fall_azimuth"] * np.nan
-    rose = rose_of(cube)
+    rose = fall_rose(cube)
     assert (rose.falls, rose.shares.tolist()) == (0, [0.0] * SECTORS)
 
 
 def test_alignment_is_the_mean_cosine_of_the_falls() -> None:
     cube, reference = space_cube(), xr.DataArray([0.0, 90.0, np.nan, 45.0, 300.0], dims="record")
-    sums = sums_by_record(cube, "b_over_h")
+    sums = fall_sums_by_record(cube, "b_over_h")
     for axial, factor in ((True, 2), (False, 1)):
         for part in (slice(None), slice(1, 2), slice(0, 2)):
-            found = fall_alignment(sums.isel(b_over_h=part).sum("b_over_h"), reference, axial=axial)["cosine"]
+            found = mean_cosine_and_sine_to_reference(sums.isel(b_over_h=part).sum("b_over_h"), reference, axial=axial)[
+                "cosine"
+            ]
             for record in range(5):
                 angles = angles_of(cube.isel(b_over_h=part), record) - float(reference[record])
                 assert float(found[record]) == pytest.approx(
@@ -208,13 +210,13 @@ def test_the_radial_direction_is_that_of_the_great_circle_at_the_station() -> No
     ])  # fmt: skip
     names = ("epicentre_latitude", "epicentre_longitude", "station_latitude", "station_longitude")
     cube = xr.Dataset(coords={name: ("record", column) for name, column in zip(names, places.T, strict=False)})
-    assert radial_azimuth(cube).to_numpy() == pytest.approx(places[:, 4], abs=1e-9, nan_ok=True)
-    assert np.isnan(radial_azimuth(xr.Dataset(coords={"event": ("record", ["A", "B"])}))).all()
+    assert azimuth_away_from_epicentre(cube).to_numpy() == pytest.approx(places[:, 4], abs=1e-9, nan_ok=True)
+    assert np.isnan(azimuth_away_from_epicentre(xr.Dataset(coords={"event": ("record", ["A", "B"])}))).all()
     lines = np.random.default_rng(4).uniform((-60, -180, -3, -3), (60, 180, 3, 3), (20, 4))
     lines[:, 2:] += lines[:, :2]
     cube = xr.Dataset(coords={name: ("record", column) for name, column in zip(names, lines.T, strict=True)})
     back = np.array([gps2dist_azimuth(*line)[2] for line in lines])
-    apart = (radial_azimuth(cube).to_numpy() - back) % 360 - 180
+    apart = (azimuth_away_from_epicentre(cube).to_numpy() - back) % 360 - 180
     assert np.abs(apart).max() < 0.3
 
 
@@ -305,19 +307,19 @@ def test_the_plane_is_counted_right() -> None:
     cube = xr.Dataset(
         {name: ("record", values) for name, values in zip(names, (flags, plane, falls, predicted), strict=True)}
     ).expand_dims(b_over_h=[0.3])
-    found = plane_agreement(plane_counts(cube))
+    found = planar_agreement_shares(planar_agreement_counts(cube))
     assert found["cases"] == 6
     shares = {"flag": 4 / 6, "only_space": 1 / 6, "only_plane": 1 / 6, "face": 1 / 3, "axis": (30.0 + 80.0 + 10.0) / 3}
     assert {name: float(found[name]) for name in shares} == pytest.approx(shares)
     assert np.isnan(found["flag_beside"]), "no neighbour"
-    each = plane_agreement(plane_counts(cube), "record")["flag"].to_numpy()
+    each = planar_agreement_shares(planar_agreement_counts(cube), "record")["flag"].to_numpy()
     assert each == pytest.approx([1, 1, 0, 1, 0, 1, np.nan, np.nan], nan_ok=True)
     # Along B/H the 3-D flags are 1 1 0 0 ? 0: the second and third differ from a neighbour; 2-D has one right.
     row = (
         cube.isel(record=[0] * 6, b_over_h=0, drop=True).rename(record="b_over_h").expand_dims("record").copy(deep=True)
     )
     row["overturned"][:], row["plane_overturned"][:] = [1, 1, 0, 0, np.nan, 0], [1, 0, 0, 1, 1, 1]
-    assert float(plane_agreement(plane_counts(row))["flag_beside"]) == pytest.approx(1 / 2)
+    assert float(planar_agreement_shares(planar_agreement_counts(row))["flag_beside"]) == pytest.approx(1 / 2)
 
 
 def test_twist_is_of_stones_that_moved_and_stand() -> None:

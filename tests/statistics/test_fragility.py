@@ -15,8 +15,8 @@ from scipy.stats import norm
 
 from overturning.errors import ArgumentError
 from overturning.report.text import censored
-from overturning.statistics.fragility import Fragility, fragility, lognormal_fit, record_share
-from overturning.statistics.fragility_files import measure_file, write_fragility_csv, write_openquake
+from overturning.statistics.fragility import Fragility, fit_fragility, lognormal_fit, variance_share_between_records
+from overturning.statistics.fragility_files import measure_file_name, write_fragility_csv, write_openquake
 from tests.statistics.conftest import lognormal_curve
 
 NRML = "{http://openquake.org/xmlns/nrml/0.5}"
@@ -72,7 +72,7 @@ def test_the_interval_is_that_of_all_samples_of_earthquakes() -> None:
     x, median = np.geomspace(0.1, 3, 15), np.repeat([0.5, 1.0], 4)
     share = norm.cdf(np.log(x / median[:, None]) / 0.3).ravel()
     ends = [lognormal_fit(np.tile(x, 8), share, np.repeat([8 - k, k], 60))[0] for k in (1, 7)]
-    curve = fragility("all", ("PGA", "g"), np.tile(x, 8), share, np.repeat(list("abcdefgh"), 15))
+    curve = fit_fragility("all", ("PGA", "g"), np.tile(x, 8), share, np.repeat(list("abcdefgh"), 15))
     assert curve.median_interval == pytest.approx(ends, rel=1e-6)
 
 
@@ -137,7 +137,7 @@ def test_spread_of_records_is_separated_from_that_of_stones(between: float, with
     record = np.repeat(np.arange(60), 6)
     median, spread = lognormal_fit(x.ravel(), share.ravel())
     assert spread == pytest.approx(math.hypot(between, within), rel=0.06)
-    found = record_share((median, spread), x.ravel(), share.ravel(), record, 200)
+    found = variance_share_between_records((median, spread), x.ravel(), share.ravel(), record, 200)
     assert found == pytest.approx((between / math.hypot(between, within)) ** 2, abs=0.06)
 
 
@@ -145,14 +145,14 @@ def test_uniform_outcomes_are_record_to_record_variance() -> None:
     x = np.geomspace(0.2, 2, 40)
     share = (norm.ppf((np.random.default_rng(2).permutation(40) + 0.5) / 40) < np.log(x / 0.6) / 0.5).astype(float)
     fit = lognormal_fit(x, share)
-    assert record_share(fit, x, share, np.arange(40), 100) > 0.9
+    assert variance_share_between_records(fit, x, share, np.arange(40), 100) > 0.9
 
 
 def test_openquake_takes_the_names_of_classes_and_of_spectral_acceleration(tmp_path: Path) -> None:
     """Its rule for the id of a function is 1 to 60 of a-zA-Z0-9_- (`openquake.hazardlib.valid.simple_id`)."""
     names = ("B/H up to 0.45, H up to 0.75 m", "B/H above 0.45, H up to 0.75 m", "all stones")
     curves = [lognormal_curve(0.6, 0.4, name, ("SA(0.5)", "g")) for name in names]
-    assert measure_file("SA(0.5)") == "fragility-sa-0.5.xml"
+    assert measure_file_name("SA(0.5)") == "fragility-sa-0.5.xml"
     functions = functions_of(curves, tmp_path)
     taken = [str(one.get("id")) for one in functions]
     assert len(set(taken)) == 3
@@ -170,7 +170,7 @@ def test_the_example_for_openquake_keeps_to_its_rules(tmp_path: Path) -> None:
     job = configparser.ConfigParser()
     job.read(EXAMPLE / "job.ini", encoding="utf-8")
     files = {key: value for part in job.values() for key, value in part.items() if key.endswith(("_file", "_csv"))}
-    assert files.pop("contents_fragility_file") == measure_file("PGA")
+    assert files.pop("contents_fragility_file") == measure_file_name("PGA")
     assert all((EXAMPLE / name).is_file() for name in files.values())
     model = ElementTree.parse(EXAMPLE / files["exposure_file"]).getroot()[0]
     assert model.tag == f"{NRML}exposureModel"

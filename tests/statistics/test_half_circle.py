@@ -16,7 +16,7 @@ from overturning.report.sections.exactness import ensemble
 from overturning.report.words import words_of
 from overturning.settings import Ensemble, Population
 from overturning.statistics.earthquakes import axes_by_earthquake
-from overturning.statistics.falls import fall_means, fall_shares, falls_towards, informative_blocks
+from overturning.statistics.falls import fall_shares, falls_towards, informative_blocks, mean_fall_directions
 from overturning.surveys.population import population_rates
 from overturning.surveys.prediction import SitePrediction
 from overturning.surveys.stones import Stone
@@ -80,7 +80,7 @@ THE_SAME = {
 }
 CLOSE = {
     "shares": lambda cube: fall_shares(cube, over=BLOCK),
-    "means": lambda cube: fall_means(cube, over=BLOCK),
+    "means": lambda cube: mean_fall_directions(cube, over=BLOCK),
     "axes": axes_by_earthquake,
     "prediction": of_prediction,
     "roses": of_roses,

@@ -10,7 +10,13 @@ from scipy.special import expit
 from scipy.stats import t
 
 from overturning.errors import ArgumentError
-from overturning.statistics.logistic import PREDICTORS, describe, logistic_fit, overturning_fit, overturning_rows
+from overturning.statistics.logistic import (
+    PREDICTORS,
+    coefficient_table,
+    fit_overturning,
+    logistic_fit,
+    overturning_rows,
+)
 
 # Dalal, Fowlkes & Hoadley (1989), JASA 84: joint temperature (°F) and thermal distress of 23 launches before
 # Challenger.
@@ -174,12 +180,12 @@ def test_fit_of_a_cube(make_cube: Callable[..., xr.Dataset]) -> None:
     assert weight.mean() == pytest.approx(1)
     assert set(event) == set(range(12))
     assert outcome.mean() == pytest.approx(float(cube["overturned"].isel(azimuth=slice(18)).mean()), abs=1e-6)
-    fit = overturning_fit(cube, intensity)
+    fit = fit_overturning(cube, intensity)
     assert (fit.rows, fit.clusters) == (2160, 12)
     assert fit.low[1] < 3 < fit.high[1]
     assert fit.low[2] < 1 < fit.high[2]
-    table = describe(fit)
+    table = coefficient_table(fit)
     assert [row[0] for row in table] == ["intercept", *PREDICTORS]
     assert table[4][4] == pytest.approx(np.log(0.6))
     with pytest.raises(ArgumentError, match="azimuths"):
-        overturning_fit(cube, intensity.isel(azimuth=slice(5)))
+        fit_overturning(cube, intensity.isel(azimuth=slice(5)))

@@ -23,7 +23,7 @@ from overturning.report.blocks import Paragraph, Table
 from overturning.report.results import Results
 from overturning.report.sections.scene import scene as scene_section
 from overturning.report.sections.scene import spread_sentence
-from overturning.statistics.elements import compare_stones, contrast, falls_by_element
+from overturning.statistics.elements import count_common_falls, falls_by_element, mean_contrast
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import draw_members
 from overturning.study.load import check_study
@@ -101,7 +101,7 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         assert variant_label(alone) == ["variant alone"]
         assert str(shaft["element"].item()) == "shaft"
         assert shaft["overturned"].dims == alone["overturned"].dims
-        found = compare_stones(shaft, alone)
+        found = count_common_falls(shaft, alone)
         assert found["cases"].item() == 24
         sides, others = shaft["overturned"].to_numpy(), alone["overturned"].to_numpy()
         assert found["both"].item() == np.count_nonzero((sides != 0) & (others != 0)) > 0
@@ -178,17 +178,17 @@ def test_comparisons_count_what_they_say() -> None:
     nan = float("nan")
     this = cube([2.0, 3.0, nan, 1.0, nan, 4.0], overturned=[1, -1, 0, 1, nan, 1])
     other = cube([2.5, 2.0, nan, nan, 1.0, 3.0], overturned=[1, 1, 0, 0, 1, 1])
-    found = compare_stones(this, other)
+    found = count_common_falls(this, other)
     names = ("cases", "both", "only_this", "only_other", "same_way", "earlier")
     assert [found[name].to_numpy().tolist() for name in names] == [[3, 2], [2, 1], [0, 1], [0, 0], [1, 1], [1, 0]]
-    both = contrast(found, np.array(["one", "other"]))
+    both = mean_contrast(found, np.array(["one", "other"]))
     assert (both.both.value, both.only_this.value) == (pytest.approx((2 / 3 + 1 / 2) / 2), 1 / 4)
     assert (both.same_way.value, both.earlier.value, both.earlier.n) == (pytest.approx(3 / 4), 1 / 4, 2)
     # In space a fall has an azimuth of its own.
     towards = {"overturned": [1, 1, 0, 1, 1, 1], "fall_azimuth": [350.0, 10, nan, 90, 90, 0]}
     across = {"overturned": [1, 1, 0, 0, 1, 1], "fall_azimuth": [30.0, 60, nan, nan, 46, 200]}
     times = [1.0] * 6
-    assert compare_stones(cube(times, **towards), cube(times, **across))["same_way"].to_numpy().tolist() == [1, 1]
+    assert count_common_falls(cube(times, **towards), cube(times, **across))["same_way"].to_numpy().tolist() == [1, 1]
 
 
 def test_a_variant_without_vertical_motion_is_the_study_without_it(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from overturning.report.results import Results, open_results
 from overturning.report.sections import causes, exactness, space
 from overturning.report.sections.scene import spread_sentence
 from overturning.settings import Population
-from overturning.statistics.elements import compare_stones, falls_by_element
+from overturning.statistics.elements import count_common_falls, falls_by_element
 from overturning.statistics.illustrative import illustrative_cases
 from overturning.study import cube as cube_module
 from overturning.study.cube import open_cube
@@ -48,7 +48,7 @@ def stones_of(results: Results) -> list[object]:
     stones = {name: results.reference_cube(name) for name in results.cubes}
     (name, one), (_, other) = stones.items()
     said = [
-        compare_stones(one, other),
+        count_common_falls(one, other),
         spread_sentence(name, one, results.study.ensemble),
         element_roses_figure(stones),
     ]

@@ -174,7 +174,7 @@ def fragility(
     from overturning.errors import ConfigError
     from overturning.statistics.fragility_files import (
         is_openquake_measure,
-        measure_file,
+        measure_file_name,
         write_fragility_csv,
         write_openquake,
     )
@@ -190,7 +190,7 @@ def fragility(
     write_fragility_csv(curves, output / "fragility.csv")
     for measure in filter(is_openquake_measure, dict.fromkeys(one.measure for one in curves)):
         chosen = [one for one in curves if one.measure == measure]
-        write_openquake(chosen, output / measure_file(measure), "gravestones")
+        write_openquake(chosen, output / measure_file_name(measure), "gravestones")
 
 
 def check_convergence(

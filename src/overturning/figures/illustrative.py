@@ -17,7 +17,7 @@ from overturning.model.falls import model_of
 from overturning.model.planes import Planes
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
-from overturning.statistics.boundary import boundary
+from overturning.statistics.boundary import overturning_boundary
 from overturning.statistics.illustrative import IllustrativeCase, illustrative_cases
 from overturning.study.cube import open_records, study_of_cube
 from overturning.study.scenes import motion_for_variant, numerics_of_study, variant_model
@@ -94,7 +94,9 @@ def _planar_figures(
     azimuths = list(dict.fromkeys(float(path.attrs["azimuth_deg"]) for path in paths))
     if len(azimuths) == 1:
         azimuths.append((azimuths[0] + 90.0) % 360.0)
-    edge = boundary_figure(boundary(one).assign_attrs(one.attrs), float(one["b_over_h"].max()), normal, place)
+    edge = boundary_figure(
+        overturning_boundary(one).assign_attrs(one.attrs), float(one["b_over_h"].max()), normal, place
+    )
     seen = "acceleration, velocity and displacement seen from above"
     return [
         (

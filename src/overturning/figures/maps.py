@@ -13,8 +13,8 @@ from overturning.figures.cells import cell_edges, slenderness_edges, trim_empty_
 from overturning.figures.polar_map import plane_map_figure
 from overturning.figures.rose import draw_rose
 from overturning.model.falls import model_of
-from overturning.statistics.earthquakes import radial_azimuth
-from overturning.statistics.roses import rose_of
+from overturning.statistics.earthquakes import azimuth_away_from_epicentre
+from overturning.statistics.roses import fall_rose
 
 _TURN = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)[:, None]
 COLOURS: Final = ListedColormap(
@@ -44,7 +44,7 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
             style.labels(axes, "orientation, degrees" if row == len(blocks) - 1 else "", "B/H" if column == 0 else "")
         panels[row, -1].set_visible(False)
     around = figure.add_subplot(panels[0, -1].get_subplotspec(), projection="polar")
-    draw_rose(around, rose_of(cube.expand_dims("record")))
+    draw_rose(around, fall_rose(cube.expand_dims("record")))
     around.set_yticklabels([])
     around.tick_params(labelsize=7)
     top = around.get_ylim()[1]
@@ -53,7 +53,7 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
     hues = ((ring[:-1] + ring[1:]) / 2)[None, :]
     around.pcolormesh(ring, rim, hues, cmap=COLOURS, vmin=0, vmax=2 * np.pi, rasterized=True)
     style.mark_fault_normal(around, float(cube["fault_normal"]))
-    style.mark_radial(around, float(radial_azimuth(cube)))
+    style.mark_radial(around, float(azimuth_away_from_epicentre(cube)))
     around.set_title("falls of these maps", fontsize=8, pad=3)
     marks = [style.patch(style.STANDS, "stands")]
     if bool(cube["overturned"].isnull().any()):

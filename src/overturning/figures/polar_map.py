@@ -27,7 +27,7 @@ from overturning.figures.cells import (
 )
 from overturning.labels import friction_label
 from overturning.model.planes import fall_probability
-from overturning.statistics.earthquakes import radial_azimuth
+from overturning.statistics.earthquakes import azimuth_away_from_epicentre
 from overturning.units import CM
 
 PANEL: Final = {1: 4.1, 2: 3.2, 3: 2.15}
@@ -141,7 +141,10 @@ def _panels(records: Sequence[xr.Dataset], peak_velocity: Sequence[xr.DataArray 
     ):
         shown = one.assign(stands=(any_run == 0) & ~(fell > 0)).isel(b_over_h=slice(None, rings))
         simulated = np.isin(shown["azimuth"].to_numpy(), simulated_azimuths(cube))
-        marks = float(cube["fault_normal"]) if "fault_normal" in cube.variables else np.nan, float(radial_azimuth(cube))
+        marks = (
+            float(cube["fault_normal"]) if "fault_normal" in cube.variables else np.nan,
+            float(azimuth_away_from_epicentre(cube)),
+        )
         record = ", ".join(str(cube[name].item()) for name in ("station", "event") if name in cube.coords)
         for height, friction in product(range(one.sizes["height"]), range(one.sizes["friction"])):
             cells = shown.isel(height=height, friction=friction).transpose("b_over_h", "azimuth")

@@ -12,7 +12,7 @@ from overturning.figures import style
 from overturning.figures.style import FALLS, FAULT, INK, PAGE_WIDTH, compass, grid, mark_fault_normal, radius_ticks
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import AxisSummary
-from overturning.statistics.roses import Rose, rose_of, study_roses
+from overturning.statistics.roses import Rose, fall_rose, study_roses
 
 ROSES_IN_A_ROW: Final = 4
 
@@ -145,7 +145,7 @@ def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
     """Draw a rose from north for each earthquake with falls, over all its records, on one scale, with fault normals."""
     events = cube["event"].to_numpy().astype(str)
     roses = {
-        name: (rose_of(cube.isel(record=np.flatnonzero(events == name))), events == name)
+        name: (fall_rose(cube.isel(record=np.flatnonzero(events == name))), events == name)
         for name in dict.fromkeys(events)
     }
     shown = {name: found for name, found in roses.items() if found[0].falls}

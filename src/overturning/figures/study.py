@@ -14,7 +14,7 @@ from overturning.figures.write import Write, refill_folder, save
 from overturning.labels import element_size_note
 from overturning.model.falls import model_of
 from overturning.statistics.earthquakes import alignment_with_references, axes_by_group, summarise_axes
-from overturning.statistics.logistic import overturning_fit
+from overturning.statistics.logistic import fit_overturning
 from overturning.study.cube import open_records
 
 
@@ -37,7 +37,7 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, writ
             write(follow_figure(alignment_with_references(cube, intensity), slender), folder / "follow")
         else:
             another = element_size_note(cube)
-            fit = None if another else overturning_fit(cube, intensity)
+            fit = None if another else fit_overturning(cube, intensity)
             plane = intensity_plane_figure(cube, intensity, fit, float(cube["friction"].max()), another)
             write(plane, folder / "plane")
 

@@ -5,8 +5,8 @@ import math
 from overturning.findings.results import Results
 from overturning.findings.values import Estimate, Finding, Number, estimate_from_mean
 from overturning.labels import element_size_note
-from overturning.statistics.criteria import PULSE_VALID, criteria_scores
-from overturning.statistics.logistic import LEVEL, describe, overturning_fit
+from overturning.statistics.criteria import PULSE_VALID, score_criteria
+from overturning.statistics.logistic import LEVEL, coefficient_table, fit_overturning
 
 
 class LogisticCoefficient(Finding):
@@ -32,7 +32,7 @@ class LogisticCoefficient(Finding):
     """Upper end of the interval of `odds_factor_per_doubling`."""
 
 
-class LogisticFit(Finding):
+class LogisticFitFindings(Finding):
     """Logistic fit of the probability of overturning, with intervals from the jackknife over earthquakes."""
 
     coefficients: list[LogisticCoefficient]
@@ -66,7 +66,7 @@ class CriterionScore(Finding):
     """Value of `skill_within_block_shape` without planes and blocks beyond the range of the pulse criterion."""
 
 
-class CriteriaScores(Finding):
+class CriteriaFindings(Finding):
     """Skill of published criteria, and of the best rule that ignores the motion (last)."""
 
     scores: list[CriterionScore]
@@ -100,13 +100,13 @@ class PublishedComparison(Finding):
     """True if the block overturns in the study; None if the outcome is not known."""
 
 
-def fit_overturning_probability(results: Results) -> LogisticFit | None:
+def fit_overturning_probability(results: Results) -> LogisticFitFindings | None:
     """Fit a logistic model of the probability of overturning; None for 3-D models and elements of several sizes."""
     if not results.model.one_component or element_size_note(results.cube):
         return None
-    fit = overturning_fit(results.cube, results.intensity)
+    fit = fit_overturning(results.cube, results.intensity)
     rows = []
-    for name, value, low, high, least, most in describe(fit):
+    for name, value, low, high, least, most in coefficient_table(fit):
         doubled = [2.0**one for one in (value, low, high)] if name != "intercept" else [math.nan] * 3
         rows.append(
             LogisticCoefficient(
@@ -121,15 +121,15 @@ def fit_overturning_probability(results: Results) -> LogisticFit | None:
                 odds_factor_high=doubled[2],
             )
         )
-    return LogisticFit(
+    return LogisticFitFindings(
         coefficients=rows, fitted_outcomes=fit.rows, earthquakes=fit.clusters, level=LEVEL, note=fit.note
     )
 
 
-def score_published_criteria(results: Results) -> CriteriaScores | None:
+def score_published_criteria(results: Results) -> CriteriaFindings | None:
     """Compute the skill of published overturning criteria; None for 3-D models and elements of several sizes."""
     asked = results.model.one_component and not element_size_note(results.cube)
-    found = criteria_scores(results.cube, results.intensity) if asked else None
+    found = score_criteria(results.cube, results.intensity) if asked else None
     if found is None:
         return None
     scores = [
@@ -147,7 +147,7 @@ def score_published_criteria(results: Results) -> CriteriaScores | None:
     leads = {
         name: estimate_from_mean(lead, "difference of the skills within blocks") for name, lead in found.leads.items()
     }
-    return CriteriaScores(
+    return CriteriaFindings(
         scores=scores,
         best_criterion=found.best.name if found.leads else "",
         skill_lead=leads,

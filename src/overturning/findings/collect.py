@@ -6,8 +6,8 @@ from typing import Any
 
 from overturning.files import write_text
 from overturning.findings.causes import (
-    CriteriaScores,
-    LogisticFit,
+    CriteriaFindings,
+    LogisticFitFindings,
     PublishedComparison,
     compare_with_published,
     fit_overturning_probability,
@@ -81,9 +81,9 @@ class Findings(Finding):
     """Outcomes next to published ones."""
     population: PopulationFindings | None
     """Falls of the population of stones."""
-    logistic_fit: LogisticFit | None
+    logistic_fit: LogisticFitFindings | None
     """Logistic fit of the probability of overturning."""
-    criteria_scores: CriteriaScores | None
+    score_criteria: CriteriaFindings | None
     """Skill of published criteria."""
     final_twist: FinalTwist | None
     """Rotation about the vertical of stones that stand."""
@@ -113,7 +113,7 @@ def findings_from_results(results: Results) -> Findings:
         published_comparisons=compare_with_published(results),
         population=population_findings(results),
         logistic_fit=fit_overturning_probability(results),
-        criteria_scores=score_published_criteria(results),
+        score_criteria=score_published_criteria(results),
         final_twist=final_twist(results),
         ensemble=count_disagreeing_cells(results),
         convergence=convergence_findings(results),

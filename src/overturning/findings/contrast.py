@@ -8,8 +8,8 @@ from overturning.findings.values import Estimate, Finding, Number, estimate_from
 from overturning.model.scene import Scene
 from overturning.records.site import Site
 from overturning.statistics.bootstrap import mean_over_earthquakes, share_over_earthquakes
-from overturning.statistics.elements import ElementFalls, compare_stones, contrast
-from overturning.statistics.falls import shares_by_record
+from overturning.statistics.elements import ElementFalls, count_common_falls, mean_contrast
+from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.cube import record_provenance
 from overturning.study.scenes import NOMINAL, uses_vertical, variant_contact, variant_scene, variant_settings
 from overturning.study.schema import Study
@@ -141,9 +141,9 @@ def contrast_variants(results: Results) -> list[VariantContrast]:
 def _contrast_variant(results: Results, variant: str, record_positions: NDArray[np.intp]) -> VariantContrast:
     cubes = [results.reference_cube(name).isel(record=record_positions) for name in (NOMINAL, variant)]
     events = results.events[record_positions]
-    found = contrast(compare_stones(*cubes), events)
-    here, there = (shares_by_record(cube).to_numpy() for cube in cubes)
-    shapes = [shares_by_record(cube, "b_over_h").to_numpy() for cube in cubes]
+    found = mean_contrast(count_common_falls(*cubes), events)
+    here, there = (overturned_shares_by_record(cube).to_numpy() for cube in cubes)
+    shapes = [overturned_shares_by_record(cube, "b_over_h").to_numpy() for cube in cubes]
 
     by_shape = [
         SharesAtBOverH(

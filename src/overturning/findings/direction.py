@@ -9,8 +9,8 @@ from overturning.findings.values import Estimate, Finding, Number, estimate_from
 from overturning.statistics.alignment_by_rule import RuleAlignment
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.falls import flag_changes_between_neighbours, rule_of
-from overturning.statistics.space import plane_agreement
+from overturning.statistics.falls import count_flag_changes, fall_counting_rule
+from overturning.statistics.space import planar_agreement_shares
 
 ALIGNMENT = "mean of cos 2Δ, Δ the angle from the fault normal to a fall: 1 normal to the fault, −1 along it"
 
@@ -145,7 +145,7 @@ def _alignment_under_rule(
 def fall_direction(results: Results) -> FallDirection:
     """Compute the direction of falls relative to the fault normal, by group of records."""
     cube, groups = results.cube, []
-    lengths, own = results.record_means["axis_resultant"].to_numpy(), rule_of(cube)
+    lengths, own = results.record_means["axis_resultant"].to_numpy(), fall_counting_rule(cube)
     members, word = record_groups(cube), "plane" if results.model.one_component else results.model.direction
     for name, summary in results.axis_summaries.items():
         axes = results.axes_by_group[name]
@@ -176,7 +176,7 @@ def fall_direction(results: Results) -> FallDirection:
         )
     changes = dict[str, Number]()
     for dim in (results.model.direction, "b_over_h"):
-        changed, pairs = flag_changes_between_neighbours(cube, dim)
+        changed, pairs = count_flag_changes(cube, dim)
         changes[dim] = changed / pairs if pairs else None
     difference = results.alignment_difference
     return FallDirection(
@@ -227,7 +227,7 @@ def planar_model_agreement(results: Results) -> PlanarModelAgreement | None:
     """Compute the agreement of the 2-D model of the faces with the 3-D outcome; None without 2-D outcomes."""
     if "plane_overturned" not in results.cube:
         return None
-    whole = {str(name): float(one) for name, one in plane_agreement(results.plane_counts).items()}
+    whole = {str(name): float(one) for name, one in planar_agreement_shares(results.planar_agreement_counts).items()}
     return PlanarModelAgreement(
         cases=0 if math.isnan(whole["cases"]) else int(whole["cases"]),
         same_outcome=whole["flag"],

@@ -9,7 +9,7 @@ from overturning.findings.results import Results
 from overturning.findings.values import Finding, Number
 from overturning.model.model import Model
 from overturning.settings import Ensemble
-from overturning.statistics.by_record import by_record
+from overturning.statistics.by_record import apply_by_record
 from overturning.statistics.space import summarise_twist, twist_angles
 from overturning.statistics.spread import Statistic, falls_to_both_sides, first_batch_estimate, runs_disagree
 from overturning.study.convergence import Convergence
@@ -78,7 +78,9 @@ def count_disagreeing_cells(results: Results) -> EnsembleFindings | None:
     cube, settings = results.cube, results.study.ensemble
     if "members" not in cube:
         return None
-    found = by_record(partial(count_ensemble_cells, results.model, settings), cube, (*results.model.reads, "members"))
+    found = apply_by_record(
+        partial(count_ensemble_cells, results.model, settings), cube, (*results.model.reads, "members")
+    )
     sums = found.drop_vars(("fewest", "most")).sum()
 
     def share(part: str, of: str) -> float:

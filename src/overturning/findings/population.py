@@ -212,8 +212,8 @@ def population_findings(results: Results) -> PopulationFindings | None:
                 low=one.within_data[1].low,
                 high=one.within_data[1].high,
                 log_std=one.within_data[2],
-                log_std_between_records=one.spreads[0],
-                log_std_within_record=one.spreads[1],
+                log_std_between_records=one.spread_components[0],
+                log_std_within_record=one.spread_components[1],
                 data_minimum=one.least,
                 data_maximum=one.most,
             )

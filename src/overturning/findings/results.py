@@ -15,11 +15,11 @@ from overturning.model.falls import model_of
 from overturning.model.model import Model
 from overturning.statistics import alignment_by_rule, earthquakes
 from overturning.statistics.bootstrap import Mean
-from overturning.statistics.by_record import by_record
+from overturning.statistics.by_record import apply_by_record
 from overturning.statistics.elements import ElementFalls, falls_by_element
-from overturning.statistics.falls import fall_means, overturns
+from overturning.statistics.falls import mean_fall_directions, overturns
 from overturning.statistics.fragility import Fragility
-from overturning.statistics.space import plane_counts
+from overturning.statistics.space import planar_agreement_counts
 from overturning.study.convergence import Convergence, read_convergence
 from overturning.study.cube import open_records, study_of_cube
 from overturning.study.scenes import NOMINAL, variant_scene
@@ -146,8 +146,8 @@ class Results:
     @cached_property
     def record_means(self) -> xr.Dataset:
         """Mean direction and axis of each record's falls with their resultants, over the informative blocks."""
-        means = partial(fall_means, over=self.model.case_dims, informative=True)
-        return by_record(means, self.cube, self.model.reads)
+        means = partial(mean_fall_directions, over=self.model.case_dims, informative=True)
+        return apply_by_record(means, self.cube, self.model.reads)
 
     @cached_property
     def axes_by_group(self) -> dict[str, xr.Dataset]:
@@ -185,9 +185,9 @@ class Results:
         return fit_fragility_curves(self.populations[NOMINAL], self.intensity) if self.populations else []
 
     @cached_property
-    def plane_counts(self) -> xr.Dataset:
-        """Counts of `statistics.space.plane_counts`: agreement of the 3-D with the 2-D outcomes."""
-        return plane_counts(self.cube)
+    def planar_agreement_counts(self) -> xr.Dataset:
+        """Counts of `statistics.space.planar_agreement_counts`: agreement of the 3-D with the 2-D outcomes."""
+        return planar_agreement_counts(self.cube)
 
     @property
     def fault_normal_known(self) -> bool:

@@ -11,7 +11,7 @@ from overturning.findings.values import Finding, Number
 from overturning.model.status import Status
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
-from overturning.statistics.falls import shares_by_record, shares_near_normal
+from overturning.statistics.falls import overturned_shares_by_record, overturned_shares_near_normal
 from overturning.study.cube import record_provenance
 
 
@@ -158,7 +158,7 @@ def study_facts(results: Results) -> StudyFacts:
 
 def count_cases(results: Results) -> CaseCounts:
     """Count the cases and their outcomes."""
-    within, beyond = shares_near_normal(results.cube)
+    within, beyond = overturned_shares_near_normal(results.cube)
     return CaseCounts(
         total=int(results.cube["overturned"].size),
         computed=int((results.cube[results.model.copied] == 0).sum().compute()),
@@ -173,7 +173,7 @@ def record_facts(results: Results) -> list[RecordFacts]:
     """Return the peak motion and the mean fall direction of each record."""
     cube, intensity, found = results.cube, results.intensity, results.record_means
     azimuth, accounts = intensity["azimuth"].to_numpy(), record_provenance(cube)
-    shares, groups = shares_by_record(cube).to_numpy(), record_groups(cube)
+    shares, groups = overturned_shares_by_record(cube).to_numpy(), record_groups(cube)
     at_rest = cube["status"] == Status.AT_REST
     still = at_rest.all([name for name in at_rest.dims if name != "record"]).compute().to_numpy()
     normals = cube["fault_normal"].to_numpy().astype(np.float64)

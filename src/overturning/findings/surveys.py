@@ -7,7 +7,7 @@ from overturning.surveys.posterior import LEVEL, InversionResult
 from overturning.surveys.stones import OCTANTS
 
 
-class TestResult(Finding):
+class TestFinding(Finding):
     """Result of a statistical test."""
 
     name: str
@@ -47,9 +47,9 @@ class SurveyFindings(Finding):
     """Sum over fallen stones of ln(predicted/uniform); above 0 if the prediction is better than a guess."""
     log_likelihood_ratio_p_value: Number
     """Share of surveys of stones that fall in random directions with a ratio at least as large."""
-    fit_tests: list[TestResult]
+    fit_tests: list[TestFinding]
     """Tests of the agreement of observed and predicted directions."""
-    uniformity_test: TestResult
+    uniformity_test: TestFinding
     """Test of a uniform distribution of the observed directions."""
     correct_predictions: int | None
     """Number of `checked_predictions` in which the stone did what was most probable."""
@@ -118,9 +118,9 @@ def survey_findings(result: SurveyResult) -> SurveyFindings:
     def by_octant(values: list[float]) -> dict[str, Number]:
         return dict(zip(OCTANTS, values, strict=True))
 
-    def test(name: str) -> TestResult:
+    def test(name: str) -> TestFinding:
         one = getattr(found, name)
-        return TestResult(name=one.name, sample_size=one.n, statistic=one.statistic, p_value=one.p_value)
+        return TestFinding(name=one.name, sample_size=one.n, statistic=one.statistic, p_value=one.p_value)
 
     return SurveyFindings(
         stones=result.stones,

@@ -9,13 +9,18 @@ import xarray as xr
 
 from overturning.model.falls import model_of
 from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
-from overturning.statistics.by_record import by_record, record_groups
-from overturning.statistics.falls import BLOCK_RULES, BlockRule, fall_alignment, overturning_shares
+from overturning.statistics.by_record import apply_by_record, record_groups
+from overturning.statistics.falls import (
+    BLOCK_RULES,
+    BlockRule,
+    mean_cosine_and_sine_to_reference,
+    overturned_shares_of_directions,
+)
 
 
 @dataclass(frozen=True)
 class RuleAlignment:
-    """Alignment of falls with the fault normal under one rule.
+    """Alignment of falls with the fault normal under one rule that selects blocks.
 
     Attributes
     ----------
@@ -38,10 +43,10 @@ class RuleAlignment:
 def alignment_by_rule(
     cube: xr.Dataset, rules: Sequence[BlockRule] = BLOCK_RULES, *, draws: int = 10_000
 ) -> dict[str, list[RuleAlignment]]:
-    """Compute the alignment with the fault normal under each rule, by group of records (`record_groups`).
+    """Compute the alignment of falls with the fault normal under each block-selection rule, by group of records.
 
     The cube is read in parts. Each rule uses the same bootstrap samples of earthquakes as `summarise_axes`, whose
-    alignment is that of the rule `rule_of(cube)`.
+    alignment is that of the rule `fall_counting_rule(cube)`.
 
     Parameters
     ----------
@@ -52,8 +57,8 @@ def alignment_by_rule(
     draws : int
         Bootstrap samples.
     """
-    sums = by_record(partial(_sums, rules), cube, model_of(cube).reads).transpose("record", "rule")
-    vectors = fall_alignment(sums, cube["fault_normal"])
+    sums = apply_by_record(partial(_fall_sums_by_rule, rules), cube, model_of(cube).reads).transpose("record", "rule")
+    vectors = mean_cosine_and_sine_to_reference(sums, cube["fault_normal"])
     cosine, sine = vectors["cosine"].to_numpy(), vectors["sine"].to_numpy()
     lengths, events = np.hypot(cosine, sine), np.atleast_1d(cube["event"].to_numpy().astype(str))
     found = dict[str, list[RuleAlignment]]()
@@ -67,11 +72,11 @@ def alignment_by_rule(
     return found
 
 
-def _sums(rules: Sequence[BlockRule], cube: xr.Dataset) -> xr.Dataset:
+def _fall_sums_by_rule(rules: Sequence[BlockRule], cube: xr.Dataset) -> xr.Dataset:
     """Sum falls and the cosines and sines of their doubled axes under each rule; dimensions (record, rule)."""
-    model, share = model_of(cube), overturning_shares(cube)
+    model, share = model_of(cube), overturned_shares_of_directions(cube)
     falls = model.falls_in_distinct_cells(cube)
     names = ["falls", "axis_cosine", "axis_sine"]
     weighted = falls[names] * falls["weight"]
     over = (model.direction, *model.case_dims)
-    return xr.concat([weighted.where(rule.chosen(share)).sum(over) for rule in rules], "rule")
+    return xr.concat([weighted.where(rule.selects(share)).sum(over) for rule in rules], "rule")

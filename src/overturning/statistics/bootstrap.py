@@ -28,7 +28,7 @@ LEAST_BEYOND: Final = 10
 
 
 class Interval(NamedTuple):
-    """Ends of an interval; NaN if there is none."""
+    """Lower and upper end of an interval; NaN if there is none."""
 
     low: float = math.nan
     high: float = math.nan
@@ -36,7 +36,7 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True)
 class Mean:
-    """Mean over ``n`` earthquakes, and the ends of its interval; NaN if there is none."""
+    """Mean over ``n`` earthquakes with the ends of its interval; NaN if there is none."""
 
     n: int
     value: float
@@ -44,8 +44,8 @@ class Mean:
     high: float
 
 
-def event_means(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
-    """Compute the mean over the records of each earthquake, in the order of `event_names`.
+def means_by_earthquake(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
+    """Compute the mean over the records of each earthquake, in the order of `earthquake_names`.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def event_means(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) ->
         Earthquake of each record.
     """
     of_record, means = np.asarray(events), []
-    for name in event_names(events):
+    for name in earthquake_names(events):
         own = values[of_record == name]
         known = np.isfinite(own)
         count = known.sum(axis=0)
@@ -63,7 +63,7 @@ def event_means(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) ->
     return np.array(means).reshape(len(means), *values.shape[1:])
 
 
-def event_names(events: Sequence[str] | NDArray[np.str_]) -> list[str]:
+def earthquake_names(events: Sequence[str] | NDArray[np.str_]) -> list[str]:
     """Return the names of the earthquakes, each once, in order of first appearance."""
     return list(dict.fromkeys(str(event) for event in events))
 
@@ -75,7 +75,7 @@ def _bootstrap_indices(n: int, draws: int, seed: int) -> NDArray[np.int64]:
 
 
 def bootstrap_values(
-    statistic: Callable[[NDArray[Any]], FloatArray], per_event: NDArray[Any], draws: int, seed: int = 1
+    statistic: Callable[[NDArray[Any]], FloatArray], per_earthquake: NDArray[Any], draws: int, seed: int = 1
 ) -> FloatArray:
     """Compute a statistic in bootstrap samples of earthquakes; shape (n,), without samples in which it is NaN.
 
@@ -83,21 +83,21 @@ def bootstrap_values(
     ----------
     statistic : callable
         Maps samples, shape (draws, earthquakes, …), to values, shape (draws,); NaN if a sample has no value.
-    per_event : ndarray, shape (earthquakes, …)
+    per_earthquake : ndarray, shape (earthquakes, …)
         Data of each earthquake. The result is empty for fewer than `FEWEST_EARTHQUAKES` earthquakes, or if fewer than
         half of the samples have a value.
     draws, seed : int
         Number of samples, and seed. Each sample has as many earthquakes as the data, drawn with replacement.
     """
-    n = len(per_event)
+    n = len(per_earthquake)
     if n < FEWEST_EARTHQUAKES:
         return np.zeros(0)
-    values = statistic(per_event[_bootstrap_indices(n, draws, seed)])
+    values = statistic(per_earthquake[_bootstrap_indices(n, draws, seed)])
     known = values[np.isfinite(values)]
     return known if 2 * known.size >= draws else np.zeros(0)
 
 
-def expanded_tail(n: int, level: float = 0.95) -> float:
+def expanded_tail_share(n: int, level: float = 0.95) -> float:
     """Return the share of bootstrap samples beyond each end of the expanded percentile interval.
 
     Φ(−√(n/(n − 1)) t) with t the (1 + level)/2 quantile of Student's t with n − 1 degrees of freedom (Hesterberg 2015,
@@ -119,54 +119,54 @@ def expanded_tail(n: int, level: float = 0.95) -> float:
 
 def bootstrap(
     statistic: Callable[[NDArray[Any]], FloatArray],
-    per_event: NDArray[Any],
+    per_earthquake: NDArray[Any],
     *,
     level: float = 0.95,
     draws: int = 4000,
     seed: int = 1,
     earthquakes: int | None = None,
 ) -> Interval:
-    """Compute the expanded percentile interval of a statistic over earthquakes (see `expanded_tail`).
+    """Compute the expanded percentile interval of a statistic over earthquakes (see `expanded_tail_share`).
 
     Parameters
     ----------
-    statistic, per_event, draws, seed
+    statistic, per_earthquake, draws, seed
         See `bootstrap_values`. More samples are drawn if fewer than `LEAST_BEYOND` would lie beyond an end.
     level : float
         Probability of the interval.
     earthquakes : int, optional
-        Number of earthquakes that determine the statistic, if smaller than the number of rows of ``per_event``, such
-        as that of the smaller of two sets. There is no interval for fewer than `FEWEST_EARTHQUAKES`.
+        Number of earthquakes that determine the statistic, if smaller than the number of rows of ``per_earthquake``,
+        such as that of the smaller of two sets. There is no interval for fewer than `FEWEST_EARTHQUAKES`.
     """
-    n = len(per_event) if earthquakes is None else min(earthquakes, len(per_event))
+    n = len(per_earthquake) if earthquakes is None else min(earthquakes, len(per_earthquake))
     if n < FEWEST_EARTHQUAKES:
         return Interval()
-    tail = expanded_tail(n, level)
-    values = bootstrap_values(statistic, per_event, max(draws, math.ceil(LEAST_BEYOND / tail)), seed)
+    tail = expanded_tail_share(n, level)
+    values = bootstrap_values(statistic, per_earthquake, max(draws, math.ceil(LEAST_BEYOND / tail)), seed)
     if not values.size:
         return Interval()
     low, high = np.quantile(values, [tail, 1 - tail])
     return Interval(float(low), float(high))
 
 
-def mean_of_sample(drawn: NDArray[Any]) -> FloatArray:
-    """Compute the mean over earthquakes of each sample; a statistic for `bootstrap`."""
-    return np.asarray(drawn.mean(axis=1))
+def mean_over_sample(samples: NDArray[Any]) -> FloatArray:
+    """Compute the mean over earthquakes of each bootstrap sample; a statistic for `bootstrap`."""
+    return np.asarray(samples.mean(axis=1))
 
 
 def mean_over_earthquakes(values: FloatArray, events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000) -> Mean:
-    """Compute the mean over earthquakes of the `event_means`, with its `bootstrap` interval."""
-    means = _known_event_means(values, events)
+    """Compute the mean over earthquakes of values by record, with its bootstrap interval."""
+    means = _known_means_by_earthquake(values, events)
     if means.size == 0:
         return Mean(0, *(math.nan,) * 3)
-    ends = bootstrap(mean_of_sample, means, draws=draws)
+    ends = bootstrap(mean_over_sample, means, draws=draws)
     return Mean(int(means.size), float(means.mean()), *ends)
 
 
 def share_over_earthquakes(values: FloatArray, events: Sequence[str] | NDArray[np.str_], *, draws: int = 4000) -> Mean:
-    """Compute `mean_over_earthquakes` of shares (0 to 1); equal shares get the `unanimous_share_interval`."""
+    """Compute the mean over earthquakes of shares, with an exact interval if all are 0 or all are 1."""
     found = mean_over_earthquakes(values, events, draws=draws)
-    exact = unanimous_share_interval(_known_event_means(values, events))
+    exact = unanimous_share_interval(_known_means_by_earthquake(values, events))
     return found if exact is None or math.isnan(found.low) else Mean(found.n, found.value, *exact)
 
 
@@ -191,7 +191,7 @@ def unanimous_share_interval(shares: FloatArray, level: float = 0.95) -> Interva
     return None
 
 
-def _known_event_means(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
-    """Compute the `event_means` of the earthquakes that have a known value."""
+def _known_means_by_earthquake(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
+    """Compute the `means_by_earthquake` of the earthquakes that have a known value."""
     known = np.isfinite(values)
-    return event_means(values[known], np.asarray(events)[known])
+    return means_by_earthquake(values[known], np.asarray(events)[known])

@@ -40,8 +40,8 @@ def last_crossing(probability: ArrayLike, b_over_h: ArrayLike) -> tuple[float, b
     return float(x[at] + (x[at + 1] - x[at]) * p[at] / (p[at] - p[at + 1])), falls
 
 
-def boundary(cube: xr.Dataset) -> xr.Dataset:
-    """Compute the overturning boundary of each azimuth, and its range between the two scrambles of the ensemble.
+def overturning_boundary(cube: xr.Dataset) -> xr.Dataset:
+    """Compute the overturning boundary of each azimuth, and its range between the two Sobol scrambles of the ensemble.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
     Parameters
     ----------
     bounds : Dataset
-        From `boundary`.
+        From `overturning_boundary`.
     b_over_h : array_like
         B/H of the cube. If a block never falls, the smallest B/H stands for the boundary, which lies below it; if it
         falls at every B/H, the largest B/H with a known outcome does, and the boundary lies above it.

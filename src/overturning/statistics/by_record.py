@@ -14,7 +14,7 @@ CELLS_PER_READ: Final = 40_000
 """Number of cells that are read together; with fewer, the overhead of xarray exceeds the computation."""
 
 
-def one_record(cube: xr.Dataset, record: int | list[int], names: Sequence[str] = ()) -> xr.Dataset:
+def load_record(cube: xr.Dataset, record: int | list[int], variables: Sequence[str] = ()) -> xr.Dataset:
     """Load one record (or several) of a cube with a single read; many small dask graphs are slower.
 
     Parameters
@@ -23,42 +23,46 @@ def one_record(cube: xr.Dataset, record: int | list[int], names: Sequence[str] =
         In memory, or lazy as returned by `overturning.open_cube`.
     record : int or list of int
         Position of the record; with a list, the dimension ``record`` stays.
-    names : sequence of str
-        Variables to read, as far as the cube has them; not given: all.
+    variables : sequence of str
+        Names of the variables to read, as far as the cube has them; not given: all.
     """
-    chosen = cube[[name for name in names if name in cube]] if names else cube
+    chosen = cube[[name for name in variables if name in cube]] if variables else cube
     return chosen.isel(record=record).load()
 
 
-def each_record(cube: xr.Dataset, names: Sequence[str]) -> Iterator[xr.Dataset]:
-    """Yield each record as a cube with one record; for ``names`` see `one_record`."""
+def iterate_records(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[xr.Dataset]:
+    """Yield a cube with a single record for each record, with the named variables; see `load_record`."""
     for record in range(cube.sizes["record"]):
-        yield one_record(cube, [record], names)
+        yield load_record(cube, [record], variables)
 
 
-def record_batches(cube: xr.Dataset, names: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
-    """Yield the positions of successive records with about `CELLS_PER_READ` cells, and their cube; see `one_record`."""
+def record_batches(cube: xr.Dataset, variables: Sequence[str]) -> Iterator[tuple[list[int], xr.Dataset]]:
+    """Yield the positions and the cube of successive records with together about `CELLS_PER_READ` cells."""
     count = cube.sizes["record"]
     few = max(1, CELLS_PER_READ * count // max(cube["overturned"].size, 1))
     for first in range(0, count, few):
         places = list(range(first, min(first + few, count)))
-        yield places, one_record(cube, places, names)
+        yield places, load_record(cube, places, variables)
 
 
-def by_record(function: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
+def apply_by_record(
+    function: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, variables: Sequence[str]
+) -> xr.Dataset:
     """Apply a function to batches of records and concatenate the results along ``record``.
 
     A cube without that dimension is passed whole. The function gets a few records at a time with the variables
-    ``names`` (see `one_record`); all variables that it returns must have the dimension ``record``.
+    ``variables`` (see `load_record`); all variables that it returns must have the dimension ``record``.
     """
     if "record" not in cube.dims:
         return function(cube)
-    made = [function(some) for _, some in record_batches(cube, names)]
+    made = [function(some) for _, some in record_batches(cube, variables)]
     return xr.concat(made, "record", data_vars="minimal", coords="minimal", compat="override", join="override")
 
 
 def record_groups(cube: xr.Dataset, by: str = "pulse", edges: Sequence[float] = ()) -> dict[str, NDArray[np.bool_]]:
-    """Return a mask of the records of each group, by its name; a record without the value is in no group.
+    """Return a Boolean mask of the records for each group of records, by the name of the group.
+
+    A record without the grouping value is in no group.
 
     Parameters
     ----------

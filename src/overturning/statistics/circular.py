@@ -33,8 +33,8 @@ ROTATIONS: Final = 4_999
 """Number of random rotations in the `common_axis_test`."""
 
 
-def sector(angle_deg: ArrayLike, count: int) -> NDArray[np.intp]:
-    """Return the index of the sector, of ``count``, that contains an angle; sector 0 is centred on 0°.
+def sector_index(angle_deg: ArrayLike, count: int) -> NDArray[np.intp]:
+    """Return the index of the sector, out of ``count`` equal ones, that contains an angle; sector 0 is centred on 0°.
 
     An angle on a border belongs to the sector with the larger index.
     """
@@ -43,20 +43,20 @@ def sector(angle_deg: ArrayLike, count: int) -> NDArray[np.intp]:
     return np.asarray(((np.asarray(angle_deg) + wide / 2) % 360.0 // wide).astype(np.intp) % count)
 
 
-def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None, wide_deg: float = 0.0) -> FloatArray:
+def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None, width_deg: float = 0.0) -> FloatArray:
     """Compute the share of falls in each of `SECTORS` from azimuths and weights (default 1); 0 without falls.
 
-    With ``wide_deg`` each weight is spread evenly over that many degrees, centred on its azimuth.
+    With ``width_deg`` each weight is spread evenly over that many degrees, centred on its azimuth.
     """
-    if wide_deg > 0.0:
+    if width_deg > 0.0:
         angle, sector_wide = np.asarray(angle_deg, np.float64), 360.0 / SECTORS
         # Borders of three full circles: an interval that crosses north continues in the next circle.
         border = sector_wide * (np.arange(-SECTORS, 2 * SECTORS + 1) - 0.5)
-        below = np.clip((border - (angle % 360.0)[:, None]) / wide_deg + 0.5, 0.0, 1.0)
+        below = np.clip((border - (angle % 360.0)[:, None]) / width_deg + 0.5, 0.0, 1.0)
         parts = np.diff(below, axis=1).reshape(-1, 3, SECTORS).sum(axis=1)
         counts = (np.ones_like(angle) if weight is None else weight) @ parts
     else:
-        counts = np.bincount(sector(angle_deg, SECTORS), weight, SECTORS).astype(np.float64)
+        counts = np.bincount(sector_index(angle_deg, SECTORS), weight, SECTORS).astype(np.float64)
     total = counts.sum()
     return counts / total if total > 0 else counts
 
@@ -108,7 +108,7 @@ class TestResult:
 
 
 @lru_cache(maxsize=4)
-def _rotations(n: int) -> NDArray[np.complex128]:
+def _random_unit_vectors(n: int) -> NDArray[np.complex128]:
     """Draw unit vectors in random directions, shape (`ROTATIONS`, n), as complex numbers."""
     return np.exp(1j * np.random.Generator(np.random.PCG64(1)).uniform(0.0, 2 * math.pi, size=(ROTATIONS, n)))
 
@@ -130,12 +130,12 @@ def common_axis_test(cosine: ArrayLike, sine: ArrayLike) -> TestResult:
     if n == 0:
         return TestResult("randomised Rayleigh", 0)
     statistic = math.hypot(x.mean(), y.mean())
-    drawn = np.abs((_rotations(n) * np.hypot(x, y)).sum(axis=1)) / n
+    drawn = np.abs((_random_unit_vectors(n) * np.hypot(x, y)).sum(axis=1)) / n
     extreme = int((drawn >= statistic * (1 - 1e-12)).sum())
     return TestResult("randomised Rayleigh", n, statistic, (1 + extreme) / (1 + ROTATIONS))
 
 
-def watson_u2_test(uniform: ArrayLike) -> TestResult:
+def watson_u2_test(distribution_values: ArrayLike) -> TestResult:
     """Test the fit of a distribution on the circle with Watson's U²; the statistic is U², not modified.
 
     U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens'
@@ -144,16 +144,18 @@ def watson_u2_test(uniform: ArrayLike) -> TestResult:
 
     Parameters
     ----------
-    uniform : array_like, shape (n,)
+    distribution_values : array_like, shape (n,)
         Distribution function of the model at each observed angle; for uniformity the angle divided by 360°. An
         `ArgumentError` is raised if a value lies outside 0 to 1.
     """
-    ordered = np.sort(np.asarray(uniform, dtype=np.float64))
+    ordered = np.sort(np.asarray(distribution_values, dtype=np.float64))
     n = int(ordered.size)
     if n == 0:
         return TestResult("Watson U²", 0)
     if not (np.isfinite(ordered).all() and ordered[0] >= 0 and ordered[-1] <= 1):
-        raise ArgumentError("uniform: values must lie in 0 to 1; pass the model's distribution function at the angles")
+        raise ArgumentError(
+            "distribution_values: values must lie in 0 to 1; pass the model's distribution function at the angles"
+        )
     rank = (2 * np.arange(1, n + 1) - 1) / (2 * n)
     statistic = float(((ordered - ordered.mean() - rank + 0.5) ** 2).sum() + 1 / (12 * n))
     modified = (statistic - 0.1 / n + 0.1 / n**2) * (1 + 0.8 / n)
@@ -162,7 +164,8 @@ def watson_u2_test(uniform: ArrayLike) -> TestResult:
     return TestResult("Watson U²", n, statistic, min(max(p_value, 0.0), 1.0) if n > 1 else 1.0)
 
 
-def _grouped_u2(counts: FloatArray, probability: FloatArray) -> FloatArray:
+def _grouped_watson_u2(counts: FloatArray, probability: FloatArray) -> FloatArray:
+    """Compute Watson's U² of counts in sectors; see `grouped_watson_test`."""
     total = counts.sum(axis=-1, keepdims=True)
     difference = np.cumsum(counts - total * probability, axis=-1)
     centre = (difference * probability).sum(axis=-1, keepdims=True)
@@ -170,7 +173,7 @@ def _grouped_u2(counts: FloatArray, probability: FloatArray) -> FloatArray:
 
 
 def grouped_watson_test(counts: ArrayLike, probability: ArrayLike) -> TestResult:
-    """Test counts in sectors, in their order round the circle, with Watson's U².
+    """Test the counts in successive sectors of a circle against probabilities, with Watson's U².
 
     U²_G = (1/n) Σ_j (S_j − S̄)² p_j with S_j the running sum of observed minus expected and S̄ = Σ S_j p_j
     (Choulakian, Lockhart & Stephens 1994, Canadian Journal of Statistics 22). The p-value is simulated, so it
@@ -187,10 +190,11 @@ def grouped_watson_test(counts: ArrayLike, probability: ArrayLike) -> TestResult
         raise ArgumentError(f"probability: shape {expected.shape}, counts {observed.shape}; one probability per sector")
     if (expected < 0).any() or abs(expected.sum() - 1) > 1e-9:
         raise ArgumentError(f"probability: sums to {expected.sum():.6g}; it must sum to 1 without negative values")
-    return _simulated_test("grouped Watson U²", _grouped_u2, observed, expected)
+    return _simulated_test("grouped Watson U²", _grouped_watson_u2, observed, expected)
 
 
-def _chi_square(counts: FloatArray, probability: FloatArray) -> FloatArray:
+def _chi_square_statistic(counts: FloatArray, probability: FloatArray) -> FloatArray:
+    """Compute Pearson's X² of counts."""
     expected = counts.sum(axis=-1, keepdims=True) * probability
     with np.errstate(divide="ignore", invalid="ignore"):  # expected 0: 0/0 or ∞
         parts = (counts - expected) ** 2 / expected
@@ -203,13 +207,13 @@ def chi_square_test(counts: FloatArray, probability: FloatArray) -> TestResult:
     The p-value is simulated because octants of a survey often have fewer than the five expected stones that the
     chi-square distribution needs (Mardia & Jupp 2000, section 6.3.3).
     """
-    return _simulated_test("chi-square", _chi_square, counts, probability)
+    return _simulated_test("chi-square", _chi_square_statistic, counts, probability)
 
 
 def _simulated_test(
     name: str, statistic_of: Callable[[FloatArray, FloatArray], FloatArray], counts: FloatArray, probability: FloatArray
 ) -> TestResult:
-    """Test counts, shape (k,), against probabilities; p is simulated from the multinomial distribution.
+    """Test counts against probabilities with a statistic whose p-value is simulated (multinomial distribution).
 
     p = (1 + number of draws at least as extreme)/(1 + `SIMULATIONS`).
     """

@@ -20,7 +20,8 @@ from overturning.statistics.logistic import overturning_rows
 from overturning.units import CM, GAL, STANDARD_GRAVITY
 
 
-def _positive(name: str, values: ArrayLike) -> FloatArray:
+def _check_positive(name: str, values: ArrayLike) -> FloatArray:
+    """Return values as an array; raise an ArgumentError that names them if one is not positive and finite."""
     array = np.asarray(values, dtype=np.float64)
     if not (np.isfinite(array).all() and (array > 0).all()):
         raise ArgumentError(f"{name}: {array.min() if array.size else 'nothing'}; it must be positive and finite")
@@ -32,7 +33,7 @@ def west_acceleration(b_over_h: ArrayLike) -> FloatArray:
 
     West's formula as given by Milne (1885, Transactions of the Seismological Society of Japan 8).
     """
-    return STANDARD_GRAVITY * _positive("b_over_h", b_over_h)
+    return STANDARD_GRAVITY * _check_positive("b_over_h", b_over_h)
 
 
 def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
@@ -41,7 +42,7 @@ def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
     v = 0.4 √(8 g R/3 · (1 − cos α)/cos² α), R half the diagonal, tan α = B/H (Ishiyama 1982, Earthquake
     Engineering and Structural Dynamics 10); about 10 B/√H in cm and cm/s for slender blocks.
     """
-    tall, slenderness = _positive("height", height), _positive("b_over_h", b_over_h)
+    tall, slenderness = _check_positive("height", height), _check_positive("b_over_h", b_over_h)
     alpha = np.arctan(slenderness)
     radius = tall * np.sqrt(1 + slenderness**2) / 2
     # 1 − cos α = 2 sin²(α/2), without cancellation for slender blocks.
@@ -52,13 +53,13 @@ def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
 
 def ishiyama_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
     """Return the PGA above which both limits of Ishiyama are exceeded: g B/H, and `ishiyama_velocity` over PGV/PGA."""
-    by_velocity = ishiyama_velocity(height, b_over_h) / _positive("pgv_over_pga", pgv_over_pga)
+    by_velocity = ishiyama_velocity(height, b_over_h) / _check_positive("pgv_over_pga", pgv_over_pga)
     return np.maximum(west_acceleration(b_over_h), by_velocity)
 
 
 def kaneko_hayashi_frequency(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
     """Return the frequency F_b = 15.6/√H (1 + B/H)^−1.5, Hz, H in cm, between the branches of the criterion."""
-    tall, slenderness = _positive("height", height) / CM, _positive("b_over_h", b_over_h)
+    tall, slenderness = _check_positive("height", height) / CM, _check_positive("b_over_h", b_over_h)
     return np.asarray(15.6 / np.sqrt(tall) * (1 + slenderness) ** -1.5)
 
 
@@ -70,8 +71,8 @@ def kaneko_hayashi_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over
     Engineering, AIJ, 536). The paper was not available. The branches meet at F_b within 0.05 % (10 · 15.6 · 2π =
     980.2 cm/s², which is g), so the coefficients are consistent with each other.
     """
-    tall, slenderness = _positive("height", height) / CM, _positive("b_over_h", b_over_h)
-    frequency = 1 / (2 * np.pi * _positive("pgv_over_pga", pgv_over_pga))
+    tall, slenderness = _check_positive("height", height) / CM, _check_positive("b_over_h", b_over_h)
+    frequency = 1 / (2 * np.pi * _check_positive("pgv_over_pga", pgv_over_pga))
     low = STANDARD_GRAVITY * slenderness * (1 + slenderness)
     high = 10 * slenderness * np.sqrt(tall) * (1 + slenderness) ** 2.5 * 2 * np.pi * frequency * GAL
     return np.where(frequency > kaneko_hayashi_frequency(height, b_over_h), high, low)
@@ -79,13 +80,14 @@ def kaneko_hayashi_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over
 
 def frequency_parameter(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
     """Return the frequency parameter p = √(3g/4R), rad/s, R half the diagonal of a rectangle of height H, m."""
-    tall, slenderness = _positive("height", height), _positive("b_over_h", b_over_h)
+    tall, slenderness = _check_positive("height", height), _check_positive("b_over_h", b_over_h)
     return np.asarray(np.sqrt(1.5 * STANDARD_GRAVITY / (tall * np.sqrt(1 + slenderness**2))))
 
 
 def _pulse_frequency_ratio(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+    """Return ω/p, the frequency of a one-sine pulse over the frequency parameter of the block."""
     # A one-sine pulse of amplitude a and angular frequency ω has the peak velocity 2a/ω.
-    return 2 / _positive("pgv_over_pga", pgv_over_pga) / frequency_parameter(height, b_over_h)
+    return 2 / _check_positive("pgv_over_pga", pgv_over_pga) / frequency_parameter(height, b_over_h)
 
 
 def pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
@@ -131,12 +133,12 @@ class Criterion:
     acceleration: Callable[[ArrayLike, ArrayLike, ArrayLike], FloatArray]
 
 
-def _west(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+def _west_limit(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
     return west_acceleration(b_over_h) * np.ones(np.broadcast_shapes(np.shape(height), np.shape(pgv_over_pga)))
 
 
 CRITERIA: Final = (
-    Criterion("West", "PGA above g B/H", _west),
+    Criterion("West", "PGA above g B/H", _west_limit),
     Criterion("Ishiyama", "PGA above g B/H, and PGV above the velocity of Ishiyama (1982)", ishiyama_acceleration),
     Criterion("Kaneko–Hayashi", "PGA above the median of Kaneko and Hayashi (2000)", kaneko_hayashi_acceleration),
     Criterion("pulse, one impact", "PGA above g B/H (1 + ω/6p), ω = 2 PGA/PGV", pulse_acceleration),
@@ -149,7 +151,7 @@ SECONDARY_SOURCES: Final = ("Kaneko–Hayashi", "pulse, one impact")
 
 
 class Score(NamedTuple):
-    """Weighted contingency table: predicted falls, missed falls, false alarms, and correctly predicted stands.
+    """Weighted contingency table of predicted and actual falls: hits, misses, false alarms, correct rejections.
 
     Each is a number or an array; a share is NaN if its denominator is 0.
     """
@@ -160,24 +162,24 @@ class Score(NamedTuple):
     rejections: Any
 
     @classmethod
-    def of(cls, counts: FloatArray) -> "Score":
+    def from_counts(cls, counts: FloatArray) -> "Score":
         """Create a score from counts of shape (…, 4)."""
         return cls(*np.moveaxis(counts, -1, 0))
 
     @property
     def falls(self) -> Any:
         """Share of all cases that fall."""
-        return _share(self.hits + self.misses, sum(self))
+        return _ratio(self.hits + self.misses, sum(self))
 
     @property
     def hit_rate(self) -> Any:
         """Share of the falls that were predicted."""
-        return _share(self.hits, self.hits + self.misses)
+        return _ratio(self.hits, self.hits + self.misses)
 
     @property
     def false_alarm_rate(self) -> Any:
         """Share of the stands for which a fall was predicted."""
-        return _share(self.false_alarms, self.false_alarms + self.rejections)
+        return _ratio(self.false_alarms, self.false_alarms + self.rejections)
 
     @property
     def skill(self) -> Any:
@@ -185,9 +187,10 @@ class Score(NamedTuple):
         return self.hit_rate - self.false_alarm_rate
 
 
-def _share(part: Any, of: Any) -> Any:
+def _ratio(part: Any, whole: Any) -> Any:
+    """Divide, with NaN for 0/0."""
     with np.errstate(invalid="ignore"):
-        return np.divide(part, of)
+        return np.divide(part, whole)
 
 
 SLENDERNESS_ONLY: Final = "B/H alone"
@@ -247,11 +250,11 @@ class CriteriaScores:
 
     @property
     def best(self) -> RuleScore:
-        """Score of the criterion with the largest skill within blocks."""
+        """Score of the criterion with the largest mean skill within blocks of one height and B/H."""
         return max(self.rules[: len(CRITERIA)], key=lambda one: np.nan_to_num(one.within.value, nan=-np.inf))
 
 
-def criteria_scores(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | None:
+def score_criteria(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores | None:
     """Score the published criteria on the rows of `overturning_rows`; None if no outcome is known.
 
     Nominal outcomes are used, not the probabilities of the ensemble.
@@ -267,40 +270,42 @@ def criteria_scores(cube: xr.Dataset, intensity: xr.Dataset) -> CriteriaScores |
     group = np.unique(event, return_inverse=True)[1] * len(kinds) + block.ravel()
     valid = _pulse_frequency_ratio(height, slender, ratio) <= PULSE_VALID
 
-    def count(said: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
+    def count(predicted: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
         """Compute the counts of `Score`, shape (earthquakes, blocks, 4)."""
-        columns = (falls * said, falls * ~said, (1 - falls) * said, (1 - falls) * ~said)
+        columns = (falls * predicted, falls * ~predicted, (1 - falls) * predicted, (1 - falls) * ~predicted)
         counts = [np.bincount(group, weight * column, np.unique(event).size * len(kinds)) for column in columns]
         return np.stack(counts, axis=1, dtype=np.float64).reshape(-1, len(kinds), 4)
 
-    def scored(name: str, rule: str, said: NDArray[np.bool_]) -> RuleScore:
-        counts = count(said, weight)
-        overall, statistics = Score.of(counts.sum(axis=(0, 1))), (_pooled, _within)
+    def score_rule(name: str, rule: str, predicted: NDArray[np.bool_]) -> RuleScore:
+        counts = count(predicted, weight)
+        overall, statistics = Score.from_counts(counts.sum(axis=(0, 1))), (_skill_over_all_blocks, _skill_within_blocks)
         skill, within = (Mean(len(counts), float(of(counts)), *bootstrap(of, counts)) for of in statistics)
-        return RuleScore(name, rule, overall, skill, within, float(_within(count(said, weight * valid))))
+        return RuleScore(
+            name, rule, overall, skill, within, float(_skill_within_blocks(count(predicted, weight * valid)))
+        )
 
-    said = [pga >= one.acceleration(height, slender, ratio) for one in CRITERIA]
-    rules = [scored(one.name, one.rule, predicted) for one, predicted in zip(CRITERIA, said, strict=True)]
+    predictions = [pga >= one.acceleration(height, slender, ratio) for one in CRITERIA]
+    rules = [score_rule(one.name, one.rule, predicted) for one, predicted in zip(CRITERIA, predictions, strict=True)]
     shapes = np.unique(kinds[:, 1])
     bounds = ((shapes[1:] + shapes[:-1]) / 2).round(9).tolist()
-    blind = [scored(SLENDERNESS_ONLY, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
+    blind = [score_rule(SLENDERNESS_ONLY, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
     rules += sorted(blind, key=lambda one: np.nan_to_num(-one.overall.skill, nan=1.0))[:1]
-    by_event = {one.name: count(predicted, weight) for one, predicted in zip(CRITERIA, said, strict=True)}
+    by_event = {one.name: count(predicted, weight) for one, predicted in zip(CRITERIA, predictions, strict=True)}
     counts = np.stack([one.sum(axis=0) for one in by_event.values()], axis=1)
-    blocks = {name: tuple(map(Score.of, each)) for name, each in zip(of_block, counts, strict=True)}
+    blocks = {name: tuple(map(Score.from_counts, each)) for name, each in zip(of_block, counts, strict=True)}
     beyond = float((weight * ~valid).sum() / weight.sum())
-    return CriteriaScores(tuple(rules), _leads(by_event), beyond, blocks)
+    return CriteriaScores(tuple(rules), _skill_leads(by_event), beyond, blocks)
 
 
-def _leads(by_event: dict[str, FloatArray]) -> dict[str, Mean]:
+def _skill_leads(by_event: dict[str, FloatArray]) -> dict[str, Mean]:
     """Compute `CriteriaScores.leads` from the counts of each criterion, shape (earthquakes, blocks, 4)."""
-    skills = {name: float(_within(counts)) for name, counts in by_event.items()}
+    skills = {name: float(_skill_within_blocks(counts)) for name, counts in by_event.items()}
     if not np.isfinite([*skills.values()]).all():
         return {}
     best = max(skills, key=lambda name: skills[name])
 
     def lead(counts: FloatArray) -> FloatArray:
-        return _within(counts[..., :4]) - _within(counts[..., 4:])
+        return _skill_within_blocks(counts[..., :4]) - _skill_within_blocks(counts[..., 4:])
 
     pairs = {name: np.concatenate([by_event[best], counts], axis=-1) for name, counts in by_event.items()}
     return {
@@ -308,18 +313,18 @@ def _leads(by_event: dict[str, FloatArray]) -> dict[str, Mean]:
     }
 
 
-def _pooled(counts: FloatArray) -> FloatArray:
+def _skill_over_all_blocks(counts: FloatArray) -> FloatArray:
     """Compute the skill over all blocks together, from counts of shape (…, earthquakes, blocks, 4)."""
-    return np.asarray(Score.of(counts.sum(axis=(-3, -2))).skill)
+    return np.asarray(Score.from_counts(counts.sum(axis=(-3, -2))).skill)
 
 
-def _within(counts: FloatArray) -> FloatArray:
+def _skill_within_blocks(counts: FloatArray) -> FloatArray:
     """Compute the mean skill over blocks, weighted by f(1 − f), from counts of shape (…, earthquakes, blocks, 4).
 
     f is the share of cells of a block that fall. The skill of a block that nearly always falls, or stands, depends on a
     few cells. f(1 − f) is the variance of the outcome, so the mean is the slope of a regression of outcomes on
     predictions within blocks.
     """
-    score = Score.of(counts.sum(axis=-3))
+    score = Score.from_counts(counts.sum(axis=-3))
     weight = np.where(np.isfinite(score.skill), score.falls * (1 - score.falls), 0.0)
-    return np.asarray(_share((weight * np.where(weight > 0, score.skill, 0.0)).sum(axis=-1), weight.sum(axis=-1)))
+    return np.asarray(_ratio((weight * np.where(weight > 0, score.skill, 0.0)).sum(axis=-1), weight.sum(axis=-1)))

@@ -20,23 +20,23 @@ from overturning.statistics.bootstrap import (
     Mean,
     bootstrap,
     bootstrap_values,
-    event_means,
-    event_names,
-    expanded_tail,
-    mean_of_sample,
+    earthquake_names,
+    expanded_tail_share,
     mean_over_earthquakes,
+    mean_over_sample,
+    means_by_earthquake,
 )
-from overturning.statistics.by_record import by_record, record_groups
+from overturning.statistics.by_record import apply_by_record, record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, common_axis_test, wrap_axis
-from overturning.statistics.falls import fall_alignment, fall_vectors
+from overturning.statistics.falls import mean_cosine_and_sine_to_reference, sum_fall_vectors
 from overturning.units import EARTH_RADIUS_KM
 
 
-def sums_by_record(cube: xr.Dataset, *keep: str) -> xr.Dataset:
-    """Compute the `fall_vectors` of the informative blocks of each record, keeping the dimensions ``keep``."""
+def fall_sums_by_record(cube: xr.Dataset, *keep: str) -> xr.Dataset:
+    """Compute the `sum_fall_vectors` of the informative blocks of each record, keeping the dimensions ``keep``."""
     model = model_of(cube)
     over = [name for name in model.case_dims if name not in keep]
-    made = by_record(partial(fall_vectors, over=over, informative=True), cube, model.reads)
+    made = apply_by_record(partial(sum_fall_vectors, over=over, informative=True), cube, model.reads)
     return made.transpose("record", *keep)
 
 
@@ -63,20 +63,23 @@ def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
         ``falls``, True if any block falls; and ``records``, the number of records. The first four are missing if no
         block falls or no fault normal is known; the axis also if the resultant is below `LEAST_RESULTANT`.
     """
-    sums = sums_by_record(cube, *keep)
-    vectors, events = fall_alignment(sums, cube["fault_normal"]), np.atleast_1d(cube["event"].values).astype(str)
-    cosine, sine = (event_means(vectors[name].values, events) for name in ("cosine", "sine"))
-    largest = event_means(np.hypot(vectors["cosine"].values, vectors["sine"].values), events)
+    sums = fall_sums_by_record(cube, *keep)
+    vectors, events = (
+        mean_cosine_and_sine_to_reference(sums, cube["fault_normal"]),
+        np.atleast_1d(cube["event"].values).astype(str),
+    )
+    cosine, sine = (means_by_earthquake(vectors[name].values, events) for name in ("cosine", "sine"))
+    largest = means_by_earthquake(np.hypot(vectors["cosine"].values, vectors["sine"].values), events)
     length, any_falls = np.hypot(cosine, sine), sums["all_falls"].where(cube["fault_normal"].notnull())
     axis = np.where(length >= LEAST_RESULTANT, wrap_axis(np.degrees(np.arctan2(sine, cosine)) / 2), np.nan)
     about_axis = {"long_name": "mean fall axis relative to the fault normal", "units": "degree"}
     about_length = {"long_name": "mean resultant length of doubled fall axes", "units": "1"}
-    names = event_names(events)
+    names = earthquake_names(events)
     dims, counts = ("event", *keep), [(events == one).sum() for one in names]
     found = {
         "cosine": (dims, cosine), "sine": (dims, sine), "axis": (dims, axis, about_axis),
         "resultant": (dims, length, about_length), "largest": (dims, largest), "records": ("event", counts),
-        "falls": (dims, event_means(any_falls.values, events) > 0),
+        "falls": (dims, means_by_earthquake(any_falls.values, events) > 0),
     }  # fmt: skip
     return xr.Dataset(found, {"event": ("event", np.array(names, dtype=str))})
 
@@ -107,7 +110,7 @@ class AxisSummary:
     half_width_deg : float
         Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the distance of the
         bootstrap axes from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2) at the level of
-        `expanded_tail`; NaN below `FEWEST_EARTHQUAKES` and without an axis.
+        `expanded_tail_share`; NaN below `FEWEST_EARTHQUAKES` and without an axis.
     with_axis, closer_to_normal : int
         Number of earthquakes that have an axis (resultant at least `LEAST_RESULTANT`), and of these with an axis
         within 45° of the fault normal.
@@ -143,8 +146,8 @@ def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000
         return np.where(np.hypot(drawn_cosine, drawn_sine) < NO_DIRECTION, 90.0, away)
 
     distances = bootstrap_values(distance, vectors, draws) if has_axis else np.zeros(0)
-    ends = bootstrap(mean_of_sample, vectors[:, 0], level=level, draws=draws)
-    within = 1 - 2 * expanded_tail(len(vectors), level) if distances.size else level
+    ends = bootstrap(mean_over_sample, vectors[:, 0], level=level, draws=draws)
+    within = 1 - 2 * expanded_tail_share(len(vectors), level) if distances.size else level
     half_width = float(np.quantile(distances, within)) if distances.size else math.nan
     known = axes["axis"].values[np.isfinite(axes["axis"].values)]
     closer = int((np.abs(known) < 45).sum())
@@ -161,7 +164,7 @@ def compare_alignment(first: xr.Dataset, second: xr.Dataset) -> Mean:
     that its own orientation does not count as a difference. ``n`` is the number of earthquakes with falls in the
     smaller set; there is no interval if it is below `FEWEST_EARTHQUAKES`.
     """
-    names = event_names([*first["event"].values, *second["event"].values])
+    names = earthquake_names([*first["event"].values, *second["event"].values])
     values = np.stack([axes["cosine"].reindex(event=names).values for axes in (first, second)])
     n = int(np.isfinite(values).sum(axis=1).min())
 
@@ -178,7 +181,7 @@ LEAST_DISTANCE_KM: Final = 1.0
 """Smallest epicentral distance with a radial direction, km; epicentres are not located more accurately."""
 
 
-def radial_azimuth(cube: xr.Dataset) -> xr.DataArray:
+def azimuth_away_from_epicentre(cube: xr.Dataset) -> xr.DataArray:
     """Compute the azimuth away from the epicentre at the station of each record: back azimuth + 180°.
 
     It follows the great circle on a sphere, which differs from that on the ellipsoid by at most 0.2°. The transverse
@@ -213,13 +216,13 @@ _REFERENCES = {"peak velocity": "pgv_azimuth", "peak acceleration": "pga_azimuth
 
 @dataclass(frozen=True)
 class ReferenceAlignment:
-    """Alignment of the falls of a group of records with references, over earthquakes, for ranges of B/H.
+    """Alignment of the falls of a group of records with reference directions, over earthquakes, by range of B/H.
 
     Attributes
     ----------
     means : dict
-        `Mean` of the cosine of `fall_alignment` over records, for each range of B/H. Keys: name of the reference, and
-        True for its axis or False for its direction (peaks and radial direction only).
+        `Mean` over records of ``cosine`` of `mean_cosine_and_sine_to_reference`, for each range of B/H. Keys: name of
+        the reference, and True for its axis or False for its direction (peaks and radial direction only).
     closest : tuple of str
         The two references with the largest alignment of axes in the first range of B/H, among those known for the
         largest number of records (others are means over different records). Shorter if fewer are known.
@@ -233,9 +236,9 @@ class ReferenceAlignment:
 
 
 def alignment_with_references(
-    cube: xr.Dataset, intensity: xr.Dataset, slenderness: Sequence[slice] | None = None
+    cube: xr.Dataset, intensity: xr.Dataset, b_over_h_ranges: Sequence[slice] | None = None
 ) -> dict[str, ReferenceAlignment]:
-    """Compute the alignment of falls with peaks, pulse, fault normal and radial direction, by group of records.
+    """Compute the alignment of falls with motion peaks, pulse, fault normal and epicentre, by group of records.
 
     The transverse axis is perpendicular to the radial one, so its mean cos 2Δ is that of the radial one with the
     opposite sign. The radial direction is left out if no record has one.
@@ -244,35 +247,39 @@ def alignment_with_references(
     ----------
     cube, intensity : Dataset
         Cube, and intensity with ``pgv_azimuth``, ``pga_azimuth`` and ``pulse_axis`` of each record, degrees.
-    slenderness : sequence of slice
+    b_over_h_ranges : sequence of slice
         Ranges of positions along B/H; not given: each B/H separately.
     """
-    sums = sums_by_record(cube, "b_over_h")
-    parts = slenderness or [slice(index, index + 1) for index in range(cube.sizes["b_over_h"])]
+    sums = fall_sums_by_record(cube, "b_over_h")
+    parts = b_over_h_ranges or [slice(index, index + 1) for index in range(cube.sizes["b_over_h"])]
     totals = [sums.isel(b_over_h=part).sum("b_over_h") for part in parts]
     references = {name: intensity[of].drop_vars("record", errors="ignore") for name, of in _REFERENCES.items()}
-    events, along = cube["event"].to_numpy().astype(str), dict[tuple[str, bool], list[FloatArray]]()
-    references["fault normal"], radial = cube["fault_normal"], radial_azimuth(cube)
+    events, cosines = cube["event"].to_numpy().astype(str), dict[tuple[str, bool], list[FloatArray]]()
+    references["fault normal"], radial = cube["fault_normal"], azimuth_away_from_epicentre(cube)
     if radial.notnull().any():
         references["radial direction"] = radial
     for name, azimuth in references.items():
         for axial in (True, False)[: 1 + name.startswith(("peak", "radial"))]:
-            along[name, axial] = [fall_alignment(one, azimuth, axial=axial)["cosine"].to_numpy() for one in totals]
-    return {group: _alignment_of_group(along, members, events) for group, members in record_groups(cube).items()}
+            cosines[name, axial] = [
+                mean_cosine_and_sine_to_reference(one, azimuth, axial=axial)["cosine"].to_numpy() for one in totals
+            ]
+    return {
+        group: _alignment_of_record_group(cosines, members, events) for group, members in record_groups(cube).items()
+    }
 
 
-def _alignment_of_group(
-    along: dict[tuple[str, bool], list[FloatArray]], members: NDArray[np.bool_], events: NDArray[np.str_]
+def _alignment_of_record_group(
+    cosines: dict[tuple[str, bool], list[FloatArray]], members: NDArray[np.bool_], events: NDArray[np.str_]
 ) -> ReferenceAlignment:
-    """Average the cosines of each reference, (records,) for each range of B/H, over the earthquakes of a group."""
+    """Average the cosines to each reference over the earthquakes of a group of records, for each range of B/H."""
 
     def mean(values: FloatArray) -> Mean:
         return mean_over_earthquakes(np.where(members, values, np.nan), events)
 
-    means = {key: [mean(one) for one in values] for key, values in along.items()}
-    counts = {name: int(np.isfinite(along[name, True][0][members]).sum()) for name, axial in means if axial}
+    means = {key: [mean(one) for one in values] for key, values in cosines.items()}
+    counts = {name: int(np.isfinite(cosines[name, True][0][members]).sum()) for name, axial in means if axial}
     known = [name for name, records in counts.items() if records == max(counts.values()) > 0]
     first, *others = sorted(known, key=lambda name: -means[name, True][0].value) or [""]
-    pairs = zip(along[first, True], along[others[0], True], strict=True) if others else ()
+    pairs = zip(cosines[first, True], cosines[others[0], True], strict=True) if others else ()
     closer = [mean(one - other) for one, other in pairs]
     return ReferenceAlignment(means, tuple([first, *others][:2]) if first else (), closer)

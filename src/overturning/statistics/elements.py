@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.bootstrap import Mean, share_over_earthquakes
-from overturning.statistics.by_record import each_record
+from overturning.statistics.by_record import iterate_records
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def falls_by_element(cube: xr.Dataset) -> list[ElementFalls]:
     names = [str(name) for name in cube["element"].to_numpy().tolist()] + [ANYTHING] * (elements > 1)
     counts = np.zeros((3, len(names)), np.int64)
     moments: dict[str, list[NDArray[np.float32]]] = {name: [] for name in names}
-    for one in each_record(cube, _OUTCOME):
+    for one in iterate_records(cube, _OUTCOME):
         sides, times = (one[name].transpose(..., "element").to_numpy().reshape(-1, elements) for name in _OUTCOME)
         known = np.isfinite(sides)
         fell = known & (sides != 0)
@@ -83,12 +83,12 @@ def falls_by_element(cube: xr.Dataset) -> list[ElementFalls]:
     return rows
 
 
-def compare_stones(cube: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
-    """Compare the falls of two stones case by case, one record at a time.
+def count_common_falls(cube: xr.Dataset, other_cube: xr.Dataset) -> xr.Dataset:
+    """Count the cases of each record in which both, one or none of two stones fall.
 
     Parameters
     ----------
-    cube, other : Dataset
+    cube, other_cube : Dataset
         Cubes of one element each with the same cases in the same order.
 
     Returns
@@ -99,11 +99,11 @@ def compare_stones(cube: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
         each other, and ``earlier``, in which the first stone falls before the other.
     """
     rows = []
-    for one, another in zip(each_record(cube, _FALL), each_record(other, _FALL), strict=True):
+    for one, another in zip(iterate_records(cube, _FALL), iterate_records(other_cube, _FALL), strict=True):
         this, that = (c["overturned"].to_numpy().ravel() for c in (one, another))
         known = np.isfinite(this) & np.isfinite(that)
         fell, other_fell = known & (this != 0), known & (that != 0)
-        both, (way, other_way) = fell & other_fell, (_azimuths(c) for c in (one, another))
+        both, (way, other_way) = fell & other_fell, (_fall_azimuths(c) for c in (one, another))
         same = both & (np.abs((way - other_way + 180.0) % 360.0 - 180.0) <= 45.0)
         when, other_when = (c["overturning_time"].to_numpy().ravel() for c in (one, another))
         counted = (known, both, fell & ~other_fell, other_fell & ~fell, same, both & (when < other_when))
@@ -112,15 +112,15 @@ def compare_stones(cube: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
     return xr.Dataset({name: ("record", of) for name, of in zip(names, np.array(rows).T, strict=True)})
 
 
-def _azimuths(cube: xr.Dataset) -> FloatArray:
-    """Return the azimuth of each fall, degrees; for planar models relative to the motion, which is the same in both."""
+def _fall_azimuths(cube: xr.Dataset) -> FloatArray:
+    """Return the azimuth of each fall, degrees; for planar models relative to the azimuth of the motion."""
     if "fall_azimuth" in cube:
         return np.asarray(cube["fall_azimuth"].to_numpy().ravel(), np.float64)
     return np.where(cube["overturned"].to_numpy().ravel() > 0, 0.0, 180.0)
 
 
-def contrast(counts: xr.Dataset, events: NDArray[np.str_]) -> Contrast:
-    """Average the counts of `compare_stones` over earthquakes; ``events`` has the earthquake of each record."""
+def mean_contrast(counts: xr.Dataset, events: NDArray[np.str_]) -> Contrast:
+    """Average the counts of `count_common_falls` over earthquakes; ``events`` has the earthquake of each record."""
 
     def share(name: str, of: str) -> Mean:
         total = counts[of].to_numpy().astype(np.float64)

@@ -20,7 +20,7 @@ from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES, is_
 from overturning.statistics.circular import NO_DIRECTION
 
 
-def whole_circle(cube: xr.Dataset) -> xr.Dataset:
+def extend_to_full_circle(cube: xr.Dataset) -> xr.Dataset:
     """Extend a cube of a planar model, or data derived from it, to the opposites of all its azimuths, ascending.
 
     Motions along φ and φ + 180° are one plane with one outcome. If the cube has one of them, the other is its mirror
@@ -63,10 +63,10 @@ def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
     Returns
     -------
     DataArray
-        Azimuths as from `whole_circle`; for a scene without mirror symmetry including all opposites.
+        Azimuths as from `extend_to_full_circle`; for a scene without mirror symmetry including all opposites.
     """
     used = [name for name in (FALLS if ensemble else FALLS[:1]) if name in cube]
-    p = fall_probability(whole_circle(cube[used]), use_ensemble=ensemble)
+    p = fall_probability(extend_to_full_circle(cube[used]), use_ensemble=ensemble)
     falls, azimuth = p["towards"], p["azimuth"]
     if azimuth_period_deg(cube) != PLANE_PERIOD:
         away = p["away"].assign_coords(azimuth=((azimuth + 180) % 360).astype(azimuth.dtype)).sortby("azimuth")
@@ -83,14 +83,14 @@ def overturns(cube: xr.Dataset) -> xr.DataArray:
     )
 
 
-def shares_by_record(cube: xr.Dataset, *keep: str) -> xr.DataArray:
+def overturned_shares_by_record(cube: xr.Dataset, *keep: str) -> xr.DataArray:
     """Compute the share of known cases of each record that overturn, keeping the dimensions ``keep``; in memory."""
     falls = overturns(cube)
     shares = falls.mean([name for name in falls.dims if name not in ("record", *keep)]).compute()
     return shares.transpose(..., "record").astype("float64")
 
 
-def shares_near_normal(cube: xr.Dataset) -> tuple[float, float]:
+def overturned_shares_near_normal(cube: xr.Dataset) -> tuple[float, float]:
     """Compute the shares of known cases that overturn, azimuths within 45° of the fault normal and others.
 
     Both are NaN without azimuths of the motion (3-D) or without a known fault normal.
@@ -103,7 +103,7 @@ def shares_near_normal(cube: xr.Dataset) -> tuple[float, float]:
     return within, beyond
 
 
-def flag_changes_between_neighbours(cube: xr.Dataset, dim: str) -> tuple[int, int]:
+def count_flag_changes(cube: xr.Dataset, dim: str) -> tuple[int, int]:
     """Count the neighbouring cells along ``dim`` with different flags (stands, falls to +1 or −1).
 
     Returns (number of changes, number of pairs with two known flags). For azimuths round the full circle the last and
@@ -135,11 +135,11 @@ class BlockRule:
     most: float
     otherwise_all: bool = False
 
-    def chosen(self, share: xr.DataArray) -> xr.DataArray:
+    def selects(self, overturned_share: xr.DataArray) -> xr.DataArray:
         """Return True for selected blocks, given the share of directions in which each overturns under a record."""
         if self.most > 1.0:
-            return xr.ones_like(share, dtype=bool)
-        near = (share > 0) & (share <= self.most) & (share < 1.0)
+            return xr.ones_like(overturned_share, dtype=bool)
+        near = (overturned_share > 0) & (overturned_share <= self.most) & (overturned_share < 1.0)
         return near | ~near.any([name for name in near.dims if name != "record"]) if self.otherwise_all else near
 
 
@@ -159,15 +159,15 @@ BLOCK_RULES: Final = (
 """Rules for which a report lists the alignment, to show how it depends on this choice."""
 
 
-def rule_of(cube: xr.Dataset) -> BlockRule:
-    """Return the rule of the model of a cube: `MARGINAL` for planar models, `EVERY_BLOCK` for the 3-D model."""
+def fall_counting_rule(cube: xr.Dataset) -> BlockRule:
+    """Return the rule that selects the blocks whose falls count: `MARGINAL` for planar models, `EVERY_BLOCK` in 3-D."""
     return MARGINAL if model_of(cube).one_component else EVERY_BLOCK
 
 
-def overturning_shares(cube: xr.Dataset) -> xr.DataArray:
-    """Compute the share of directions in which each block overturns under a record, each plane once; in memory.
+def overturned_shares_of_directions(cube: xr.Dataset) -> xr.DataArray:
+    """Compute the share of azimuths (3-D: orientations) in which each block overturns under a record.
 
-    Directions with a missing outcome do not count.
+    Each plane counts once; directions with a missing outcome do not count. The result is in memory.
     """
     model = model_of(cube)
     once = {model.direction: model.distinct_direction_index(cube)}
@@ -175,15 +175,17 @@ def overturning_shares(cube: xr.Dataset) -> xr.DataArray:
 
 
 def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
-    """Return True for blocks whose falls show a direction; dimensions of ``overturned`` without the direction.
+    """Return True for blocks whose falls show a direction: marginal blocks in 2-D, all blocks in 3-D.
 
-    In planar models these are the marginal blocks under a record: they overturn in some of its planes, but in at most
+    The result has the dimensions of ``overturned`` without the direction.
+
+    In planar models the marginal blocks under a record count: they overturn in some of its planes, but in at most
     half of them. More slender blocks fall in nearly every plane, to both sides, and hide the direction. If a record has
     no marginal block, all blocks count. Each plane counts once; planes with a missing outcome do not count. In the 3-D
     model all blocks are informative.
     """
-    rule = rule_of(cube)
-    return xr.DataArray(True) if rule is EVERY_BLOCK else rule.chosen(overturning_shares(cube))
+    rule = fall_counting_rule(cube)
+    return xr.DataArray(True) if rule is EVERY_BLOCK else rule.selects(overturned_shares_of_directions(cube))
 
 
 def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = ()) -> xr.DataArray:
@@ -195,8 +197,8 @@ def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = ()) -> xr.DataArray:
     return share.assign_attrs(long_name=f"share of {model.direction}s in which the block falls", units="1")
 
 
-def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool = False) -> xr.Dataset:
-    """Compute weighted sums of the variables of `Model.falls_in_distinct_cells`, for the mean directions of falls.
+def sum_fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool = False) -> xr.Dataset:
+    """Sum falls and the cosines and sines of their directions and doubled axes over the direction dimension.
 
     The sums can be added further before an angle is computed. With ``informative`` they cover the `informative_blocks`
     only; ``all_falls`` always counts the falls of all blocks.
@@ -208,11 +210,11 @@ def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), informative: boo
     return sums.assign(all_falls=weighted["falls"].sum(dims))
 
 
-def fall_means(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool = False) -> xr.Dataset:
+def mean_fall_directions(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool = False) -> xr.Dataset:
     """Compute the mean direction and the mean axis of falls.
 
     Axes are averaged with doubled angles (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4 and section 9.1). For
-    ``informative`` see `fall_vectors`.
+    ``informative`` see `sum_fall_vectors`.
 
     Returns
     -------
@@ -221,7 +223,7 @@ def fall_means(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool 
         missing without falls, or if all planes overturn equally), ``direction_resultant`` and ``axis_resultant`` (mean
         resultant lengths, 0 to 1, the latter of doubled angles; missing without falls).
     """
-    sums = fall_vectors(cube, over=over, informative=informative)
+    sums = sum_fall_vectors(cube, over=over, informative=informative)
     means = dict[str, xr.DataArray]()
     total = sums["falls"].where(sums["falls"] > 0)
     for kind, full, of in (("direction", 360.0, "fall directions"), ("axis", 180.0, "doubled fall axes")):
@@ -235,13 +237,15 @@ def fall_means(cube: xr.Dataset, *, over: Sequence[str] = (), informative: bool 
     return xr.Dataset(means)
 
 
-def fall_alignment(sums: xr.Dataset, reference_deg: xr.DataArray, *, axial: bool = True) -> xr.Dataset:
+def mean_cosine_and_sine_to_reference(
+    sums: xr.Dataset, reference_deg: xr.DataArray, *, axial: bool = True
+) -> xr.Dataset:
     """Compute the mean cosine and sine of the angle from a reference azimuth to the falls; for axes of twice the angle.
 
     Parameters
     ----------
     sums : Dataset
-        Result of `fall_vectors`.
+        Result of `sum_fall_vectors`.
     reference_deg : DataArray
         Reference azimuth of each record, degrees; NaN if there is none.
     axial : bool

@@ -43,7 +43,7 @@ class Fragility:
     least, most : float
         Range of the fitted intensities; the curve is not valid outside.
     of_records : float
-        Share of the variance spread² that is between records (see `record_share`); NaN if unknown.
+        Share of the variance spread² that is between records (see `variance_share_between_records`); NaN if unknown.
     within_data : float, Interval, float
         Median, its interval and the spread within the range of the data: values above `most` are infinite, values
         below `least` are 0; the spread is NaN if the median lies outside.
@@ -60,14 +60,14 @@ class Fragility:
     of_records: float = math.nan
 
     @property
-    def spreads(self) -> tuple[float, float]:
-        """Spread between records, and remaining spread (stones and their orientations); NaN if the spread is."""
+    def spread_components(self) -> tuple[float, float]:
+        """Spread between records, and spread between stones and orientations under one record; NaN if not known."""
         spread = self.within_data[2]
         return spread * math.sqrt(self.of_records), spread * math.sqrt(1 - self.of_records)
 
     @property
     def identifier(self) -> str:
-        """Name for OpenQuake: only letters, digits, _ and -."""
+        """Identifier of the curve for OpenQuake: only letters, digits, _ and -."""
         return re.sub(r"[^A-Za-z0-9_-]+", "_", self.name.replace("/", "").replace(".", "p"))
 
     @property
@@ -112,24 +112,24 @@ def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | No
         raise ArgumentError("intensities must be positive, and shares lie in 0 to 1")
     if x.size < 2 or y.min() == y.max() or x[y > 0].min() >= x[y < 1].max():
         return math.nan, math.nan
-    (median,), (spread,) = _fits(np.log(x), y, w[None])
+    (median,), (spread,) = _fit_lognormals(np.log(x), y, w[None])
     return float(median), float(spread)
 
 
-def _fits(
-    logs: FloatArray, y: FloatArray, weight: FloatArray, near: tuple[float, float] | None = None
+def _fit_lognormals(
+    log_intensity: FloatArray, share: FloatArray, weights: FloatArray, start: tuple[float, float] | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    """Fit medians and spreads, shape (m,), for each row of weights, shape (m, n), with Newton's method.
+    """Fit median and spread of a lognormal curve for each row of weights, shape (m, n), with Newton's method.
 
-    The iteration starts from the median and spread ``near``, if given. The log-likelihood is concave; a step that
+    The iteration starts from the median and spread ``start``, if given. The log-likelihood is concave; a step that
     lowers it is halved, because otherwise the iteration can oscillate.
     """
-    middle, width = float(logs.mean()), max(float(logs.std()), 1e-3)
-    scaled = (logs - middle) / width
+    middle, width = float(log_intensity.mean()), max(float(log_intensity.std()), 1e-3)
+    scaled = (log_intensity - middle) / width
     # Constant and slope of each row, their likelihood, the next step, and the rows that have not converged.
-    first = (0.0, 1.0) if near is None else ((middle - math.log(near[0])) / near[1], width / near[1])
-    found, moving = np.tile(first, (len(weight), 1)), np.ones(len(weight), bool)
-    likelihood, trying = np.full(len(weight), -np.inf), np.zeros_like(found)
+    first = (0.0, 1.0) if start is None else ((middle - math.log(start[0])) / start[1], width / start[1])
+    found, moving = np.tile(first, (len(weights), 1)), np.ones(len(weights), bool)
+    likelihood, trying = np.full(len(weights), -np.inf), np.zeros_like(found)
     for iteration in range(MAX_ITERATIONS):
         at = np.flatnonzero(moving)
         if not at.size:
@@ -138,17 +138,17 @@ def _fits(
         different = slice(None) if iteration else slice(1)  # all rows start at the same point
         z = tried[different, :1] + tried[different, 1:] * scaled
         below, above = scipy.special.log_ndtr(z), scipy.special.log_ndtr(-z)
-        reached = (weight[at] * (y * below + (1 - y) * above)).sum(axis=1)
+        reached = (weights[at] * (share * below + (1 - share) * above)).sum(axis=1)
         worse = reached < likelihood[at] - 1e-12 * np.abs(reached)
         trying[at[worse]] /= 2
         better = at[~worse]
         if worse.any():
             z, below, above = z[~worse], below[~worse], above[~worse]
-        found[better], likelihood[better], w = tried[~worse], reached[~worse], weight[better]
+        found[better], likelihood[better], w = tried[~worse], reached[~worse], weights[better]
         density = -0.5 * z * z - 0.5 * math.log(2 * math.pi)
         falls, stands = np.exp(density - below), np.exp(density - above)
-        score = w * (y * falls - (1 - y) * stands)
-        information = w * (y * falls * (falls + z) + (1 - y) * stands * (stands - z))  # minus the score's slope
+        score = w * (share * falls - (1 - share) * stands)
+        information = w * (share * falls * (falls + z) + (1 - share) * stands * (stands - z))  # minus the score's slope
         gradient = np.stack([score.sum(axis=1), score @ scaled], axis=1)
         a, b, c = information.sum(axis=1), information @ scaled, information @ scaled**2
         with np.errstate(divide="ignore", invalid="ignore"):  # no step if the data are separated
@@ -164,7 +164,7 @@ def _fits(
     return np.exp(middle - found[:, 0] / slope), 1 / slope
 
 
-def record_share(
+def variance_share_between_records(
     fit: tuple[float, float], intensity: FloatArray, share: FloatArray, record: NDArray[np.generic], stones: int
 ) -> float:
     """Estimate the share of the variance spread² that is between records; 0 if equal intensities have equal shares.
@@ -194,19 +194,21 @@ def record_share(
     records = [(z[own, None], share[own, None]) for own in (record == one for one in np.unique(record))]
     density = -0.5 * NODES**2
 
-    def unlikely(part: float) -> float:
-        likely = []
+    def negative_log_likelihood(between_share: float) -> float:
+        log_likelihoods = []
         for level, fell in records:
-            at = (level + math.sqrt(part) * NODES) / math.sqrt(1 - part)
+            at = (level + math.sqrt(between_share) * NODES) / math.sqrt(1 - between_share)
             each = stones * (fell * scipy.special.log_ndtr(at) + (1 - fell) * scipy.special.log_ndtr(-at))
-            likely.append(each.sum(axis=0) + density)
-        return -float(scipy.special.logsumexp(likely, axis=1).sum())
+            log_likelihoods.append(each.sum(axis=0) + density)
+        return -float(scipy.special.logsumexp(log_likelihoods, axis=1).sum())
 
-    found = scipy.optimize.minimize_scalar(unlikely, bounds=(0.0, 0.99), method="bounded", options={"xatol": 1e-3})
+    found = scipy.optimize.minimize_scalar(
+        negative_log_likelihood, bounds=(0.0, 0.99), method="bounded", options={"xatol": 1e-3}
+    )
     return float(found.x)
 
 
-def fragility(
+def fit_fragility(
     name: str,
     measure: tuple[str, str],
     intensity: FloatArray,
@@ -225,13 +227,15 @@ def fragility(
     median, spread = lognormal_fit(intensity, share)
     between = math.nan
     if record is not None:
-        between = record_share((median, spread), intensity, share, record[known], stones)
+        between = variance_share_between_records((median, spread), intensity, share, record[known], stones)
     names, member = np.unique(event, return_inverse=True)
 
     def medians(drawn: NDArray[np.intp]) -> FloatArray:
         count = (drawn[:, :, None] == np.arange(names.size)).sum(axis=1, dtype=np.float64)
         parts = np.array_split(count, math.ceil(len(drawn) * share.size / MAX_VALUES_PER_BATCH))
-        return np.concatenate([_fits(np.log(intensity), share, part[:, member], (median, spread))[0] for part in parts])
+        return np.concatenate(
+            [_fit_lognormals(np.log(intensity), share, part[:, member], (median, spread))[0] for part in parts]
+        )
 
     ends_of_median = Interval()
     if math.isfinite(median):

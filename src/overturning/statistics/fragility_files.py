@@ -18,22 +18,22 @@ LEVELS: Final = 25
 
 
 def write_fragility_csv(curves: Sequence[Fragility], path: Path) -> None:
-    """Write curves as CSV: class, measure, unit, median, interval and spread (`within_data`), range, `spreads`, id.
+    """Write fragility curves as CSV, one row per curve: median, interval, spread and its components, range of the data.
 
     The spread is missing if the median lies outside the data, so that no curve can be drawn there.
     """
     lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most,record_spread,other_spread,id"]
     for one in curves:
         median, ends, spread = one.within_data
-        values = (median, *ends, spread, one.least, one.most, *one.spreads)
+        values = (median, *ends, spread, one.least, one.most, *one.spread_components)
         numbers = ",".join(f"{value:.6g}" for value in values)
         lines.append(f'"{one.name}",{one.measure},{one.unit},{numbers},{one.identifier}')
     with atomic_write(path) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def measure_file(measure: str) -> str:
-    """Return the file name of the OpenQuake model: ``fragility-pga.xml``, ``fragility-sa-0.5.xml``."""
+def measure_file_name(measure: str) -> str:
+    """Return the file name of the OpenQuake model of an intensity measure, such as ``fragility-sa-0.5.xml``."""
     return f"fragility-{measure.lower().replace('(', '-').rstrip(')')}.xml"
 
 

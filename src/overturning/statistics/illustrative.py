@@ -48,7 +48,7 @@ class BestCase(NamedTuple):
     """Position along the direction of each panel."""
 
 
-class Rule(NamedTuple):
+class CaseRule(NamedTuple):
     """Rule that finds a case among the representative cells of one record, ordered as the dimensions of the model."""
 
     title: str
@@ -58,51 +58,53 @@ class Rule(NamedTuple):
     """Variables that the rule needs; it is skipped for a cube without them."""
 
 
-def _largest(one: xr.Dataset, flag: int, score: xr.DataArray, which: xr.DataArray) -> BestCase | None:
-    """Return the first case with the largest score among those with an outcome ``flag`` that satisfy ``which``."""
-    may = ((one["overturned"] == flag) & which).to_numpy()
+def _case_with_largest_score(
+    record_cube: xr.Dataset, flag: int, score: xr.DataArray, eligible: xr.DataArray
+) -> BestCase | None:
+    """Return the first case with the largest score among those with an outcome ``flag`` that are ``eligible``."""
+    may = ((record_cube["overturned"] == flag) & eligible).to_numpy()
     if not may.any():
         return None
-    values = score.broadcast_like(one["overturned"]).transpose(*one["overturned"].dims).to_numpy()
+    values = score.broadcast_like(record_cube["overturned"]).transpose(*record_cube["overturned"].dims).to_numpy()
     place = int(np.where(may, values, -np.inf).argmax())
     at, *block = (int(index) for index in np.unravel_index(place, may.shape))
     return BestCase((float(values.flat[place]),), block, (at,))
 
 
-def _largest_standing(one: xr.Dataset, name: str, least: float) -> BestCase | None:
-    size = abs(one[name])
-    return _largest(one, 0, size, size >= least)
+def _standing_case_with_largest(record_cube: xr.Dataset, variable: str, smallest: float) -> BestCase | None:
+    size = abs(record_cube[variable])
+    return _case_with_largest_score(record_cube, 0, size, size >= smallest)
 
 
-def _broadest_falling(one: xr.Dataset, which: xr.DataArray) -> BestCase | None:
-    return _largest(one, 1, one["b_over_h"], which)
+def _broadest_falling_case(record_cube: xr.Dataset, eligible: xr.DataArray) -> BestCase | None:
+    return _case_with_largest_score(record_cube, 1, record_cube["b_over_h"], eligible)
 
 
-def _fall_over_corner(one: xr.Dataset) -> BestCase | None:
-    off = (one["fall_azimuth"].astype("float64") - one["orientation"]) % 90.0
-    return _broadest_falling(one, abs(off - 45.0) < MAX_CORNER_OFFSET_DEG)
+def _fall_over_corner(record_cube: xr.Dataset) -> BestCase | None:
+    off = (record_cube["fall_azimuth"].astype("float64") - record_cube["orientation"]) % 90.0
+    return _broadest_falling_case(record_cube, abs(off - 45.0) < MAX_CORNER_OFFSET_DEG)
 
 
-def _normal_against_parallel(one: xr.Dataset) -> BestCase | None:
-    azimuth = one["azimuth"].to_numpy().astype(np.float64)
-    distance = np.abs(wrap_axis(azimuth - float(one["fault_normal"])))  # NaN without a fault normal: no case
+def _normal_against_parallel(record_cube: xr.Dataset) -> BestCase | None:
+    azimuth = record_cube["azimuth"].to_numpy().astype(np.float64)
+    distance = np.abs(wrap_axis(azimuth - float(record_cube["fault_normal"])))  # NaN without a fault normal: no case
     if not (distance.min() <= MAX_PLANE_OFFSET_DEG and distance.max() >= 90 - MAX_PLANE_OFFSET_DEG):
         return None
     along, across = int(distance.argmin()), int(distance.argmax())
-    flags, rotation = one["overturned"].to_numpy(), one["peak_rotation"].to_numpy()
+    flags, rotation = record_cube["overturned"].to_numpy(), record_cube["peak_rotation"].to_numpy()
     splits = np.argwhere((np.abs(flags[along]) == 1) & (flags[across] == 0))
     if splits.size == 0:
         return None
     moves = rotation[across] > MIN_VISIBLE_ROTATION
     # Prefer a case that moves in both planes, then the broadest, the roughest and the lowest block.
     place = max(map(tuple, splits), key=lambda p: (moves[p], p[1], p[2], -p[0]))
-    broad = round(float(one["b_over_h"].values[place[1]]), 9)
+    broad = round(float(record_cube["b_over_h"].values[place[1]]), 9)
     return BestCase((float(moves[place]), broad), place, (along, across))
 
 
-def _falls_to_both_sides(one: xr.Dataset) -> BestCase | None:
-    model = model_of(one)
-    x, y, sure = (one[name].to_numpy() for name in ("direction_cosine", "direction_sine", "sure"))
+def _falls_to_both_sides(record_cube: xr.Dataset) -> BestCase | None:
+    model = model_of(record_cube)
+    x, y, sure = (record_cube[name].to_numpy() for name in ("direction_cosine", "direction_sine", "sure"))
     turns = x[:-1] * x[1:] + y[:-1] * y[1:] < 0  # by more than 90°; where a block stands both parts are 0
     if not turns.any():
         return None
@@ -114,7 +116,7 @@ def _falls_to_both_sides(one: xr.Dataset) -> BestCase | None:
 
 
 RULES: Final = (
-    Rule(
+    CaseRule(
         "Falls normal to the fault, stands along it",
         "the broadest block of any record that falls in the plane nearest to the fault normal and rocks but stands in "
         "the one nearest to the fault (of several the first record, with the highest friction; where none rocks there, "
@@ -122,36 +124,36 @@ RULES: Final = (
         _normal_against_parallel,
         ("peak_rotation",),
     ),
-    Rule(
+    CaseRule(
         WHICH_SIDE,
         "the broadest block that falls at two neighbouring azimuths of the motion, or orientations of the body, but to "
         "azimuths more than 90° apart; first of those that do so in every run of the ensemble",
         _falls_to_both_sides,
         ("overturned",),
     ),
-    Rule(
+    CaseRule(
         "Stands, but only just",
         "the block with the largest rotation, in parts of α, of all that stand",
-        lambda one: _largest_standing(one, "peak_rotation", MIN_VISIBLE_ROTATION),
+        lambda record_cube: _standing_case_with_largest(record_cube, "peak_rotation", MIN_VISIBLE_ROTATION),
         ("peak_rotation",),
     ),
-    Rule(
+    CaseRule(
         "Falls, though both planes of its faces say it stands",
         "the broadest block that does so",
-        lambda one: _broadest_falling(one, one["plane_overturned"] == 0),
+        lambda record_cube: _broadest_falling_case(record_cube, record_cube["plane_overturned"] == 0),
         ("plane_overturned",),
     ),
-    Rule(
+    CaseRule(
         "Falls over a corner",
         f"the broadest block whose fall lies within {MAX_CORNER_OFFSET_DEG:g}° of the middle between the normals of "
         "two faces",
         _fall_over_corner,
         ("plane_overturned", "fall_azimuth"),
     ),
-    Rule(
+    CaseRule(
         "Stands, and has turned",
         "the block with the largest turn about the vertical of all that stand",
-        lambda one: _largest_standing(one, "residual_twist", MIN_VISIBLE_TWIST_DEG),
+        lambda record_cube: _standing_case_with_largest(record_cube, "residual_twist", MIN_VISIBLE_TWIST_DEG),
         ("residual_twist",),
     ),
 )

@@ -17,7 +17,7 @@ from overturning.statistics.by_record import record_batches
 from overturning.units import STANDARD_GRAVITY
 
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
-"""Predictors of `overturning_fit`: PGA over West's limit, PGV/PGA in s, slenderness, height in m."""
+"""Predictors of `fit_overturning`: PGA over West's limit, PGV/PGA in s, slenderness, height in m."""
 
 LEVEL = 0.95
 """Probability of the intervals."""
@@ -101,7 +101,7 @@ def logistic_fit(
         separates them, so that no finite estimate exists (Albert & Anderson 1984, Biometrika 71). There are no
         intervals with fewer than `FEWEST_EARTHQUAKES` clusters, or if the fit without one of them fails.
     """
-    x, y = _checked_rows(predictors, outcome)
+    x, y = _check_rows(predictors, outcome)
     w = np.ones_like(y) if weight is None else np.asarray(weight, dtype=np.float64)
     _, member = np.unique(np.asarray(cluster), return_inverse=True)
     groups = int(member.max()) + 1 if y.size else 0
@@ -113,16 +113,16 @@ def logistic_fit(
         centre, scale = x.mean(axis=0), x.std(axis=0)
         varies = scale > 1e-12 * np.maximum(1.0, np.abs(centre))
         design = np.column_stack([np.ones_like(y), (x[:, varies] - centre[varies]) / scale[varies]])
-        beta, note = _newton(design, y, w, np.zeros(design.shape[1]))
+        beta, note = _fit_with_newton(design, y, w, np.zeros(design.shape[1]))
     if not note:
         # Return to the units of the predictors; a constant predictor gets no coefficient.
-        back = _unscaling(centre, scale, varies)
+        back = _unscaling_matrix(centre, scale, varies)
         given = np.where(np.concatenate(([True], varies)), 0.0, np.nan)
         coefficient = back @ beta + given
         if intervals and groups >= FEWEST_EARTHQUAKES:
-            without, note = _leave_one_out(design, y, w, beta, member)
+            without, note = _fit_without_each_cluster(design, y, w, beta, member)
             if not note:
-                coefficient, error = (one + given for one in _jackknife(coefficient, without @ back.T))
+                coefficient, error = (one + given for one in _jackknife_estimate(coefficient, without @ back.T))
         elif intervals:
             note = f"no interval: fewer than {FEWEST_EARTHQUAKES} earthquakes"
     half = float(scipy.special.stdtrit(groups - 1, (1 + LEVEL) / 2)) * error
@@ -141,7 +141,7 @@ def logistic_fit(
     )
 
 
-def _checked_rows(predictors: ArrayLike, outcome: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def _check_rows(predictors: ArrayLike, outcome: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return predictors, shape (n, k), and outcomes, shape (n,); an ArgumentError if shapes or values are wrong."""
     x, y = np.asarray(predictors, dtype=np.float64), np.asarray(outcome, dtype=np.float64)
     if x.ndim != 2 or y.shape != x.shape[:1]:
@@ -152,7 +152,7 @@ def _checked_rows(predictors: ArrayLike, outcome: ArrayLike) -> tuple[FloatArray
 
 
 def _no_fit_note(outcome: FloatArray) -> str:
-    """Return the reason why outcomes have no fit: there are none, or all are equal; otherwise ""."""
+    """Return the reason why outcomes cannot be fitted (none, or all equal), or an empty text."""
     if outcome.size == 0:
         return "no fit: no outcome is known"
     if outcome.min() == outcome.max():
@@ -160,8 +160,8 @@ def _no_fit_note(outcome: FloatArray) -> str:
     return ""
 
 
-def _unscaling(centre: FloatArray, scale: FloatArray, varies: NDArray[np.bool_]) -> FloatArray:
-    """Return the matrix from coefficients of scaled, varying predictors to those of all; shape (k, varying + 1)."""
+def _unscaling_matrix(centre: FloatArray, scale: FloatArray, varies: NDArray[np.bool_]) -> FloatArray:
+    """Return the matrix that converts coefficients of scaled predictors to unscaled ones, shape (k, varying + 1)."""
     back = np.zeros((centre.size + 1, int(varies.sum()) + 1))
     back[0, 0] = 1.0
     back[0, 1:] = -centre[varies] / scale[varies]
@@ -169,52 +169,58 @@ def _unscaling(centre: FloatArray, scale: FloatArray, varies: NDArray[np.bool_])
     return back
 
 
-def _newton(design: FloatArray, y: FloatArray, w: FloatArray, beta: FloatArray) -> tuple[FloatArray, str]:
-    """Compute estimates with Newton's method from start values, and a note if the fit fails (otherwise "")."""
-    for _ in range(MAX_ITERATIONS):
-        p = 1 / (1 + np.exp(-np.clip(design @ beta, -700, 700)))
-        information = (design * (w * p * (1 - p))[:, None]).T @ design
-        try:
-            step = np.linalg.solve(information, design.T @ (w * (y - p)))
-        except np.linalg.LinAlgError:
-            return beta, "no fit: predictors are linearly dependent"
-        beta = beta + step
-        if np.abs(design @ beta).max() > MAX_LINEAR_PREDICTOR and np.abs(step).max() > 0.1:
-            return beta, "no fit: predictors separate falls from stands"
-        if np.abs(step).max() < 1e-10:
-            return beta, ""
-    return beta, "no fit: the iteration does not converge"
-
-
-def _leave_one_out(
-    design: FloatArray, y: FloatArray, w: FloatArray, beta: FloatArray, member: NDArray[np.intp]
+def _fit_with_newton(
+    design: FloatArray, outcome: FloatArray, weight: FloatArray, coefficients: FloatArray
 ) -> tuple[FloatArray, str]:
-    """Compute estimates without each cluster in turn, shape (clusters, k), and a note if one of them fails."""
+    """Compute logistic coefficients with Newton's method from start values, and a note if the fit fails."""
+    for _ in range(MAX_ITERATIONS):
+        p = 1 / (1 + np.exp(-np.clip(design @ coefficients, -700, 700)))
+        information = (design * (weight * p * (1 - p))[:, None]).T @ design
+        try:
+            step = np.linalg.solve(information, design.T @ (weight * (outcome - p)))
+        except np.linalg.LinAlgError:
+            return coefficients, "no fit: predictors are linearly dependent"
+        coefficients = coefficients + step
+        if np.abs(design @ coefficients).max() > MAX_LINEAR_PREDICTOR and np.abs(step).max() > 0.1:
+            return coefficients, "no fit: predictors separate falls from stands"
+        if np.abs(step).max() < 1e-10:
+            return coefficients, ""
+    return coefficients, "no fit: the iteration does not converge"
+
+
+def _fit_without_each_cluster(
+    design: FloatArray, outcome: FloatArray, weight: FloatArray, coefficients: FloatArray, cluster: NDArray[np.intp]
+) -> tuple[FloatArray, str]:
+    """Compute the coefficients without each cluster in turn, shape (clusters, k), and a note if a fit fails."""
     estimates = []
-    for one in range(int(member.max()) + 1):
-        kept = member != one
-        if y[kept].min() == y[kept].max():
-            return np.empty((0, beta.size)), "no interval: all falls, or all stands, are of one earthquake"
-        if np.linalg.matrix_rank(design[kept]) < beta.size:
-            return np.empty((0, beta.size)), "no interval: without one earthquake predictors are linearly dependent"
-        found, note = _newton(design[kept], y[kept], w[kept], beta)
+    for one in range(int(cluster.max()) + 1):
+        kept = cluster != one
+        if outcome[kept].min() == outcome[kept].max():
+            return np.empty((0, coefficients.size)), "no interval: all falls, or all stands, are of one earthquake"
+        if np.linalg.matrix_rank(design[kept]) < coefficients.size:
+            return np.empty(
+                (0, coefficients.size)
+            ), "no interval: without one earthquake predictors are linearly dependent"
+        found, note = _fit_with_newton(design[kept], outcome[kept], weight[kept], coefficients)
         if note:
-            return np.empty((0, beta.size)), f"no interval: without one earthquake {note.removeprefix('no fit: ')}"
+            return np.empty(
+                (0, coefficients.size)
+            ), f"no interval: without one earthquake {note.removeprefix('no fit: ')}"
         estimates.append(found)
     return np.array(estimates), ""
 
 
-def _jackknife(estimate: FloatArray, without: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Compute bias-corrected estimate and standard error from estimates without each cluster, shape (clusters, k)."""
-    groups, mean = len(without), without.mean(axis=0)
-    error = np.sqrt((groups - 1) / groups * ((without - mean) ** 2).sum(axis=0))
+def _jackknife_estimate(estimate: FloatArray, leave_one_out: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Compute the bias-corrected estimate and its standard error from leave-one-cluster-out estimates."""
+    groups, mean = len(leave_one_out), leave_one_out.mean(axis=0)
+    error = np.sqrt((groups - 1) / groups * ((leave_one_out - mean) ** 2).sum(axis=0))
     return groups * estimate - (groups - 1) * mean, error
 
 
 def overturning_rows(
     cube: xr.Dataset, intensity: xr.Dataset, *, ensemble: bool = True
 ) -> tuple[FloatArray, FloatArray, NDArray[np.intp], FloatArray]:
-    """Return the rows of the fit, one for each plane, height and B/H: predictors, outcome, earthquake, weight.
+    """Return the data of the logistic fit, one row per plane, height and B/H: predictors, outcome, earthquake, weight.
 
     The outcome is the share of friction coefficients for which the block falls. Planes without motion, such as
     perpendicular to a pulse, are left out, since PGV/PGA is 0/0 there.
@@ -267,14 +273,14 @@ def overturning_rows(
     return predictors, outcome, events, shares
 
 
-def overturning_fit(cube: xr.Dataset, intensity: xr.Dataset) -> LogisticFit:
+def fit_overturning(cube: xr.Dataset, intensity: xr.Dataset) -> LogisticFit:
     """Fit the probability of falling as a function of `PREDICTORS` to the rows of `overturning_rows`."""
     predictors, outcome, event, weight = overturning_rows(cube, intensity)
     return logistic_fit(predictors, outcome, event, weight=weight, names=PREDICTORS)
 
 
-def describe(fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
-    """Return table rows: name, estimate, ends of its interval, minimum and maximum of the data; NaN if undefined."""
+def coefficient_table(fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
+    """Return a row per coefficient: name, estimate, ends of its interval, minimum and maximum of the predictor."""
     least, most = ((math.nan, *values.tolist()) for values in (fit.minimum, fit.maximum))
     estimates = (values.tolist() for values in (fit.coefficient, fit.low, fit.high))
     return list(zip(fit.names, *estimates, least, most, strict=True))

@@ -11,8 +11,8 @@ from overturning.model.body import direction_weight
 from overturning.model.falls import model_of
 from overturning.model.planes import azimuth_gaps, azimuth_period_deg, azimuth_weight
 from overturning.model.symmetry import FULL_TURN
-from overturning.statistics.bootstrap import bootstrap, event_means, mean_of_sample
-from overturning.statistics.by_record import each_record, record_groups
+from overturning.statistics.bootstrap import bootstrap, mean_over_sample, means_by_earthquake
+from overturning.statistics.by_record import iterate_records, record_groups
 from overturning.statistics.circular import SECTORS, sector_shares
 from overturning.statistics.falls import falls_towards, informative_blocks
 
@@ -44,7 +44,7 @@ class Rose:
 
     @property
     def axial(self) -> bool:
-        """True if falls in opposite directions are in one sector: the rose covers half of a circle."""
+        """True if falls in opposite directions are counted in one sector, so that the rose covers half of a circle."""
         return self.shares.size < SECTORS
 
     @property
@@ -58,7 +58,7 @@ _DIRECTIONS: Final = ("probability_falls", "fall_north", "fall_east", "members")
 
 
 def _nominal_falls(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
-    """Return the azimuths of falls of informative blocks of one record, degrees, and the weight of each."""
+    """Return the azimuths, degrees, and the weights of the falls of informative blocks under one record."""
     if not model_of(cube).one_component:
         angles = cube["fall_azimuth"].to_numpy()
         fell, weight = np.isfinite(angles), np.ones(angles.shape)
@@ -73,7 +73,7 @@ def _nominal_falls(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
 
 
 def _azimuth_width(azimuth: FloatArray) -> float:
-    """Return the width over which the falls of a plane are spread, degrees.
+    """Return the width, degrees, over which the falls at one azimuth are spread in a rose.
 
     It is 0 for a single plane, and if all sectors have equally many planes.
     """
@@ -82,10 +82,12 @@ def _azimuth_width(azimuth: FloatArray) -> float:
     return 0.0 if azimuth.size <= 2 or abs(in_a_sector - round(in_a_sector)) < 1e-9 else step
 
 
-def rose_of(
+def fall_rose(
     cube: xr.Dataset, *, from_normal: bool = False, axial: bool = False, level: float = 0.95, draws: int = 2000
 ) -> Rose:
-    """Compute the rose of nominal falls of the `informative_blocks` of a cube, which is read one record at a time.
+    """Compute the share of falls in each sector of azimuth (rose), over the `informative_blocks` of a cube.
+
+    Nominal outcomes are used, and the cube is read one record at a time.
 
     A fall in the 3-D model counts with its `direction_weight`, which is small if the fall changes direction under
     nearly the same motion. Shares of a record (each plane counts once) are averaged over the records of an earthquake,
@@ -97,7 +99,7 @@ def rose_of(
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
     shares, total = np.full((zero.size, SECTORS), np.nan), 0
     planes = model_of(cube).one_component
-    for row, one in enumerate(each_record(cube, ["overturned"] if planes else ["fall_azimuth", *_DIRECTIONS])):
+    for row, one in enumerate(iterate_records(cube, ["overturned"] if planes else ["fall_azimuth", *_DIRECTIONS])):
         azimuth, counts = _nominal_falls(one)
         if counts.any() and np.isfinite(zero[row]):
             weight = counts * azimuth_weight(azimuth, azimuth_period_deg(cube)) if planes else counts
@@ -107,27 +109,27 @@ def rose_of(
     if axial:
         shares = shares[:, : SECTORS // 2] + shares[:, SECTORS // 2 :]
     fell = np.isfinite(shares[:, 0])
-    means = event_means(shares[fell], events[fell])
+    means = means_by_earthquake(shares[fell], events[fell])
     if means.size == 0:
         nowhere = np.full(shares.shape[1], np.nan)
         return Rose(0, np.zeros(nowhere.size), nowhere, nowhere, 0, from_normal)
     # All sectors use the same bootstrap samples, since the seed is the same.
-    ends = [bootstrap(mean_of_sample, column, level=level, draws=draws) for column in means.T]
+    ends = [bootstrap(mean_over_sample, column, level=level, draws=draws) for column in means.T]
     low, high = np.array(ends).T
     return Rose(total, means.mean(axis=0), low, high, len(means), from_normal)
 
 
 def study_rose(cube: xr.Dataset) -> Rose:
-    """Compute the rose of all records of a cube: from the fault normal if one is known, otherwise from north.
+    """Compute the fall rose of all records of a cube, from the fault normal if one is known, otherwise from north.
 
     The sign of a fault normal is arbitrary, and a block in a plane falls along it, so both have roses of axes. Only a
     3-D study without any fault normal has a rose of directions.
     """
     known = bool(np.isfinite(cube["fault_normal"].to_numpy()).any())
-    return rose_of(cube, from_normal=known, axial=known or model_of(cube).one_component)
+    return fall_rose(cube, from_normal=known, axial=known or model_of(cube).one_component)
 
 
 def study_roses(cube: xr.Dataset) -> dict[str, Rose]:
-    """Compute the `study_rose` of each group of records."""
+    """Compute the fall rose of each group of records; see `study_rose`."""
     groups = record_groups(cube)
     return {name: study_rose(cube.isel(record=np.flatnonzero(members))) for name, members in groups.items()}

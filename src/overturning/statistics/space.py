@@ -6,27 +6,27 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from overturning.statistics.by_record import by_record, each_record
+from overturning.statistics.by_record import apply_by_record, iterate_records
 from overturning.statistics.circular import wrap_axis
 
 _SHARES: Final = {
     "flag": ("right", "cases"), "flag_beside": ("right_beside", "beside"), "only_space": ("only_space", "cases"),
     "only_plane": ("only_plane", "cases"), "face": ("over_edge", "both"), "axis": ("axes_apart", "both"),
 }  # fmt: skip
-"""Numerator and denominator, both of `plane_counts`, of each variable of `plane_agreement`."""
+"""Numerator and denominator, both of `planar_agreement_counts`, of each variable of `planar_agreement_shares`."""
 
 
-def plane_counts(cube: xr.Dataset) -> xr.Dataset:
-    """Compare the 3-D outcome with the 2-D outcomes of the faces: counts of cases by record and B/H.
+def planar_agreement_counts(cube: xr.Dataset) -> xr.Dataset:
+    """Count the cases in which the 3-D outcome agrees with the 2-D outcomes of the faces, by record and B/H.
 
     ``axes_apart`` is the sum of the angles between the fall axes, degrees. Nominal outcomes are used, and the cube is
-    read in batches of records. The counts are the input of `plane_agreement`.
+    read in batches of records. The counts are the input of `planar_agreement_shares`.
     """
-    names = ("overturned", "fall_azimuth", "plane_overturned", "plane_fall_azimuth")
-    return by_record(_plane_counts, cube, names)
+    variables = ("overturned", "fall_azimuth", "plane_overturned", "plane_fall_azimuth")
+    return apply_by_record(_planar_agreement_counts, cube, variables)
 
 
-def _plane_counts(cube: xr.Dataset) -> xr.Dataset:
+def _planar_agreement_counts(cube: xr.Dataset) -> xr.Dataset:
     space, plane = cube["overturned"], cube["plane_overturned"]
     known = space.notnull() & plane.notnull()
     both = (space == 1) & (plane == 1)
@@ -47,10 +47,10 @@ def _plane_counts(cube: xr.Dataset) -> xr.Dataset:
     return found.sum([name for name in space.dims if name not in ("record", "b_over_h")])
 
 
-def plane_agreement(counts: xr.Dataset, *keep: str) -> xr.Dataset:
-    """Compute how well the 2-D model of the faces predicts the 3-D outcome, from `plane_counts`.
+def planar_agreement_shares(counts: xr.Dataset, *keep: str) -> xr.Dataset:
+    """Compute the shares of cases in which the 2-D model of the faces predicts the 3-D outcome.
 
-    Counts are summed over all dimensions but those of ``keep``.
+    The counts of `planar_agreement_counts` are summed over all dimensions but those of ``keep``.
 
     Returns
     -------
@@ -68,7 +68,7 @@ def plane_agreement(counts: xr.Dataset, *keep: str) -> xr.Dataset:
 
 
 class TwistSummary(NamedTuple):
-    """Turns of standing stones about the vertical: number of stones that moved, and quantiles of the turn, degrees."""
+    """Rotation about the vertical of stones that moved and stand: number of stones, and quantiles, degrees."""
 
     stones: int
     median: float
@@ -77,15 +77,15 @@ class TwistSummary(NamedTuple):
 
 
 def twist_angles(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
-    """Return the absolute turns of stones that moved and stand at the end, degrees, by (B/H, friction).
+    """Return the absolute rotations about the vertical of stones that moved and stand, degrees, by (B/H, friction).
 
-    The cube is read one record at a time. All turns are kept in memory for the quantiles (four bytes each).
+    The cube is read one record at a time. All rotations are kept in memory for the quantiles (four bytes each).
     """
     shapes = [(ratio, friction) for ratio in cube["b_over_h"].to_numpy() for friction in cube["friction"].to_numpy()]
     # Allocate the largest possible size; pages that are never written take no memory.
     kept = np.empty((len(shapes), cube["residual_twist"].size // len(shapes)), np.float32)
     count = np.zeros(len(shapes), np.int64)
-    for one in each_record(cube, ("overturned", "status", "residual_twist")):
+    for one in iterate_records(cube, ("overturned", "status", "residual_twist")):
         turned = one["residual_twist"].where((one["status"] == 0) & (one["overturned"] == 0))
         rows = np.abs(turned.transpose("b_over_h", "friction", ...).to_numpy()).reshape(len(shapes), -1)
         for place, row in enumerate(rows):
@@ -95,11 +95,11 @@ def twist_angles(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float
     return {shape: kept[place, : count[place]] for place, shape in enumerate(shapes)}
 
 
-def summarise_twist(turned: NDArray[np.float32], share: float = 0.9) -> TwistSummary:
-    """Summarise `twist_angles` in place (their order changes); ``most`` is the quantile ``share``."""
-    if turned.size == 0:
+def summarise_twist(twist_deg: NDArray[np.float32], quantile: float = 0.9) -> TwistSummary:
+    """Compute median, quantile and maximum of `twist_angles`, which are sorted in place."""
+    if twist_deg.size == 0:
         return TwistSummary(0, *(float("nan"),) * 3)
-    return TwistSummary(turned.size, *(_quantile(turned, one) for one in (0.5, share, 1.0)))
+    return TwistSummary(twist_deg.size, *(_quantile(twist_deg, share) for share in (0.5, quantile, 1.0)))
 
 
 def _quantile(values: NDArray[np.float32], share: float) -> float:

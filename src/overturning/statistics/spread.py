@@ -35,7 +35,7 @@ def falls_to_both_sides(towards: Counts, away: Counts, runs: Any) -> FloatArray:
 def first_batch_estimate(
     statistic: Statistic, towards: ArrayLike, away: ArrayLike, members: ArrayLike, settings: Ensemble
 ) -> FloatArray:
-    """Estimate a statistic of the first batch of runs of each cell from all of its runs, without stopping bias.
+    """Estimate a statistic of the first batch of ensemble runs of each cell from all its runs, without stopping bias.
 
     A cell gets no further runs once it `is_converged`, so a statistic of all runs depends on when each cell stopped.
     The first batch has the same size in every cell. Its statistic is averaged over all orders in which the runs of a
@@ -61,7 +61,7 @@ def first_batch_estimate(
     runs = np.where(np.isfinite(towards), np.asarray(members, np.float64), 0.0)
     fell, back = (np.rint(np.nan_to_num(np.asarray(side)) * runs).astype(np.intp) for side in (towards, away))
     first = min(BATCH, settings.members)
-    orders, (i, j) = _order_counts(first), _decode_counts(first)
+    orders, (i, j) = _shares_of_orders(first), _counts_by_code(first)
     says, found = statistic(i, j, first), np.zeros(runs.shape)
     # Tabulate the binomial coefficients: there are few different counts of runs, and many cells.
     stood = runs.astype(np.intp) - fell - back
@@ -77,21 +77,21 @@ def first_batch_estimate(
         places = fell.flat[ended] * _STRIDE + back.flat[ended]
         possible = orders[places] > 0
         found.flat[ended[possible]] = (sums[places] / np.where(possible, orders[places], 1.0))[possible]
-        i, j = _decode_counts(made)
+        i, j = _counts_by_code(made)
         unsettled = ~intervals_within_half_width(i, np.minimum(j, made), made, settings.half_width)
         more = max(min(BATCH, settings.members - made), 1)
-        orders, sums = (np.convolve(one * unsettled, _order_counts(more)) for one in (orders, sums))
+        orders, sums = (np.convolve(one * unsettled, _shares_of_orders(more)) for one in (orders, sums))
         made += more
     return found
 
 
-def _decode_counts(runs: int) -> tuple[Counts, Counts]:
-    """Return the numbers of runs towards +1 and −1 at each index, towards · `_STRIDE` + away, of an array of orders."""
+def _counts_by_code(runs: int) -> tuple[Counts, Counts]:
+    """Return the numbers of runs that fall to +1 and to −1 for each code, towards · `_STRIDE` + away."""
     towards, away = np.divmod(np.arange(runs * _STRIDE + 1), _STRIDE)
     return towards, away
 
 
-def _order_counts(runs: int) -> FloatArray:
-    """Return the share of all orders of one batch for each number of falls to +1 and −1."""
-    towards, away = _decode_counts(runs)
+def _shares_of_orders(runs: int) -> FloatArray:
+    """Return the share of all orders of one batch of runs with each number of falls to +1 and −1."""
+    towards, away = _counts_by_code(runs)
     return np.asarray(comb(runs, towards) * comb(runs - towards, away) / 3.0**runs)

@@ -18,7 +18,7 @@ from overturning.statistics.circular import (
     chi_square_test,
     grouped_watson_test,
     resultant,
-    sector,
+    sector_index,
     watson_u2_test,
 )
 from overturning.stored import StoredCounts, StoredFloat, StoredFloats, read_result
@@ -137,7 +137,7 @@ def compare_survey(
     fallen = _fallen_stones(site, stones)
     uniform_octant = site.octant_probabilities(site.share)
     azimuth = [stone.azimuth_deg for stone, *_ in fallen]
-    observed = np.bincount([sector(one, 8) for one in azimuth], minlength=8).astype(np.float64)
+    observed = np.bincount([sector_index(one, 8) for one in azimuth], minlength=8).astype(np.float64)
     predicted = sum((octants for *_, octants in fallen), np.zeros(8))
     share = predicted / predicted.sum() if fallen else uniform_octant
     exact = [
@@ -207,7 +207,7 @@ def _direction_likelihood_ratio(
     ratios, simulated = [], np.zeros(random_survey_count)
     for stone, density, octants in fallen:
         if stone.octant:
-            table, chance, place = octants / uniform_octant, uniform_octant, int(sector(stone.azimuth_deg, 8))
+            table, chance, place = octants / uniform_octant, uniform_octant, int(sector_index(stone.azimuth_deg, 8))
         else:
             table, chance, place = (
                 density / site_prediction.share,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
-from overturning.statistics.circular import sector
+from overturning.statistics.circular import sector_index
 from overturning.surveys.posterior import TURN_DEG, TURNS, InversionResult, Posterior
 from overturning.surveys.responses import (
     BIN_WIDTH_DEG,
@@ -33,7 +33,7 @@ independent ones. The value is calibrated in `verification/backwards_coverage.py
 ALL_OUTCOMES: Final = np.arange(DIRECTION_BINS + 1)
 """Indices of all direction bins, and of standing."""
 
-_OCTANT: Final = np.append(sector(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS), 8), 8)
+_OCTANT: Final = np.append(sector_index(BIN_WIDTH_DEG * np.arange(DIRECTION_BINS), 8), 8)
 """Compass octant of each direction bin; 8 stands for standing."""
 
 REPLICATES: Final = 200
@@ -157,7 +157,7 @@ class Inversion:
             own = int(matching_direction_bins(stone)[0])
             if stone.octant:
                 chance = np.stack([chance[:, place == _OCTANT].sum(axis=1) for place in range(9)], axis=1)
-                own = int(sector(stone.azimuth_deg, 8))
+                own = int(sector_index(stone.azimuth_deg, 8))
             elif stone.fell and not stone.has_direction:
                 chance, own = np.stack([chance[:, :-1].sum(axis=1), chance[:, -1]], axis=1), 0
             below, falls = chance[drawn].cumsum(axis=1), chance[:, :-1]
@@ -177,5 +177,5 @@ def matching_direction_bins(stone: Stone) -> NDArray[np.intp]:
     if not stone.has_direction:
         return np.arange(DIRECTION_BINS)
     if stone.octant:
-        return np.flatnonzero(_OCTANT[:STOOD] == sector(stone.azimuth_deg, 8))
+        return np.flatnonzero(_OCTANT[:STOOD] == sector_index(stone.azimuth_deg, 8))
     return np.array([round(stone.azimuth_deg / BIN_WIDTH_DEG) % DIRECTION_BINS])

@@ -12,9 +12,9 @@ from overturning.arrays import FloatArray
 from overturning.model.falls import model_of
 from overturning.model.model import StoneOutcomes
 from overturning.settings import Population, Spread
-from overturning.statistics.by_record import one_record
-from overturning.statistics.circular import resultant, sector
-from overturning.statistics.fragility import Fragility, fragility
+from overturning.statistics.by_record import load_record
+from overturning.statistics.circular import resultant, sector_index
+from overturning.statistics.fragility import Fragility, fit_fragility
 from overturning.study.ensemble import wilson_interval
 from overturning.surveys.stones import OCTANTS
 from overturning.units import CM, STANDARD_GRAVITY
@@ -152,7 +152,7 @@ def outcome_rates(outcomes: StoneOutcomes, population: Population) -> dict[str, 
     for name, values in (("shift", outcomes.slip), ("rotation", outcomes.twist)):
         untold = ~np.isfinite(np.where(stands, values, 0.0)).all(axis=1)
         made[f"{name}_rate"][untold] = made[f"{name}_interval"][untold] = np.nan
-    octant = np.where(np.isfinite(outcomes.azimuth), sector(np.nan_to_num(outcomes.azimuth), len(OCTANTS)), -1)
+    octant = np.where(np.isfinite(outcomes.azimuth), sector_index(np.nan_to_num(outcomes.azimuth), len(OCTANTS)), -1)
     towards = np.stack([(octant == one).sum(axis=1) for one in range(len(OCTANTS))], axis=1)
     axes = [resultant(azimuth[fell], axial=True) for azimuth, fell in zip(outcomes.azimuth, outcomes.fell, strict=True)]
     return made | {
@@ -185,7 +185,7 @@ def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
     classes, reads = stones.class_masks(), model_of(cube).reads_outcomes
     found: dict[str, list[FloatArray]] = {name: [] for name in _RATES}
     for record in range(cube.sizes["record"]):
-        outcomes = stone_outcomes(one_record(cube, record, reads), stones)
+        outcomes = stone_outcomes(load_record(cube, record, reads), stones)
         of_class = [outcome_rates(outcomes.select_stones(own), population)["fall_rate"] for own in classes.values()]
         for name, values in (outcome_rates(outcomes, population) | {"class_rate": np.stack(of_class, axis=1)}).items():
             found[name].append(values)
@@ -252,7 +252,7 @@ def fit_fragility_curves(rates: xr.Dataset, intensity_file: xr.Dataset) -> list[
     )
     units = dict(MEASURES)
     return [
-        fragility(
+        fit_fragility(
             name, (measure, units.get(measure, "g")), level.ravel(), share.ravel(), events, record=record, stones=stones
         )
         for measure, level in record_intensities(rates, intensity_file).items()

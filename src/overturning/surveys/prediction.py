@@ -10,8 +10,8 @@ from overturning.errors import ArgumentError
 from overturning.model.edges import edge_probabilities
 from overturning.model.planes import fall_probability, plane_weight
 from overturning.model.symmetry import FULL_TURN, nearest_cells
-from overturning.statistics.circular import sector
-from overturning.statistics.falls import falls_towards, whole_circle
+from overturning.statistics.circular import sector_index
+from overturning.statistics.falls import extend_to_full_circle, falls_towards
 from overturning.surveys.stones import BACKGROUND, Stone
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
@@ -53,7 +53,7 @@ class SitePrediction:
         self._never: set[str] = set()
         # Probability of falling towards and away from the azimuth of each plane, and time of the fall, for each block
         # (height and friction); NaN if unknown.
-        site = whole_circle(site)
+        site = extend_to_full_circle(site)
         p = fall_probability(site).transpose(*dims)
         self.plane: FloatArray = p["azimuth"].values.astype(np.float64)
         times = site["overturning_time"].transpose(*dims) if "overturning_time" in site else p["towards"] * math.nan
@@ -176,7 +176,7 @@ class SitePrediction:
         """Return the probability of each compass octant from probabilities of the azimuth sectors of the cube."""
         fine = np.zeros(8)
         for begin, wide, mass in zip(self.borders[:-1], np.diff(self.borders), sector_probability, strict=True):
-            np.add.at(fine, sector(begin + wide * (np.arange(64) + 0.5) / 64, 8), mass / 64)
+            np.add.at(fine, sector_index(begin + wide * (np.arange(64) + 0.5) / 64, 8), mass / 64)
         return np.asarray(fine / fine.sum())
 
 
@@ -192,4 +192,4 @@ def has_known_face(stone: Stone) -> bool:
 
 def observed_side_index(stone: Stone) -> int:
     """Return the index into `SIDES` of the observed outcome of a stone."""
-    return 1 + int(sector(stone.azimuth_deg - stone.face_azimuth_deg, 4)) if stone.fell else 0
+    return 1 + int(sector_index(stone.azimuth_deg - stone.face_azimuth_deg, 4)) if stone.fell else 0

@@ -12,7 +12,7 @@ from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.statistics.earthquakes import AxisSummary, axes_by_earthquake
-from overturning.statistics.falls import rule_of
+from overturning.statistics.falls import fall_counting_rule
 
 
 def alignment_sentences(results: Results, *, primary: bool) -> tuple[str, ...]:
@@ -179,7 +179,7 @@ def _of_axes(results: Results) -> Said:
 
 def _by_rule(results: Results) -> Said:
     """Alignment under each rule that chooses the blocks whose falls count."""
-    own = rule_of(results.cube)
+    own = fall_counting_rule(results.cube)
     direction = "plane" if results.model.one_component else results.model.direction
     rows = [
         (

@@ -30,7 +30,7 @@ from overturning.report.sections.surveys import survey_sentences
 from overturning.report.text import capitalised, counted, decimals, number, percent, verdict
 from overturning.statistics.bootstrap import mean_over_earthquakes, share_over_earthquakes
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.falls import flag_changes_between_neighbours, shares_by_record, shares_near_normal
+from overturning.statistics.falls import count_flag_changes, overturned_shares_by_record, overturned_shares_near_normal
 from overturning.study.evaluation import CONTRASTS, Asks
 from overturning.study.scenes import NOMINAL, variant_scene
 
@@ -71,7 +71,7 @@ def _changes(results: Results) -> list[str]:
     parts = list[str]()
     for dim, name, unit in ((results.model.direction, results.model.direction, "°"), ("b_over_h", "B/H", "")):
         steps = np.unique(np.diff(results.cube[dim].to_numpy().astype(np.float64)).round(9))
-        changed, pairs = flag_changes_between_neighbours(results.cube, dim)
+        changed, pairs = count_flag_changes(results.cube, dim)
         if pairs:
             on = f" ({steps[0]:g}{unit} on)" if steps.size == 1 else ""
             of = " of the cases" if not parts else ""
@@ -115,7 +115,7 @@ def _survey(results: Results) -> AnswerParts:
 
 def beside_the_normal(cube: xr.Dataset) -> tuple[str, ...]:
     """In how many cases planes near the fault normal overturn, and those near the fault; nothing without a fault."""
-    within, beyond = shares_near_normal(cube)
+    within, beyond = overturned_shares_near_normal(cube)
     if math.isnan(within):
         return ()
     return (
@@ -178,7 +178,7 @@ def primary_sentence(results: Results) -> str:
     def of_record(variant: str) -> FloatArray:
         if primary.statistic == "fall_rate":
             return results.populations[variant]["fall_rate"].sel(amplitude=1.0).to_numpy()
-        return shares_by_record(results.reference_cube(variant)).to_numpy()
+        return overturned_shares_by_record(results.reference_cube(variant)).to_numpy()
 
     values, what, of = of_record(NOMINAL), _SHARES[primary.statistic].format(results.of_known), ""
     events = results.events

@@ -14,14 +14,14 @@ from overturning.statistics.criteria import (
     SECONDARY_SOURCES,
     SLENDERNESS_ONLY,
     CriteriaScores,
-    criteria_scores,
+    score_criteria,
 )
-from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
+from overturning.statistics.logistic import LogisticFit, coefficient_table, fit_overturning
 from overturning.study.evaluation import Published
 from overturning.units import CM, GAL
 
 DOUBLED = {1: "PGA, and PGV with it,", 2: "PGV alone", 4: "the size of a block alone"}
-"""What doubles where a predictor of `statistics.logistic.overturning_fit` grows by ln 2, by its place."""
+"""What doubles where a predictor of `statistics.logistic.fit_overturning` grows by ln 2, by its place."""
 
 MAX_CONTACT_WIDTH = 100.0
 """An interval of odds whose ends differ by more than this factor tells nothing."""
@@ -44,7 +44,7 @@ def cause(results: Results) -> Said:
         yield Figure(*shown, "Each point is one plane of one record.", width=0.92)
         yield f"Limits and a fit go by a stone's own height and B/H. {another}, so neither is given."
         return
-    fit = overturning_fit(results.cube, results.intensity)
+    fit = fit_overturning(results.cube, results.intensity)
     fitted = not fit.note.startswith("no fit")
     caption = (
         "Each point is one plane of one record. Lines: the field's criteria, by which a block falls to the right of "
@@ -59,7 +59,7 @@ def cause(results: Results) -> Said:
     if fitted:
         rows = [
             (name, value, interval(low, high), interval(least, most))
-            for name, value, low, high, least, most in describe(fit)
+            for name, value, low, high, least, most in coefficient_table(fit)
         ]
         yield table(("predictor", "coefficient", "95 % interval", "range of the data"), rows, "t2")
         yield Note(
@@ -94,7 +94,7 @@ def doubling_sentence(fit: LogisticFit) -> str:
 def criteria(results: Results) -> Said:
     """Hits and misses of each criterion, over all and by block; none where outcomes, azimuths or sizes are untold."""
     asked = results.model.one_component and not element_size_note(results.cube)
-    found = criteria_scores(results.cube, results.intensity) if asked else None
+    found = score_criteria(results.cube, results.intensity) if asked else None
     if found is None:
         return
     yield _sentence(found)

@@ -13,8 +13,8 @@ from overturning.report.blocks import Figure
 from overturning.report.results import Results
 from overturning.report.text import counted, decimals, share
 from overturning.statistics.bootstrap import Mean, mean_over_earthquakes, share_over_earthquakes
-from overturning.statistics.elements import Contrast, compare_stones, contrast
-from overturning.statistics.falls import shares_by_record
+from overturning.statistics.elements import Contrast, count_common_falls, mean_contrast
+from overturning.statistics.falls import overturned_shares_by_record
 from overturning.study.scenes import NOMINAL, uses_vertical, variant_settings, variant_size_note
 
 NO_VERTICAL: Final = "None of these records has vertical motion: with and without it all cases are the same."
@@ -46,9 +46,9 @@ def contrast_sentences(results: Results, variant: str | None = None) -> tuple[st
     places = compared_records(results, other)
     if not places.size:
         return (NO_VERTICAL,)
-    counts = compare_stones(*(results.reference_cube(name).isel(record=places) for name in (NOMINAL, other)))
+    counts = count_common_falls(*(results.reference_cube(name).isel(record=places) for name in (NOMINAL, other)))
     said = setting_said(results, NOMINAL, other), setting_said(results, other, NOMINAL)
-    return contrast_told(contrast(counts, results.events[places]), *said, of=compared_said(results, other))
+    return contrast_told(mean_contrast(counts, results.events[places]), *said, of=compared_said(results, other))
 
 
 def contrast_told(found: Contrast, this: str, that: str, of: str = "") -> tuple[str, ...]:
@@ -86,8 +86,10 @@ def contrast_shown(results: Results) -> Figure | None:
     events, columns, rates = results.events[places], list[FloatArray](), dict[str, list[Dot]]()
     for variant, other in ((NOMINAL, against), (against, NOMINAL)):
         cube = results.reference_cube(variant).isel(record=places)
-        each = shares_by_record(cube, "b_over_h").to_numpy() if ratio.size > 1 else np.empty((0, places.size))
-        columns.append(np.vstack([shares_by_record(cube).to_numpy()[None], each]))
+        each = (
+            overturned_shares_by_record(cube, "b_over_h").to_numpy() if ratio.size > 1 else np.empty((0, places.size))
+        )
+        columns.append(np.vstack([overturned_shares_by_record(cube).to_numpy()[None], each]))
         rates[setting_said(results, variant, other)] = [dot(share_over_earthquakes(one, events)) for one in columns[-1]]
     less = [dot(mean_over_earthquakes(one, events)) for one in columns[0] - columns[1]]
     rows = ["all cases", *(f"B/H {value:.3g}" for value in ratio if ratio.size > 1)]

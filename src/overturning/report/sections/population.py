@@ -63,7 +63,7 @@ def population(results: Results) -> Said:
         if math.isfinite(one.median):
             median, ends, spread = one.within_data
             half = censored(median, *ends, one.least, one.most)
-            fitted.append((one.name, f"{one.measure}, {one.unit}", *half, spread, *one.spreads))
+            fitted.append((one.name, f"{one.measure}, {one.unit}", *half, spread, *one.spread_components))
     if fitted:
         heads = ["stones", "measure", "half of them fall at", "95 % interval", "spread of the logarithm"]
         yield table([*heads, "from record to record", "all other"], fitted, "ttnn222", anchor="fragility")

@@ -13,10 +13,10 @@ from overturning.records.record import processing_entry_text
 from overturning.report.blocks import Bullets, Disclosure, Figure, Film, Link, Note, Row, Said, Section, section, table
 from overturning.report.results import RecordName, Results
 from overturning.report.text import degrees, number, of_group
-from overturning.statistics.boundary import boundary, easiest_azimuth
+from overturning.statistics.boundary import easiest_azimuth, overturning_boundary
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
-from overturning.statistics.falls import shares_by_record
+from overturning.statistics.falls import overturned_shares_by_record
 from overturning.statistics.illustrative import WHICH_SIDE
 from overturning.study.cube import first_shown_block, record_provenance
 from overturning.units import CM, GAL
@@ -147,7 +147,7 @@ def record_by_record(results: Results) -> Said:
 
 def _peaks(results: Results) -> Said:
     """One row per record: names, largest intensities with their azimuths, share of cases that overturn."""
-    shares = shares_by_record(results.cube).to_numpy()
+    shares = overturned_shares_by_record(results.cube).to_numpy()
     pulses, normals = (results.cube[name].to_numpy().astype(float) for name in ("pulse", "fault_normal"))
     azimuth, accounts = results.intensity["azimuth"].to_numpy(), record_provenance(results.cube)
     vertical, rows = results.intensity["pga_vertical"].to_numpy(), []
@@ -224,7 +224,7 @@ def record_directions(results: Results) -> list[tuple[str, ...]]:
         off = np.abs(wrap_axis(found["mean_axis"].to_numpy() - normal))
         return list(zip(*columns, map(degrees, off.tolist()), strict=True))
     one = cube.isel(height=[0], friction=[cube.sizes["friction"] - 1])
-    easiest = easiest_azimuth(boundary(one), cube["b_over_h"]).isel(height=0, friction=0)
+    easiest = easiest_azimuth(overturning_boundary(one), cube["b_over_h"]).isel(height=0, friction=0)
     ratio = easiest["ratio"].to_numpy()
     best = np.where(ratio > 1.0 + 1e-9, easiest["easiest_axis"], np.nan)  # where all planes are alike none is easiest
     bounds = np.where(np.isnan(ratio) | easiest["bounded"], "", "≥ ")

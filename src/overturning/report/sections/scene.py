@@ -14,7 +14,7 @@ from overturning.report.results import Results
 from overturning.report.sections.contrast import contrast_sentences
 from overturning.report.text import percent
 from overturning.settings import Ensemble
-from overturning.statistics.by_record import each_record
+from overturning.statistics.by_record import iterate_records
 from overturning.statistics.spread import first_batch_estimate, runs_disagree
 from overturning.study.ensemble import BATCH
 from overturning.study.scenes import NOMINAL, variant_scene, variant_size_note
@@ -64,7 +64,7 @@ def spread_sentence(name: str, cube: xr.Dataset, settings: Ensemble) -> str | No
     if "probability_towards" not in cube:
         return None
     total, known, again, differ = 0.0, 0, 0, 0.0
-    for one in each_record(cube, (*FALLS, "members")):
+    for one in iterate_records(cube, (*FALLS, "members")):
         chance = fall_probability(one)
         falls, members = (chance["towards"] + chance["away"]).to_numpy(), one["members"].to_numpy()
         total += float(np.nansum(falls, dtype=np.float64))

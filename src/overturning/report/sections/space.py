@@ -15,7 +15,7 @@ from overturning.report.text import capitalised, counted, degrees, number, of_gr
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.by_record import record_groups
 from overturning.statistics.earthquakes import ReferenceAlignment
-from overturning.statistics.space import plane_agreement, summarise_twist, twist_angles
+from overturning.statistics.space import planar_agreement_shares, summarise_twist, twist_angles
 
 
 @section("What does a stone follow?", "follows")
@@ -149,7 +149,7 @@ def _of_fewer(one: Mean, best: Mean) -> str:
 
 def plane_answer(results: Results) -> str:
     """How good the plane is, in a sentence."""
-    whole = {name: float(one) for name, one in plane_agreement(results.plane_counts).items()}
+    whole = {name: float(one) for name, one in planar_agreement_shares(results.planar_agreement_counts).items()}
     return (
         f"The planes of its faces tell rightly whether a stone falls in {percent(whole['flag'], 1)} of the cases "
         f"({percent(whole['flag_beside'], 1)} of those whose neighbour in B/H does otherwise), and over which edge in "
@@ -162,8 +162,8 @@ def plane_beside(results: Results) -> Said:
     """How good the plane is; none where no planes were computed beside the bodies."""
     if "plane_overturned" not in results.cube:
         return
-    counts = results.plane_counts
-    whole = {name: float(one) for name, one in plane_agreement(counts).items()}
+    counts = results.planar_agreement_counts
+    whole = {name: float(one) for name, one in planar_agreement_shares(counts).items()}
     yield (
         "A stone is said to fall in planes where it falls in the vertical plane of either pair of its faces. This "
         f"tells rightly whether it falls in space in {percent(whole['flag'], 1)} of {whole['cases']:,.0f} cases, and "
@@ -193,7 +193,7 @@ def plane_beside(results: Results) -> Said:
 
 def _agreement(counts: xr.Dataset, along: str) -> list[FloatArray]:
     """Columns of a table by record or B/H."""
-    found = plane_agreement(counts, along)
+    found = planar_agreement_shares(counts, along)
     return [found[name].to_numpy() for name in ("flag", "only_space", "only_plane", "face", "axis")]
 
 

@@ -104,9 +104,9 @@ def _peak_velocity(one: "xr.Dataset") -> "xr.DataArray | None":
 
 def _stone_line(one: "xr.Dataset") -> str:
     """Return scene and element as an additional line of a title; empty for a cube that belongs to no study."""
-    from overturning.figures.record import stone_label
+    from overturning.figures.record import scene_element_label
 
-    return stone_label(one) if "study" in one.attrs else ""
+    return scene_element_label(one) if "study" in one.attrs else ""
 
 
 @_cube_figure
@@ -154,7 +154,7 @@ def earthquakes(cube: "xr.Dataset") -> "Figure":
 @_cube_figure
 def axes(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with the fault normal by earthquake, and its means with confidence intervals."""
-    from overturning.figures.alignment import axes_figure
+    from overturning.figures.alignment import earthquake_alignment_figure
     from overturning.figures.content import check_axes
     from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 
@@ -162,7 +162,7 @@ def axes(cube: "xr.Dataset") -> "Figure":
         groups = axes_by_group(whole)
         summaries = {name: summarise_axes(found) for name, found in groups.items()}
         check_axes(whole, groups)
-        return axes_figure(groups, summaries)
+        return earthquake_alignment_figure(groups, summaries)
 
     return _figure_of_all_records(cube, draw)
 
@@ -170,7 +170,7 @@ def axes(cube: "xr.Dataset") -> "Figure":
 @_cube_figure
 def follow(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with fault normal, radial direction, peaks and pulse of the motion, by B/H."""
-    from overturning.figures.alignment import follow_figure
+    from overturning.figures.alignment import alignment_by_b_over_h_figure
     from overturning.figures.content import check_alignments
     from overturning.statistics.earthquakes import alignment_with_references
 
@@ -179,7 +179,7 @@ def follow(cube: "xr.Dataset") -> "Figure":
     def draw(whole: "xr.Dataset") -> "Figure":
         found = alignment_with_references(whole, _measures(whole))
         check_alignments(whole, found)
-        return follow_figure(found, whole["b_over_h"].to_numpy())
+        return alignment_by_b_over_h_figure(found, whole["b_over_h"].to_numpy())
 
     return _figure_of_all_records(cube, draw)
 

@@ -6,7 +6,14 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from overturning.figures.answer import COLOURS, Dot, alignment_figure, contrast_figure, described, references_figure
+from overturning.figures.answer import (
+    COLOURS,
+    DrawnEstimate,
+    alignment_figure,
+    contrast_figure,
+    format_estimate,
+    references_figure,
+)
 from overturning.figures.style import PAGE_WIDTH, style
 
 NAN = float("nan")
@@ -33,7 +40,9 @@ def alignments() -> Figure:
         "with a pulse": {"A": -0.4, "B": 0.7, "C": NAN, "D": 0.004},
         "without": {"B": -0.003, "E": 0.2},
     }
-    return alignment_figure(values, {"with a pulse": Dot(0.1, -0.2, 0.4, 3), "without": Dot(0.1, NAN, NAN, 2)})
+    return alignment_figure(
+        values, {"with a pulse": DrawnEstimate(0.1, -0.2, 0.4, 3), "without": DrawnEstimate(0.1, NAN, NAN, 2)}
+    )
 
 
 def test_alignment_is_sorted_with_each_value_and_the_mean() -> None:
@@ -54,8 +63,12 @@ def test_alignment_is_sorted_with_each_value_and_the_mean() -> None:
 
 
 def references() -> Figure:
-    pulse = {"pulse": Dot(0.4, 0.2, 0.6, 11), "peak velocity": Dot(0.56, 0.4, 0.7, 11), "normal": Dot(NAN, NAN, NAN, 0)}
-    control = {"peak velocity": Dot(0.38, None, None, 7), "pulse": Dot(-0.1, -0.3, 0.1, 7)}
+    pulse = {
+        "pulse": DrawnEstimate(0.4, 0.2, 0.6, 11),
+        "peak velocity": DrawnEstimate(0.56, 0.4, 0.7, 11),
+        "normal": DrawnEstimate(NAN, NAN, NAN, 0),
+    }
+    control = {"peak velocity": DrawnEstimate(0.38, None, None, 7), "pulse": DrawnEstimate(-0.1, -0.3, 0.1, 7)}
     return references_figure({"with": pulse, "without": control})
 
 
@@ -80,9 +93,14 @@ def test_references_are_dots_with_intervals_on_one_axis() -> None:
 
 
 def contrast() -> Figure:
-    one, other = [Dot(0.663), Dot(1.0, 0.9, 1.0)], [Dot(0.669), Dot(0.9, 0.8, 0.95)]
+    one, other = (
+        [DrawnEstimate(0.663), DrawnEstimate(1.0, 0.9, 1.0)],
+        [DrawnEstimate(0.669), DrawnEstimate(0.9, 0.8, 0.95)],
+    )
     rows = ["all cases", "B/H 0.1"]
-    return contrast_figure(rows, {"with": one, "without": other}, [Dot(-0.006), Dot(0.1, 0.02, 0.15)])
+    return contrast_figure(
+        rows, {"with": one, "without": other}, [DrawnEstimate(-0.006), DrawnEstimate(0.1, 0.02, 0.15)]
+    )
 
 
 def test_contrast_shows_both_rates_and_their_difference() -> None:
@@ -110,6 +128,6 @@ def test_letters_are_7_points_at_the_printed_width(draw: object) -> None:
 
 
 def test_an_estimate_is_written_with_its_interval() -> None:
-    assert described(Dot(-0.004, -0.2, 0.1)) == "0.00 (−0.20 to 0.10)"
-    assert described(Dot(0.5, None, None)) == "0.50"
-    assert described(Dot(None)) == "not known"
+    assert format_estimate(DrawnEstimate(-0.004, -0.2, 0.1)) == "0.00 (−0.20 to 0.10)"
+    assert format_estimate(DrawnEstimate(0.5, None, None)) == "0.50"
+    assert format_estimate(DrawnEstimate(None)) == "not known"

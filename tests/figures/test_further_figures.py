@@ -15,11 +15,11 @@ from obspy.geodetics import gps2dist_azimuth
 
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
-from overturning.figures.alignment import axes_figure
+from overturning.figures.alignment import earthquake_alignment_figure
 from overturning.figures.boundary import boundary_figure
 from overturning.figures.film_of_trajectory import outcome
 from overturning.figures.ground import hodograph_figure, intensity_figure, spectra_figure
-from overturning.figures.intensity_plane import intensity_plane_figure, plane_points
+from overturning.figures.intensity_plane import intensity_plane_figure, intensity_plane_points
 from overturning.figures.polar_map import plane_map_figure
 from overturning.figures.response import response_figure
 from overturning.figures.rose import rose_figure
@@ -91,7 +91,7 @@ def hodograph() -> Figure:
 
 def axes() -> Figure:
     found = axes_by_earthquake(cube())
-    return axes_figure({"all records": found}, {"all records": summarise_axes(found)})
+    return earthquake_alignment_figure({"all records": found}, {"all records": summarise_axes(found)})
 
 
 def site() -> Figure:
@@ -278,7 +278,7 @@ def test_station_at_the_epicentre_has_no_direction() -> None:
 
 
 def test_plane_points_match_cube_and_intensity() -> None:
-    pga, ratio, falls = plane_points(cube(), intensity(), 0.6, 0.3, 1.0)
+    pga, ratio, falls = intensity_plane_points(cube(), intensity(), 0.6, 0.3, 1.0)
     assert pga.size == 5 * 12
     assert ratio == pytest.approx(0.1 * pga**0.2)
     assert 0 < falls.mean() < 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.figures.history import BINS, RESPONSE_PERIODS, envelope, history_figure, time_shift
+from overturning.figures.history import BINS, RESPONSE_PERIODS, history_figure, min_max_envelope, start_time_shift
 from overturning.figures.style import style
 from overturning.figures.write import save
 from overturning.records.processing import process_record
@@ -94,7 +94,7 @@ def test_response_spectra_from_intensity_file_match_computed_ones(tmp_path):
 
 def test_the_envelope_keeps_every_peak_and_the_order_of_time():
     values = np.random.default_rng(1).normal(size=50_000)
-    time, drawn = envelope(np.arange(50_000.0), values)
+    time, drawn = min_max_envelope(np.arange(50_000.0), values)
     assert drawn.max() == values.max()
     assert drawn.min() == values.min()
     assert (np.diff(time) >= 0).all()
@@ -103,6 +103,6 @@ def test_the_envelope_keeps_every_peak_and_the_order_of_time():
 
 def test_processed_samples_keep_their_times():
     done = process_record(raw(), [Highpass(corner_hz=0.2), Cut(start_s=20, end_s=60)])
-    assert time_shift(done) == pytest.approx(-15 + 20)
+    assert start_time_shift(done) == pytest.approx(-15 + 20)
     whole = process_record(raw(), [Highpass(corner_hz=0.2)])
     np.testing.assert_array_equal(done.north, whole.north[2000:6001])

@@ -13,7 +13,13 @@ from matplotlib.text import Text
 from overturning.figures.boundary import boundary_figure
 from overturning.figures.explore import explorer_data
 from overturning.figures.ground import intensity_figure
-from overturning.figures.polar_map import PROBABILITY, half_line, plane_map_figure, radius_label_azimuth, round_up
+from overturning.figures.polar_map import (
+    PROBABILITY,
+    azimuth_for_radius_labels,
+    half_probability_line,
+    plane_map_figure,
+    round_up_velocity,
+)
 from overturning.figures.style import MISSING, PAGE_WIDTH, style
 from overturning.statistics.boundary import overturning_boundary
 from tests.figures.test_further_figures import cube as falls_towards_40
@@ -148,13 +154,15 @@ def test_line_of_half_encloses_the_cells_of_which_half_of_the_runs_fall() -> Non
     theta, radius = np.radians(np.arange(-45.0, 360.0, 90.0)), np.array([0.1, 0.3, 0.5])
     falls = np.array([[0.2, 0.5, 0.49, 0.0], [0.0, 0.0, 0.0, 0.0]])
     around = {(45.0, 0.1, 45.0, 0.3), (135.0, 0.1, 135.0, 0.3), (45.0, 0.3, 135.0, 0.3)}
-    assert pieces(half_line(falls, theta, radius, parts=5)) == around
+    assert pieces(half_probability_line(falls, theta, radius, chords_per_arc=5)) == around
     falls[1, 1] = np.nan
-    assert pieces(half_line(falls, theta, radius)) == around - {(45.0, 0.3, 135.0, 0.3)}
+    assert pieces(half_probability_line(falls, theta, radius)) == around - {(45.0, 0.3, 135.0, 0.3)}
     falls[:] = [[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0]]
     both = {(at, low, at, high) for at in (225.0, 315.0) for low, high in ((0.1, 0.3), (0.3, 0.5))}
-    assert pieces(half_line(falls, theta, radius)) == both, "it closes across the start, and not at the outer ring"
-    half = half_line(falls[:, 2:], theta[2:], radius)
+    assert pieces(half_probability_line(falls, theta, radius)) == both, (
+        "it closes across the start, and not at the outer ring"
+    )
+    half = half_probability_line(falls[:, 2:], theta[2:], radius)
     assert pieces(half) == {(225.0, 0.1, 225.0, 0.3), (225.0, 0.3, 225.0, 0.5)}, "a part of a circle has two ends"
 
 
@@ -198,7 +206,7 @@ def test_peak_velocity_is_drawn_at_its_azimuth_on_a_stated_scale() -> None:
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     plt.close(figure)
     assert "peak velocity by azimuth (rim: 100 cm/s)" in legend
-    assert [round_up(peak) for peak in (0.0, 0.019, 0.5, 0.96, 1.7)] == pytest.approx([0, 0.02, 0.6, 1.5, 2.0])
+    assert [round_up_velocity(peak) for peak in (0.0, 0.019, 0.5, 0.96, 1.7)] == pytest.approx([0, 0.02, 0.6, 1.5, 2.0])
 
 
 def test_compared_records_share_radius_colour_bar_and_heading() -> None:
@@ -300,8 +308,8 @@ def test_map_ends_at_the_first_empty_ring_and_labels_avoid_falls() -> None:
             {"towards": (("b_over_h", "azimuth"), falls), "away": (("b_over_h", "azimuth"), 0 * falls)},
             {"azimuth": azimuth},
         )
-        assert radius_label_azimuth(cells, np.nan) == free
-        assert radius_label_azimuth(cells, free + 5) != free
+        assert azimuth_for_radius_labels(cells, np.nan) == free
+        assert azimuth_for_radius_labels(cells, free + 5) != free
 
 
 def test_part_of_a_circle_is_drawn_only_where_it_was_simulated() -> None:

@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from overturning.figures.rose import FALLS, arcs, rose_figure
+from overturning.figures.rose import FALLS, axis_arcs, rose_figure
 from overturning.figures.style import INK, style
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.circular import SECTORS
@@ -99,7 +99,7 @@ def test_interval_of_a_mean_axis_wraps_at_90_degrees(
     axis: float, half_width: float, expected: list[tuple[float, float]]
 ) -> None:
     """70° ± 40° reaches from 30° to 110°, which is −70° as an axis."""
-    assert sorted(arcs(axis, half_width)) == expected
+    assert sorted(axis_arcs(axis, half_width)) == expected
     (panel, *_) = drawn(cube(), axis, half_width).axes
     lines = [line for line in panel.lines if line.get_color() == INK]
     spans = sorted(tuple(np.round(np.degrees(line.get_xdata())[[0, -1]], 6)) for line in lines)

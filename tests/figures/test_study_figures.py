@@ -9,13 +9,13 @@ import xarray as xr
 
 from overturning import open_cube, plot
 from overturning.errors import ArgumentError
-from overturning.figures.cells import azimuth_edges, cell_edges, rows_and_columns
+from overturning.figures.cells import azimuth_edges, cell_edges, panel_rows_and_columns
 from overturning.figures.explore import explorer_data
-from overturning.figures.illustrative import block_label, trajectories
+from overturning.figures.illustrative import block_label, block_trajectories
 from overturning.figures.maps import COLOURS, space_map_figure
 from overturning.figures.polar_map import plane_map_figure
 from overturning.figures.rose import rose_figure
-from overturning.figures.style import compass_name, gap_edges, style
+from overturning.figures.style import azimuths_inside_gaps, compass_name, style
 from overturning.figures.write import save
 from overturning.model.planes import azimuth_weight
 from overturning.motion.motion import Motion
@@ -90,7 +90,7 @@ def test_studies_without_falls_without_faults_and_with_one_azimuth_are_drawn(cub
     ("heights", "frictions", "expected"), [(1, 1, (1, 1)), (2, 3, (2, 3)), (1, 5, (2, 3)), (4, 1, (2, 2))]
 )
 def test_a_row_has_at_most_three_panels(heights: int, frictions: int, expected: tuple[int, int]) -> None:
-    assert rows_and_columns(heights, frictions) == expected
+    assert panel_rows_and_columns(heights, frictions) == expected
 
 
 def test_bearings() -> None:
@@ -136,9 +136,9 @@ def test_only_wide_gaps_of_azimuths_are_unknown() -> None:
     """Named by hand are the ends of the gaps: half of 60° and 70°, and the same seen from behind, are a step wide."""
     unknown = {(60, 70, 240, 250): [50, 80, 230, 260], (60, 150, 240, 330): [], (0, 30, 90, 180, 210, 270): []}
     for azimuth, ends in unknown.items():
-        np.testing.assert_allclose(np.sort(gap_edges(np.array(azimuth))), ends)
+        np.testing.assert_allclose(np.sort(azimuths_inside_gaps(np.array(azimuth))), ends)
     full = np.sort([*range(0, 360, 5), 152.0])
-    assert gap_edges(full).size == gap_edges(full.repeat(2)).size == 0
+    assert azimuths_inside_gaps(full).size == azimuths_inside_gaps(full.repeat(2)).size == 0
 
 
 def test_rose_next_to_3d_maps_is_labelled_with_their_falls() -> None:
@@ -177,5 +177,5 @@ def test_figures_omit_a_friction_that_the_scene_overrides(tmp_path: Path) -> Non
             titles = plot.polar(cube).get_suptitle(), explorer_data(cube)["title"]
             assert ["variant other" in title for title in titles] == [variant == "other"] * 2
     assert block_label(settings, block).endswith("m, µ of the scene")
-    (path,) = trajectories(settings, Motion.of(record), block, [0.0])
+    (path,) = block_trajectories(settings, Motion.of(record), block, [0.0])
     assert path.attrs["friction"] == 1.0, "which is not looked at"

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from overturning.figures.style import DPI, caption, compass, grid, labels, style
-from overturning.figures.svg import compact
+from overturning.figures.style import DPI, caption, grid, labels, make_compass, style
+from overturning.figures.svg import compact_svg
 from overturning.figures.write import save
 
 
@@ -58,7 +58,7 @@ def test_compact_svg_looks_the_same(tmp_path: Path) -> None:
 
 
 def test_coordinates_are_rounded_but_factors_are_exact() -> None:
-    made = compact(
+    made = compact_svg(
         '<svg><metadata>\n<x>1</x></metadata><g id="axes_1"><path id="m" d="M 0.123456 -1.996 \nL 3 4.5001 \n"/>'
         '<use xlink:href="#m" x="10.1234567" y="2" transform="scale(0.1234567 1)" style="width: 0.1234567"/></g></svg>'
     )
@@ -73,7 +73,7 @@ def compasses(path: Path) -> bytes:
     with style():
         figure, panels = grid(1, 2, 6.4, 3.5, polar=True)
         for axes in panels.flat:
-            compass(axes)
+            make_compass(axes)
             axes.plot([0.0, 1.0, 2.0], [1e-3, 2e-3, 3e-3], label="one")
             axes.set_title("two\nlines", fontsize=9)
         beside = figure.add_axes((0.7, 0.7, 0.2, 0.2))

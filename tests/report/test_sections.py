@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure as Drawing
 
-from overturning.figures.intensity_plane import plane_points
+from overturning.figures.intensity_plane import intensity_plane_points
 from overturning.model.contact import ContactSettings
 from overturning.model.scene import load_scene
 from overturning.model.status import Status
@@ -150,7 +150,9 @@ def test_across_a_pulse_nothing_moves_and_no_criterion_is_asked(tmp_path: Path) 
         assert predictors.shape == (len(shapes) * planes, 4)
         assert np.isfinite(predictors).all()
         assert "predictors separate falls from stands" in text_of(cause(results))
-        assert {plane_points(results.cube, results.intensity, 0.6, one, 1.0)[0].size for one in shapes} == {planes}
+        assert {intensity_plane_points(results.cube, results.intensity, 0.6, one, 1.0)[0].size for one in shapes} == {
+            planes
+        }
         # Two earthquakes have no interval, so that no criterion is shown to be the best.
         assert "too few earthquakes for an interval" in text_of(criteria(results))
 

@@ -5,7 +5,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
-from overturning.figures.answer import Dot, alignment_figure
+from overturning.figures.answer import DrawnEstimate, alignment_figure
 from overturning.figures.style import SERIES, caption, grid, labels
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.earthquakes import AxisSummary, ReferenceAlignment
@@ -14,31 +14,31 @@ HOLLOW_MAX_EARTHQUAKES = 2
 """A mean over at most this many earthquakes is drawn with a hollow marker, because it is not reliable."""
 
 
-def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]) -> Figure:
-    """Draw the alignment of each earthquake of `statistics.earthquakes.axes_by_group`; see `alignment_figure`."""
+def earthquake_alignment_figure(axes_by_group: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]) -> Figure:
+    """Draw the alignment of falls with the fault normal for each earthquake, a panel per group of records."""
     values = {
         name: dict(zip(data["event"].to_numpy().astype(str).tolist(), data["cosine"].to_numpy().tolist(), strict=True))
-        for name, data in groups.items()
+        for name, data in axes_by_group.items()
     }
-    means = {name: dot(one.alignment) for name, one in summaries.items()}
+    means = {name: estimate_to_draw(one.alignment) for name, one in summaries.items()}
     return alignment_figure(values, means)
 
 
-def dot(mean: Mean) -> Dot:
-    """Return a mean over earthquakes as an estimate to draw."""
-    return Dot(mean.value, mean.low, mean.high, mean.n)
+def estimate_to_draw(mean: Mean) -> DrawnEstimate:
+    """Convert a mean over earthquakes to an estimate to draw."""
+    return DrawnEstimate(mean.value, mean.low, mean.high, mean.n)
 
 
-def follow_figure(found: dict[str, ReferenceAlignment], b_over_h: FloatArray) -> Figure:
-    """Draw the alignment of falls with their references by B/H, a column per group of records.
+def alignment_by_b_over_h_figure(alignments: dict[str, ReferenceAlignment], b_over_h: FloatArray) -> Figure:
+    """Draw the alignment of falls with reference directions against B/H, a column per group of records.
 
-    The upper row compares axes (period 180°), the lower row directions (period 360°). `found` maps each group to its
-    means, which are keyed by the name of the reference and by whether it is an axis; each has a value for each B/H.
+    The upper row compares axes (period 180°), the lower row directions (period 360°). `alignments` maps each group to
+    its means, which are keyed by the name of the reference and by whether it is an axis; each has a value for each B/H.
     """
-    figure, panels = grid(2, len(found), max(3.4 * len(found), 4.4), 5.4)
-    names = list(dict.fromkeys(name for group in found.values() for name, _ in group.means))
+    figure, panels = grid(2, len(alignments), max(3.4 * len(alignments), 4.4), 5.4)
+    names = list(dict.fromkeys(name for group in alignments.values() for name, _ in group.means))
     apart = 0.12 * float(np.diff(b_over_h).min(initial=0.05))
-    for column, (group, of_group) in enumerate(found.items()):
+    for column, (group, of_group) in enumerate(alignments.items()):
         means = of_group.means
         for row, axial in enumerate((True, False)):
             axes = panels[row, column]
@@ -60,5 +60,5 @@ def follow_figure(found: dict[str, ReferenceAlignment], b_over_h: FloatArray) ->
             axes.grid(True, axis="y")
             if row == 0:
                 axes.set_title(group, fontsize=9)
-    caption(figure, "", panels[0, 0], 4 if len(found) > 1 else 2)
+    caption(figure, "", panels[0, 0], 4 if len(alignments) > 1 else 2)
     return figure

@@ -28,8 +28,8 @@ _BESIDE: Final[dict[str, Any]] = {
 """Place of a text to the right of a panel, at a row."""
 
 
-class Dot(NamedTuple):
-    """An estimate with the ends of its interval, over n earthquakes; None or NaN if there is none."""
+class DrawnEstimate(NamedTuple):
+    """Estimate to draw, with the ends of its interval and number of earthquakes; None or NaN if there is none."""
 
     value: float | None
     low: float | None = None
@@ -37,7 +37,7 @@ class Dot(NamedTuple):
     n: int = 0
 
 
-def alignment_figure(values: Mapping[str, Mapping[str, float]], means: Mapping[str, Dot]) -> Figure:
+def alignment_figure(values: Mapping[str, Mapping[str, float]], means: Mapping[str, DrawnEstimate]) -> Figure:
     """Draw the alignment of the falls of each earthquake, sorted, and the mean with its interval, a panel per group.
 
     Parameters
@@ -45,108 +45,117 @@ def alignment_figure(values: Mapping[str, Mapping[str, float]], means: Mapping[s
     values : mapping of str to mapping of str to float
         For each group of records the alignment of each earthquake by name: 1 if all stones fall across the fault, −1
         if all fall along it, NaN if none falls.
-    means : mapping of str to Dot
+    means : mapping of str to DrawnEstimate
         Mean over the earthquakes of each group, with its interval.
     """
     rows = max(len(of_group) for of_group in values.values())
     figure, panels = grid(1, len(values), PAGE_WIDTH if len(values) > 1 else 4.6, ROW * (rows + 2) + 1.25)
     for place, ((group, of_group), axes) in enumerate(zip(values.items(), panels[0], strict=True)):
-        look, mean = _look(place), means[group]
-        ordered = sorted(of_group.items(), key=lambda item: (not _known(item[1]), -item[1] if _known(item[1]) else 0.0))
+        look, mean = _marker_style(place), means[group]
+        ordered = sorted(
+            of_group.items(), key=lambda item: (not _is_finite(item[1]), -item[1] if _is_finite(item[1]) else 0.0)
+        )
         for row, (_, value) in enumerate(ordered):
-            if not _known(value):
+            if not _is_finite(value):
                 axes.text(0.06, row, "no falls", va="center", fontsize=TEXT)
                 continue
             axes.plot([0.0, value], [row, row], color="#bbbbbb", linewidth=1.2, zorder=1)
             axes.plot(value, row, **look, zorder=3)
             side = 1.0 if value >= 0 else -1.0
             align = "left" if value >= 0 else "right"
-            axes.text(value + 0.1 * side, row, signed(value), va="center", ha=align, fontsize=TEXT)
-        if _known(mean.low) and _known(mean.high):
+            axes.text(value + 0.1 * side, row, format_signed(value), va="center", ha=align, fontsize=TEXT)
+        if _is_finite(mean.low) and _is_finite(mean.high):
             axes.axvspan(mean.low, mean.high, color=look["color"], alpha=0.12, linewidth=0, zorder=0)
         at = len(ordered) + 0.25
         axes.axhline(len(ordered) - 0.4, color=INK, linewidth=0.6)
-        _draw_dot(axes, mean, at, look | {"marker": "s", "markersize": 7}, 2.4)
+        _draw_estimate(axes, mean, at, look | {"marker": "s", "markersize": 7}, 2.4)
         axes.set_yticks(
             [*range(len(ordered)), at], [*(name for name, _ in ordered), "mean"], fontsize=8, parse_math=False
         )
         axes.set_ylim(at + 0.7, -0.7)
-        _unit_axis(axes, ("along\nthe fault", "neither", "across\nthe fault"), margin=0.42)
-        axes.set_title(f"{group}, {_earthquakes(mean.n)}\nmean {described(mean)}", fontsize=8.5, parse_math=False)
+        _set_axis_from_minus_1_to_1(axes, ("along\nthe fault", "neither", "across\nthe fault"), margin=0.42)
+        axes.set_title(
+            f"{group}, {_earthquake_count_label(mean.n)}\nmean {format_estimate(mean)}", fontsize=8.5, parse_math=False
+        )
     figure.supxlabel("alignment of the falls with the fault normal", fontsize=8)
     return figure
 
 
-def references_figure(groups: Mapping[str, Mapping[str, Dot]]) -> Figure:
+def references_figure(groups: Mapping[str, Mapping[str, DrawnEstimate]]) -> Figure:
     """Draw the alignment of falls with several references in one panel, each with its interval, by group of records.
 
     Parameters
     ----------
-    groups : mapping of str to mapping of str to Dot
+    groups : mapping of str to mapping of str to DrawnEstimate
         For each group of records the alignment by the name of the reference: 1 if all stones fall along its axis, −1
         if all fall across it. The first group sets the order of references.
     """
     first = next(iter(groups.values()))
     every = dict.fromkeys(name for of_group in groups.values() for name in of_group)
     names = sorted(
-        every, key=lambda name: -(_number(first[name].value) if _known(first.get(name, Dot(None)).value) else -9)
+        every,
+        key=lambda name: (
+            -(_nan_if_none(first[name].value) if _is_finite(first.get(name, DrawnEstimate(None)).value) else -9)
+        ),
     )
     figure, panels = grid(1, 1, PAGE_WIDTH, 1.35 * ROW * len(names) * max(1.3, 0.75 * len(groups)) + 1.2)
     axes, marks = panels[0, 0], []
     apart = 0.28
     for place, (group, of_group) in enumerate(groups.items()):
-        look = _look(place)
+        look = _marker_style(place)
         for row, name in enumerate(names):
-            dot, at = of_group.get(name, Dot(None)), row + apart * (place - (len(groups) - 1) / 2)
-            _draw_dot(axes, dot, at, look, 1.6)
-            text = described(dot) if _known(dot.value) else "not known"
+            dot, at = of_group.get(name, DrawnEstimate(None)), row + apart * (place - (len(groups) - 1) / 2)
+            _draw_estimate(axes, dot, at, look, 1.6)
+            text = format_estimate(dot) if _is_finite(dot.value) else "not known"
             axes.annotate(text, (1.0, at), (6, 0), color=look["color"], **_BESIDE)
         count = max((dot.n for dot in of_group.values()), default=0)
-        (mark,) = axes.plot([], [], **look, label=f"{group}, {_earthquakes(count)}")
+        (mark,) = axes.plot([], [], **look, label=f"{group}, {_earthquake_count_label(count)}")
         marks.append(mark)
     axes.set_yticks(range(len(names)), names, fontsize=8.5, parse_math=False)
     axes.set_ylim(len(names) - 0.5, -0.5)
-    _unit_axis(axes, ("across it", "neither", "along it"), margin=0.05)
+    _set_axis_from_minus_1_to_1(axes, ("across it", "neither", "along it"), margin=0.05)
     axes.grid(True, axis="x")
     axes.set_xlabel("alignment of the falls with each reference", fontsize=8)
     caption(figure, "", None, 2, first=marks)
     return figure
 
 
-def contrast_figure(rows: Sequence[str], rates: Mapping[str, Sequence[Dot]], differences: Sequence[Dot]) -> Figure:
+def contrast_figure(
+    rows: Sequence[str], rates: Mapping[str, Sequence[DrawnEstimate]], differences: Sequence[DrawnEstimate]
+) -> Figure:
     """Draw the share of cases that overturn under two settings, and the difference, row by row.
 
     Parameters
     ----------
     rows : sequence of str
         Names of the rows, from the top, such as all cases and then each B/H.
-    rates : mapping of str to sequence of Dot
+    rates : mapping of str to sequence of DrawnEstimate
         Shares, 0 to 1, by the name of the setting, one for each row.
-    differences : sequence of Dot
+    differences : sequence of DrawnEstimate
         Share under the first setting minus that under the second, one for each row.
     """
     figure, ((left, right),) = grid(
         1, 2, PAGE_WIDTH, ROW * len(rows) * 1.15 + 1.3, width_ratios=(1.25, 1.0), sharey=True
     )
     for place, (setting, dots) in enumerate(rates.items()):
-        look = _look(place)
+        look = _marker_style(place)
         for row, dot in enumerate(dots):
-            share = _times(dot, 100.0)
-            _draw_dot(left, share, row + 0.14 * (2 * place - 1), look, 1.4)
-            text = described(Dot(share.value), 1) if _known(share.value) else "–"
+            share = _scale_estimate(dot, 100.0)
+            _draw_estimate(left, share, row + 0.14 * (2 * place - 1), look, 1.4)
+            text = format_estimate(DrawnEstimate(share.value), 1) if _is_finite(share.value) else "–"
             left.annotate(text, (1.0, row), (31 * place + 29, 0), color=look["color"], ha="right", **_BESIDE)
         left.plot([], [], **look, label=setting)
     for row, pair in enumerate(zip(*rates.values(), strict=True)):
-        if all(_known(dot.value) for dot in pair):
-            ends = [100.0 * _number(dot.value) for dot in pair]
+        if all(_is_finite(dot.value) for dot in pair):
+            ends = [100.0 * _nan_if_none(dot.value) for dot in pair]
             left.plot(ends, [row - 0.14, row + 0.14], color="#bbbbbb", linewidth=1.2, zorder=1)
     for row, dot in enumerate(differences):
-        points = _times(dot, 100.0)
-        _draw_dot(right, points, row, {"color": INK, "marker": "s", "markersize": 4.5, "linestyle": "none"}, 1.4)
-        if _known(points.value):
-            right.annotate(described(points, 1), (1.0, row), (5, 0), **_BESIDE)
+        points = _scale_estimate(dot, 100.0)
+        _draw_estimate(right, points, row, {"color": INK, "marker": "s", "markersize": 4.5, "linestyle": "none"}, 1.4)
+        if _is_finite(points.value):
+            right.annotate(format_estimate(points, 1), (1.0, row), (5, 0), **_BESIDE)
     right.axvline(0.0, color=INK, linestyle=DASHED, linewidth=1.0, zorder=0)
-    ends = [abs(_number(end)) for dot in differences for end in dot[:3] if _known(end)]
+    ends = [abs(_nan_if_none(end)) for dot in differences for end in dot[:3] if _is_finite(end)]
     reach = 112.0 * max([*ends, 0.02])
     right.set_xlim(-reach, reach)
     right.tick_params(labelleft=False, left=False)
@@ -162,23 +171,24 @@ def contrast_figure(rows: Sequence[str], rates: Mapping[str, Sequence[Dot]], dif
     return figure
 
 
-def signed(value: float, digits: int = 2) -> str:
+def format_signed(value: float, digits: int = 2) -> str:
     """Format a number with a minus sign, and without a sign if it rounds to 0."""
     return f"{value:z.{digits}f}".replace("-", "−")
 
 
-def described(dot: Dot, digits: int = 2) -> str:
-    """Return an estimate with its interval, if it has one."""
-    if not _known(dot.value):
+def format_estimate(estimate: DrawnEstimate, digits: int = 2) -> str:
+    """Format an estimate with its interval, if it has one."""
+    if not _is_finite(estimate.value):
         return "not known"
-    text = signed(_number(dot.value), digits)
-    if _known(dot.low) and _known(dot.high):
-        text += f" ({signed(_number(dot.low), digits)} to {signed(_number(dot.high), digits)})"
+    text = format_signed(_nan_if_none(estimate.value), digits)
+    if _is_finite(estimate.low) and _is_finite(estimate.high):
+        low, high = (format_signed(_nan_if_none(end), digits) for end in (estimate.low, estimate.high))
+        text += f" ({low} to {high})"
     return text
 
 
-def _unit_axis(axes: Any, names: tuple[str, str, str], margin: float) -> None:
-    """Make the horizontal axis one from −1 to 1, with names of −1, 0 and 1."""
+def _set_axis_from_minus_1_to_1(axes: Any, names: tuple[str, str, str], margin: float) -> None:
+    """Set the horizontal axis to −1 to 1, with names for −1, 0 and 1."""
     axes.axvline(0.0, color=INK, linestyle=DASHED, linewidth=1.0, zorder=0)
     axes.set_xlim(-1.0 - margin, 1.0 + margin)
     low, middle, high = names
@@ -186,39 +196,44 @@ def _unit_axis(axes: Any, names: tuple[str, str, str], margin: float) -> None:
     axes.set_xticks([-1, -0.5, 0, 0.5, 1], labels, fontsize=TEXT)
 
 
-def _draw_dot(axes: Any, dot: Dot, row: float, look: dict[str, Any], width: float) -> None:
-    """Draw an estimate, and its interval as a line; nothing if it is not known."""
-    if not _known(dot.value):
+def _draw_estimate(axes: Any, estimate: DrawnEstimate, row: float, look: dict[str, Any], width: float) -> None:
+    """Draw an estimate as a marker and its interval as a line; draw nothing if the estimate is not known."""
+    if not _is_finite(estimate.value):
         return
-    if _known(dot.low) and _known(dot.high):
+    if _is_finite(estimate.low) and _is_finite(estimate.high):
         axes.plot(
-            [dot.low, dot.high], [row, row], color=look["color"], linewidth=width, solid_capstyle="butt", zorder=2
+            [estimate.low, estimate.high],
+            [row, row],
+            color=look["color"],
+            linewidth=width,
+            solid_capstyle="butt",
+            zorder=2,
         )
-    axes.plot(dot.value, row, **look, zorder=3)
+    axes.plot(estimate.value, row, **look, zorder=3)
 
 
-def _look(place: int) -> dict[str, Any]:
+def _marker_style(group_index: int) -> dict[str, Any]:
     """Return colour and marker of a group of records; only the first is filled, for print in grey."""
-    colour = COLOURS[place % len(COLOURS)]
-    face = colour if place == 0 else "white"
+    colour = COLOURS[group_index % len(COLOURS)]
+    face = colour if group_index == 0 else "white"
     return {
-        "color": colour, "marker": MARKERS[place % len(MARKERS)], "markerfacecolor": face, "markersize": 5.5,
+        "color": colour, "marker": MARKERS[group_index % len(MARKERS)], "markerfacecolor": face, "markersize": 5.5,
         "linestyle": "none",
     }  # fmt: skip
 
 
-def _times(dot: Dot, factor: float) -> Dot:
-    value, low, high = (factor * _number(end) if _known(end) else None for end in dot[:3])
-    return Dot(value, low, high, dot.n)
+def _scale_estimate(estimate: DrawnEstimate, factor: float) -> DrawnEstimate:
+    value, low, high = (factor * _nan_if_none(end) if _is_finite(end) else None for end in estimate[:3])
+    return DrawnEstimate(value, low, high, estimate.n)
 
 
-def _earthquakes(count: int) -> str:
+def _earthquake_count_label(count: int) -> str:
     return f"{count} earthquake{'s' * (count != 1)}"
 
 
-def _known(value: float | None) -> bool:
+def _is_finite(value: float | None) -> bool:
     return value is not None and math.isfinite(value)
 
 
-def _number(value: float | None) -> float:
+def _nan_if_none(value: float | None) -> float:
     return math.nan if value is None else float(value)

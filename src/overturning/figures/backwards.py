@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import FALLS, INK, SERIES, compass, empty, labels, logarithmic
+from overturning.figures.style import FALLS, INK, SERIES, create_figure, labels, make_compass, set_logarithmic_ticks
 
 PALE = "#e9c3a8"
 
@@ -16,7 +16,7 @@ _BARS = 10
 """Number of motions shown: those with the highest probability."""
 
 
-def posterior_figure(
+def motion_posterior_figure(
     title: str,
     of_axes: FloatArray,
     arc: tuple[float, float],
@@ -39,9 +39,9 @@ def posterior_figure(
         For each measure, named with its unit: ascending values, their posterior probability of not being exceeded, the
         same probability of the prior, and the stated interval, whose ends may be 0 or infinite.
     """
-    figure = empty(9.5, 6.2)
+    figure = create_figure(9.5, 6.2)
     polar: Any = figure.add_subplot(2, 2, 1, projection="polar")
-    compass(polar)
+    make_compass(polar)
     # Areas are proportional to probabilities; sectors outside the stated arc are pale.
     both = np.sqrt(np.tile(of_axes, 2))
     angle, middle, half = 2 * np.pi * np.arange(both.size) / both.size, np.radians(arc[0]), np.radians(arc[1] / 2)
@@ -63,7 +63,7 @@ def posterior_figure(
         ends = max(low, values[0]), min(high, values[-1])
         axes.axvspan(*ends, color=FALLS, alpha=0.15, linewidth=0, label="90 %")
         axes.set_xscale("log")
-        logarithmic(axes.xaxis)
+        set_logarithmic_ticks(axes.xaxis)
         axes.xaxis.set_minor_locator(NullLocator())
         for open_end, at, toward in ((np.isinf(high), 0.985, 1), (low == 0, 0.015, -1)):
             if open_end:

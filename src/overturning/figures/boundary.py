@@ -7,18 +7,26 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from overturning.figures.cells import close_circle, rows_and_columns
-from overturning.figures.style import DASHES, SERIES, caption, compass, grid, mark_fault_normal, slenderness_ticks
+from overturning.figures.cells import close_circle, panel_rows_and_columns
+from overturning.figures.style import (
+    DASHES,
+    SERIES,
+    caption,
+    grid,
+    make_compass,
+    mark_fault_normal,
+    set_slenderness_ticks,
+)
 from overturning.labels import friction_label
 
 
 def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
-    """Draw the curves of one height.
+    """Draw the overturning boundary of the blocks of one height on a compass.
 
     Triangles mark azimuths at which the block still falls at the largest B/H with a known outcome: the boundary lies
     beyond them.
     """
-    compass(axes)
+    make_compass(axes)
     azimuth = np.radians(bounds["azimuth"].to_numpy().astype(np.float64))
     closed, around = np.append(azimuth, azimuth[0] + 2 * np.pi), np.arange(azimuth.size + 1) % azimuth.size
 
@@ -44,18 +52,18 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
             axes.plot(azimuth[alone], radius[alone], ".", color=colour, markersize=5)
         if beyond.any():
             axes.plot(azimuth[beyond], largest[beyond], "^", color=colour, markersize=3)
-    slenderness_ticks(axes, top * 1.04, top)
+    set_slenderness_ticks(axes, top * 1.04, top)
 
 
 def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, title: str) -> Figure:
-    """Draw the overturning boundary of one record (from `statistics.boundary.boundary`), a panel per height.
+    """Draw the overturning boundary of one record (from `statistics.boundary.overturning_boundary`), a panel per height.
 
     `bounds` has the attributes of its cube if the cube belongs to a study. `top` is the largest B/H of the cube. The
     azimuth of the fault normal, degrees, can be NaN.
     """
     loaded = close_circle(bounds.compute())
     heights = loaded["height"].to_numpy()
-    rows, columns = rows_and_columns(heights.size, 1)
+    rows, columns = panel_rows_and_columns(heights.size, 1)
     side = {1: 3.6, 2: 2.9, 3: 1.95}[columns]
     figure, panels = grid(rows, columns, max(side * columns, 4.0), (side + 0.3) * rows + 1.0, heights.size, polar=True)
     for axes, height in zip(panels.flat, heights, strict=False):

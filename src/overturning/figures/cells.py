@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import gap_edges
+from overturning.figures.style import azimuths_inside_gaps
 from overturning.model.planes import azimuth_period_deg
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.statistics.falls import extend_to_full_circle
@@ -22,7 +22,7 @@ def close_circle(cube: xr.Dataset) -> xr.Dataset:
     with missing values; see `simulated_azimuths`.
     """
     whole = extend_to_full_circle(cube) if cube["azimuth"].size > 1 else cube
-    unknown = gap_edges(whole["azimuth"].to_numpy())
+    unknown = azimuths_inside_gaps(whole["azimuth"].to_numpy())
     return whole.reindex(azimuth=np.union1d(whole["azimuth"], unknown)) if unknown.size else whole
 
 
@@ -40,11 +40,11 @@ def trim_empty_rings(cube: xr.Dataset, *falls: xr.DataArray) -> xr.Dataset:
     A fall is possible if a value of `falls` (flags or probabilities; a block may fall although its neighbours stand) is
     above 0, or missing in a direction that was simulated. The dataset is unchanged if no fall is possible anywhere.
     """
-    return cube.isel(b_over_h=slice(None, rings_with_falls(*falls)))
+    return cube.isel(b_over_h=slice(None, count_rings_with_falls(*falls)))
 
 
-def rings_with_falls(*falls: xr.DataArray) -> int:
-    """Return the number of B/H rings that `trim_empty_rings` keeps."""
+def count_rings_with_falls(*falls: xr.DataArray) -> int:
+    """Return the number of inner B/H rings up to the first outer ring without falls."""
 
     def possible(one: xr.DataArray) -> xr.DataArray:
         computed = one.notnull().any([name for name in one.dims if name not in {"azimuth", "orientation"}])
@@ -55,7 +55,7 @@ def rings_with_falls(*falls: xr.DataArray) -> int:
     return min(int(last[-1]) + 2, rings) if last.size else rings
 
 
-def rows_and_columns(heights: int, frictions: int) -> tuple[int, int]:
+def panel_rows_and_columns(heights: int, frictions: int) -> tuple[int, int]:
     """Return the numbers of rows and columns of panels: a row per height if it fits, at most three columns."""
     count = heights * frictions
     columns = frictions if heights > 1 and 1 < frictions <= MAX_COLUMNS else min(count, MAX_COLUMNS)
@@ -91,7 +91,7 @@ def close_curve(azimuth_deg: FloatArray, values: FloatArray) -> tuple[FloatArray
     The curve has NaN across gaps between azimuths that were not simulated.
     """
     both = np.concatenate([azimuth_deg, azimuth_deg + 180.0]) % 360.0
-    around = np.concatenate([both, gap_edges(both)])
+    around = np.concatenate([both, azimuths_inside_gaps(both)])
     unknown = np.full(around.size - both.size, np.nan)
     order = np.argsort(around, kind="stable")
     theta, closed = np.radians(around[order]), np.concatenate([values, values, unknown])[order]

@@ -22,13 +22,13 @@ from overturning.figures.explore_cells import (
     AZIMUTH_STEP,
     DEGREE_STEP,
     PROBABILITY_STEPS,
-    clear_case,
-    encoded_cells,
-    ensemble_of,
-    probabilities,
+    choose_initial_case,
+    encode_cells,
+    ensemble_probabilities,
+    fall_probabilities_to_show,
 )
 from overturning.figures.maps import COLOURS
-from overturning.figures.page import embedded_json, page, template
+from overturning.figures.page import json_for_script, read_template, render_page
 from overturning.figures.style import FAULT, HATCH_COLOUR, MISSING, PROBABILITY, STANDS
 from overturning.files import write_text
 from overturning.labels import variant_label
@@ -83,18 +83,18 @@ def explorer_data(
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     one = one if "aspect" in one.dims else one.expand_dims(aspect=[1.0])
     model, study = model_of(cube), study_with_presentation(cube, study)
-    degrees = _rotations_in_degrees(cube, one.sizes["element"])
+    degrees = _has_rotation_in_degrees(cube, one.sizes["element"])
     turn_step = DEGREE_STEP if any(degrees) else ALPHA_STEP
     first = _initial_selection(one, study)
     records, rings, clear = [], 1, []
     for index in range(one.sizes["record"]):
         part = one.isel(record=[index]).load()
         part = close_circle(part) if model.one_component else part
-        chance = probabilities(part)
+        chance = fall_probabilities_to_show(part)
         shown = trim_empty_rings(part, chance["towards"] + chance["away"], abs(part["overturned"]))
         rings = max(rings, shown.sizes["b_over_h"])
-        clear.append(clear_case(part.isel({"record": 0, "aspect": 0, **first}), model.one_component))
-        about, cells = {**_record_data(part), "clear": clear[-1].cell}, encoded_cells(part, chance, turn_step)
+        clear.append(choose_initial_case(part.isel({"record": 0, "aspect": 0, **first}), model.one_component))
+        about, cells = {**_record_metadata(part), "clear": clear[-1].cell}, encode_cells(part, chance, turn_step)
         if store_cells is None:
             about["cells"] = cells
         else:
@@ -102,22 +102,22 @@ def explorer_data(
         records.append(about)
     direction = part[model.direction].to_numpy().astype(np.float64)
     return {
-        "title": _title(one, study),
+        "title": _page_title(one, study),
         "question": study.question if study else "",
         "space": not model.one_component,
         "mirrors": not model.one_component or azimuth_period_deg(cube) == PLANE_PERIOD,
         "records": records,
         "rings": rings,
-        "direction": _plain(direction),
+        "direction": _json_list(direction),
         "computed": np.isin(direction, simulated_azimuths(cube) if model.one_component else direction).tolist(),
-        **{name: _plain(one[name].to_numpy()) for name in ("height", "b_over_h", "aspect", "friction")},
+        **{name: _json_list(one[name].to_numpy()) for name in ("height", "b_over_h", "aspect", "friction")},
         "element": [str(name) for name in one["element"].to_numpy()],
         "shown": {"record": max(range(len(clear)), key=lambda k: clear[k].clarity), "aspect": 0, **first},
         "degrees": degrees,
-        "directionEdges": _plain(_direction_edges(direction, model.one_component)),
-        "radiusEdges": _plain(slenderness_edges(part["b_over_h"].to_numpy().astype(np.float64))),
+        "directionEdges": _json_list(_direction_edges(direction, model.one_component)),
+        "radiusEdges": _json_list(slenderness_edges(part["b_over_h"].to_numpy().astype(np.float64))),
         "steps": {"rotation": turn_step, "azimuth": AZIMUTH_STEP, "chance": 1 / PROBABILITY_STEPS},
-        "ensemble": ensemble_of(one) is not None,
+        "ensemble": ensemble_probabilities(one) is not None,
         "film": film_options(cube),
         "colours": {
             "probability": PROBABILITY, "stands": STANDS, "hatch": HATCH_COLOUR, "missing": MISSING, "fault": FAULT,
@@ -126,7 +126,7 @@ def explorer_data(
     }  # fmt: skip
 
 
-def _record_data(part: "xr.Dataset") -> dict[str, Any]:
+def _record_metadata(part: "xr.Dataset") -> dict[str, Any]:
     """Return id, name, fault normal (degrees) and range of the times of falls (s) of the record of a dataset."""
     key, station, event = (str(part[name].item()) for name in ("record_id", "station", "event"))
     normal, times = float(part["fault_normal"][0]), part["overturning_time"].to_numpy().astype(np.float64)
@@ -134,11 +134,11 @@ def _record_data(part: "xr.Dataset") -> dict[str, Any]:
         "id": key,
         "name": ", ".join(text for text in (station, event) if text) or key,
         "normal": None if np.isnan(normal) else round(normal, 6),
-        "times": _plain(np.array([np.nanmin(times), np.nanmax(times)])) if np.isfinite(times).any() else None,
+        "times": _json_list(np.array([np.nanmin(times), np.nanmax(times)])) if np.isfinite(times).any() else None,
     }
 
 
-def _plain(values: NDArray[Any]) -> list[float]:
+def _json_list(values: NDArray[Any]) -> list[float]:
     return [round(float(value), 9) for value in values]
 
 
@@ -149,7 +149,7 @@ def _direction_edges(direction: FloatArray, planar: bool) -> FloatArray:
     return cell_edges(direction) if direction.size > 1 else direction + np.array([-2.5, 2.5])
 
 
-def _title(one: "xr.Dataset", study: Study | None) -> str:
+def _page_title(one: "xr.Dataset", study: Study | None) -> str:
     """Return the title of the page: study, variant, and the element to which heights and B/H refer."""
     title = (study.title if study else "") or str(one.attrs.get("title", ""))
     return ", ".join(filter(None, [title, *variant_label(one), *_reference_note(one)]))
@@ -172,7 +172,7 @@ def _reference_note(one: "xr.Dataset") -> list[str]:
     return [f"H and B/H of the {variant_scene(study_of_cube(one), one.attrs['variant']).reference_name}"]
 
 
-def _rotations_in_degrees(cube: "xr.Dataset", elements: int) -> list[bool]:
+def _has_rotation_in_degrees(cube: "xr.Dataset", elements: int) -> list[bool]:
     """Return a flag per element: True if rotations are in degrees (3-D bodies, elements without critical angle)."""
     if "critical_angle" not in cube:
         return elements * [not model_of(cube).one_component]
@@ -185,9 +185,9 @@ def explorer_page(data: dict[str, Any], report: str = "") -> str:
 
     It has a link to a report if the address of one is given.
     """
-    script = "".join(map(template, _SCRIPTS))
+    script = "".join(map(read_template, _SCRIPTS))
     shown = {name: data[name] for name in ("title", "question", "space", "mirrors", "ensemble")}
-    return page("explore.html.j2", template("explore.css"), script, data, report=report, **shown)
+    return render_page("explore.html.j2", read_template("explore.css"), script, data, report=report, **shown)
 
 
 def write_explorer(cube: "xr.Dataset", path: Path, study: Study | None = None, report: str = "") -> None:
@@ -203,7 +203,7 @@ def write_explorer(cube: "xr.Dataset", path: Path, study: Study | None = None, r
     folder = path.with_name(f"{path.stem}-records")
 
     def store_cells(index: int, cells: dict[str, Any]) -> None:
-        write_text(folder / f"{index}.js", f"explorerRecord({index},{embedded_json(cells)});\n")
+        write_text(folder / f"{index}.js", f"explorerRecord({index},{json_for_script(cells)});\n")
 
     data = explorer_data(cube, store_cells, study)
     write_text(path, explorer_page({**data, "folder": folder.name}, report))

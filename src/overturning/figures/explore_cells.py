@@ -36,57 +36,57 @@ DEGREE_STEP: Final = 1e-2
 """Step of rotations in degrees."""
 
 
-def encoded_cells(one: "xr.Dataset", chance: "xr.Dataset", turn_step: float) -> dict[str, Any]:
-    """Return the encoded cells of one record, with rotations in units of `turn_step`."""
-    model = model_of(one)
+def encode_cells(record_cube: "xr.Dataset", probability: "xr.Dataset", rotation_step: float) -> dict[str, Any]:
+    """Encode the outcomes of one record for the explorer page, with rotations in units of `rotation_step`."""
+    model = model_of(record_cube)
     order = (model.direction, "height", "b_over_h", "aspect", "friction", "element")
 
     def values(found: "xr.DataArray") -> FloatArray:
         return np.asarray(found.isel(record=0).transpose(*order).to_numpy(), dtype=np.float64)
 
-    ensemble = ensemble_of(one)
+    ensemble = ensemble_probabilities(record_cube)
     # The probability is missing where the ensemble was not run: the map then shows the flag of the cell itself.
-    known = chance if ensemble is None else chance.where(ensemble.notnull())
-    time = values(one["overturning_time"])
+    known = probability if ensemble is None else probability.where(ensemble.notnull())
+    time = values(record_cube["overturning_time"])
     time_step = max(_TIME_STEP, float(np.nanmax(time, initial=0.0)) / (np.iinfo("<u2").max - 1))  # 16 bits must hold it
     cells = {
-        "flag": _base64(np.nan_to_num(values(one["overturned"]), nan=2.0).astype("i1")),
-        "rotation": _packed(values(one[_ROTATION[model.direction]]), turn_step, "<u2"),
-        "time": _packed(time, time_step, "<u2"),
+        "flag": _encode_base64(np.nan_to_num(values(record_cube["overturned"]), nan=2.0).astype("i1")),
+        "rotation": _encode_integers(values(record_cube[_ROTATION[model.direction]]), rotation_step, "<u2"),
+        "time": _encode_integers(time, time_step, "<u2"),
         "timeStep": time_step,
         **{
-            name: _packed(_clip_away_from_certainty(values(known[name])), 1 / PROBABILITY_STEPS, "u1")
+            name: _encode_integers(_clip_away_from_0_and_1(values(known[name])), 1 / PROBABILITY_STEPS, "u1")
             for name in ("towards", "away")
         },
     }
     if not model.one_component:
-        cells["azimuth"] = _packed(values(one["fall_azimuth"]), AZIMUTH_STEP, "<u2")
+        cells["azimuth"] = _encode_integers(values(record_cube["fall_azimuth"]), AZIMUTH_STEP, "<u2")
     return cells
 
 
-def _base64(values: NDArray[Any]) -> str:
+def _encode_base64(values: NDArray[Any]) -> str:
     return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")
 
 
-def _packed(values: FloatArray, step: float, kind: str) -> str:
-    """Return values as base64-encoded integers in units of `step`.
+def _encode_integers(values: FloatArray, step: float, kind: str) -> str:
+    """Encode values as base64 text of integers in units of `step`.
 
     The largest integer stands for missing; larger values are clipped to the second largest.
     """
     largest = np.iinfo(kind).max
     whole = np.where(np.isnan(values), largest, np.minimum(np.rint(np.nan_to_num(values) / step), largest - 1))
-    return _base64(whole.astype(kind))
+    return _encode_base64(whole.astype(kind))
 
 
-def _clip_away_from_certainty(chance: FloatArray) -> FloatArray:
+def _clip_away_from_0_and_1(chance: FloatArray) -> FloatArray:
     """Clip probabilities between 0 and 1 by one of `PROBABILITY_STEPS`, so that rounding does not make them certain."""
     return np.where(
         (chance > 0) & (chance < 1), np.clip(chance, 1 / PROBABILITY_STEPS, 1 - 1 / PROBABILITY_STEPS), chance
     )
 
 
-class ClearCase(NamedTuple):
-    """A clear fall of a block under one record.
+class InitialCase(NamedTuple):
+    """Clear fall of a block under one record, which the explorer page shows first.
 
     Attributes
     ----------
@@ -101,8 +101,8 @@ class ClearCase(NamedTuple):
     clarity: tuple[bool, float, float, int]
 
 
-def clear_case(block: "xr.Dataset", closed: bool) -> ClearCase:
-    """Return a clear fall of a block under one record, with which a page can open.
+def choose_initial_case(block: "xr.Dataset", closed: bool) -> InitialCase:
+    """Choose a clear fall of a block under one record, which the explorer page shows first.
 
     Of the cells that fall towards their azimuth (3-D: that fall) in every run of the ensemble it is the one whose eight
     neighbours do so with the largest probability, and of equal ones the stoutest. If there is none, it is the cell that
@@ -116,8 +116,8 @@ def clear_case(block: "xr.Dataset", closed: bool) -> ClearCase:
         True if the last direction is next to the first one.
     """
     order = (model_of(block).direction, "b_over_h")
-    ensemble = ensemble_of(block)
-    chance = np.nan_to_num(probabilities(block)["towards"].transpose(*order).to_numpy().astype(np.float64))
+    ensemble = ensemble_probabilities(block)
+    chance = np.nan_to_num(fall_probabilities_to_show(block)["towards"].transpose(*order).to_numpy().astype(np.float64))
     ran = np.ones_like(chance) if ensemble is None else ensemble.notnull().transpose(*order).to_numpy()
     every = (chance == 1.0) & (block["overturned"].transpose(*order).to_numpy() == 1) & (ran > 0)
     around = np.pad(chance, ((1, 1), (0, 0)), mode="wrap" if closed else "edge")
@@ -126,16 +126,16 @@ def clear_case(block: "xr.Dataset", closed: bool) -> ClearCase:
     stoutness = np.broadcast_to(np.arange(chance.shape[1]), chance.shape)
     rank = np.lexsort([-np.arange(chance.size), *(one.ravel() for one in (stoutness, nearby, chance, every))])
     a, b = np.unravel_index(rank[-1], chance.shape)
-    return ClearCase([int(a), int(b)], (bool(every[a, b]), float(chance[a, b]), float(nearby[a, b]), int(b)))
+    return InitialCase([int(a), int(b)], (bool(every[a, b]), float(chance[a, b]), float(nearby[a, b]), int(b)))
 
 
-def ensemble_of(cube: "xr.Dataset") -> "xr.DataArray | None":
+def ensemble_probabilities(cube: "xr.Dataset") -> "xr.DataArray | None":
     """Return the probabilities of the ensemble of a cube, missing where it was not run; None without an ensemble."""
     return cube.get("probability_falls", cube.get("probability_towards"))
 
 
-def probabilities(cube: "xr.Dataset") -> "xr.Dataset":
-    """Return the probabilities of a fall towards the azimuth (3-D: of any fall) and away from it."""
+def fall_probabilities_to_show(cube: "xr.Dataset") -> "xr.Dataset":
+    """Return the probabilities of a fall towards the azimuth (3-D: of any fall) and away from the azimuth."""
     chance = fall_probability(cube)
     if "probability_falls" in cube:
         chance["towards"] = cube["probability_falls"].fillna(chance["towards"])

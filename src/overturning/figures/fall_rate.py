@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels, logarithmic
+from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels, set_logarithmic_ticks
 from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.statistics.fragility import Fragility
 from overturning.statistics.fragility_files import is_openquake_measure
@@ -71,7 +71,7 @@ def _draw_curve(panel: Any, level: FloatArray, rates: FloatArray, curve: Fragili
         x = np.geomspace(curve.least, curve.most, 100)
         panel.plot(x, 100 * curve.probability(x), color=FALLS, linewidth=1.8)
     panel.set_xscale("log")
-    logarithmic(panel.xaxis)
+    set_logarithmic_ticks(panel.xaxis)
     labels(panel, f"{curve.measure}, {curve.unit}", "")
 
 

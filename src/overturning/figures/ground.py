@@ -51,7 +51,7 @@ def _draw_hodograph(
         at = int(radius.argmax())
         axes.plot(east[at], north[at], "o", color=style.FALLS, markersize=4, label="peak")
         toward = round(float(np.degrees(np.arctan2(east[at], north[at])))) % 360
-        title += f"\n{style.short(size)} {unit} towards {toward}°"
+        title += f"\n{style.format_short(size)} {unit} towards {toward}°"
     axes.set_title(title, fontsize=9)
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
     for zero in (axes.axhline, axes.axvline):
@@ -118,12 +118,12 @@ def intensity_figure(intensity: xr.Dataset, fault_normal_deg: float, title: str)
     for axes, (name, factor, label, colour) in zip(panels.flat, measures, strict=True):
         peaks = intensity[name].to_numpy() / factor
         largest = float(peaks.max())
-        style.compass(axes)
+        style.make_compass(axes)
         axes.plot(*close_curve(azimuth, peaks), color=colour, linewidth=1.4)  # a peak is an absolute value
-        style.radius_ticks(axes, largest * 1.08 or 1.0)
+        style.set_radius_ticks(axes, largest * 1.08 or 1.0)
         axes.yaxis.set_major_locator(MaxNLocator(4))
         style.mark_fault_normal(axes, fault_normal_deg)
         along = style.compass_name(float(azimuth[peaks.argmax()] % 180))
-        axes.set_title(f"{label}\nlargest {style.short(largest)} along {along}", pad=4)
+        axes.set_title(f"{label}\nlargest {style.format_short(largest)} along {along}", pad=4)
     style.caption(figure, title, panels[0, 0])
     return figure

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, extremes, grid, labels, short
+from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, extremes, format_short, grid, labels
 from overturning.motion.fourier import rms_band_amplitude
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
@@ -52,7 +52,7 @@ def history_figure(before: Record, after: Record, spectra: FloatArray | None = N
         panel.remove()
     if wide:
         panels[5, 0].set_subplotspec(panels[5, 0].get_gridspec()[5, :])
-    _draw_response(panels[5, 0 if wide else 1], rotd_of(after) if spectra is None else spectra)
+    _draw_response(panels[5, 0 if wide else 1], compute_rotd(after) if spectra is None else spectra)
     moving = [getattr(before, name) for name in names]
     noise = signal_to_noise_ratio(moving, before.sampling_interval)
     for column, name in enumerate(names):
@@ -66,11 +66,13 @@ def history_figure(before: Record, after: Record, spectra: FloatArray | None = N
     _draw_husid(panels[4, 0], after, names)
     _draw_ratio(panels[4, 1], noise, [n for n, samples in zip(names, moving, strict=True) if np.ptp(samples) > 0])
     _draw_removed(panels[4, 2] if wide else panels[5, 0], before, after, names)
-    _finish(figure, panels, before, after, noise)
+    _add_title_and_legend(figure, panels, before, after, noise)
     return figure
 
 
-def _finish(figure: "Figure", panels: Any, before: Record, after: Record, noise: SignalToNoiseRatio | None) -> None:
+def _add_title_and_legend(
+    figure: "Figure", panels: Any, before: Record, after: Record, noise: SignalToNoiseRatio | None
+) -> None:
     ahead = "no noise before the onset" if noise is None else f"onset at {noise.onset:.1f} s"
     steps = [processing_entry_text(step) for step in after.processing]
     agency = [str(before.extra["agency_processing"])] if "agency_processing" in before.extra else []
@@ -93,8 +95,8 @@ def _finish(figure: "Figure", panels: Any, before: Record, after: Record, noise:
     figure.subplots_adjust(0.07 if wide else 0.1, 0.75 / height, 0.95 if wide else 0.93, top, wspace=0.34, hspace=0.42)
 
 
-def envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return times and values of the smallest and largest sample of each of `BINS` bins; all samples if few."""
+def min_max_envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return times and values of the minimum and maximum of each of `BINS` time bins; all samples if there are few."""
     width = -(-time.size // BINS)
     if width <= 2:
         return time, values
@@ -102,7 +104,7 @@ def envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArr
     return time[np.minimum(places, time.size - 1)], drawn
 
 
-def time_shift(record: Record) -> float:
+def start_time_shift(record: Record) -> float:
     """Return the start of a processed record relative to the unprocessed one, s.
 
     Padding moves the start to earlier times, cutting to later ones.
@@ -110,11 +112,11 @@ def time_shift(record: Record) -> float:
     return float(sum(step.get("shift_s", 0.0) for step in record.processing))
 
 
-def _time(record: Record, shift: float = 0.0) -> FloatArray:
+def _sample_times(record: Record, shift: float = 0.0) -> FloatArray:
     return np.asarray(np.arange(record.north.size) * record.sampling_interval + shift, dtype=np.float64)
 
 
-def _integrals(record: Record, name: str) -> list[FloatArray]:
+def _motion_series(record: Record, name: str) -> list[FloatArray]:
     """Return acceleration, velocity and displacement of a component."""
     samples: FloatArray = getattr(record, name)
     velocity = integrate(samples, record.sampling_interval)
@@ -122,27 +124,35 @@ def _integrals(record: Record, name: str) -> list[FloatArray]:
 
 
 def _draw_series(panels: Any, before: Record, after: Record, name: str) -> None:
-    rows = zip(panels, SERIES_ROWS, _integrals(before, name), _integrals(after, name), strict=True)
+    rows = zip(panels, SERIES_ROWS, _motion_series(before, name), _motion_series(after, name), strict=True)
     for panel, (label, unit), old, new in rows:
         peak = np.abs(new).max() / unit
         if before is not after:
             # An offset integrates to metres of displacement; on a common scale the motion would look like a line.
             own = np.abs(old).max() / unit > 2.0 * peak
             behind = panel.twinx() if own else panel
-            behind.plot(*envelope(_time(before), old / unit), color=MISSING, linewidth=0.6)
+            behind.plot(*min_max_envelope(_sample_times(before), old / unit), color=MISSING, linewidth=0.6)
             if own:
                 behind.tick_params(labelsize=6, colors=MISSING)
                 behind.locator_params(axis="y", nbins=5)
                 panel.set_zorder(behind.get_zorder() + 1)
                 panel.patch.set_visible(False)
-        panel.plot(*envelope(_time(after, time_shift(after)), new / unit), color=INK, linewidth=0.6)
+        panel.plot(
+            *min_max_envelope(_sample_times(after, start_time_shift(after)), new / unit), color=INK, linewidth=0.6
+        )
         labels(panel, "time, s" if panel is panels[-1] else "", label)
         panel.annotate(
-            f"peak {short(peak)}", (0.98, 0.96), xycoords="axes fraction", ha="right", va="top", fontsize=7, color=INK
+            f"peak {format_short(peak)}",
+            (0.98, 0.96),
+            xycoords="axes fraction",
+            ha="right",
+            va="top",
+            fontsize=7,
+            color=INK,
         )
 
 
-def _corners(processing: tuple[Mapping[str, Any], ...]) -> list[float]:
+def _corner_frequencies(processing: tuple[Mapping[str, Any], ...]) -> list[float]:
     return [step["corner_hz"] for step in processing if "corner_hz" in step]
 
 
@@ -152,16 +162,16 @@ def _draw_spectra(panel: "Axes", before: Record, after: Record, name: str) -> No
         frequency = np.geomspace(max(0.02, 1.0 / record.duration), 0.45 / record.sampling_interval, 90)
         amplitude = rms_band_amplitude(samples, record.sampling_interval, frequency) / CM
         panel.plot(frequency, np.maximum(amplitude, 1e-12), color=colour, linewidth=0.9)
-    for corner in _corners(after.processing):
+    for corner in _corner_frequencies(after.processing):
         panel.axvline(corner, color=FALLS, linewidth=0.8, linestyle=DASHED)
         panel.annotate(
             f"{corner:g} Hz", (corner, 0.03), xycoords=("data", "axes fraction"), fontsize=7, color=FALLS, rotation=90
         )
-    _logarithmic(panel)
+    _set_logarithmic_axes(panel)
     labels(panel, "frequency, Hz", "Fourier amplitude, Gal·s")
 
 
-def _logarithmic(panel: "Axes") -> None:
+def _set_logarithmic_axes(panel: "Axes") -> None:
     from matplotlib.ticker import NullLocator
 
     panel.set(xscale="log", yscale="log")
@@ -170,11 +180,11 @@ def _logarithmic(panel: "Axes") -> None:
 
 
 def _draw_husid(panel: "Axes", after: Record, names: list[str]) -> None:
-    time = _time(after, time_shift(after))
+    time = _sample_times(after, start_time_shift(after))
     for name, colour in zip(names, SERIES, strict=False):
         energy = np.cumsum(getattr(after, name) ** 2)
         if energy[-1] > 0:
-            panel.plot(*envelope(time, 100.0 * energy / energy[-1]), color=colour, linewidth=1.0, label=name)
+            panel.plot(*min_max_envelope(time, 100.0 * energy / energy[-1]), color=colour, linewidth=1.0, label=name)
     for share in (5, 95):
         panel.axhline(share, color=MISSING, linewidth=0.5, linestyle=DASHED)
     labels(panel, "time, s", "Husid: Arias intensity, %")
@@ -189,11 +199,11 @@ def _draw_ratio(panel: "Axes", noise: SignalToNoiseRatio | None, names: list[str
     for row, (name, colour) in enumerate(zip(names, SERIES, strict=False)):
         panel.plot(noise.frequency, noise.ratio[row], color=colour, linewidth=1.0, label=name)
     panel.axhline(SIGNAL_TO_NOISE, color=FALLS, linewidth=0.8, linestyle=DASHED)
-    _logarithmic(panel)
+    _set_logarithmic_axes(panel)
     panel.legend(fontsize=7, loc="best")
 
 
-def rotd_of(record: Record) -> FloatArray:
+def compute_rotd(record: Record) -> FloatArray:
     """Return RotD00, RotD50 and RotD100 of the pseudo-acceleration at `RESPONSE_PERIODS`, m/s², shape (3, periods)."""
     return rotd_measures(Motion.of(record), RESPONSE_PERIODS, percentiles=PERCENTILES)["psa"]
 
@@ -202,7 +212,7 @@ def _draw_response(panel: "Axes", spectra: FloatArray) -> None:
     """Draw pseudo-acceleration spectra of the horizontal motion."""
     for percentile, spectrum, colour in zip(PERCENTILES, spectra, SERIES, strict=False):
         panel.plot(RESPONSE_PERIODS, spectrum / GAL, color=colour, linewidth=0.9, label=f"RotD{percentile:02.0f}")
-    _logarithmic(panel)
+    _set_logarithmic_axes(panel)
     panel.set_ylim(bottom=1e-4 * float(spectra[-1].max()) / GAL or None)  # RotD00 of a motion along one azimuth is 0
     labels(panel, "period, s", "pseudo-acceleration, Gal")
     panel.legend(fontsize=7, loc="best")
@@ -214,11 +224,11 @@ def _draw_removed(panel: "Axes", before: Record, after: Record, names: list[str]
     if before is after:
         _write_note(panel, "nothing")
         return
-    time, later = _time(before), _time(after, time_shift(after))
+    time, later = _sample_times(before), _sample_times(after, start_time_shift(after))
     inside = (time >= later[0] - 1e-9) & (time <= later[-1] + 1e-9)
     for name, colour in zip(names, SERIES, strict=False):
         away = getattr(before, name)[inside] - np.interp(time[inside], later, getattr(after, name))
-        panel.plot(*envelope(time[inside], away / GAL), color=colour, linewidth=0.8, label=name)
+        panel.plot(*min_max_envelope(time[inside], away / GAL), color=colour, linewidth=0.8, label=name)
     panel.legend(fontsize=7, loc="best")
 
 

@@ -36,7 +36,9 @@ def draw_illustrative_cases(cube_path: Path, motions: Path, folder: Path) -> Non
     ``K-axis.svg`` and ``K-axis-2.svg``.
     """
     with refill_folder(folder), open_records(cube_path) as cube, style():
-        rows = [_draw(cube, case, motions, folder, number) for number, case in enumerate(illustrative_cases(cube), 1)]
+        rows = [
+            _draw_case(cube, case, motions, folder, number) for number, case in enumerate(illustrative_cases(cube), 1)
+        ]
         write_cases(rows, folder)
 
 
@@ -44,16 +46,16 @@ CaseFigure = tuple[str, "Figure", str, dict[str, float]]
 """A figure that accompanies a film: suffix of the file name, figure, alternative text, options for the report."""
 
 
-def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Path, number: int) -> DrawnCase:
+def _draw_case(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Path, number: int) -> DrawnCase:
     study, one = study_of_cube(cube), cube.isel(record=case.record).load()
     record = str(one["record_id"].item())
     motion = motion_for_variant(study, read_motion(motions / f"{record}.nc"))
-    paths = trajectories(study, motion, case.block, case.direction_deg)
+    paths = block_trajectories(study, motion, case.block, case.direction_deg)
     place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
     title = f"{place}: {block_label(study, case.block)}"
     film = film_of(paths, motion, title, note="The frame moves with the base.")
     if model_of(one).one_component:
-        drawn = _planar_figures(one, paths, motion, (title, place))
+        drawn = _figures_for_planar_film(one, paths, motion, (title, place))
     else:
         about = "tilt of the axis towards north and east, and hodographs of the ground"
         several = enumerate(paths, 1)
@@ -83,7 +85,7 @@ def block_label(study: Study, block: dict[str, float]) -> str:
     return f"B/H = {block['b_over_h']:.3g}{oblong}, H = {block['height']:.3g} m, {coefficient}"
 
 
-def _planar_figures(
+def _figures_for_planar_film(
     one: "xr.Dataset", paths: list["xr.Dataset"], motion: Motion, texts: tuple[str, str]
 ) -> list[CaseFigure]:
     """Return the figures that accompany a 2-D film: response, boundary, spectra and hodograph.
@@ -111,7 +113,7 @@ def _planar_figures(
     ]
 
 
-def trajectories(
+def block_trajectories(
     study: Study, motion: Motion, block: dict[str, float], directions_deg: Sequence[float]
 ) -> list["xr.Dataset"]:
     """Return the trajectories of a block of a study, one for each direction, degrees."""

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, FALLS, INK, SERIES, STANDS, caption, grid, labels, logarithmic
+from overturning.figures.style import DASHED, FALLS, INK, SERIES, STANDS, caption, grid, labels, set_logarithmic_ticks
 from overturning.labels import friction_label
 from overturning.model.falls import model_of
 from overturning.statistics.criteria import CRITERIA, west_acceleration
@@ -25,7 +25,7 @@ LOOKS: Final = (
 """Colour and line style of each of `criteria.CRITERIA`."""
 
 
-def plane_points(
+def intensity_plane_points(
     cube: xr.Dataset, intensity: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return PGA (m/s²), PGV/PGA (s) and fall probability of a block for each record and azimuth, shape (n,)."""
@@ -48,7 +48,7 @@ def _draw_intensity_plane(
     *,
     limits: bool = True,
 ) -> None:
-    """Draw the panel of one block: points (see `plane_points`), criteria, and the line of fitted probability ½."""
+    """Draw the panel of one block: `intensity_plane_points`, criteria, and the line of fitted probability ½."""
     pga, ratio, falls = points
     axes.set(xscale="log", yscale="log")
     west = float(west_acceleration(b_over_h))
@@ -75,7 +75,7 @@ def _draw_intensity_plane(
         axes.plot(x / GAL, y, color=SERIES[2], linewidth=1.6, label=named)
     axes.set(xlim=(low_x / GAL, high_x / GAL), ylim=(low_y, high_y))
     for axis in (axes.xaxis, axes.yaxis):
-        logarithmic(axis)
+        set_logarithmic_ticks(axis)
     labels(axes, "PGA, Gal", "PGV/PGA, s", which="both")
     axes.grid(True, which="major")
     axes.set_title(f"B/H = {b_over_h:g}, H = {height:g} m", fontsize=9)
@@ -102,7 +102,7 @@ def intensity_plane_figure(
     figure, panels = grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.6 * shown.size + 0.8)
     for row, height in enumerate(shown):
         for column, b_over_h in enumerate(chosen):
-            points = plane_points(cube, intensity, float(height), float(b_over_h), friction)
+            points = intensity_plane_points(cube, intensity, float(height), float(b_over_h), friction)
             block = float(height), float(b_over_h)
             _draw_intensity_plane(panels[row, column], points, *block, fit, named, limits=not another)
     title = f"Every plane of every record, {friction_label(cube, friction)}"

@@ -53,11 +53,11 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
     hues = ((ring[:-1] + ring[1:]) / 2)[None, :]
     around.pcolormesh(ring, rim, hues, cmap=COLOURS, vmin=0, vmax=2 * np.pi, rasterized=True)
     style.mark_fault_normal(around, float(cube["fault_normal"]))
-    style.mark_radial(around, float(azimuth_away_from_epicentre(cube)))
+    style.mark_epicentre_direction(around, float(azimuth_away_from_epicentre(cube)))
     around.set_title("falls of these maps", fontsize=8, pad=3)
-    marks = [style.patch(style.STANDS, "stands")]
+    marks = [style.legend_patch(style.STANDS, "stands")]
     if bool(cube["overturned"].isnull().any()):
-        marks.append(style.patch(style.MISSING, "no outcome"))
+        marks.append(style.legend_patch(style.MISSING, "no outcome"))
     style.caption(figure, f"{title}\ncolour and arrow: azimuth of the fall, north up", around, 3, first=marks)
     return figure
 

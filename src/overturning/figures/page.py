@@ -9,17 +9,17 @@ from overturning.figures.film import Film
 from overturning.files import write_text
 
 
-def template(name: str, room: str = "figures") -> str:
-    """Return the text of a template of this package."""
-    return resources.files("overturning").joinpath(room, "templates", name).read_text(encoding="utf-8")
+def read_template(name: str, subpackage: str = "figures") -> str:
+    """Return the text of a template file of a subpackage."""
+    return resources.files("overturning").joinpath(subpackage, "templates", name).read_text(encoding="utf-8")
 
 
-def player_script() -> str:
+def film_player_script() -> str:
     """Return the script of the film player, including the drawing of 3-D bodies; a page needs it once."""
-    return "".join(map(template, ("page.js", "space.js", "player.js")))
+    return "".join(map(read_template, ("page.js", "space.js", "player.js")))
 
 
-def embedded_json(data: Any) -> str:
+def json_for_script(data: Any) -> str:
     """Return data as JSON with escaped HTML characters, so that no name can end the script element around it."""
     text = json.dumps(data, separators=(",", ":"), ensure_ascii=False)
     for character in "<>&\u2028\u2029":
@@ -27,7 +27,7 @@ def embedded_json(data: Any) -> str:
     return text
 
 
-def page(name: str, css: str, js: str, data: Any, **more: Any) -> str:
+def render_page(name: str, css: str, js: str, data: Any, **more: Any) -> str:
     """Render a template with style, script and data of this package; other values (`more`) are escaped.
 
     The page loads nothing from the network and is reproducible.
@@ -36,13 +36,13 @@ def page(name: str, css: str, js: str, data: Any, **more: Any) -> str:
     from markupsafe import Markup
 
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
-    own = {"css": Markup(css), "js": Markup(js), "data": Markup(embedded_json(data))}
-    return environment.from_string(template(name)).render(**own, **more)
+    own = {"css": Markup(css), "js": Markup(js), "data": Markup(json_for_script(data))}
+    return environment.from_string(read_template(name)).render(**own, **more)
 
 
 def film_page(film: Film) -> str:
     """Return the HTML page of a film."""
-    return page("film.html.j2", template("player.css"), player_script(), film.data(), film=film)
+    return render_page("film.html.j2", read_template("player.css"), film_player_script(), film.data(), film=film)
 
 
 def write_film_page(film: Film, path: Path) -> None:

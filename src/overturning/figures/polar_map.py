@@ -20,8 +20,8 @@ from overturning.figures.cells import (
     azimuth_edges,
     close_circle,
     close_curve,
-    rings_with_falls,
-    rows_and_columns,
+    count_rings_with_falls,
+    panel_rows_and_columns,
     simulated_azimuths,
     slenderness_edges,
 )
@@ -101,22 +101,24 @@ def plane_map_figure(
         Peak velocity by azimuth, m/s, of each record; drawn as a line around the middle of its maps.
     """
     records = [cubes] if isinstance(cubes, xr.Dataset) else list(cubes)
-    panels = _panels(records, peak_velocity)
+    panels = _create_panels(records, peak_velocity)
     outer = len(records) if len(records) > 1 else records[0].sizes["height"]
-    rows, columns = rows_and_columns(outer, len(panels) // outer)
+    rows, columns = panel_rows_and_columns(outer, len(panels) // outer)
     size = max(PANEL[columns] * columns + 0.2, 4.3), (PANEL[columns] + 0.1) * rows + (1.85 if columns == 1 else 1.5)
     # Keep the tick labels of a panel clear of the title of the panel below.
     apart = ConstrainedLayoutEngine(h_pad=0.08 if rows > 1 else 0.04)
     figure, grid = style.grid(rows, columns, *size, used=len(panels), polar=True, layout=apart)
     top = max(float(panel.radius[-1]) for panel in panels)
-    rim = round_up(max((float(one.peak_velocity.max()) for one in panels if one.peak_velocity is not None), default=0))
+    rim = round_up_velocity(
+        max((float(one.peak_velocity.max()) for one in panels if one.peak_velocity is not None), default=0)
+    )
     shared = [len({panel.names[place] for panel in panels}) == 1 for place in range(3)]
     used = grid.ravel()[: len(panels)].tolist()
     for axes, panel in zip(used, panels, strict=True):
         own = [name for name, same in zip(panel.names, shared, strict=True) if name and not same]
         axes.set_title(", ".join(own), fontsize=9, pad=3, parse_math=False)
         mesh = _draw_panel(axes, panel, top, rim)
-    style.radius_arrow(used[0], "stouter")
+    style.label_radius_arrow(used[0], "stouter")
     spread = any("probability_towards" in one and bool(one["probability_towards"].notnull().any()) for one in records)
     if spread:
         bar = figure.colorbar(mesh, ax=used, location="bottom", shrink=0.6, aspect=36, pad=0.02)
@@ -124,17 +126,17 @@ def plane_map_figure(
         bar.ax.tick_params(labelsize=8)
     common = ", ".join(name for name, same in zip(panels[0].names, shared, strict=True) if name and same)
     heading = "; ".join(filter(None, [common, "radius: slenderness B/H"]))
-    style.caption(figure, f"{title}\n{heading}", used[0], min(columns, 2), first=_marks(panels, spread, rim))
+    style.caption(figure, f"{title}\n{heading}", used[0], min(columns, 2), first=_legend_marks(panels, spread, rim))
     return figure
 
 
-def _panels(records: Sequence[xr.Dataset], peak_velocity: Sequence[xr.DataArray | None]) -> list[Panel]:
+def _create_panels(records: Sequence[xr.Dataset], peak_velocity: Sequence[xr.DataArray | None]) -> list[Panel]:
     """Return the panels of all records, trimmed to the same number of rings."""
     whole = [close_circle(one) for one in records]
     chance = [fall_probability(one)[["towards", "away"]].compute() for one in whole]
     falls = [abs(one["overturned"]).compute() for one in whole]
     either = [one["towards"] + one["away"] for one in chance]
-    rings = max(rings_with_falls(*both) for both in zip(either, falls, strict=True))
+    rings = max(count_rings_with_falls(*both) for both in zip(either, falls, strict=True))
     panels = []
     for cube, one, any_run, fell, velocity in zip(
         records, chance, either, falls, [*peak_velocity, *len(records) * [None]], strict=False
@@ -157,23 +159,25 @@ def _draw_panel(axes: Any, panel: Panel, top: float, rim: float) -> Any:
     """Draw a map on a compass that ends at B/H ``top``, where the peak velocity is ``rim``, m/s; return its mesh."""
     cells, radius = panel.cells, panel.radius
     axes.xaxis.grid(False)
-    style.compass(axes)
+    style.make_compass(axes)
     edges = azimuth_edges(cells["azimuth"].to_numpy().astype(np.float64))
     parts = int(np.ceil(np.degrees(np.diff(edges).max()) / STEP_DEG))
     theta = np.append((edges[:-1, None] + np.diff(edges)[:, None] * np.arange(parts) / parts).ravel(), edges[-1])
-    _draw_standing(axes, edges, radius, panel.simulated)
+    _draw_simulated_area(axes, edges, radius, panel.simulated)
     towards, stands = (cells[name].to_numpy() for name in ("towards", "stands"))
     hidden = np.repeat(stands | np.isnan(towards), parts, axis=1)
     values = np.ma.masked_where(hidden, np.repeat(towards, parts, axis=1))
     look: dict[str, Any] = {"rasterized": True, "shading": "flat", "zorder": 1.2}
     mesh = axes.pcolormesh(theta, radius, values, cmap=PROBABILITY, vmin=0.0, vmax=1.0, **look)
     for ring, missing in enumerate(np.isnan(towards) & panel.simulated):
-        for start, width in runs(missing, edges):
+        for start, width in runs_of_cells(missing, edges):
             look = {"bottom": radius[ring], "align": "edge", "linewidth": 0.0, "zorder": 1.4, **_NO_OUTCOME}
             axes.bar(start, radius[ring + 1] - radius[ring], width, **look)
-    axes.plot(*half_line(towards + cells["away"].to_numpy(), edges, radius, parts), **_HALF_LINE, zorder=2.5)
-    style.slenderness_ticks(axes, top, float(radius.mean()))
-    axes.set_rlabel_position(radius_label_azimuth(cells, *panel.marks_deg))
+    axes.plot(
+        *half_probability_line(towards + cells["away"].to_numpy(), edges, radius, parts), **_HALF_LINE, zorder=2.5
+    )
+    style.set_slenderness_ticks(axes, top, float(radius.mean()))
+    axes.set_rlabel_position(azimuth_for_radius_labels(cells, *panel.marks_deg))
     axes.yaxis.grid(True, linewidth=0.4)
     if panel.peak_velocity is not None and rim:
         angles = panel.peak_velocity["azimuth"].to_numpy().astype(np.float64)
@@ -182,14 +186,14 @@ def _draw_panel(axes: Any, panel: Panel, top: float, rim: float) -> Any:
         axes.plot(theta, peaks, **_PEAK_LINE, zorder=2.6, path_effects=casing)
     normal, radial = panel.marks_deg
     style.mark_fault_normal(axes, normal)
-    style.mark_radial(axes, radial)
+    style.mark_epicentre_direction(axes, radial)
     return mesh
 
 
-def _draw_standing(axes: Any, edges: FloatArray, radius: FloatArray, simulated: NDArray[np.bool_]) -> None:
-    """Hatch and outline all that was simulated; what falls or has no outcome is painted over."""
+def _draw_simulated_area(axes: Any, edges: FloatArray, radius: FloatArray, simulated: NDArray[np.bool_]) -> None:
+    """Hatch and outline the simulated azimuths and B/H, as background of the cells that fall or have no outcome."""
     size: dict[str, Any] = {"bottom": radius[0], "align": "edge"}
-    for start, width in runs(simulated, edges):
+    for start, width in runs_of_cells(simulated, edges):
         axes.bar(start, radius[-1] - radius[0], width, linewidth=0.0, zorder=1, **size, **_STANDS)
         if width < 2.0 * np.pi:
             axes.bar(start, radius[-1] - radius[0], width, facecolor="none", edgecolor=_EDGE, **_THIN, **size)
@@ -199,22 +203,22 @@ def _draw_standing(axes: Any, edges: FloatArray, radius: FloatArray, simulated: 
             axes.plot(around, np.full(around.size, edge), color=_EDGE, **_THIN)
 
 
-def runs(chosen: NDArray[np.bool_], edges: FloatArray) -> list[tuple[float, float]]:
-    """Return start and width, radians, of each run of neighbouring cells that are chosen, on a circle of cells."""
-    if chosen.all():
+def runs_of_cells(selected: NDArray[np.bool_], edges: FloatArray) -> list[tuple[float, float]]:
+    """Return start and width, radians, of each group of neighbouring selected cells on a circle of cells."""
+    if selected.all():
         return [(float(edges[0]), float(edges[-1] - edges[0]))]
     found = []
-    for start in np.flatnonzero(chosen & ~np.roll(chosen, 1)):
-        count = int(np.argmin(np.roll(chosen, -start)))
+    for start in np.flatnonzero(selected & ~np.roll(selected, 1)):
+        count = int(np.argmin(np.roll(selected, -start)))
         widths = np.roll(np.diff(edges), -start)[:count]
         found.append((float(edges[start]), float(widths.sum())))
     return found
 
 
-def half_line(
-    falls: FloatArray, theta: FloatArray, radius: FloatArray, parts: int = 1
+def half_probability_line(
+    falls: FloatArray, theta: FloatArray, radius: FloatArray, chords_per_arc: int = 1
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the line between cells of which at least half, and less than half, of the runs fall.
+    """Return the line between cells with a fall probability of at least one half and cells with a smaller one.
 
     It runs along the edges of cells, and not next to a cell without an outcome.
 
@@ -226,7 +230,7 @@ def half_line(
         Edges of the azimuth cells, radians; a line closes around a full circle.
     radius : array, shape (r + 1,)
         Edges of the B/H cells.
-    parts : int
+    chords_per_arc : int
         Number of chords of an arc.
 
     Returns
@@ -238,8 +242,8 @@ def half_line(
     angles, radii = list[FloatArray](), list[FloatArray]()
     pause = np.array([np.nan])
     for ring, cell in np.argwhere((inside[1:] != inside[:-1]) & known[1:] & known[:-1]):
-        angles += [np.linspace(theta[cell], theta[cell + 1], parts + 1), pause]
-        radii += [np.full(parts + 1, radius[ring + 1]), pause]
+        angles += [np.linspace(theta[cell], theta[cell + 1], chords_per_arc + 1), pause]
+        radii += [np.full(chords_per_arc + 1, radius[ring + 1]), pause]
     beside, beside_known = np.roll(inside, -1, axis=1), np.roll(known, -1, axis=1)
     meets = (inside != beside) & known & beside_known
     meets[:, -1] &= np.isclose(theta[-1] - theta[0], 2.0 * np.pi)
@@ -249,16 +253,16 @@ def half_line(
     return (np.concatenate(angles), np.concatenate(radii)) if angles else (pause, pause)
 
 
-def round_up(peak: float) -> float:
-    """Return a round number of cm/s, in m/s, of which a peak, m/s, is at most 95 %; 0 for 0."""
-    if not peak > 0:
+def round_up_velocity(peak_velocity: float) -> float:
+    """Round a peak velocity, m/s, up to a round number of cm/s at least 5 % larger; 0 for 0."""
+    if not peak_velocity > 0:
         return 0.0
-    needed = peak / CM / 0.95
+    needed = peak_velocity / CM / 0.95
     power = 10.0 ** np.floor(np.log10(needed))
     return float(CM * power * next(one for one in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if one * power >= needed))
 
 
-def radius_label_azimuth(cells: xr.Dataset, *marked_deg: float) -> float:
+def azimuth_for_radius_labels(cells: xr.Dataset, *marked_deg: float) -> float:
     """Return the azimuth, degrees, for the labels of the radius: half-way between two named directions.
 
     It is the one with the fewest falls around it that is not within 20° of a marked axis (`marked_deg`).
@@ -274,18 +278,21 @@ def radius_label_azimuth(cells: xr.Dataset, *marked_deg: float) -> float:
     return min(count, key=lambda middle: (count[middle], abs(middle - 112.5)))
 
 
-def _marks(panels: Sequence[Panel], spread: bool, rim: float) -> list[Any]:
-    """Return the marks of the legend: all that is drawn in any of the panels."""
+def _legend_marks(panels: Sequence[Panel], spread: bool, rim: float) -> list[Any]:
+    """Return the marks of the legend for everything that is drawn in at least one panel."""
     if spread:
-        marks = [style.patch(_STANDS, "no run falls, to either side")]
+        marks = [style.legend_patch(_STANDS, "no run falls, to either side")]
         marks.append(Line2D([], [], **_HALF_LINE, label="half of the runs fall, to either side"))
     else:
-        marks = [style.patch(PROBABILITY(1.0), "falls towards this azimuth")]
-        marks += [style.patch(PROBABILITY(0.0), "falls to the other side"), style.patch(_STANDS, "stands")]
+        marks = [style.legend_patch(PROBABILITY(1.0), "falls towards this azimuth")]
+        marks += [
+            style.legend_patch(PROBABILITY(0.0), "falls to the other side"),
+            style.legend_patch(_STANDS, "stands"),
+        ]
     if any(bool((panel.cells["towards"].isnull() & panel.simulated).any()) for panel in panels):
-        marks.append(style.patch(_NO_OUTCOME, "no outcome"))
+        marks.append(style.legend_patch(_NO_OUTCOME, "no outcome"))
     if (inner := min(float(panel.radius[0]) for panel in panels)) > 0:
-        marks.append(style.patch("none", f"not computed (B/H below {inner:.3g})"))
+        marks.append(style.legend_patch("none", f"not computed (B/H below {inner:.3g})"))
     if rim:
         marks.append(Line2D([], [], **_PEAK_LINE, label=f"peak velocity by azimuth (rim: {rim / CM:g} cm/s)"))
     return marks

@@ -1,4 +1,4 @@
-"""The figures of one record."""
+"""Figures of single records: maps, hodographs, intensities and spectra."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -24,7 +24,7 @@ def draw_record_figures(
     write: Write,
     numbers: Iterable[int] | None = None,
 ) -> None:
-    """Draw the figures of the records of a cube.
+    """Draw and write the figures of each record of a cube.
 
     Parameters
     ----------
@@ -43,7 +43,11 @@ def draw_record_figures(
         Positions of the records to draw; all by default.
     """
     with open_cube(cube_path) as cube, xr.open_dataset(intensity_path) as intensity:
-        everyone, study, stone = intensity["record_id"].to_numpy().tolist(), study_of_cube(cube), stone_label(cube)
+        everyone, study, stone = (
+            intensity["record_id"].to_numpy().tolist(),
+            study_of_cube(cube),
+            scene_element_label(cube),
+        )
         for index in range(cube.sizes["record"]) if numbers is None else numbers:
             one = cube.isel(record=index).load()
             name, station = (str(one[key].item()) for key in ("record_id", "station"))
@@ -66,8 +70,8 @@ def draw_record_figures(
                 )
 
 
-def stone_label(cube: xr.Dataset) -> str:
-    """Return the scene and element of a cube of one element, as a second line of a title.
+def scene_element_label(cube: xr.Dataset) -> str:
+    """Return the names of the scene and the element of a cube, as the second line of a title.
 
     It names the element to which H and B/H refer if this is another one. Empty for the default gravestone.
     """

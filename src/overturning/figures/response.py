@@ -24,7 +24,7 @@ LIMIT_FACTOR = 3.0
 hide the rotations."""
 
 
-def response_series(one: xr.Dataset) -> list[Any]:
+def element_response(one: xr.Dataset) -> list[Any]:
     """Return rotation, slip and uplift of one element in the units of `ROWS`; uplift of the highest base vertex."""
     p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
     lower = q <= q.min() + 1e-9 * np.ptp(q)
@@ -53,7 +53,7 @@ def response_figure(paths: Sequence[xr.Dataset], title: str) -> Figure:
         upper.plot(time, path["ground_acceleration"].to_numpy() / GAL, color="#555555", linewidth=0.8)
         for number, name in enumerate(free_elements(path)["element"].to_numpy()):
             one, look = path.sel(element=name), {"color": style.SERIES[number % len(style.SERIES)], "linewidth": 1.0}
-            for axes, values in zip(rows[1:, column], response_series(one), strict=True):
+            for axes, values in zip(rows[1:, column], element_response(one), strict=True):
                 axes.plot(time, values, label=str(name), linestyle=style.DASHES[number % len(style.DASHES)], **look)
             alpha = float(np.degrees(one["critical_angle"]))
             if alpha <= LIMIT_FACTOR * largest:

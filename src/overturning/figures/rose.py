@@ -9,7 +9,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from overturning.figures import style
-from overturning.figures.style import FALLS, FAULT, INK, PAGE_WIDTH, compass, grid, mark_fault_normal, radius_ticks
+from overturning.figures.style import (
+    FALLS,
+    FAULT,
+    INK,
+    PAGE_WIDTH,
+    grid,
+    make_compass,
+    mark_fault_normal,
+    set_radius_ticks,
+)
 from overturning.statistics.circular import SECTORS
 from overturning.statistics.earthquakes import AxisSummary
 from overturning.statistics.roses import Rose, fall_rose, study_roses
@@ -28,10 +37,10 @@ def draw_rose(axes: Any, rose: Rose, top: float | None = None) -> None:
     """Draw one rose; the area of a sector is proportional to its share, so that large shares do not look too large.
 
     Radii are square roots of shares. The interval of a sector runs from a white line to the edge of its pale part. A
-    rose of axes is half of a disk, with 0° at its top. The axis ends at radius ``top``, by default at `rim`.
+    rose of axes is half of a disk, with 0° at its top. The axis ends at radius ``top``, by default at `common_radius`.
     """
-    compass(axes)
-    top = top or rim(rose)
+    make_compass(axes)
+    top = top or common_radius(rose)
     centres = np.arange(rose.shares.size) * 2.0 * np.pi / SECTORS
     values = [rose.shares, rose.low, rose.high]
     if rose.axial:  # the sector across the top has one half at either end
@@ -50,16 +59,16 @@ def draw_rose(axes: Any, rose: Rose, top: float | None = None) -> None:
     for level in (0.8, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01):
         if 0.25 * top < np.sqrt(level) <= min(top, *(np.sqrt(one) - 0.27 * top for one in shown), top):
             shown.append(level)
-    radius_ticks(axes, top, {float(np.sqrt(level)): f"{100 * level:.0f}\u00a0%" for level in shown[::-1]}, zorder=6)
+    set_radius_ticks(axes, top, {float(np.sqrt(level)): f"{100 * level:.0f}\u00a0%" for level in shown[::-1]}, zorder=6)
     axes.yaxis.grid(True, linewidth=0.4)
     if rose.axial:
-        _axis_frame(axes, rose.from_normal)
+        _label_axis_angles(axes, rose.from_normal)
     else:
-        axes.set_rlabel_position(_label_azimuth(rose))
+        axes.set_rlabel_position(_azimuth_for_radius_labels(rose))
 
 
-def _axis_frame(axes: Any, from_normal: bool) -> None:
-    """Label the angles of a rose of axes, from the fault normal or from north."""
+def _label_axis_angles(axes: Any, from_normal: bool) -> None:
+    """Label the angles of a rose of fall axes, measured from the fault normal or from north."""
     names = ("along\nfault", "−45°", "across the fault (normal)", "45°", "along\nfault")
     names = names if from_normal else ("W", "NW", "N", "NE", "E")
     axes.set_xticks(np.radians([-90, -45, 0, 45, 90]), names, fontsize=8)
@@ -80,26 +89,26 @@ def mark_mean_axis(axes: Any, axis_deg: float, half_width_deg: float) -> None:
         return
     top = axes.get_ylim()[1]
     axes.plot(np.radians([axis_deg, axis_deg]), [(_RIM - 0.05) * top, (_RIM + 0.05) * top], **_MEAN_AXIS)
-    for low, high in arcs(axis_deg, half_width_deg) if np.isfinite(half_width_deg) else ():
+    for low, high in axis_arcs(axis_deg, half_width_deg) if np.isfinite(half_width_deg) else ():
         angles = np.radians(np.linspace(low, high, 60))
         axes.plot(angles, np.full(60, _RIM * top), **_MEAN_AXIS | {"linewidth": 1.4})
     axes.set_ylim(0.0, top)
 
 
-def arcs(axis_deg: float, half_width_deg: float) -> list[tuple[float, float]]:
+def axis_arcs(axis_deg: float, half_width_deg: float) -> list[tuple[float, float]]:
     """Return the arcs, degrees from −90 to 90, of an axis ± its half-width; an axis has a period of 180°."""
     ends = ((axis_deg - half_width_deg + turn, axis_deg + half_width_deg + turn) for turn in (-180.0, 0.0, 180.0))
     clipped = ((max(-90.0, low), min(90.0, high)) for low, high in ends)
     return [(low, high) for low, high in clipped if low < high]
 
 
-def rim(*roses: Rose) -> float:
-    """Return the radius of a polar axis that holds all the given roses."""
+def common_radius(*roses: Rose) -> float:
+    """Return the radius of a polar axis into which all the given roses fit."""
     most = [np.nanmax([rose.shares, rose.high]) if rose.falls else 0.0 for rose in roses]
     return max(float(np.sqrt(max(most, default=0.0))), 0.1) * 1.08
 
 
-def _label_azimuth(rose: Rose) -> float:
+def _azimuth_for_radius_labels(rose: Rose) -> float:
     """Return the azimuth, degrees, for the labels of the radius: half-way between two names, at the lowest sectors."""
     most = np.fmax(rose.shares, rose.high)
     between = np.arange(22.5, 360.0, 45.0)
@@ -117,7 +126,7 @@ def rose_figure(cube: xr.Dataset, summaries: Mapping[str, AxisSummary] | None = 
     width = max(3.3 * len(roses), 4.3)
     axial = all(rose.axial for rose in roses.values())
     figure, panels = grid(1, len(roses), width, 2.75 if axial else 4.3, polar=True)
-    top = rim(*roses.values())
+    top = common_radius(*roses.values())
     for (name, rose), axes in zip(roses.items(), panels[0], strict=True):
         draw_rose(axes, rose, top)
         frame = "" if rose.from_normal else ", from north"
@@ -127,15 +136,15 @@ def rose_figure(cube: xr.Dataset, summaries: Mapping[str, AxisSummary] | None = 
     marked = any(
         np.isfinite(means[name].axis_deg) for name, rose in roses.items() if rose.from_normal and name in means
     )
-    style.caption(figure, "", columns=1 if width < 5 else 2, first=_marks(list(roses.values()), marked))
+    style.caption(figure, "", columns=1 if width < 5 else 2, first=_legend_marks(list(roses.values()), marked))
     return figure
 
 
-def _marks(roses: list[Rose], mean_axis: bool) -> list[Any]:
-    """Return the marks of the legend of roses."""
-    marks = [style.patch(FALLS, "share of the falls (area)")]
+def _legend_marks(roses: list[Rose], mean_axis: bool) -> list[Any]:
+    """Return the marks of the legend of fall roses."""
+    marks = [style.legend_patch(FALLS, "share of the falls (area)")]
     if any(np.isfinite(rose.low).any() for rose in roses):
-        marks.append(style.patch(PALE, "95 % interval of each sector by itself, from the white line"))
+        marks.append(style.legend_patch(PALE, "95 % interval of each sector by itself, from the white line"))
     if mean_axis:
         marks.append(Line2D([], [], **_MEAN_AXIS, label="mean axis with its 95 % interval"))
     return marks
@@ -152,7 +161,7 @@ def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
     columns = min(ROSES_IN_A_ROW, max(1, len(shown)))
     rows = max(1, -(-len(shown) // columns))
     figure, panels = grid(rows, columns, max(PAGE_WIDTH / 4 * columns, 4.2), 2.0 * rows + 0.2, len(shown), polar=True)
-    top = rim(*(rose for rose, _ in shown.values()))
+    top = common_radius(*(rose for rose, _ in shown.values()))
     for axes, (name, (rose, members)) in zip(panels.flat, shown.items(), strict=False):
         draw_rose(axes, rose, top)
         axes.tick_params(axis="both", labelsize=7)

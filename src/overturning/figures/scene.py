@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from overturning.figures.rose import draw_rose, rim
+from overturning.figures.rose import common_radius, draw_rose
 from overturning.figures.style import INK, PAGE_WIDTH, SERIES, grid
 from overturning.model.geometry import place_elements
 from overturning.model.scene import Scene
@@ -63,7 +63,7 @@ def element_roses_figure(cubes: Mapping[str, "xr.Dataset"]) -> "Figure":
     rows = -(-len(cubes) // columns)
     figure, panels = grid(rows, columns, max(PAGE_WIDTH / 3 * columns, 3.3), 2.4 * rows, len(cubes), polar=True)
     roses = {name: study_rose(cube) for name, cube in cubes.items()}
-    top = rim(*roses.values())
+    top = common_radius(*roses.values())
     for axes, (name, rose) in zip(panels.ravel(), roses.items(), strict=False):
         draw_rose(axes, rose, top)
         axes.set_title(f"{name}\n{rose.title}", pad=12, fontsize=9, parse_math=False)

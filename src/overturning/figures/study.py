@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from overturning.figures.alignment import axes_figure, follow_figure
+from overturning.figures.alignment import alignment_by_b_over_h_figure, earthquake_alignment_figure
 from overturning.figures.intensity_plane import intensity_plane_figure
 from overturning.figures.rose import earthquake_roses_figure, rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
@@ -28,13 +28,13 @@ def draw_study_figures(cube_path: Path, intensity_path: Path, folder: Path, writ
     with open_records(cube_path) as cube, xr.open_dataset(intensity_path) as intensity, style():
         groups = axes_by_group(cube)
         summaries = {name: summarise_axes(axes) for name, axes in groups.items()}
-        write(axes_figure(groups, summaries), folder / "axes")
+        write(earthquake_alignment_figure(groups, summaries), folder / "axes")
         _draw_maps(cube, folder / "maps")
         write(rose_figure(cube, summaries), folder / "rose")
         if not model_of(cube).one_component:
             write(earthquake_roses_figure(cube), folder / "earthquakes")
             slender = cube["b_over_h"].to_numpy().astype(np.float64)
-            write(follow_figure(alignment_with_references(cube, intensity), slender), folder / "follow")
+            write(alignment_by_b_over_h_figure(alignment_with_references(cube, intensity), slender), folder / "follow")
         else:
             another = element_size_note(cube)
             fit = None if another else fit_overturning(cube, intensity)

@@ -75,14 +75,14 @@ def style() -> Iterator[None]:
 
 
 def extremes(values: FloatArray, group: int) -> tuple[NDArray[np.intp], FloatArray]:
-    """Return indices and values of the smallest and largest of each `group` values, in order, shape (2 × groups,)."""
+    """Return indices and values of the minimum and maximum of each group of `group` samples, shape (2 × groups,)."""
     padded = np.pad(values, (0, -values.size % group), mode="edge").reshape(-1, group)
     within = np.sort(np.stack([padded.argmin(axis=1), padded.argmax(axis=1)], axis=1), axis=1)
     places = (within + group * np.arange(len(padded))[:, None]).ravel()
     return places, padded.ravel()[places]
 
 
-def short(value: float) -> str:
+def format_short(value: float) -> str:
     """Format a number for a title: three significant digits, without decimals from 100 on."""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:z.3g}"
 
@@ -97,8 +97,8 @@ def compass_name(azimuth_deg: float) -> str:
     return f"{'N' if north else 'S'}{round(from_pole, 2):g}°{'E' if east else 'W'}"
 
 
-def empty(width: float, height: float, layout: Any = "constrained") -> "Figure":
-    """Return an empty figure of a size in inches, not registered with pyplot; notebooks display it."""
+def create_figure(width: float, height: float, layout: Any = "constrained") -> "Figure":
+    """Create an empty figure of a size in inches, which is not registered with pyplot; notebooks display it."""
     from io import BytesIO
 
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -127,12 +127,12 @@ def grid(
     layout: Any = "constrained",
     **more: Any,
 ) -> Any:
-    """Return a figure of a size in inches, and its panels, an array of shape (rows, columns).
+    """Create a figure of a size in inches with a grid of panels, an array of shape (rows, columns).
 
     Only the first `used` panels are visible, by default all. Further keywords go to
     `matplotlib.figure.Figure.subplots`.
     """
-    figure = empty(width, height, layout)
+    figure = create_figure(width, height, layout)
     kind = {"projection": "polar"} if polar else None
     panels = figure.subplots(rows, columns, subplot_kw=kind, squeeze=False, **more)
     for axes in panels.flat[used:] if used is not None else ():
@@ -143,7 +143,7 @@ def grid(
 def caption(
     figure: "Figure", title: str, of: Any = None, columns: int = 1, first: Sequence[Any] = (), last: Sequence[Any] = ()
 ) -> None:
-    """Put a title above a figure, and below it the legend of the panel `of`, with marks added before and after."""
+    """Put a title above a figure and a legend below: marks `first`, those of the panel `of`, marks `last`."""
     marks = [*first, *(of.get_legend_handles_labels()[0] if of is not None else ()), *last]
     if marks:
         figure.legend(handles=marks, loc="outside lower center", ncols=columns, fontsize=8)
@@ -153,22 +153,22 @@ def caption(
         figure.suptitle("\n".join(lines), fontsize=10, parse_math=False)
 
 
-def patch(look: Any, label: str) -> Any:
-    """Return a patch for a legend, of a colour or of a look (keywords of a `Patch`, such as a hatch)."""
+def legend_patch(appearance: Any, label: str) -> Any:
+    """Return a legend patch with a label, from a colour or from keywords of a `Patch` such as a hatch."""
     from matplotlib.patches import Patch
 
-    own = look if isinstance(look, dict) else {"facecolor": look, "edgecolor": "#777777"}
+    own = appearance if isinstance(appearance, dict) else {"facecolor": appearance, "edgecolor": "#777777"}
     return Patch(linewidth=0.4, label=label, **own)
 
 
-def labels(axes: Any, across: str, up: str, which: str = "major") -> None:
+def labels(axes: Any, x_label: str, y_label: str, which: str = "major") -> None:
     """Label the horizontal and vertical axis of a panel, in a small font."""
-    axes.set_xlabel(across, fontsize=8)
-    axes.set_ylabel(up, fontsize=8)
+    axes.set_xlabel(x_label, fontsize=8)
+    axes.set_ylabel(y_label, fontsize=8)
     axes.tick_params(labelsize=8, which=which)
 
 
-def logarithmic(axis: Any) -> None:
+def set_logarithmic_ticks(axis: Any) -> None:
     """Set ticks of a logarithmic axis at 1, 2 and 5 times powers of ten, formatted without exponents."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
@@ -183,7 +183,9 @@ def line_through_origin(axes: Any, azimuth_deg: float, half: float, **look: Any)
     axes.plot([-east, east], [-north, north], color=FAULT, **look)
 
 
-def compass(axes: Any, names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", "W", "NW"), pad: float = 0) -> None:
+def make_compass(
+    axes: Any, names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", "W", "NW"), pad: float = 0
+) -> None:
     """Make a polar axis a compass: north up, clockwise, with eight named directions."""
     axes.set_theta_zero_location("N")
     axes.set_theta_direction(-1)
@@ -192,17 +194,17 @@ def compass(axes: Any, names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", 
     axes.spines["polar"].set_linewidth(0.6)
 
 
-def gap_edges(azimuth_deg: FloatArray) -> FloatArray:
-    """Return azimuths just inside each gap of a circle that was not simulated: one step from both of its ends."""
+def azimuths_inside_gaps(azimuth_deg: FloatArray) -> FloatArray:
+    """Return the azimuths one step inside each end of every range of azimuths that was not simulated."""
     azimuth: FloatArray = np.unique(np.round(np.asarray(azimuth_deg, dtype=np.float64), 6))
     not_computed, step = azimuth_gaps(azimuth, 360.0)
     begins, ends = azimuth[not_computed], np.roll(azimuth, -1)[not_computed]
     return np.round(np.concatenate([begins + step, ends - step]) % 360.0, 10)
 
 
-def radius_ticks(axes: Any, top: float, ticks: dict[float, str] | None = None, **look: Any) -> None:
+def set_radius_ticks(axes: Any, outer_radius: float, ticks: dict[float, str] | None = None, **look: Any) -> None:
     """Set the outer radius of a compass and small tick labels along it, between two named directions."""
-    axes.set_ylim(0.0, top)
+    axes.set_ylim(0.0, outer_radius)
     if ticks is not None:
         axes.set_yticks(list(ticks), list(ticks.values()))
     axes.set_rlabel_position(112.5)
@@ -211,15 +213,15 @@ def radius_ticks(axes: Any, top: float, ticks: dict[float, str] | None = None, *
         label.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
 
 
-def slenderness_ticks(axes: Any, top: float, otherwise: float) -> None:
-    """Set B/H ticks of a compass that ends at ``top``; a single tick ``otherwise`` if no round number lies below it."""
-    steps = (0.1, 0.2, 0.3) if top <= 0.4 else (0.2, 0.4, 0.6, 0.8, 1.0)
-    ticks = [tick for tick in steps if tick < top] or [round(otherwise, 2)]
-    radius_ticks(axes, top, {tick: f"{tick:g}" for tick in ticks})
+def set_slenderness_ticks(axes: Any, largest_b_over_h: float, fallback_tick: float) -> None:
+    """Set round B/H ticks of a compass that ends at the largest B/H; a single fallback tick if no round number fits."""
+    steps = (0.1, 0.2, 0.3) if largest_b_over_h <= 0.4 else (0.2, 0.4, 0.6, 0.8, 1.0)
+    ticks = [tick for tick in steps if tick < largest_b_over_h] or [round(fallback_tick, 2)]
+    set_radius_ticks(axes, largest_b_over_h, {tick: f"{tick:g}" for tick in ticks})
 
 
-def radius_arrow(axes: Any, name: str, size: float = 7.5) -> None:
-    """Write what a larger radius means outside the rim of a compass, along its radius labels, with an arrow outward."""
+def label_radius_arrow(axes: Any, name: str, size: float = 7.5) -> None:
+    """Write the meaning of a larger radius, with an outward arrow, outside the rim of a compass along its labels."""
     azimuth = axes.get_rlabel_position() % 360.0
     turn, right = 90.0 - azimuth, azimuth < 180.0
     text, align, pad = (f"{name} →", "left", 3.0) if right else (f"← {name}", "right", 3.0)
@@ -245,7 +247,7 @@ def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "f
     axes.set_ylim(0.0, radius)
 
 
-def mark_radial(axes: Any, radial_deg: float) -> None:
+def mark_epicentre_direction(axes: Any, radial_deg: float) -> None:
     """Mark the azimuth away from the epicentre by an arrowhead on the rim of a compass; do nothing if it is NaN."""
     if not np.isfinite(radial_deg):
         return

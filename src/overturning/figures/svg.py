@@ -13,15 +13,15 @@ _NAME: Final = re.compile(r' id="([^"]*)"')
 _NAMED: Final = re.compile(r'(?:href="|url\()#([^")]*)')
 
 
-def compact(text: str) -> str:
-    """Return the text of a Matplotlib SVG file with fewer characters; the picture is the same to 0.01 pt."""
+def compact_svg(text: str) -> str:
+    """Shorten the text of a Matplotlib SVG file without changing the picture by more than 0.01 pt."""
     used = set(_NAMED.findall(text))
     text = _NAME.sub(lambda one: one[0] if one[1] in used else "", _METADATA.sub("", text))
-    return _COORDINATES.sub(_rounded, text)
+    return _COORDINATES.sub(_round_coordinates, text)
 
 
-def _rounded(found: "re.Match[str]") -> str:
-    """Return an attribute with rounded coordinates; scale factors and matrices of transformations stay exact."""
+def _round_coordinates(found: "re.Match[str]") -> str:
+    """Round the coordinates in a matched SVG attribute; scale factors and transformation matrices stay exact."""
     words = " " + " ".join(found[0].split()).replace(' "', '"')
     if "scale" in words or "matrix" in words:
         return words

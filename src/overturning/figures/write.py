@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from overturning.errors import ArgumentError
 from overturning.figures.style import DPI, METADATA, SETTINGS, style
-from overturning.figures.svg import compact
+from overturning.figures.svg import compact_svg
 from overturning.files import atomic_write, write_text
 from overturning.quantities import parse_quantity
 from overturning.study.evaluation import FORMATS, Figures
@@ -58,7 +58,7 @@ def save(
                 continue
             figure.savefig(part, format=kind, metadata=METADATA[kind], dpi=dpi * scale)
             if kind == "svg":
-                text = compact(part.read_text(encoding="utf-8"))
+                text = compact_svg(part.read_text(encoding="utf-8"))
                 if scale != 1.0:  # change the size of the page; the coordinates inside stay the same
                     size = r'(?<==")([\d.]+)(?=pt")'
                     text = re.sub(size, lambda one: f"{scale * float(one[0]):.2f}", text, count=2)
@@ -100,7 +100,7 @@ def has_overlapping_text(figure: "Figure") -> bool:
     outer += [one.get_window_extent(renderer).padded(-2.0 * _TOUCH) for one in figure.legends]  # a legend has margins
     if any(not whole.contains(*corner) for box in (*titles, *outer) for corner in (box.min, box.max)):
         return True
-    inner = [one.get_window_extent(renderer) for axes in shown for one in _labels(axes)]
+    inner = [one.get_window_extent(renderer) for axes in shown for one in _panel_labels(axes)]
     boxes = [box.padded(-_TOUCH) for box in (*titles, *outer, *inner)]
     return any(one.overlaps(other) for place, one in enumerate(boxes) for other in boxes[:place])
 
@@ -114,7 +114,7 @@ def _is_drawn(text: "Text") -> bool:
     return bool(text.get_visible() and text.get_text())
 
 
-def _labels(axes: Any) -> "list[Text]":
+def _panel_labels(axes: Any) -> "list[Text]":
     """Return the labels of a panel: names of its axes and of the ticks in view, and horizontal texts in it."""
     found = [one for one in (axes.xaxis.label, axes.yaxis.label, *axes.texts) if one.get_rotation() % 90.0 == 0.0]
     for axis, along in ((axes.xaxis, 0), (axes.yaxis, 1)):

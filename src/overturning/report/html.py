@@ -9,23 +9,23 @@ from pathlib import Path
 from typing import assert_never
 from urllib.parse import quote
 
-from overturning.figures.page import embedded_json, player_script, template
+from overturning.figures.page import film_player_script, json_for_script, read_template
 from overturning.report import blocks
 
 
 def pieces_of(report: blocks.Report) -> Iterator[str]:
     """The page, which needs nothing from outside, in pieces: with many figures it need not be in memory at once."""
     title = escape(report.title)
-    style, script = (template(name, "report") for name in ("report.css", "sort.js"))
+    style, script = (read_template(name, "report") for name in ("report.css", "sort.js"))
     question = f'<p class="question">{escape(report.question)}</p>\n' if report.question else ""
     yield (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{title}</title>\n<style>\n{style}{template('player.css')}\n</style>\n</head>\n<body>\n"
+        f"<title>{title}</title>\n<style>\n{style}{read_template('player.css')}\n</style>\n</head>\n<body>\n"
         f"<header>\n<h1>{title}</h1>\n{question}</header>\n{_contents(report)}\n<main>\n"
     )
     yield from _Page().inside(report, 2)
-    yield f"\n</main>\n<script>\n{script}{player_script()}\n</script>\n</body>\n</html>\n"
+    yield f"\n</main>\n<script>\n{script}{film_player_script()}\n</script>\n</body>\n</html>\n"
 
 
 def _contents(report: blocks.Report) -> str:
@@ -86,7 +86,7 @@ class _Page:
             case blocks.Table():
                 return _table(block)
             case blocks.Film():
-                return f'<div class="film"><script type="application/json">{embedded_json(block.data)}</script></div>'
+                return f'<div class="film"><script type="application/json">{json_for_script(block.data)}</script></div>'
             case _:
                 assert_never(block)
 

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from overturning.figures.style import FALLS, INK, caption, compass, grid, radius_ticks
+from overturning.figures.style import FALLS, INK, caption, grid, make_compass, set_radius_ticks
 from overturning.surveys.comparison import SurveyComparison
 
 
@@ -14,7 +14,7 @@ def draw_survey_rose(comparison: SurveyComparison, title: str) -> Figure:
     """
     figure, panels = grid(1, 1, 4.2, 4.6, polar=True)
     axes, width = panels[0, 0], np.pi / 4
-    compass(axes)
+    make_compass(axes)
     centres = np.arange(8) * width
     axes.bar(centres, np.sqrt(comparison.octant_observed), width=0.92 * width, color=FALLS, label="observed", zorder=2)
     axes.bar(
@@ -23,6 +23,6 @@ def draw_survey_rose(comparison: SurveyComparison, title: str) -> Figure:
     )  # fmt: skip
     top = max(1.0, float(np.sqrt(np.maximum(comparison.octant_observed, comparison.octant_predicted).max())))
     counts = [n for n in (1, 2, 5, 10, 20, 50, 100, 200, 500) if 0.3 * top < np.sqrt(n) <= top * 1.05] or [1]
-    radius_ticks(axes, top * 1.08, {float(np.sqrt(n)): str(n) for n in counts})
+    set_radius_ticks(axes, top * 1.08, {float(np.sqrt(n)): str(n) for n in counts})
     caption(figure, f"{title}\nfallen stones by octant", axes, 2)
     return figure

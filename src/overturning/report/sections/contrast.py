@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.alignment import dot
-from overturning.figures.answer import Dot, contrast_figure
+from overturning.figures.alignment import estimate_to_draw
+from overturning.figures.answer import DrawnEstimate, contrast_figure
 from overturning.findings.contrast import compared_records, differing_settings
 from overturning.report.blocks import Figure
 from overturning.report.results import Results
@@ -83,15 +83,17 @@ def contrast_shown(results: Results) -> Figure | None:
     against, ratio = results.study.primary.against, results.cube["b_over_h"].to_numpy()
     if against is None or not (places := compared_records(results, against)).size:
         return None
-    events, columns, rates = results.events[places], list[FloatArray](), dict[str, list[Dot]]()
+    events, columns, rates = results.events[places], list[FloatArray](), dict[str, list[DrawnEstimate]]()
     for variant, other in ((NOMINAL, against), (against, NOMINAL)):
         cube = results.reference_cube(variant).isel(record=places)
         each = (
             overturned_shares_by_record(cube, "b_over_h").to_numpy() if ratio.size > 1 else np.empty((0, places.size))
         )
         columns.append(np.vstack([overturned_shares_by_record(cube).to_numpy()[None], each]))
-        rates[setting_said(results, variant, other)] = [dot(share_over_earthquakes(one, events)) for one in columns[-1]]
-    less = [dot(mean_over_earthquakes(one, events)) for one in columns[0] - columns[1]]
+        rates[setting_said(results, variant, other)] = [
+            estimate_to_draw(share_over_earthquakes(one, events)) for one in columns[-1]
+        ]
+    less = [estimate_to_draw(mean_over_earthquakes(one, events)) for one in columns[0] - columns[1]]
     rows = ["all cases", *(f"B/H {value:.3g}" for value in ratio if ratio.size > 1)]
     drawing = results.drawn("contrast", partial(contrast_figure, rows, rates, less))
     sizes = variant_size_note(results.study, against)

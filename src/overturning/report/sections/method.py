@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from overturning.figures.style import short
+from overturning.figures.style import format_short
 from overturning.report.blocks import Bullets, Code, Note, Paragraph, Said, Section, Table, section, table
 from overturning.report.results import Results
 from overturning.study.cube import record_sources
@@ -65,7 +65,8 @@ def _quality(results: Results) -> Table:
         mean, largest = float(values.mean().compute()), float(values.max().compute())
         if np.isfinite(largest):
             rows += [
-                (f"{label}: {of}", short(factor * one) + unit) for of, one in (("mean", mean), ("largest", largest))
+                (f"{label}: {of}", format_short(factor * one) + unit)
+                for of, one in (("mean", mean), ("largest", largest))
             ]
     rows += [(f"cells {name}", f"{count:,}") for name, (count, _) in results.status_counts.items()]
     return table(("", ""), rows, "t")

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
-from overturning.figures.alignment import dot
+from overturning.figures.alignment import estimate_to_draw
 from overturning.figures.answer import references_figure
 from overturning.report.blocks import Figure, Note, Said, Section, section, table
 from overturning.report.results import Results
@@ -49,7 +49,7 @@ def references_shown(results: Results) -> Figure:
     """Alignment with each reference over all B/H, drawn."""
     found, _ = results.reference_alignment
     groups = {
-        group: {name: dot(means[0]) for (name, axial), means in of_group.means.items() if axial}
+        group: {name: estimate_to_draw(means[0]) for (name, axial), means in of_group.means.items() if axial}
         for group, of_group in found.items()
     }
     drawing = results.drawn("references", partial(references_figure, groups))

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from overturning.figures.style import short, style
+from overturning.figures.style import format_short, style
 from overturning.figures.write import save
 from overturning.labels import azimuth_gap_label
 from overturning.report.blocks import Answer, Caution, Figure, Note, Row, Said, Section, blocks_of, section, table
@@ -175,7 +175,7 @@ def _tests(found: SurveyComparison) -> Said:
     }
     tests = ({} if _knows_faces(found) else fits) | {"Do stones fall any way?": found.uniform_octants}
     rows = [
-        (question, test.name, test.n, *((short(test.statistic), _p(test.p_value)) if test.n else "––"))
+        (question, test.name, test.n, *((format_short(test.statistic), _p(test.p_value)) if test.n else "––"))
         for question, test in tests.items()
     ]
     yield table(("question", "test", "stones", "statistic", "p"), rows, "tt")
@@ -195,7 +195,7 @@ def backwards(results: Results) -> Said:
 
 def draw_posterior(found: InversionResult, path: Path) -> Path:
     """Draw a posterior into a file."""
-    from overturning.figures.backwards import posterior_figure
+    from overturning.figures.backwards import motion_posterior_figure
 
     one, curves = found.posterior, {}
     for name, values in found.strengths.items():
@@ -204,7 +204,7 @@ def draw_posterior(found: InversionResult, path: Path) -> Path:
         curves[name] = (values.ravel()[order], *below, one.credible_interval(values))
     shares = dict(zip(one.sources, one.source_probabilities().tolist(), strict=True))
     with style():
-        save(posterior_figure(found.name, one.axis_probabilities(), found.axis_arc, shares, curves), path)
+        save(motion_posterior_figure(found.name, one.axis_probabilities(), found.axis_arc, shares, curves), path)
     return path
 
 
@@ -299,5 +299,5 @@ def cautions(found: InversionResult) -> list[str]:
 def _between(low: float, high: float, unit: str) -> str:
     """An interval in words, of which an end may be missing."""
     if math.isinf(high):
-        return f"at least {short(low)} {unit}" if low > 0 else "of any size"
-    return f"{short(low)} to {short(high)} {unit}" if low > 0 else f"at most {short(high)} {unit}"
+        return f"at least {format_short(low)} {unit}" if low > 0 else "of any size"
+    return f"{format_short(low)} to {format_short(high)} {unit}" if low > 0 else f"at most {format_short(high)} {unit}"

@@ -1,4 +1,4 @@
-"""Figures of single records: maps, hodographs, intensities and spectra."""
+"""Figures of single records: fall map, intensity by azimuth, and processing history."""
 
 from collections.abc import Iterable
 from pathlib import Path

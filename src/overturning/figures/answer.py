@@ -223,17 +223,21 @@ def _marker_style(group_index: int) -> dict[str, Any]:
 
 
 def _scale_estimate(estimate: DrawnEstimate, factor: float) -> DrawnEstimate:
+    """Multiply an estimate and the ends of its interval by a factor."""
     value, low, high = (factor * _nan_if_none(end) if _is_finite(end) else None for end in estimate[:3])
     return DrawnEstimate(value, low, high, estimate.n)
 
 
 def _earthquake_count_label(count: int) -> str:
+    """Return a number of earthquakes as text."""
     return f"{count} earthquake{'s' * (count != 1)}"
 
 
 def _is_finite(value: float | None) -> bool:
+    """True if a value is a finite number."""
     return value is not None and math.isfinite(value)
 
 
 def _nan_if_none(value: float | None) -> float:
+    """Convert None to NaN."""
     return math.nan if value is None else float(value)

@@ -139,6 +139,7 @@ def _record_metadata(part: "xr.Dataset") -> dict[str, Any]:
 
 
 def _json_list(values: NDArray[Any]) -> list[float]:
+    """Convert an array to a list of Python values for JSON."""
     return [round(float(value), 9) for value in values]
 
 

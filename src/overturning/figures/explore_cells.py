@@ -65,6 +65,7 @@ def encode_cells(record_cube: "xr.Dataset", probability: "xr.Dataset", rotation_
 
 
 def _encode_base64(values: NDArray[Any]) -> str:
+    """Encode the bytes of an array as base64 text."""
     return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")
 
 

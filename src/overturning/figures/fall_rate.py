@@ -66,6 +66,7 @@ def fall_rate_figure(
 
 
 def _draw_curve(panel: Any, level: FloatArray, rates: FloatArray, curve: Fragility) -> None:
+    """Draw the fraction overturned against one intensity measure, with its fragility curve."""
     panel.plot(level.ravel(), 100 * rates.ravel(), ".", color=SERIES[4], markersize=3)
     if math.isfinite(curve.median):
         x = np.geomspace(curve.least, curve.most, 100)
@@ -76,6 +77,7 @@ def _draw_curve(panel: Any, level: FloatArray, rates: FloatArray, curve: Fragili
 
 
 def _draw_intensity(panel: Any, jma: FloatArray, rates: FloatArray) -> None:
+    """Draw the fraction overturned against the JMA instrumental intensity."""
     known = np.isfinite(jma)
     panel.plot(jma[known], 100 * rates[known], ".", color=SERIES[4], markersize=3)
     right = panel.get_xlim()[1]

@@ -73,6 +73,7 @@ def history_figure(before: Record, after: Record, spectra: FloatArray | None = N
 def _add_title_and_legend(
     figure: "Figure", panels: Any, before: Record, after: Record, noise: SignalToNoiseRatio | None
 ) -> None:
+    """Add the title with the processing steps, the legend and the margins to a figure."""
     ahead = "no noise before the onset" if noise is None else f"onset at {noise.onset:.1f} s"
     steps = [processing_entry_text(step) for step in after.processing]
     agency = [str(before.extra["agency_processing"])] if "agency_processing" in before.extra else []
@@ -113,6 +114,7 @@ def start_time_shift(record: Record) -> float:
 
 
 def _sample_times(record: Record, shift: float = 0.0) -> FloatArray:
+    """Return the times of the samples of a record, s."""
     return np.asarray(np.arange(record.north.size) * record.sampling_interval + shift, dtype=np.float64)
 
 
@@ -124,6 +126,7 @@ def _motion_series(record: Record, name: str) -> list[FloatArray]:
 
 
 def _draw_series(panels: Any, before: Record, after: Record, name: str) -> None:
+    """Draw acceleration, velocity and displacement of a component before and after processing."""
     rows = zip(panels, SERIES_ROWS, _motion_series(before, name), _motion_series(after, name), strict=True)
     for panel, (label, unit), old, new in rows:
         peak = np.abs(new).max() / unit
@@ -153,10 +156,12 @@ def _draw_series(panels: Any, before: Record, after: Record, name: str) -> None:
 
 
 def _corner_frequencies(processing: tuple[Mapping[str, Any], ...]) -> list[float]:
+    """Return the corner frequencies of the filters of a record, Hz."""
     return [step["corner_hz"] for step in processing if "corner_hz" in step]
 
 
 def _draw_spectra(panel: "Axes", before: Record, after: Record, name: str) -> None:
+    """Draw the Fourier amplitudes of a component before and after processing."""
     for record, colour in ((before, MISSING), (after, INK)) if before is not after else ((after, INK),):
         samples = getattr(record, name)
         frequency = np.geomspace(max(0.02, 1.0 / record.duration), 0.45 / record.sampling_interval, 90)
@@ -172,6 +177,7 @@ def _draw_spectra(panel: "Axes", before: Record, after: Record, name: str) -> No
 
 
 def _set_logarithmic_axes(panel: "Axes") -> None:
+    """Set both axes of a panel to logarithmic scales."""
     from matplotlib.ticker import NullLocator
 
     panel.set(xscale="log", yscale="log")
@@ -180,6 +186,7 @@ def _set_logarithmic_axes(panel: "Axes") -> None:
 
 
 def _draw_husid(panel: "Axes", after: Record, names: list[str]) -> None:
+    """Draw the cumulative squared acceleration of the components (Husid plot)."""
     time = _sample_times(after, start_time_shift(after))
     for name, colour in zip(names, SERIES, strict=False):
         energy = np.cumsum(getattr(after, name) ** 2)
@@ -192,6 +199,7 @@ def _draw_husid(panel: "Axes", after: Record, names: list[str]) -> None:
 
 
 def _draw_ratio(panel: "Axes", noise: SignalToNoiseRatio | None, names: list[str]) -> None:
+    """Draw the signal-to-noise ratio of the components by frequency."""
     labels(panel, "frequency, Hz", "signal-to-noise ratio")
     if noise is None:
         _write_note(panel, "no noise of 2 s\nbefore the onset")
@@ -233,5 +241,6 @@ def _draw_removed(panel: "Axes", before: Record, after: Record, names: list[str]
 
 
 def _write_note(panel: "Axes", words: str) -> None:
+    """Write a note in the middle of an empty panel."""
     panel.text(0.5, 0.5, words, transform=panel.transAxes, ha="center", va="center", fontsize=8, color=MISSING)
     panel.set(xticks=[], yticks=[])

@@ -47,6 +47,7 @@ CaseFigure = tuple[str, "Figure", str, dict[str, float]]
 
 
 def _draw_case(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Path, number: int) -> DrawnCase:
+    """Simulate one illustrative case again and draw its film and figures."""
     study, one = study_of_cube(cube), cube.isel(record=case.record).load()
     record = str(one["record_id"].item())
     motion = motion_for_variant(study, read_motion(motions / f"{record}.nc"))

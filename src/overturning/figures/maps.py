@@ -63,6 +63,7 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
 
 
 def _draw_orientations(axes: Any, cells: xr.Dataset) -> None:
+    """Draw the fall azimuths by orientation and B/H in one panel."""
     x, y = (cells[name].to_numpy().astype(np.float64) for name in ("orientation", "b_over_h"))
     azimuth = np.radians(cells["fall_azimuth"].transpose("b_over_h", "orientation").to_numpy().astype(np.float64))
     missing = cells["overturned"].isnull().transpose("b_over_h", "orientation").to_numpy()

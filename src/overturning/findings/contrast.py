@@ -139,6 +139,7 @@ def contrast_variants(results: Results) -> list[VariantContrast]:
 
 
 def _contrast_variant(results: Results, variant: str, record_positions: NDArray[np.intp]) -> VariantContrast:
+    """Compare the study with a variant, over the records at the given positions."""
     cubes = [results.reference_cube(name).isel(record=record_positions) for name in (NOMINAL, variant)]
     events = results.events[record_positions]
     found = mean_contrast(count_common_falls(*cubes), events)
@@ -189,6 +190,7 @@ def element_outcomes(results: Results) -> list[ElementOutcomes]:
 
 
 def _element_outcomes(variant: str, scene: Scene, totals: ElementFalls, several_elements: bool) -> ElementOutcomes:
+    """Convert the totals of one element to findings."""
     return ElementOutcomes(
         variant=variant,
         scene=scene.name,

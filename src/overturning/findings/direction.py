@@ -133,6 +133,7 @@ class PlanarModelAgreement(Finding):
 def _alignment_under_rule(
     rule_alignment: RuleAlignment, direction_noun: str, is_study_rule: bool
 ) -> AlignmentUnderRule:
+    """Convert the alignment under one block-selection rule to findings."""
     return AlignmentUnderRule(
         rule=rule_alignment.rule.name.format(direction_noun),
         is_study_rule=is_study_rule,

@@ -27,6 +27,7 @@ def finding_lines(finding: BaseModel, path: str = "") -> Iterator[str]:
 
 
 def _field_label(name: str) -> str:
+    """Replace underscores in a field name by spaces."""
     return name.replace("_", " ")
 
 
@@ -50,6 +51,7 @@ def _value_lines(value: Any, path: str) -> Iterator[str]:
 
 
 def _format_value(value: Any) -> str:
+    """Format a number, flag, text or list for a line."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list | tuple):

@@ -224,6 +224,7 @@ def population_findings(results: Results) -> PopulationFindings | None:
 
 
 def _record_fall_rate(results: Results, record_index: int) -> RecordFallRate:
+    """Return the fall rate of the population under the record at a position."""
     own = results.populations[NOMINAL].isel(record=record_index).sel(amplitude=1.0)
     rate, ends = float(own["fall_rate"]), own["fall_interval"].to_numpy().tolist()
     most = own.isel(octant=int(np.argmax(own["fall_octant"].to_numpy()))) if rate > 0 else None

@@ -125,7 +125,7 @@ class Results:
 
     @cached_property
     def element_falls(self) -> dict[str, tuple[ElementFalls, ...]]:
-        """Falls of each element of each setting; one row, "block", for a setting with one free element."""
+        """Falls of each element in the study and each variant; one row, "block", for a scene with one free element."""
         return {name: tuple(falls_by_element(cube)) for name, cube in self.cubes.items()}
 
     @cached_property
@@ -171,7 +171,7 @@ class Results:
 
     @cached_property
     def reference_alignment(self) -> tuple[dict[str, earthquakes.ReferenceAlignment], list[str]]:
-        """Alignment of falls with references, for all B/H and for ranges of B/H, and the names of these ranges."""
+        """Alignment of falls with reference directions, for all and for ranges of B/H, and names of these ranges."""
         ratio = self.cube["b_over_h"].to_numpy()
         count, classes = ratio.size, min(B_OVER_H_RANGES, ratio.size) if ratio.size > 1 else 0
         parts = [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
@@ -222,6 +222,7 @@ B_OVER_H_RANGES = 3
 
 
 def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
+    """Select the default element of the variant's scene from a cube."""
     return cube.sel(element=variant_scene(study, variant).default_element) if "element" in cube.dims else cube
 
 

@@ -151,24 +151,24 @@ def inferred_motions(results: Results) -> list[InferredMotion]:
     return [inferred_motion(one) for one in results.inferred_motions]
 
 
-def inferred_motion(found: InversionResult) -> InferredMotion:
+def inferred_motion(inversion: InversionResult) -> InferredMotion:
     """Return the motion inferred from a survey."""
-    one, strengths = found.posterior, []
-    for name, values in found.strengths.items():
+    one, strengths = inversion.posterior, []
+    for name, values in inversion.strengths.items():
         (low, high), (least, most) = one.credible_interval(values), one.credible_interval(values, use_prior=True)
         strengths.append(
             InferredStrength(measure=name, posterior_low=low, posterior_high=high, prior_low=least, prior_high=most)
         )
-    middle, width = found.axis_arc
+    middle, width = inversion.axis_arc
     shares = one.source_probabilities()
     order = (-shares).argsort(kind="stable")[:MOTIONS_LISTED]
     return InferredMotion(
-        stones=found.name,
-        fell=found.fell,
-        stood=found.stood,
+        stones=inversion.name,
+        fell=inversion.fell,
+        stood=inversion.stood,
         velocity_axis_deg=middle,
         velocity_axis_arc_deg=width,
         strengths=strengths,
-        fit_p_value=found.fit,
+        fit_p_value=inversion.fit,
         likeliest_motions={one.sources[place]: float(shares[place]) for place in order},
     )

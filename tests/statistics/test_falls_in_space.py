@@ -330,7 +330,7 @@ def test_twist_is_of_stones_that_moved_and_stand() -> None:
     }).expand_dims(b_over_h=[0.2], friction=[0.6])  # fmt: skip
     ((shape, turned),) = twist_angles(cube).items()
     assert shape == (0.2, 0.6)
-    found = summarise_twist(turned, share=0.5)
+    found = summarise_twist(turned, quantile=0.5)
     assert (found.stones, found.median, found.most, found.largest) == (3, 3.0, 3.0, 10.0)
     assert summarise_twist(twist_angles(cube.isel(record=[3, 4]))[shape]).stones == 0
 

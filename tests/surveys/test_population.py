@@ -211,7 +211,7 @@ def test_curves_over_spectral_acceleration_and_their_spreads() -> None:
     curves = {(one.measure, one.name): one for one in fit_fragility_curves(found, intensity)}
     own = curves["SA(0.5)", "all stones"]
     assert (own.unit, own.median, own.spread) == ("g", pytest.approx(0.7, rel=1e-3), pytest.approx(0.3, rel=1e-3))
-    assert own.spreads[0] < 0.05
+    assert own.spread_components[0] < 0.05
     other = curves["PGA", "all stones"]
-    assert other.spreads[0] > 0.4
-    assert np.hypot(*other.spreads) == pytest.approx(other.spread)
+    assert other.spread_components[0] > 0.4
+    assert np.hypot(*other.spread_components) == pytest.approx(other.spread)

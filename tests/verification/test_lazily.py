@@ -57,9 +57,9 @@ def stones_of(results: Results) -> list[object]:
 
 STATISTICS: dict[str, dict[str, Statistic]] = {
     "planes": {
-        "axes of earthquakes": lambda results: results.axes,
-        "share that falls": lambda results: results.fallen,
-        "statuses": lambda results: results.statuses,
+        "axes of earthquakes": lambda results: results.axis_summaries,
+        "share that falls": lambda results: results.share_overturned,
+        "statuses": lambda results: results.status_counts,
         "rose": lambda results: rose_figure(results.cube),
         "logistic fit": causes.cause,
         "criteria": causes.criteria,

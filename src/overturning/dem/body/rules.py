@@ -265,7 +265,7 @@ def advance(rules: Any, work: Any, columns: int, path: Any, recorded: int) -> tu
 
 
 def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
-    """Mark the lanes that may have ended, and count them."""
+    """Mark the lanes whose case may have ended, and count them."""
     return mark_possibly_ended(work.state, active, due, rules.job.ticks, float(rules.job.samples))
 
 
@@ -302,7 +302,7 @@ def mark_possibly_at_rest(state: Any, active_count: int) -> int:
 
 
 def leave_out(rules: Any, work: Any, cases: Any, active: int, left_out: Any) -> None:
-    """Skip samples of lanes at rest."""
+    """Skip samples of lanes whose body is at rest."""
     job, state, ground, row, base = rules.job, work.state, rules.ground, rules.row, rules.base
     count = rules.points.shape[1]
     if mark_possibly_at_rest(state, active) == 0:
@@ -326,7 +326,7 @@ def end_status(rules: Any, work: Any, lane: int, case: int) -> int:
 
 
 def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
-    """Write the results of a lane."""
+    """Write the results of the case in a lane."""
     sectors = rules.sectors[rules.cases[case].body]
     write_case_results(work.state, work.vertices, lane, status, rules.results[case], sectors)
 

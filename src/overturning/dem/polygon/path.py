@@ -69,7 +69,7 @@ def count_path_columns(prepared_scene: PreparedScene) -> int:
 
 
 def scene_path(prepared_scene: PreparedScene, path_rows: FloatArray) -> PlanePath:
-    """Convert the rows of a trajectory to a `PlanePath`."""
+    """Convert the rows of a scene's trajectory to a `PlanePath`."""
     placed, ends = prepared_scene.placed, 2 * len(prepared_scene.pairs)
     poses_end = 2 + POSE_COLUMNS * len(placed)
     forces = path_rows[:, poses_end:].reshape(len(path_rows), ends, FORCE_COLUMNS)

@@ -171,7 +171,7 @@ def prepare_scene(scene: Scene, height: float | None = None, b_over_h: float | N
     ):
         threshold = 0.0  # an element slides by its own weight
     tips, critical, barrier, support, base = _tipping_properties(
-        scene, placed, stands, _stand_freely(placed, pairs, bearing)
+        scene, placed, stands, _find_freely_standing(placed, pairs, bearing)
     )
     return PreparedScene(
         scene, placed, pairs, laws, displacement, loaded, equilibrium is not None,
@@ -214,10 +214,10 @@ MIN_TIPPING_ANGLE: Final = 1e-6
 """Smallest tipping angle, rad; an element with a smaller one counts as having none."""
 
 
-def _find_supports(elements: Elements, pairs: list[ElementPair], loaded: list[LoadedEnd]) -> Supports:
-    """Return the elements that carry each free element, with the loaded ends."""
+def _find_supports(elements: Elements, pairs: list[ElementPair], loaded_ends: list[LoadedEnd]) -> Supports:
+    """Return, for each free element, the elements that carry it at rest, with the loaded contact ends."""
     result: Supports = {}
-    for index, _, end, _, _ in loaded:
+    for index, _, end, _, _ in loaded_ends:
         i, j = pairs[index][:2]
         upper, lower = (i, j) if end.normal[1] > 0 else (j, i)
         if not elements[upper].fixed and abs(end.normal[1]) > 1e-3:
@@ -225,14 +225,16 @@ def _find_supports(elements: Elements, pairs: list[ElementPair], loaded: list[Lo
     return result
 
 
-def _stand_freely(elements: Elements, pairs: list[ElementPair], loaded: list[LoadedEnd]) -> NDArray[np.bool_]:
+def _find_freely_standing(
+    elements: Elements, pairs: list[ElementPair], loaded_ends: list[LoadedEnd]
+) -> NDArray[np.bool_]:
     """True for each element whose loads at rest all have parallel normals, so that it stands freely on its support.
 
     An arch stone, a stone in a groove and one that leans on a wall are held by faces that are not parallel; they have
     no tipping angle.
     """
     normals: list[list[tuple[float, float]]] = [[] for _ in elements]
-    for index, _, end, _, _ in loaded:
+    for index, _, end, _, _ in loaded_ends:
         for k in pairs[index][:2]:
             normals[k].append(end.normal)
     result = np.zeros(len(elements), np.bool_)
@@ -248,7 +250,7 @@ def _stand_freely(elements: Elements, pairs: list[ElementPair], loaded: list[Loa
 def _tipping_properties(
     scene: Scene, elements: Elements, supports: Supports, stands_freely: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
-    """Compute tipping angles to both sides, α, energy barrier, support and middle of the base of each element."""
+    """Compute tipping angles, α, energy barrier, support and middle of the base of each element of a scene."""
     count = len(elements)
     tips, critical, barrier = np.full((count, 2), np.inf), np.full(count, 0.5 * np.pi), np.zeros(count)
     support, base = np.arange(count), np.array([[item.x, item.z] for item in elements])

@@ -99,7 +99,7 @@ step_of = by_type(STEPS)
 
 
 def workspace(rules: Any) -> Any:
-    """Allocate the working memory."""
+    """Allocate the state rows and the working memory of the cases that are computed together."""
     elements, pairs, initial = rules.scene.elements.shape[1], rules.scene.layout.shape[0], rules.scene.initial
     owner = aligned(initial.shape[1] * rows.COLUMNS)
     moves = np.zeros(elements, np.bool_)
@@ -206,7 +206,7 @@ def initialise_pairs(state: Any, lane: int, case_parameters: Any, scene: Any, pi
 
 
 def load(rules: Any, work: Any, cases: Any, columns: int) -> None:  # noqa: ARG001, all lanes are computed
-    """Begin a sample: bring the turning pairs back to length 1 and load the ground motion of each lane's sample."""
+    """Begin a sample: scale the cosine and sine of each rotation to length 1, and load the ground motion."""
     for i in range(work.moves.size):
         normalise_rotations(rows.of_element(work.state, i))
     load_ground_motion(rules.ground.up, work.state, rules.ground.along, rules.row, cases, 1.0 / rules.job.ticks)
@@ -330,7 +330,7 @@ def end_status(rules: Any, work: Any, lane: int, case: int) -> int:
 
 
 def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001
-    """Mark the fallen elements of a lane, and write its results."""
+    """Mark the fallen elements of the case in a lane, and write the results of the case."""
     write_case_results(work.state, lane, rules.scene, rules.results[case], rules.each[case])
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from overturning import files
 from overturning.errors import ArgumentError, ConfigError
-from overturning.files import atomic_write, check_output, read_mapping
+from overturning.files import atomic_write, check_output_path, read_yaml_mapping
 from tests.expect import said
 
 
@@ -62,14 +62,14 @@ def test_a_place_that_cannot_be_written_is_named_in_a_line(arguments: list[str])
 
 def test_a_folder_that_is_not_there_is_not_made(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match=r"--animate .*there is no folder .*gone; create it first"):
-        check_output(tmp_path / "gone" / "fall.html", "--animate")
+        check_output_path(tmp_path / "gone" / "fall.html", "--animate")
     with pytest.raises(ArgumentError, match="is a folder"):
-        check_output(tmp_path, "--animate")
+        check_output_path(tmp_path, "--animate")
     with pytest.raises(
         ArgumentError, match=r"--animate .*fall\.avi: unknown kind of file; use the extension \.html or \.gif"
     ):
-        check_output(tmp_path / "fall.avi", "--animate", ".html", ".gif")
-    check_output(tmp_path / "fall.html", "--animate", ".html", ".gif")
+        check_output_path(tmp_path / "fall.avi", "--animate", ".html", ".gif")
+    check_output_path(tmp_path / "fall.html", "--animate", ".html", ".gif")
 
 
 @pytest.mark.parametrize(
@@ -85,13 +85,13 @@ def test_a_folder_that_is_not_there_is_not_made(tmp_path: Path) -> None:
 def test_ambiguous_yaml_values_are_refused(tmp_path: Path, text: str, said: str) -> None:
     (tmp_path / "s.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(ConfigError, match=re.escape(f"s.yaml, {said}")):
-        read_mapping(tmp_path / "s.yaml", "study", "see there")
+        read_yaml_mapping(tmp_path / "s.yaml", "study", "see there")
 
 
 def test_unambiguous_yaml_values_are_kept(tmp_path: Path) -> None:
     text = "a: &x {b: 0, c: 0.5, d: -7, e: 1e3, f: .5, g: 1.5e+3, h: 0x10}\ni: {<<: *x, b: 1}\nj: .inf\n"
     (tmp_path / "s.yaml").write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
-    data = read_mapping(tmp_path / "s.yaml", "study", "see there")
+    data = read_yaml_mapping(tmp_path / "s.yaml", "study", "see there")
     assert data["a"] == {"b": 0, "c": 0.5, "d": -7, "e": "1e3", "f": 0.5, "g": 1500.0, "h": 16}
     assert data["i"] == data["a"] | {"b": 1}
     assert data["j"] == float("inf")

@@ -19,25 +19,27 @@ FloatArray = TypeAliasType("FloatArray", npt.NDArray[np.float64])
 """Array of numbers in double precision, of any shape."""
 
 
-def dataset(
+def create_dataset(
     variables: Mapping[str, tuple[Any, ...]], coordinates: Mapping[str, tuple[Any, ...]], attributes: Mapping[str, Any]
 ) -> "xr.Dataset":
-    """Return a dataset; each variable or coordinate is a tuple of dimensions, array and optionally attributes.
+    """Create an xarray dataset from tuples of dimensions, array and optionally attributes, without importing dask.
 
     `xarray.Dataset` with plain tuples would import dask (0.3 s) to check for dask arrays.
     """
     import xarray as xr
 
-    def as_variables(given: Mapping[str, tuple[Any, ...]]) -> "dict[str, xr.Variable]":
+    def to_xarray_variables(arrays: Mapping[str, tuple[Any, ...]]) -> "dict[str, xr.Variable]":
         return {
             name: xr.Variable(dimensions, np.asarray(values), attrs=about[0] if about else None, fastpath=True)
-            for name, (dimensions, values, *about) in given.items()
+            for name, (dimensions, values, *about) in arrays.items()
         }
 
-    return xr.Dataset(as_variables(variables), as_variables(coordinates), attributes)
+    return xr.Dataset(to_xarray_variables(variables), to_xarray_variables(coordinates), attributes)
 
 
-class _Dask:
+class _DaskArrayType:
+    """Stand-in for xarray's table entry about dask, which does not import dask."""
+
     @property
     def type(self) -> tuple[Any, ...]:
         """Tuple with the class of dask arrays, empty if dask is not imported."""
@@ -45,7 +47,7 @@ class _Dask:
         return (dask.Array,) if hasattr(dask, "Array") else ()
 
 
-def spare_dask() -> None:
+def skip_dask_import() -> None:
     """Prevent xarray from importing dask (0.3 s) only to check that its arrays are not dask arrays.
 
     No array can be a dask array before dask is imported. Without this private table, xarray imports dask as usual.
@@ -53,4 +55,4 @@ def spare_dask() -> None:
     from xarray.namedarray import pycompat
 
     table: Any = getattr(pycompat, "_cached_duck_array_modules", {})
-    table.setdefault("dask", _Dask())
+    table.setdefault("dask", _DaskArrayType())

@@ -22,7 +22,7 @@ _STEPS = "Steps of the workflow (run by Snakemake)"
 
 
 class _PanelGroup(TyperGroup):
-    """Group whose help lists the commands with a `rich_help_panel` apart, under that heading, also without rich."""
+    """Command group whose help lists commands with a `rich_help_panel` under that heading, also without rich."""
 
     @override
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -54,13 +54,13 @@ def _first_paragraph(command: Callable[..., None] | None) -> str:
     return " ".join((command.__doc__ or "").partition("\n\n")[0].split())
 
 
-def _add(group: typer.Typer, name: str) -> None:
-    """Add a group of subcommands, and set the short help of each of its commands."""
+def _add_command_group(group: typer.Typer, group_name: str) -> None:
+    """Add a group of subcommands to the command line, and set the short help of each of its commands."""
     groups = [group, *(each.typer_instance for each in group.registered_groups if each.typer_instance)]
     for each in groups:
         for below in each.registered_commands:
             below.short_help = _first_paragraph(below.callback)
-    app.add_typer(group, name=name, short_help=group.info.help)
+    app.add_typer(group, name=group_name, short_help=group.info.help)
 
 
 # Subcommands import what they need inside their functions, so that this module is imported quickly.
@@ -71,11 +71,11 @@ for _command in (study.init, one, *_CUBE_COMMANDS, *_SURVEY_COMMANDS, cube.reche
 for _command in workflow.STEPS:
     app.command(short_help=_first_paragraph(_command), rich_help_panel=_STEPS)(_command)
 for _name, _group in {"study": study.app, "records": records.app, "cube": cube.app}.items():
-    _add(_group, _name)
+    _add_command_group(_group, _name)
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
+def _print_version(requested: bool) -> None:
+    if requested:
         from importlib import metadata
 
         print(f"overturning {metadata.version('overturning')}")
@@ -83,9 +83,9 @@ def _version(wanted: bool) -> None:
 
 
 @app.callback()
-def _root(
+def _root_command(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
     pass

@@ -52,37 +52,37 @@ class RecordError(OverturningError, ValueError):
     """Raised if a record file cannot be read or contradicts itself. The message names file, line and remedy."""
 
 
-def did_you_mean(name: str, known: Iterable[str], remedy: str = "") -> str:
-    """Return the end of a message about an unknown name: the closest known name, else the remedy or all known names."""
-    names = list(known)
+def closest_name_hint(name: str, known_names: Iterable[str], remedy: str = "") -> str:
+    """Return a hint for an unknown name, for messages: the closest known name, else the remedy or all known names."""
+    names = list(known_names)
     near = difflib.get_close_matches(name, names, n=1)
     return f"did you mean {near[0]}?" if near else remedy or f"known are {', '.join(names[:40])}"
 
 
-def suggest_keywords(*further: type | str) -> Callable[[Decorated], Decorated]:
+def suggest_keywords(*further_keywords: type | str) -> Callable[[Decorated], Decorated]:
     """Decorate a function or class to raise an ArgumentError with the closest keyword if a keyword is unknown.
 
-    `further` names keywords that are passed on, one by one or as a dataclass whose fields are keywords.
+    `further_keywords` names keywords that are passed on, one by one or as a dataclass whose fields are keywords.
     """
 
-    def decorate(face: Decorated) -> Decorated:
-        if isinstance(face, type):
-            face.__init__ = decorate(face.__init__)  # type: ignore[misc]
-            return face
-        own = signature(face).parameters.values()
+    def decorate(target: Decorated) -> Decorated:
+        if isinstance(target, type):
+            target.__init__ = decorate(target.__init__)  # type: ignore[misc]
+            return target
+        own = signature(target).parameters.values()
         several = (Parameter.VAR_KEYWORD, Parameter.VAR_POSITIONAL)
         known = [one.name for one in own if one.kind not in several and one.name not in ("self", "cls")]
-        for more in further:
+        for more in further_keywords:
             known += [more] if isinstance(more, str) else [field.name for field in fields(more)]
 
-        @wraps(face)
-        def checked(*given: Any, **named: Any) -> Any:
-            for name in named.keys() - known:
-                whose = face.__qualname__.removesuffix(".__init__")
-                raise ArgumentError(f"{name}: no keyword of {whose}; {did_you_mean(name, known)}")
-            return face(*given, **named)
+        @wraps(target)
+        def call_with_known_keywords(*arguments: Any, **keywords: Any) -> Any:
+            for name in keywords.keys() - known:
+                whose = target.__qualname__.removesuffix(".__init__")
+                raise ArgumentError(f"{name}: no keyword of {whose}; {closest_name_hint(name, known)}")
+            return target(*arguments, **keywords)
 
-        return cast(Decorated, checked)
+        return cast(Decorated, call_with_known_keywords)
 
     return decorate
 

@@ -16,17 +16,19 @@ from uuid import uuid4
 from overturning.errors import ArgumentError, ConfigError
 
 
-def check_output(path: Path | None, argument: str, *kinds: str) -> None:
-    """Raise an `ArgumentError` if an output file cannot be written, before anything is computed for it.
+def check_output_path(path: Path | None, argument_name: str, *suffixes: str) -> None:
+    """Raise an `ArgumentError` if an output file cannot be written or has a wrong suffix.
 
-    `kinds` are the accepted extensions, such as ``.svg``; without them, any extension is accepted. None is accepted.
+    `suffixes` are the accepted extensions, such as ``.svg``; without them, any extension is accepted. None is accepted.
     """
     if path is None:
         return
-    if kinds and path.suffix.lower() not in kinds:
-        raise ArgumentError(f"{argument} {path}: unknown kind of file; use the extension {' or '.join(kinds)}")
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise ArgumentError(f"{argument_name} {path}: unknown kind of file; use the extension {' or '.join(suffixes)}")
     if not path.parent.is_dir():
-        raise ArgumentError(f"{argument} {path}: there is no folder {path.parent}; create it first, or name another")
+        raise ArgumentError(
+            f"{argument_name} {path}: there is no folder {path.parent}; create it first, or name another"
+        )
     why = "is a folder" if path.is_dir() else ""
     try:  # permissions are not sufficient: some folders are read-only in spite of them
         with tempfile.TemporaryFile(dir=path.parent):
@@ -34,7 +36,7 @@ def check_output(path: Path | None, argument: str, *kinds: str) -> None:
     except OSError:
         why = f"cannot be written into {path.parent}"
     if why:
-        raise ArgumentError(f"{argument} {path}: {why}; name another file")
+        raise ArgumentError(f"{argument_name} {path}: {why}; name another file")
 
 
 @contextmanager
@@ -42,7 +44,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
     """Yield a temporary path in the same folder, and move the complete file to ``path`` at the end of the block.
 
     A missing folder is created. If the block raises an exception, the temporary file is removed and an existing file
-    keeps its content. A checksum is appended to NetCDF files (see `seal`).
+    keeps its content. A checksum is appended to NetCDF files (see `append_checksum`).
     """
     part = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
     try:
@@ -53,7 +55,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
     try:
         yield part
         if path.suffix == ".nc":
-            seal(part)
+            append_checksum(part)
         part.replace(path)
     except (OSError, RuntimeError) as error:
         # The error for a full disk does not name the file. NetCDF raises another error: its own, or "permission denied"
@@ -89,13 +91,13 @@ _REMEDIES = {
 
 
 def os_error_message(error: OSError) -> str:
-    """Return a message with the file, the error and a remedy; empty if no remedy is known."""
+    """Return the message for an operating system error: file, error and remedy; "" if no remedy is known."""
     remedy = _REMEDIES.get(error.errno or 0)
     return f"{error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}" if remedy else ""
 
 
-def seal(path: Path) -> None:
-    """Append the SHA-256 of a file to the file, as a separate line.
+def append_checksum(path: Path) -> None:
+    """Append the SHA-256 checksum of a file to the file itself, as a separate line.
 
     In a table it is a comment. Readers of NetCDF and HDF5 ignore data after the end of file stated in the header.
     """
@@ -105,7 +107,7 @@ def seal(path: Path) -> None:
 
 
 def checksum_matches(path: Path) -> bool | None:
-    """True if the checksum appended by `seal` matches; None if there is no checksum or the file cannot be read."""
+    """True if the checksum at the end of a file matches; None if it has no checksum or cannot be read."""
     digest = hashlib.sha256()
     try:
         with path.open("rb") as file:
@@ -125,8 +127,8 @@ def checksum_matches(path: Path) -> bool | None:
     return end[len(_MARK) : -1] == digest.hexdigest().encode()
 
 
-def project_file(path: Path) -> Path:
-    """Return the path of a project file, such as ``config/records.tsv``, in the working folder or else in the package.
+def find_project_file(path: Path) -> Path:
+    """Find a project file, such as ``config/records.tsv``, in the working folder or else in the package.
 
     A wheel contains the project files inside the package, a checkout has them around it.
     """
@@ -149,21 +151,21 @@ _LITTLE = 1_000_000  # bytes; a disk with less free space counts as full
 _BLOCK = 1 << 20  # bytes read at a time
 
 
-def portable_name(name: str) -> str:
-    """Return a path as stored in results: only the last part of an absolute path, which is specific to a machine."""
+def without_absolute_folder(name: str) -> str:
+    """Return a path for storage in results: an absolute path is cut to its last part."""
     path = Path(name)
     return path.name if path.is_absolute() else path.as_posix()
 
 
 @cache
-def _loader() -> Any:
+def _strict_yaml_loader() -> Any:
     """Return a safe YAML loader that refuses duplicate keys and ambiguous numbers instead of guessing."""
     import yaml
 
     class Loader(yaml.SafeLoader):
         """Loader that requires unique keys and decimal numbers."""
 
-    def mapping(loader: Any, node: Any) -> Iterator[dict[Any, Any]]:
+    def construct_mapping(loader: Any, node: Any) -> Iterator[dict[Any, Any]]:
         seen = set()
         for key, _ in node.value:
             if (name := key.value if isinstance(key, yaml.ScalarNode) else key) in seen:
@@ -171,7 +173,7 @@ def _loader() -> Any:
             seen.add(name)
         return loader.construct_yaml_map(node)
 
-    def number(loader: Any, node: Any) -> float:
+    def construct_number(loader: Any, node: Any) -> float:
         octal = re.match(r"[-+]?0[0-9_]+$", node.value)
         found: float = loader.construct_yaml_int(node) if "." not in node.value else loader.construct_yaml_float(node)
         if octal or ":" in node.value:
@@ -179,20 +181,22 @@ def _loader() -> Any:
             raise yaml.MarkedYAMLError(problem=what, problem_mark=node.start_mark)
         return found
 
-    Loader.add_constructor("tag:yaml.org,2002:map", mapping)
-    Loader.add_constructor("tag:yaml.org,2002:int", number)
-    Loader.add_constructor("tag:yaml.org,2002:float", number)
+    Loader.add_constructor("tag:yaml.org,2002:map", construct_mapping)
+    Loader.add_constructor("tag:yaml.org,2002:int", construct_number)
+    Loader.add_constructor("tag:yaml.org,2002:float", construct_number)
     return Loader
 
 
-def read_mapping(path: Path, what: str, about: str, remedy: str = "check its name and permissions") -> dict[str, Any]:
-    """Return the keys and values of a YAML file.
+def read_yaml_mapping(
+    path: Path, file_description: str, documentation_hint: str, remedy: str = "check its name and permissions"
+) -> dict[str, Any]:
+    """Read the keys and values of a YAML file.
 
     Parameters
     ----------
     path : Path
         The file.
-    what, about, remedy : str
+    file_description, documentation_hint, remedy : str
         For messages: the kind of file, a reference to its description, and the remedy if it cannot be read.
 
     Raises
@@ -205,8 +209,10 @@ def read_mapping(path: Path, what: str, about: str, remedy: str = "check its nam
 
     try:
         if path.stat().st_size > MOST_SETTINGS:
-            raise ConfigError(f"{path}: larger than {MOST_SETTINGS} bytes; a {what} is smaller: {about}")
-        data = yaml.load(path.read_text(encoding="utf-8-sig"), _loader())
+            raise ConfigError(
+                f"{path}: larger than {MOST_SETTINGS} bytes; a {file_description} is smaller: {documentation_hint}"
+            )
+        data = yaml.load(path.read_text(encoding="utf-8-sig"), _strict_yaml_loader())
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror}); {remedy}") from None
     except ConfigError:
@@ -218,10 +224,10 @@ def read_mapping(path: Path, what: str, about: str, remedy: str = "check its nam
         line, why = f", line {mark.line + 1}" if mark else "", getattr(error, "problem", None) or "unreadable"
         raise ConfigError(f"{path}{line}: {why if mark and '; ' in why else f'not valid YAML ({why})'}") from None
     except RecursionError:
-        raise ConfigError(f"{path}: nested too deeply; {about}") from None
+        raise ConfigError(f"{path}: nested too deeply; {documentation_hint}") from None
     except (ValueError, KeyError, AttributeError, TypeError) as error:
         # For example an invalid date (2001-02-30), a number with 5000 digits, or a tag that does not fit the value.
         raise ConfigError(f"{path}: not valid YAML ({error})") from None
     if not isinstance(data, dict):
-        raise ConfigError(f"{path}: a {what} is a mapping of keys to values; {about}")
+        raise ConfigError(f"{path}: a {file_description} is a mapping of keys to values; {documentation_hint}")
     return data

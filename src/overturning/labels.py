@@ -13,27 +13,27 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def friction_label(source: "xr.Dataset | Study", friction: float) -> str:
+def friction_label(cube_or_study: "xr.Dataset | Study", friction: float) -> str:
     """Return the label of a friction coefficient for titles: "µ = 0.6", or "µ of the scene".
 
     Parameters
     ----------
-    source : Dataset or Study
+    cube_or_study : Dataset or Study
         Cube or study that the coefficient belongs to. A cube without a study has the label of a single block.
     friction : float
         Friction coefficient of the dimension ``friction``.
     """
     study, variant = None, NOMINAL
-    if isinstance(source, Study):
-        study = source
-    elif "study" in source.attrs:
-        study, variant = study_of_cube(source), source.attrs["variant"]
+    if isinstance(cube_or_study, Study):
+        study = cube_or_study
+    elif "study" in cube_or_study.attrs:
+        study, variant = study_of_cube(cube_or_study), cube_or_study.attrs["variant"]
     scene_has_own = study is not None and study.body is None and not variant_scene(study, variant).sweeps_friction
     return "µ of the scene" if scene_has_own else f"µ = {friction:g}"
 
 
 def variant_label(cube: "xr.Dataset") -> list[str]:
-    """Return the label of the variant of a cube, with its `variant_size_note`, as a list of one.
+    """Return a list with the label of the variant of a cube; empty for a nominal cube.
 
     The list is empty for the nominal cube of a study, and for a cube without a study.
     """
@@ -45,7 +45,7 @@ def variant_label(cube: "xr.Dataset") -> list[str]:
 
 
 def element_size_note(cube: "xr.Dataset") -> str:
-    """Return a note on the element or stone that H and B/H belong to; "" if it is the element of the cube."""
+    """Return a note on the element whose height H and B/H a cube states; "" if it is the element of the cube."""
     study, variant = study_of_cube(cube), cube.attrs["variant"]
     reference = variant_scene(study, variant).reference_name
     if element_of_cube(cube) != reference:
@@ -53,7 +53,7 @@ def element_size_note(cube: "xr.Dataset") -> str:
     return variant_size_note(study, variant)
 
 
-def earthquake_notes(cube: "xr.Dataset") -> list[str]:
+def earthquake_assignment_notes(cube: "xr.Dataset") -> list[str]:
     """Return the notes on the assignment of records to earthquakes: merged names, and doubtful cases."""
     return list(json_attribute(cube, "earthquakes", list)) if "earthquakes" in cube.attrs else []
 

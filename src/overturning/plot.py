@@ -39,26 +39,26 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-def _styled(draw: DrawFunction) -> DrawFunction:
+def _with_project_style(draw: DrawFunction) -> DrawFunction:
     """Return a function that draws with the project's Matplotlib settings."""
 
     @suggest_keywords()
     @wraps(draw)
-    def styled(*given: Any, **more: Any) -> Any:
+    def draw_with_project_style(*given: Any, **more: Any) -> Any:
         from overturning.figures.style import style
 
         with style():
             return draw(*given, **more)
 
-    return cast(DrawFunction, styled)
+    return cast(DrawFunction, draw_with_project_style)
 
 
-def _cube_figure(draw: DrawFunction) -> DrawFunction:
-    KINDS[draw.__name__] = _styled(draw)
+def _register_cube_figure(draw: DrawFunction) -> DrawFunction:
+    KINDS[draw.__name__] = _with_project_style(draw)
     return cast(DrawFunction, KINDS[draw.__name__])
 
 
-@_cube_figure
+@_register_cube_figure
 def polar(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None) -> "Figure":
     """Draw the map of falls of the block that a study shows first, under one record.
 
@@ -68,16 +68,18 @@ def polar(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: 
     """
     from overturning.study.cube import first_shown_block
 
-    return _map("polar", cube.sel(first_shown_block(cube)), record, title)
+    return _draw_fall_map("polar", cube.sel(first_shown_block(cube)), record, title)
 
 
-@_cube_figure
+@_register_cube_figure
 def blocks(cube: "xr.Dataset", record: str | Sequence[str] | None = None, title: str | None = None) -> "Figure":
     """Draw the maps of falls under one record, one for each height and friction."""
-    return _map("blocks", cube, record, title)
+    return _draw_fall_map("blocks", cube, record, title)
 
 
-def _map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | None, title: str | None) -> "Figure":
+def _draw_fall_map(
+    figure_kind: str, cube: "xr.Dataset", record: str | Sequence[str] | None, title: str | None
+) -> "Figure":
     from overturning.figures.content import check_outcomes
     from overturning.figures.maps import map_figure
     from overturning.figures.polar_map import plane_map_figure
@@ -85,31 +87,35 @@ def _map(kind: str, cube: "xr.Dataset", record: str | Sequence[str] | None, titl
     names = [record] if record is None or isinstance(record, str) else list(record)
     several = [_select_record(cube, name) for name in names]
     for one in several:
-        check_outcomes(one, kind)
+        check_outcomes(one, figure_kind)
     first = several[0]
     if len(several) == 1:
-        return map_figure(first, _title(first) + _stone_line(first) if title is None else title, _peak_velocity(first))
-    _check_direction(cube, "azimuth", f"{kind} of several records")
-    own = (_title(first, ()) + _stone_line(first)).strip() if title is None else title
-    return plane_map_figure(several, own, [_peak_velocity(one) for one in several])
+        return map_figure(
+            first,
+            _record_title(first) + _scene_and_element_line(first) if title is None else title,
+            _peak_velocity_by_azimuth(first),
+        )
+    _check_has_direction(cube, "azimuth", f"{figure_kind} of several records")
+    own = (_record_title(first, ()) + _scene_and_element_line(first)).strip() if title is None else title
+    return plane_map_figure(several, own, [_peak_velocity_by_azimuth(one) for one in several])
 
 
-def _peak_velocity(one: "xr.Dataset") -> "xr.DataArray | None":
-    """Return the peak velocity by azimuth of the record of a cube, m/s; None if its study has no such file."""
+def _peak_velocity_by_azimuth(cube: "xr.Dataset") -> "xr.DataArray | None":
+    """Return the peak ground velocity by azimuth of the record of a cube, m/s; None if its study has no such file."""
     try:
-        return _measures(one)["pgv"].isel(record=0)
+        return _intensity_measures(cube)["pgv"].isel(record=0)
     except MissingDataError:
         return None
 
 
-def _stone_line(one: "xr.Dataset") -> str:
+def _scene_and_element_line(cube: "xr.Dataset") -> str:
     """Return scene and element as an additional line of a title; empty for a cube that belongs to no study."""
     from overturning.figures.record import scene_element_label
 
-    return scene_element_label(one) if "study" in one.attrs else ""
+    return scene_element_label(cube) if "study" in cube.attrs else ""
 
 
-@_cube_figure
+@_register_cube_figure
 def boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """Draw the largest B/H that falls under one record, by azimuth of the motion (2-D cubes only)."""
     from overturning.figures.boundary import boundary_figure
@@ -117,14 +123,14 @@ def boundary(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     from overturning.statistics import boundary as statistics
 
     one = _select_record(cube, record)
-    _check_direction(one, "azimuth", "boundary")
+    _check_has_direction(one, "azimuth", "boundary")
     check_falls(one, "boundary")
     top = float(one["b_over_h"].max())
     bounds = statistics.overturning_boundary(one).assign_attrs(one.attrs)
-    return boundary_figure(bounds, top, float(one["fault_normal"]), _title(one) + _stone_line(one))
+    return boundary_figure(bounds, top, float(one["fault_normal"]), _record_title(one) + _scene_and_element_line(one))
 
 
-@_cube_figure
+@_register_cube_figure
 def rose(cube: "xr.Dataset") -> "Figure":
     """Draw a rose of the fall axes, from the fault normal if it is known, with and without a velocity pulse."""
     from overturning.figures.content import check_falls
@@ -138,7 +144,7 @@ def rose(cube: "xr.Dataset") -> "Figure":
     return _figure_of_all_records(cube, draw)
 
 
-@_cube_figure
+@_register_cube_figure
 def earthquakes(cube: "xr.Dataset") -> "Figure":
     """Draw a rose of the fall directions, from north, for each earthquake."""
     from overturning.figures.content import check_falls
@@ -151,7 +157,7 @@ def earthquakes(cube: "xr.Dataset") -> "Figure":
     return _figure_of_all_records(cube, draw)
 
 
-@_cube_figure
+@_register_cube_figure
 def axes(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with the fault normal by earthquake, and its means with confidence intervals."""
     from overturning.figures.alignment import earthquake_alignment_figure
@@ -167,24 +173,24 @@ def axes(cube: "xr.Dataset") -> "Figure":
     return _figure_of_all_records(cube, draw)
 
 
-@_cube_figure
+@_register_cube_figure
 def follow(cube: "xr.Dataset") -> "Figure":
     """Draw the alignment of falls with fault normal, radial direction, peaks and pulse of the motion, by B/H."""
     from overturning.figures.alignment import alignment_by_b_over_h_figure
     from overturning.figures.content import check_alignments
     from overturning.statistics.earthquakes import alignment_with_references
 
-    _check_direction(cube, "orientation", "follow")
+    _check_has_direction(cube, "orientation", "follow")
 
     def draw(whole: "xr.Dataset") -> "Figure":
-        found = alignment_with_references(whole, _measures(whole))
+        found = alignment_with_references(whole, _intensity_measures(whole))
         check_alignments(whole, found)
         return alignment_by_b_over_h_figure(found, whole["b_over_h"].to_numpy())
 
     return _figure_of_all_records(cube, draw)
 
 
-@_cube_figure
+@_register_cube_figure
 def plane(cube: "xr.Dataset") -> "Figure":
     """Draw outcomes by PGA and PGV/PGA at the largest friction, with fit and published criteria (2-D cubes only)."""
     from overturning.figures.content import check_plane
@@ -195,28 +201,28 @@ def plane(cube: "xr.Dataset") -> "Figure":
     def draw(whole: "xr.Dataset") -> "Figure":
         if other := element_size_note(whole):
             raise ArgumentError(f"plane: criteria and fit need the stone's own height and B/H; {other}")
-        measures = _measures(whole)
+        measures = _intensity_measures(whole)
         check_plane(whole, measures)
         fit = fit_overturning(whole, measures)
         return intensity_plane_figure(whole, measures, fit, float(whole["friction"].max()))
 
-    _check_direction(cube, "azimuth", "plane")
+    _check_has_direction(cube, "azimuth", "plane")
     return _figure_of_all_records(cube, draw)
 
 
-@_cube_figure
+@_register_cube_figure
 def intensity(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """Draw PGA and PGV of a record by azimuth."""
     from overturning.figures.content import check_motion
     from overturning.figures.ground import intensity_figure
 
     one = _select_record(cube, record)
-    measures = _measures(one).isel(record=0)
+    measures = _intensity_measures(one).isel(record=0)
     check_motion(float(measures["pga"].max()), "intensity")
-    return intensity_figure(measures, float(one["fault_normal"]), _title(one))
+    return intensity_figure(measures, float(one["fault_normal"]), _record_title(one))
 
 
-@_cube_figure
+@_register_cube_figure
 def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
     """Draw hodographs of acceleration, velocity and displacement of a record."""
     from overturning.figures.ground import hodograph_figure
@@ -225,10 +231,10 @@ def hodograph(cube: "xr.Dataset", record: str | None = None) -> "Figure":
 
     one = _select_record(cube, record)
     motion = _check_moving(Motion.of(read_motion(_motion_path(one))), "hodograph")
-    return hodograph_figure(motion, float(one["fault_normal"]), _title(one))
+    return hodograph_figure(motion, float(one["fault_normal"]), _record_title(one))
 
 
-@_cube_figure
+@_register_cube_figure
 def history(motion: "Accelerogram | xr.Dataset", record: str | None = None) -> "Figure":
     """Draw time histories and spectra of a motion or record, or of a cube's record before and after processing."""
     import xarray as xr
@@ -250,7 +256,7 @@ def history(motion: "Accelerogram | xr.Dataset", record: str | None = None) -> "
     return history_figure(one, one)
 
 
-@_styled
+@_with_project_style
 def spectra(motion: "Accelerogram", azimuth_deg: "ArrayLike" = (0.0, 90.0), title: str = "") -> "Figure":
     """Draw Fourier and response spectra of a motion or record along azimuths, degrees clockwise from north."""
     from overturning.figures.ground import spectra_figure
@@ -260,7 +266,7 @@ def spectra(motion: "Accelerogram", azimuth_deg: "ArrayLike" = (0.0, 90.0), titl
     return spectra_figure(_check_moving(as_motion(motion), "spectra"), checked_azimuths(azimuth_deg).tolist(), title)
 
 
-@_styled
+@_with_project_style
 def response(paths: "xr.Dataset | Sequence[xr.Dataset]", title: str = "") -> "Figure":
     """Draw rotation, slip and uplift against time of 2-D trajectories (`overturning.trajectory`), a column each."""
     import xarray as xr
@@ -282,7 +288,7 @@ def _figure_of_all_records(cube: "xr.Dataset", draw: Callable[["xr.Dataset"], "F
         raise ArgumentError("cube: it has no dimension record; keep the dimension: cube.sel(record=['rinaldi'])")
     whole = sorted_for_figures(cube.assign_coords(record=range(cube.sizes["record"])))
     figure = draw(whole)
-    caption(figure, f"{_title(whole, ())}{_stone_line(whole)}\n{figure.get_suptitle()}".strip())
+    caption(figure, f"{_record_title(whole, ())}{_scene_and_element_line(whole)}\n{figure.get_suptitle()}".strip())
     return figure
 
 
@@ -296,52 +302,54 @@ def _select_record(cube: "xr.Dataset", record: str | None) -> "xr.Dataset":
     return sorted_for_figures(one).drop_vars("record", errors="ignore").load()
 
 
-def _check_moving(motion: AnyMotion, kind: str) -> AnyMotion:
+def _check_moving(motion: AnyMotion, figure_kind: str) -> AnyMotion:
     """Return a motion or record; raise an ArgumentError if the ground does not move: the figure would be empty."""
     from overturning.figures.content import check_motion
 
-    check_motion(max(float(abs(one).max()) for one in (motion.north, motion.east)), kind)
+    check_motion(max(float(abs(one).max()) for one in (motion.north, motion.east)), figure_kind)
     return motion
 
 
-def _title(cube: "xr.Dataset", names: Sequence[str] = ("station", "event")) -> str:
+def _record_title(cube: "xr.Dataset", coordinate_names: Sequence[str] = ("station", "event")) -> str:
     """Return a title from some coordinates of the record, and from variant and factor if they are not nominal."""
     from overturning.labels import variant_label
 
-    times = [f"motion × {_factor(cube):g}"] if _factor(cube) != 1.0 else []
-    return ", ".join([*filter(None, (str(cube[name].item()) for name in names)), *variant_label(cube), *times])
+    times = [f"motion × {_amplitude_factor(cube):g}"] if _amplitude_factor(cube) != 1.0 else []
+    return ", ".join(
+        [*filter(None, (str(cube[name].item()) for name in coordinate_names)), *variant_label(cube), *times]
+    )
 
 
-def _factor(cube: "xr.Dataset") -> float:
-    """Return the factor on the motions of a cube with one amplitude."""
+def _amplitude_factor(cube: "xr.Dataset") -> float:
+    """Return the amplitude factor on the motions of a cube with one amplitude."""
     return float(cube["amplitude"]) if "amplitude" in cube.coords and "amplitude" not in cube.dims else 1.0
 
 
-def _check_direction(cube: "xr.Dataset", direction: str, kind: str) -> None:
+def _check_has_direction(cube: "xr.Dataset", direction: str, figure_kind: str) -> None:
     if direction not in cube.coords:
-        raise ArgumentError(f"{kind}: a cube without {direction} has no such figure; choose another kind")
+        raise ArgumentError(f"{figure_kind}: a cube without {direction} has no such figure; choose another kind")
 
 
-def _path_next_to(cube: "xr.Dataset", name: str) -> Path:
+def _path_in_folder_of_cube(cube: "xr.Dataset", file_name: str) -> Path:
     file = Path(cube.encoding.get("source", ""))
-    if not (path := file.parent / name).is_file():
+    if not (path := file.parent / file_name).is_file():
         where = f"not next to {file}" if file.is_file() else "a cube in memory has no such file"
-        raise MissingDataError(f"{name}: {where}; open the cube of a completed study, in the folder of the study")
+        raise MissingDataError(f"{file_name}: {where}; open the cube of a completed study, in the folder of the study")
     return path
 
 
-def _motion_path(one: "xr.Dataset") -> Path:
-    return _path_next_to(one, f"{_motion_folder(one)}/{one['record_id'].item()}.nc")
+def _motion_path(cube: "xr.Dataset") -> Path:
+    return _path_in_folder_of_cube(cube, f"{_motion_folder(cube)}/{cube['record_id'].item()}.nc")
 
 
 def _motion_folder(cube: "xr.Dataset") -> Path:
     """Return the folder of the motions relative to the cube; `motion` for a cube that belongs to no study."""
     from overturning.study.cube import motion_folder_of_cube, study_of_cube
 
-    if _factor(cube) != 1.0:
+    if _amplitude_factor(cube) != 1.0:
         raise MissingDataError(
-            f"amplitude: motions and measures exist only for the factor 1, not {_factor(cube):g}; open the cube with "
-            "amplitude=1"
+            f"amplitude: motions and measures exist only for the factor 1, not {_amplitude_factor(cube):g}; open the "
+            "cube with amplitude=1"
         )
     return (
         motion_folder_of_cube(Path(), study_of_cube(cube), cube.attrs["variant"])
@@ -350,11 +358,11 @@ def _motion_folder(cube: "xr.Dataset") -> Path:
     )
 
 
-def _measures(cube: "xr.Dataset") -> "xr.Dataset":
+def _intensity_measures(cube: "xr.Dataset") -> "xr.Dataset":
     """Return the intensity measures of the records of a cube, in the same order."""
     import xarray as xr
 
-    path = _path_next_to(cube, "intensity.nc")
+    path = _path_in_folder_of_cube(cube, "intensity.nc")
     if _motion_folder(cube) != Path("motion"):
         raise MissingDataError(
             f"{path}: measures of the variant {cube.attrs['variant']} do not exist; use the nominal one"
@@ -364,12 +372,12 @@ def _measures(cube: "xr.Dataset") -> "xr.Dataset":
         return measures.isel(record=[every.index(name) for name in cube["record_id"].to_numpy().ravel()]).load()
 
 
-def _plot(self: Accelerogram) -> "Figure":
+def _plot_motion(self: Accelerogram) -> "Figure":
     """Draw acceleration, velocity, displacement and Fourier amplitudes; see `history`."""
     figure: Figure = history(self)
     return figure
 
 
 # The method is added here, because the lower layer `motion` must not import figures.
-_plot.__name__, _plot.__qualname__ = "plot", "Accelerogram.plot"
-Accelerogram.plot = _plot  # type: ignore[method-assign]
+_plot_motion.__name__, _plot_motion.__qualname__ = "plot", "Accelerogram.plot"
+Accelerogram.plot = _plot_motion  # type: ignore[method-assign]

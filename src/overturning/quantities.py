@@ -38,16 +38,16 @@ def parse_quantity(value: object, unit: str) -> float:
     return float(match[1]) * factor if factor >= 1 else float(match[1]) / round(1 / factor)
 
 
-def _in(unit: str) -> tuple[Any, Any]:
+def _number_in_unit(unit: str) -> tuple[Any, Any]:
     """Return a validator that reads a number in `unit`, and a field that has the unit in the schema."""
     read = BeforeValidator(partial(parse_quantity, unit=unit), json_schema_input_type=float | str)
     return read, Field(json_schema_extra={"unit": unit})
 
 
-Metre = Annotated[float, *_in("m")]
-Second = Annotated[float, *_in("s")]
-Density = Annotated[float, *_in("kg/m³")]
-Degree = Annotated[float, *_in("°")]
-Stiffness = Annotated[float, *_in("N/m")]
-Damping = Annotated[float, *_in("N·s/m")]
-Radian = Annotated[float, *_in("rad")]
+Metre = Annotated[float, *_number_in_unit("m")]
+Second = Annotated[float, *_number_in_unit("s")]
+Density = Annotated[float, *_number_in_unit("kg/m³")]
+Degree = Annotated[float, *_number_in_unit("°")]
+Stiffness = Annotated[float, *_number_in_unit("N/m")]
+Damping = Annotated[float, *_number_in_unit("N·s/m")]
+Radian = Annotated[float, *_number_in_unit("rad")]

@@ -1,4 +1,4 @@
-"""Settings of a study that statistics and surveys use, too: the ensemble, and a population of stones."""
+"""Settings of a study that statistics and surveys also use: the ensemble, and a population of stones."""
 
 from typing import Annotated, Literal, Self
 
@@ -37,20 +37,20 @@ class Ensemble(StrictModel):
 
     @field_validator("members")
     @classmethod
-    def _even(cls, members: int) -> int:
+    def _check_even(cls, members: int) -> int:
         if members % 2:
             raise ValueError("an even number is needed: half of the members belong to each of two scrambles")
         return members
 
 
 class Spread(StrictModel):
-    """Values distributed uniformly between two ends."""
+    """Uniform distribution between a lowest and a highest value."""
 
     low: float = Field(gt=0, description="lowest value")
     high: float = Field(gt=0, description="highest value")
 
     @model_validator(mode="after")
-    def _ordered(self) -> Self:
+    def _check_order(self) -> Self:
         if self.high < self.low:
             raise ValueError(f"high {self.high:g} lies below low {self.low:g}; exchange them")
         return self
@@ -81,13 +81,13 @@ class Population(StrictModel):
     seed: int = Field(default=1, ge=0, description="seed of the draw")
 
     @model_validator(mode="after")
-    def _spread_about_a_face(self) -> Self:
+    def _check_face_spread(self) -> Self:
         if self.face is None and self.face_spread != Population.model_fields["face_spread"].default:
             raise ValueError(f"face_spread {self.face_spread:g}° is about `face`, which is not given; give it")
         return self
 
     @field_validator("height")
     @classmethod
-    def _of_stones(cls, height: Spread) -> Spread:
+    def _check_stone_heights(cls, height: Spread) -> Spread:
         check_heights([height.low, height.high])
         return height

@@ -30,26 +30,26 @@ def write_result(result: Any, path: Path, *, indent: int | None = 1) -> None:
     write_text(path, TypeAdapter(kind).dump_json(result, indent=indent).decode() + "\n")
 
 
-def read_result(kind: type[Result], path: Path, what: str) -> Result:
+def read_result(result_class: type[Result], path: Path, result_name: str) -> Result:
     """Read a file written by `write_result`; a `ResultError` if it is missing, damaged, or from another version.
 
     Parameters
     ----------
-    kind : type
+    result_class : type
         Class of the result, or ``list[…]`` of it.
     path : Path
         The file.
-    what : str
+    result_name : str
         Name of the result in messages, such as "convergence check".
     """
     try:
-        return TypeAdapter(kind).validate_json(path.read_bytes())
+        return TypeAdapter(result_class).validate_json(path.read_bytes())
     except OSError:
-        raise ResultError(f"{path}: no result of the {what}; run the study again to create it") from None
+        raise ResultError(f"{path}: no result of the {result_name}; run the study again to create it") from None
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(map(str, first["loc"]))
         why = f"{place}: {format_validation_error(first)}" if place else format_validation_error(first)
         raise ResultError(
-            f"{path}: {why}; written by another version, or damaged; run the study again to recreate the {what}"
+            f"{path}: {why}; written by another version, or damaged; run the study again to recreate the {result_name}"
         ) from None

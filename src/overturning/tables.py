@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from overturning.errors import OverturningError, did_you_mean
+from overturning.errors import OverturningError, closest_name_hint
 from overturning.validation import format_validation_error
 
 _NAMES = {"\t": "tabs", ",": "commas", ";": "semicolons", "  ": "spaces"}
@@ -20,13 +20,13 @@ Row = TypeVar("Row", bound=BaseModel)
 
 def read_rows(
     path: Path,
-    model: type[Row],
+    row_model: type[Row],
     *,
     delimiter: str,
-    error: type[OverturningError],
-    kind: str,
-    one_of: Sequence[str] = (),
-    refusal: Callable[[str], str] | None = None,
+    error_class: type[OverturningError],
+    table_kind: str,
+    required_alternatives: Sequence[str] = (),
+    unknown_column_message: Callable[[str], str] | None = None,
 ) -> Iterator[tuple[int, Row]]:
     """Yield the line number and the validated row for each row of a table (UTF-8 with or without byte order mark).
 
@@ -35,96 +35,114 @@ def read_rows(
 
     Parameters
     ----------
-    path, delimiter, kind : Path, str, str
+    path, delimiter, table_kind : Path, str, str
         The file, the separator of its cells (comma or tab), and the name of this kind of file in messages.
-    model : type of BaseModel
+    row_model : type of BaseModel
         Model whose fields are the columns that the table may have.
-    error : type of OverturningError
+    error_class : type of OverturningError
         Exception to raise; its message names file, line, column, value and remedy.
-    one_of : sequence of str
+    required_alternatives : sequence of str
         Columns at least one of which must be in the header.
-    refusal : callable, optional
+    unknown_column_message : callable, optional
         Function that receives the name of an unknown column and returns the reason to refuse the table, or "" to ignore
         the column. By default unknown columns are refused.
     """
-    lines = _lines(path, model, error, kind)
+    lines = _numbered_lines(path, row_model, error_class, table_kind)
     cells_of = []
     for number, line in lines:
         try:
             cells_of.append([cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))])
         except csv.Error as problem:  # a cell of more than 131,072 characters
-            raise error(f"{path} line {number}: {problem}; no cell of a {kind} is that long: cut it") from None
+            raise error_class(
+                f"{path} line {number}: {problem}; no cell of a {table_kind} is that long: cut it"
+            ) from None
     columns = [cell.lower() for cell in cells_of[0]]
     if len(columns) == 1 and (other := _other_delimiter(columns[0], delimiter)):
-        raise error(f"{path} line {lines[0][0]}: columns are separated by {_NAMES[other]}; use {_NAMES[delimiter]}")
-    if why := _wrong_columns(columns, model, one_of, refusal):
-        raise error(f"{path} line {lines[0][0]}: {why}")
-    adapter = TypeAdapter(model)
+        raise error_class(
+            f"{path} line {lines[0][0]}: columns are separated by {_NAMES[other]}; use {_NAMES[delimiter]}"
+        )
+    if why := _column_fault(columns, row_model, required_alternatives, unknown_column_message):
+        raise error_class(f"{path} line {lines[0][0]}: {why}")
+    adapter = TypeAdapter(row_model)
     for (number, _), cells in zip(lines[1:], cells_of[1:], strict=True):
         if len(cells) > len(columns) or (len(cells) < len(columns) and delimiter != "\t"):
-            raise error(
+            raise error_class(
                 f"{path} line {number}: {len(cells)} cells, the header names {len(columns)} columns; separate cells by "
                 f"{_NAMES[delimiter]}"
             )
         values = {
-            column: cell for column, cell in zip(columns, cells, strict=False) if cell and column in model.model_fields
+            column: cell
+            for column, cell in zip(columns, cells, strict=False)
+            if cell and column in row_model.model_fields
         }
         try:
             row = adapter.validate_python(values)
         except ValidationError as problem:
-            raise error(f"{path} line {number}: {_wrong_cell(problem, model, values)}") from None
+            raise error_class(f"{path} line {number}: {_cell_fault(problem, row_model, values)}") from None
         yield number, row
 
 
-def _lines(path: Path, model: type[BaseModel], error: type[OverturningError], kind: str) -> list[tuple[int, str]]:
-    """Return the lines that are neither empty nor comments, with their numbers; raise `error` if there is none."""
+def _numbered_lines(
+    path: Path, row_model: type[BaseModel], error_class: type[OverturningError], table_kind: str
+) -> list[tuple[int, str]]:
+    """Return the numbered lines of a table that are neither empty nor comments; an error if there is none."""
     try:
         if path.stat().st_size > MOST_BYTES:
-            raise error(f"{path}: larger than {MOST_BYTES} bytes; no {kind} is: check the path, or cut the file")
+            raise error_class(
+                f"{path}: larger than {MOST_BYTES} bytes; no {table_kind} is: check the path, or cut the file"
+            )
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
-        raise error(f"{path}: cannot be read: no such {kind}; check the path in the config or the command") from None
+        raise error_class(
+            f"{path}: cannot be read: no such {table_kind}; check the path in the config or the command"
+        ) from None
     except (OSError, UnicodeDecodeError) as problem:
-        raise error(f"{path}: cannot be read ({problem}); save the {kind} as text in UTF-8") from None
+        raise error_class(f"{path}: cannot be read ({problem}); save the {table_kind} as text in UTF-8") from None
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if not lines:
-        raise error(f"{path}: the {kind} is empty; its first line names columns of {', '.join(model.model_fields)}")
+        raise error_class(
+            f"{path}: the {table_kind} is empty; its first line names columns of {', '.join(row_model.model_fields)}"
+        )
     return lines
 
 
 def _other_delimiter(header: str, delimiter: str) -> str:
-    """Return the separator found in a header that has no `delimiter`; empty if there is none."""
+    """Return the separator found in a table header that lacks the expected one; empty if there is none."""
     return next((one for one in _NAMES if one != delimiter and one in header.strip()), "")
 
 
-def _wrong_columns(
+def _column_fault(
     columns: Sequence[str],
-    model: type[BaseModel],
-    one_of: Sequence[str],
-    refusal: Callable[[str], str] | None,
+    row_model: type[BaseModel],
+    required_alternatives: Sequence[str],
+    unknown_column_message: Callable[[str], str] | None,
 ) -> str:
-    """Return the first fault of the columns of a header; empty if there is none."""
+    """Return a message for the first unknown or missing column of a table header; empty if there is none."""
     for column in columns:
-        if column not in model.model_fields:
-            why = refusal(column) if refusal else did_you_mean(column, model.model_fields)
+        if column not in row_model.model_fields:
+            why = (
+                unknown_column_message(column)
+                if unknown_column_message
+                else closest_name_hint(column, row_model.model_fields)
+            )
             if why:
                 return f"column {column!r} is not known; {why}"
-    known = [column for column in columns if column in model.model_fields]
+    known = [column for column in columns if column in row_model.model_fields]
     if len(set(known)) < len(known):
         return f"a column is named twice; name each column once: {', '.join(columns)}"
-    if one_of and not set(one_of) & set(columns):
-        return f"no column {' or '.join(one_of)}; name one of them in the header"
+    if required_alternatives and not set(required_alternatives) & set(columns):
+        return f"no column {' or '.join(required_alternatives)}; name one of them in the header"
     return ""
 
 
-def _wrong_cell(problem: ValidationError, model: type[BaseModel], values: dict[str, str]) -> str:
-    """Return a message for the first error of a row: column, value and the expected value."""
+def _cell_fault(problem: ValidationError, row_model: type[BaseModel], values: dict[str, str]) -> str:
+    """Return a message for the first wrong cell of a table row: column, value and the expected value."""
     first = problem.errors()[0]
     message = format_validation_error(first)
     if not first["loc"]:
         return message
     column = str(first["loc"][0])
-    field = model.model_fields[column]
+    field = row_model.model_fields[column]
     low, high = (
         next((getattr(bound, name) for bound in field.metadata if getattr(bound, name, None) is not None), None)
         for name in ("ge", "le")

@@ -9,7 +9,7 @@ from typing import Any, Final, Literal, TypeVar, get_args, get_origin, get_type_
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from overturning.errors import REASON_SEPARATOR, ArgumentError, did_you_mean
+from overturning.errors import REASON_SEPARATOR, ArgumentError, closest_name_hint
 
 _TRUTH: Final = "true or false is needed"
 _NUMBER: Final = "a number is needed"
@@ -36,40 +36,45 @@ _WORDS: Final[dict[str, str]] = {
 Details = dict[str, Any]
 
 
-def _count(details: Details, side: str) -> str:
-    """Return the allowed number of values of a list, or of keys; `side` is ``min`` or ``max``."""
-    number = details[f"{side}_length"]
+def _value_count_text(error_details: Details, min_or_max: str) -> str:
+    """Return the allowed number of values of a list, or of keys; `min_or_max` is ``min`` or ``max``."""
+    number = error_details[f"{min_or_max}_length"]
     return f"{number} value{'' if number == 1 else 's'}"
 
 
-def _characters(details: Details, side: str) -> str:
-    number = details[f"{side}_length"]
+def _character_count_text(error_details: Details, min_or_max: str) -> str:
+    number = error_details[f"{min_or_max}_length"]
     return f"{number} character{'' if number == 1 else 's'}"
 
 
-def _choice(details: Details, given: Any) -> str:
+def _allowed_values_text(error_details: Details, given_value: Any) -> str:
     """Return the allowed values of a choice, and the one closest to the given value."""
-    known = re.findall(r"'([^']*)'", details["expected"])
-    near = did_you_mean(given, known, " ") if isinstance(given, str) and len(known) > 1 else " "
-    return f"it should be {details['expected']}{'' if near == ' ' else f'; {near}'}"
+    known = re.findall(r"'([^']*)'", error_details["expected"])
+    near = closest_name_hint(given_value, known, " ") if isinstance(given_value, str) and len(known) > 1 else " "
+    return f"it should be {error_details['expected']}{'' if near == ' ' else f'; {near}'}"
 
 
-def _tag(details: Details) -> str:
-    known = re.findall(r"'([^']*)'", details["expected_tags"])
-    return (
-        f"unknown {details['discriminator'].strip(chr(39))} {details['tag']!r}; {did_you_mean(details['tag'], known)}"
-    )
+def _unknown_tag_text(error_details: Details) -> str:
+    known = re.findall(r"'([^']*)'", error_details["expected_tags"])
+    hint = closest_name_hint(error_details["tag"], known)
+    return f"unknown {error_details['discriminator'].strip(chr(39))} {error_details['tag']!r}; {hint}"
 
 
 _OF_DETAILS: Final[dict[str, Callable[[Details, Any], str]]] = {
-    "too_short": lambda details, _: f"at least {_count(details, 'min')} needed, not {details['actual_length']}",
-    "too_long": lambda details, _: f"at most {_count(details, 'max')} allowed, not {details['actual_length']}",
-    "string_too_short": lambda details, given: (
-        "a text is needed that is not empty" if not given else f"at least {_characters(details, 'min')} needed"
+    "too_short": lambda details, _: (
+        f"at least {_value_count_text(details, 'min')} needed, not {details['actual_length']}"
     ),
-    "string_too_long": lambda details, _: f"at most {_characters(details, 'max')} allowed",
-    "literal_error": _choice,
-    "union_tag_invalid": lambda details, _: _tag(details),
+    "too_long": lambda details, _: (
+        f"at most {_value_count_text(details, 'max')} allowed, not {details['actual_length']}"
+    ),
+    "string_too_short": lambda details, given: (
+        "a text is needed that is not empty"
+        if not given
+        else f"at least {_character_count_text(details, 'min')} needed"
+    ),
+    "string_too_long": lambda details, _: f"at most {_character_count_text(details, 'max')} allowed",
+    "literal_error": _allowed_values_text,
+    "union_tag_invalid": lambda details, _: _unknown_tag_text(details),
     "union_tag_not_found": lambda details, _: (
         f"the key {details['discriminator']} is needed: it decides which other keys there are"
     ),
@@ -91,7 +96,7 @@ def format_validation_error(fault: Any) -> str:
     """Return a message with the fault of a value and the expected value, for one error of a ValidationError."""
     kind, details, given = fault["type"], fault.get("ctx", {}), fault.get("input")
     if kind == "string_pattern_mismatch":
-        return _pattern(details["pattern"])
+        return _allowed_characters_text(details["pattern"])
     if kind in LISTS:
         single = isinstance(given, str | int | float) and not isinstance(given, bool)
         return f"a list is needed: [{given}]" if single else "a list is needed, as in [first, second]"
@@ -104,7 +109,7 @@ def format_validation_error(fault: Any) -> str:
     return _WORDS.get(kind, str(fault["msg"]).removeprefix("Value error, ").replace("Input should be", "it should be"))
 
 
-def _pattern(pattern: str) -> str:
+def _allowed_characters_text(pattern: str) -> str:
     """Return a message with the characters that a pattern of this package allows."""
     if "[0-9a-f]" in pattern:
         return "64 digits of a SHA-256 are needed: 0 to 9 and a to f"
@@ -114,12 +119,12 @@ def _pattern(pattern: str) -> str:
     return f"only small letters, digits{signs} are allowed, a letter or digit first"
 
 
-def _of_values(faults: Sequence[Any]) -> list[Any]:
-    """Return the errors, without "too short" for lists that are too short only because a value is invalid."""
-    places = [tuple(fault["loc"]) for fault in faults]
+def _without_length_errors(errors: Sequence[Any]) -> list[Any]:
+    """Return validation errors without "too short" for lists that are too short only because a value is invalid."""
+    places = [tuple(fault["loc"]) for fault in errors]
     return [
         fault
-        for fault, place in zip(faults, places, strict=True)
+        for fault, place in zip(errors, places, strict=True)
         if fault["type"] != "too_short" or not any(other[: len(place)] == place != other for other in places)
     ]
 
@@ -128,35 +133,35 @@ Steps = list[int | str]
 
 
 def describe_faults(
-    error: ValidationError, root: Any, names: Callable[[Steps], Steps] = list, whole: str = ""
+    error: ValidationError, root_model: Any, rename_keys: Callable[[Steps], Steps] = list, file_description: str = ""
 ) -> list[str]:
     """Return a line for each invalid key of a file: the key, its value and the expected value.
 
     Parameters
     ----------
     error : ValidationError
-        Error from the validation of `root`.
-    root : type
+        Error from the validation of `root_model`.
+    root_model : type
         Model or type that was validated; it gives the known keys.
-    names : callable, optional
+    rename_keys : callable, optional
         Function from the path of a value (keys and list positions) to the path that is printed.
-    whole : str, optional
+    file_description : str, optional
         Name of a value without a key.
     """
     found: dict[tuple[str, str], list[str]] = {}
-    for fault in _of_values(error.errors()):
-        steps, forms = _place(fault, root)
+    for fault in _without_length_errors(error.errors()):
+        steps, forms = _locate_fault(fault, root_model)
         given, kind = fault["input"], fault["type"]
         message = format_validation_error(fault)
         if kind == "extra_forbidden":
             known = sorted({name for form in forms for name in form.model_fields})
-            message += f"; {did_you_mean(str(steps[-1]), known)}" if known else ""
+            message += f"; {closest_name_hint(str(steps[-1]), known)}" if known else ""
         elif kind in ("model_type", "union_tag_not_found", "model_attributes_type") and forms:
-            message = _keys_below(steps, forms, given)
+            message = _mapping_form_hint(steps, forms, given)
         odd = kind == "extra_forbidden" and not _is_key(str(steps[-1]))  # not even similar to a key
-        key = short_value(steps[-1]) if odd else ".".join(map(str, names(steps))) or whole
+        key = short_value(steps[-1]) if odd else ".".join(map(str, rename_keys(steps))) or file_description
         quiet = isinstance(given, BaseModel | dict) or kind in ("missing", "extra_forbidden")
-        messages = found.setdefault((_short(key), "" if quiet else f"{short_value(given)} – "), [])
+        messages = found.setdefault((_shorten_text(key), "" if quiet else f"{short_value(given)} – "), [])
         messages += [message] if message not in messages else []
     # A value that fits no member of a union has one message per member.
     return [f"{f'{key}: ' if key else ''}{given}{'; or '.join(texts)}" for (key, given), texts in found.items()]
@@ -177,7 +182,7 @@ def raise_argument_errors(model: type[Model]) -> type[Model]:
     def init(self: Model, *given: Any, **named: Any) -> None:
         known = type(self).model_fields
         for name in named.keys() - known.keys():
-            raise ArgumentError(f"{name}: no keyword of {type(self).__qualname__}; {did_you_mean(name, known)}")
+            raise ArgumentError(f"{name}: no keyword of {type(self).__qualname__}; {closest_name_hint(name, known)}")
         try:
             construct(self, **dict(zip(known, given, strict=False)), **named)
         except ValidationError as error:
@@ -192,38 +197,38 @@ def raise_argument_errors(model: type[Model]) -> type[Model]:
     return model
 
 
-def _place(fault: Any, root: Any) -> tuple[Steps, list[type[BaseModel]]]:
-    """Return the path of a value (keys and list positions), and the models to which its last key belongs or leads.
+def _locate_fault(fault: Any, root_model: Any) -> tuple[Steps, list[type[BaseModel]]]:
+    """Return the key path of a wrong value, and the pydantic models to which its last key belongs or leads.
 
     Names that pydantic adds for members of a union, and tags of models, are left out: they are not keys of the file.
     """
     steps: Steps = []
-    forms = _models(root)
+    forms = _models_in_annotation(root_model)
     for place, part in enumerate(fault["loc"]):
         last = place == len(fault["loc"]) - 1
         if isinstance(part, int) or (last and fault["type"] == "extra_forbidden"):
             steps.append(part)
         elif owner := next((form for form in forms if part in form.model_fields), None):
             steps.append(part)
-            forms = _models(owner.model_fields[part].annotation)
-        elif tagged := [form for form in forms if part in _tags([form])[1]]:
+            forms = _models_in_annotation(owner.model_fields[part].annotation)
+        elif tagged := [form for form in forms if part in _union_tag_and_values([form])[1]]:
             forms = tagged
         elif _is_key(part):
             steps.append(part)
     return steps, forms
 
 
-def _models(annotation: Any) -> list[type[BaseModel]]:
-    """Return the models in an annotation, also those inside lists and unions."""
+def _models_in_annotation(annotation: Any) -> list[type[BaseModel]]:
+    """Return the pydantic models in a type annotation, also those inside lists and unions."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
-    return [model for part in get_args(annotation) for model in _models(part)]
+    return [model for part in get_args(annotation) for model in _models_in_annotation(part)]
 
 
-def _tags(forms: Sequence[type[BaseModel]]) -> tuple[str, list[str]]:
-    """Return the key that distinguishes the models of a union, and its values; empty if there is none."""
-    for name in forms[0].model_fields if forms else ():
-        words = [form.model_fields[name].annotation for form in forms if name in form.model_fields]
+def _union_tag_and_values(union_models: Sequence[type[BaseModel]]) -> tuple[str, list[str]]:
+    """Return the key that distinguishes the pydantic models of a union, and its values; empty if there is none."""
+    for name in union_models[0].model_fields if union_models else ():
+        words = [form.model_fields[name].annotation for form in union_models if name in form.model_fields]
         if all(get_origin(word) is Literal for word in words):
             return name, [str(tag) for word in words for tag in get_args(word)]
     return "", []
@@ -234,53 +239,57 @@ def _is_key(part: str) -> bool:
     return part.replace("_", "").replace("-", "").isalnum() and part not in members and part[:12] != "constrained-"
 
 
-def _keys_below(steps: Steps, forms: Sequence[type[BaseModel]], given: object) -> str:
+def _mapping_form_hint(steps: Steps, union_models: Sequence[type[BaseModel]], given_value: object) -> str:
     """Return a message with the correct form of a mapping, if a single value was given instead."""
-    if len(forms) > 1:
-        key, known = _tags(forms)
-        if isinstance(given, str) and given in known:
-            return f"write {{{key}: {given}}}"
+    if len(union_models) > 1:
+        key, known = _union_tag_and_values(union_models)
+        if isinstance(given_value, str) and given_value in known:
+            return f"write {{{key}: {given_value}}}"
         return f"the key {key} is needed, one of {', '.join(known)}"
-    fields = forms[0].model_fields
-    first = _key_for(fields, given)
-    fits = isinstance(given, int | float) and not isinstance(given, bool)
-    value = f"{given:g}" if fits else (short_value(given).strip('"') if isinstance(given, str) and given else "…")
+    fields = union_models[0].model_fields
+    first = _likely_key(fields, given_value)
+    fits = isinstance(given_value, int | float) and not isinstance(given_value, bool)
+    value = (
+        f"{given_value:g}"
+        if fits
+        else (short_value(given_value).strip('"') if isinstance(given_value, str) and given_value else "…")
+    )
     name = f"{steps[-1]}: " if steps and isinstance(steps[-1], str) else ""
     return f"it has keys of its own; write {name}{{{first}: {value}}}; known: {', '.join(fields)}"
 
 
-def _key_for(fields: Mapping[str, Any], given: object) -> str:
-    """Return the most likely key of a value: ``step``, or the first key that accepts a value of its type."""
+def _likely_key(fields: Mapping[str, Any], given_value: object) -> str:
+    """Return the key that a value without a key probably belongs to: ``step``, or the first that accepts its type."""
     kinds = {int: (int, float), float: (float, int), str: (str,), list: (tuple,)}
-    if type(given) in (int, float) and "step" in fields:
+    if type(given_value) in (int, float) and "step" in fields:
         return "step"
     for name, field in fields.items():
-        if any(kind in _kinds(field.annotation) for kind in kinds.get(type(given), ())):
+        if any(kind in _plain_types(field.annotation) for kind in kinds.get(type(given_value), ())):
             return name
     return next(iter(fields))
 
 
-def _kinds(annotation: Any) -> set[Any]:
-    """Return the plain types in an annotation: `tuple` for any list, `str` for a literal word."""
+def _plain_types(annotation: Any) -> set[Any]:
+    """Return the plain types in a type annotation: `tuple` for any list, `str` for a literal word."""
     if (origin := get_origin(annotation)) is tuple:
         return {tuple}
     if origin is Literal:
         return {type(word) for word in get_args(annotation)}
-    return {annotation, *(kind for part in get_args(annotation) for kind in _kinds(part))}
+    return {annotation, *(kind for part in get_args(annotation) for kind in _plain_types(part))}
 
 
 def short_value(value: object) -> str:
-    """Return a value as written in a file, shortened to 60 characters and to three levels of nested lists."""
+    """Return the text of a value for messages, shortened to 60 characters and three levels of nested lists."""
 
-    def cut(part: object, level: int) -> object:
+    def shorten_nested(part: object, level: int) -> object:
         if isinstance(part, list | tuple):
-            return [cut(one, level - 1) for one in part[:20]] if level else "…"
+            return [shorten_nested(one, level - 1) for one in part[:20]] if level else "…"
         if isinstance(part, dict):
-            return {str(key): cut(one, level - 1) for key, one in part.items()} if level else "…"
+            return {str(key): shorten_nested(one, level - 1) for key, one in part.items()} if level else "…"
         return part if part is None or isinstance(part, bool | int | float) else str(part)[:60]
 
-    return _short(json.dumps(cut(value, 3), ensure_ascii=False))
+    return _shorten_text(json.dumps(shorten_nested(value, 3), ensure_ascii=False))
 
 
-def _short(text: str) -> str:
+def _shorten_text(text: str) -> str:
     return text if len(text) <= 60 else text[:57] + "…"

@@ -11,10 +11,10 @@ HEAVY = {"xarray", "pandas", "scipy", "matplotlib", "numba", "dask", "snakemake"
 READ = f"""
 from pathlib import Path
 from overturning.records.catalogue import read_catalogue
-from overturning.records.processing import process
+from overturning.records.processing import process_record
 from overturning.records.read import read_record
 from overturning.records.store import read_motion, write_motion
-record = process(read_record(read_catalogue({str(TABLE)!r})["rinaldi"], Path()), None)
+record = process_record(read_record(read_catalogue({str(TABLE)!r})["rinaldi"], Path()), None)
 """
 STORE = """
 import tempfile

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 from overturning.errors import ResultError
-from overturning.labels import earthquake_notes
+from overturning.labels import earthquake_assignment_notes
 from overturning.model.scene import load_scene
 from overturning.model.status import Status
 from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
@@ -132,7 +132,7 @@ def test_two_names_of_an_earthquake_are_merged_with_a_note(tmp_path: Path) -> No
     ]
     found = cube(tmp_path, named)
     assert found["event"].to_numpy().tolist() == [names[0]] * 2
-    assert earthquake_notes(found) == [
+    assert earthquake_assignment_notes(found) == [
         f"'{names[0]}' and '{names[1]}' are one earthquake (one origin, 1989-10-18 00:04)"
     ]
 

@@ -107,7 +107,9 @@ def test_a_wrong_cell_of_a_table_is_answered_in_plain_words(model: type[BaseMode
             row = needed | {column: cell}
             (tmp_path / "table.csv").write_text(f"{','.join(row)}\n{','.join(row.values())}\n", encoding="utf-8")
             try:
-                list(read_rows(tmp_path / "table.csv", model, delimiter=",", error=ConfigError, kind="table"))
+                list(
+                    read_rows(tmp_path / "table.csv", model, delimiter=",", error_class=ConfigError, table_kind="table")
+                )
             except ConfigError as error:
                 lines.append(str(error))
     assert len(lines) > len(model.model_fields)

@@ -37,14 +37,14 @@ def figure(
     """Draw a single figure of the report from a cube and the other results of its study."""
     import inspect
 
-    from overturning.errors import ArgumentError, did_you_mean
+    from overturning.errors import ArgumentError, closest_name_hint
     from overturning.figures.write import file_width, save_with_checks, set_title
-    from overturning.files import check_output
+    from overturning.files import check_output_path
     from overturning.study.cube import open_cube, select_blocks
 
     if kind not in KINDS:
-        raise ArgumentError(f"{kind}: no such figure; {did_you_mean(kind, KINDS)}")
-    check_output(output, "--output", ".svg", ".png", ".pdf")
+        raise ArgumentError(f"{kind}: no such figure; {closest_name_hint(kind, KINDS)}")
+    check_output_path(output, "--output", ".svg", ".png", ".pdf")
     inches = file_width(width)
     draw = KINDS[kind]
     of_one = "record" in inspect.signature(draw).parameters
@@ -73,14 +73,14 @@ def findings(
     ] = None,
 ) -> None:
     """Print the findings of a study: every number of its report, with interval and number of earthquakes."""
-    from overturning.files import check_output
+    from overturning.files import check_output_path
     from overturning.findings.collect import findings as collect
     from overturning.findings.collect import write_findings
     from overturning.findings.lines import finding_lines
     from overturning.study.load import load_study_from_text
 
     if output is not None:
-        check_output(output, "--output", ".json")
+        check_output_path(output, "--output", ".json")
     found = collect(cube, load_study_from_text(study) if study else None)
     if output is not None:
         write_findings(found, output)
@@ -125,11 +125,11 @@ def export(
     output: Annotated[Path, typer.Argument(help="table to write: .parquet (needs pyarrow) or .csv")],
 ) -> None:
     """Write the cases of a cube as a table, one row per case, with all elements and factors on the motions."""
-    from overturning.files import check_output
+    from overturning.files import check_output_path
     from overturning.labels import variant_label
     from overturning.study.cube import open_cube
     from overturning.study.small import write_table
 
-    check_output(output, "output", ".parquet", ".csv")
+    check_output_path(output, "output", ".parquet", ".csv")
     with open_cube(cube, chunks={"record": 1}, element=None, amplitude=None) as data:
         print(", ".join([f"{output}: {write_table(data, output)} cases", *variant_label(data)]))

@@ -18,7 +18,7 @@ RESOURCES: Final = Path("resources/records")
 """Default folder of the record files."""
 
 
-def spread_options(command: Callable[..., None]) -> Callable[..., None]:
+def dataclass_fields_as_options(command: Callable[..., None]) -> Callable[..., None]:
     """Decorate a command so that each field of its dataclass parameters becomes an option.
 
     Typer makes one option for each parameter in the signature of a function. The returned function has the fields of
@@ -33,39 +33,41 @@ def spread_options(command: Callable[..., None]) -> Callable[..., None]:
         several = inspect.signature(group).parameters.values() if group else [parameter]
         options += [one.replace(kind=one.KEYWORD_ONLY, annotation=types[one.name]) for one in several]
 
-    def run(**given: Any) -> None:
+    def run_with_options(**given: Any) -> None:
         made = {name: kind(**{one.name: given.pop(one.name) for one in fields(kind)}) for name, kind in groups.items()}
         command(**made, **given)
 
-    run.__name__, run.__doc__ = command.__name__, command.__doc__
-    run.__annotations__ = {option.name: option.annotation for option in options}
-    run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
-    return run
+    run_with_options.__name__, run_with_options.__doc__ = command.__name__, command.__doc__
+    run_with_options.__annotations__ = {option.name: option.annotation for option in options}
+    run_with_options.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+    return run_with_options
 
 
-def _flag(name: str) -> str:
+def _option_flag(name: str) -> str:
     """Return the option of a declaration about files: its name without the unit."""
     return f"--{name.removesuffix('_deg').removesuffix('_s').replace('_', '-')}"
 
 
-def _file_option(name: str, flag: str = "") -> Any:
+def _file_property_option(name: str, flag: str = "") -> Any:
     """Return the option of a declaration about files, with the help text of the record table."""
-    return typer.Option(flag or _flag(name), help=FileProperties.model_fields[name].description, show_default=False)
+    return typer.Option(
+        flag or _option_flag(name), help=FileProperties.model_fields[name].description, show_default=False
+    )
 
 
 @dataclass(frozen=True)
 class FileOptions:
     """Options for properties that a record file does not state itself."""
 
-    azimuths_deg: Annotated[str, _file_option("azimuths_deg")] = ""
-    columns: Annotated[str, _file_option("columns")] = ""
-    format: Annotated[str, _file_option("format")] = ""
-    sampling_interval_s: Annotated[float | None, _file_option("sampling_interval_s")] = None
-    processed: Annotated[bool | None, _file_option("processed", "--processed/--raw")] = None
-    sensor: Annotated[str, _file_option("sensor")] = ""
-    trust_data: Annotated[bool, _file_option("trust_data")] = False
-    unit: Annotated[str, _file_option("unit")] = ""
-    vertical_sense: Annotated[str, _file_option("vertical_sense")] = ""
+    azimuths_deg: Annotated[str, _file_property_option("azimuths_deg")] = ""
+    columns: Annotated[str, _file_property_option("columns")] = ""
+    format: Annotated[str, _file_property_option("format")] = ""
+    sampling_interval_s: Annotated[float | None, _file_property_option("sampling_interval_s")] = None
+    processed: Annotated[bool | None, _file_property_option("processed", "--processed/--raw")] = None
+    sensor: Annotated[str, _file_property_option("sensor")] = ""
+    trust_data: Annotated[bool, _file_property_option("trust_data")] = False
+    unit: Annotated[str, _file_property_option("unit")] = ""
+    vertical_sense: Annotated[str, _file_property_option("vertical_sense")] = ""
 
     def declarations(self) -> Declarations:
         """Return the options as `Declarations` for the readers; raise an ArgumentError that names a wrong option."""
@@ -77,7 +79,9 @@ class FileOptions:
             format_named(self.format or "auto")
             return Declarations(**given)
         except ArgumentError as problem:
-            raise ArgumentError(re.sub(r"(?m)^(\s*)(\w+)", lambda key: key[1] + _flag(key[2]), str(problem))) from None
+            raise ArgumentError(
+                re.sub(r"(?m)^(\s*)(\w+)", lambda key: key[1] + _option_flag(key[2]), str(problem))
+            ) from None
 
 
 @dataclass(frozen=True)
@@ -105,7 +109,7 @@ class StoneOptions:
     damping_ratio: Annotated[float | None, typer.Option(help="damping ratio of the contact (default 3)")] = None
 
     @property
-    def coefficient(self) -> float:
+    def friction_coefficient(self) -> float:
         """Friction coefficient, by default 1, if the scene does not define its own."""
         return 1.0 if self.friction is None else self.friction
 

@@ -29,13 +29,13 @@ def explore(
     The address of the page holds the cell that is pinned: `explore.html#record=rinaldi&azimuth=30&b_over_h=0.3`.
     """
     from overturning.figures.explore import write_explorer
-    from overturning.files import check_output
+    from overturning.files import check_output_path
     from overturning.study.cube import open_cube, record_number
     from overturning.study.load import load_study_from_text
 
     # The page of a variant is explore.NAME.html, so that it does not replace that of the study.
     path = output or cube.with_name(cube.name.replace("cube", "explore", 1)).with_suffix(".html")
-    check_output(path, "--output", ".html")
+    check_output_path(path, "--output", ".html")
     with open_cube(cube, element=None) as data:
         names = dict.fromkeys(record or data["record_id"].to_numpy().astype(str).tolist())
         chosen = data.isel(record=[record_number(data, name) for name in names])

@@ -13,7 +13,7 @@ from overturning.commands.declared import (
     OutputOptions,
     PlaneOptions,
     StoneOptions,
-    spread_options,
+    dataclass_fields_as_options,
 )
 
 if TYPE_CHECKING:
@@ -24,89 +24,93 @@ if TYPE_CHECKING:
     from overturning.records.record import Record
 
 
-@spread_options
+@dataclass_fields_as_options
 def one(
-    shaking: MotionOptions,
-    space: BodyOptions,
-    plane: PlaneOptions,
-    stone: StoneOptions,
-    outputs: OutputOptions,
-    given: FileOptions,
+    motion_options: MotionOptions,
+    body_options: BodyOptions,
+    plane_options: PlaneOptions,
+    stone_options: StoneOptions,
+    output_options: OutputOptions,
+    file_options: FileOptions,
 ) -> None:
     """Simulate one block or scene, print the outcome, and write a film or a figure of it."""
     from overturning.errors import ArgumentError
     from overturning.motion.motion import Motion
     from overturning.records.record import start_offset_from_file
 
-    _check_outputs(outputs, space)
-    record = _record(shaking, given)
-    motion = Motion.of(record if shaking.vertical else replace(record, up=None))
-    if space.body and plane != PlaneOptions():
+    _check_outputs(output_options, body_options)
+    record = _read_processed_record(motion_options, file_options)
+    motion = Motion.of(record if motion_options.vertical else replace(record, up=None))
+    if body_options.body and plane_options != PlaneOptions():
         raise ArgumentError(
             "--body: accepts --orientation and --damping-ratio; leave out azimuth, scene, density, damping, stiffness"
         )
-    if not space.body and space != BodyOptions():
+    if not body_options.body and body_options != BodyOptions():
         raise ArgumentError("--orientation, --plan, --mesh, --aspect: only for a 3-D body; add --body")
-    if not space.body and not plane.azimuth:
+    if not body_options.body and not plane_options.azimuth:
         raise ArgumentError("--azimuth: not given; give the azimuth of the motion, or use --body with --orientation")
     shift = start_offset_from_file(record)
     found = (
-        _simulate_body(motion, shaking.amplitude, space, stone, shift)
-        if space.body
-        else _simulate_planar(motion, shaking.amplitude, plane, stone, shift)
+        _simulate_body(motion, motion_options.amplitude, body_options, stone_options, shift)
+        if body_options.body
+        else _simulate_planar(motion, motion_options.amplitude, plane_options, stone_options, shift)
     )
     place = ", ".join(part for part in (record.station or record.record_id, record.event) if part)
     # The title must state that the motion differs from the recorded one.
-    times = f", motion × {shaking.amplitude:g}" if shaking.amplitude != 1 else ""
+    times = f", motion × {motion_options.amplitude:g}" if motion_options.amplitude != 1 else ""
     level = ", vertical motion left out" if motion.up is None and record.up is not None else ""
     title = f"{place}{times}{level}: {found.what}"
-    print(title, *found.lines, *_time_notes(shift), *record.notes, sep="\n  ")
-    if outputs.animate is not None:
+    print(title, *found.lines, *_processing_time_notes(shift), *record.notes, sep="\n  ")
+    if output_options.animate is not None:
         from overturning.figures.film_movie import write_film_movie
         from overturning.figures.film_of_trajectory import film_of
         from overturning.figures.page import write_film_page
 
         film = film_of(found.paths, _motion_in_file_time(motion, shift), title, note="The frame moves with the base.")
-        write = write_film_page if outputs.animate.suffix.lower() == ".html" else write_film_movie
-        write(film, outputs.animate)
-        print(f"film: {outputs.animate}")
-    if outputs.response is not None:
+        write = write_film_page if output_options.animate.suffix.lower() == ".html" else write_film_movie
+        write(film, output_options.animate)
+        print(f"film: {output_options.animate}")
+    if output_options.response is not None:
         from overturning.figures.response import axis_figure, response_figure
         from overturning.figures.style import style
         from overturning.figures.write import save
 
         with style():
-            figure = axis_figure(found.paths[0], motion, title) if space.body else response_figure(found.paths, title)
-            save(figure, outputs.response)
-        print(f"figure: {outputs.response}")
+            figure = (
+                axis_figure(found.paths[0], motion, title) if body_options.body else response_figure(found.paths, title)
+            )
+            save(figure, output_options.response)
+        print(f"figure: {output_options.response}")
 
 
-def _time_notes(shift: float) -> list[str]:
-    """Return a note on the clock of lines, films and figures, where the processing has moved the first sample."""
-    if not shift:
+def _processing_time_notes(time_shift: float) -> list[str]:
+    """Return a note on the time origin of printed lines, films and figures, if processing has moved the first sample."""
+    if not time_shift:
         return []
-    first = f"{-shift:g} s earlier, with zeros of the filter" if shift < 0 else f"{shift:g} s later"
+    first = f"{-time_shift:g} s earlier, with zeros of the filter" if time_shift < 0 else f"{time_shift:g} s later"
     return [f"times count from the first sample of the file; the motion that was simulated begins {first}"]
 
 
-def _in_file_time(path: "xr.Dataset", shift: float) -> "xr.Dataset":
-    """Return a trajectory with times that count from the first sample of the file."""
-    return path.assign(overturning_time=path["overturning_time"] + shift).assign_coords(time=path["time"] + shift)
+def _trajectory_in_file_time(trajectory: "xr.Dataset", time_shift: float) -> "xr.Dataset":
+    """Return a trajectory with times counted from the first sample of the record file."""
+    return trajectory.assign(overturning_time=trajectory["overturning_time"] + time_shift).assign_coords(
+        time=trajectory["time"] + time_shift
+    )
 
 
-def _motion_in_file_time(motion: "Motion", shift: float) -> "Motion":
-    """Return the motion to draw, from the first sample of the file on: without the filter's zeros before it."""
+def _motion_in_file_time(motion: "Motion", time_shift: float) -> "Motion":
+    """Return the motion from the first sample of the record file on, without the zeros added by the filter."""
     import numpy as np
 
     from overturning.motion.motion import Motion
 
-    before = round(-shift / motion.sampling_interval)
+    before = round(-time_shift / motion.sampling_interval)
     parts = [np.pad(samples, (max(0, -before), 0))[max(0, before) :] for samples in motion.components]
     return Motion(*parts, sampling_interval=motion.sampling_interval, trust_data=True)
 
 
 @dataclass(frozen=True)
-class _Simulated:
+class _SimulatedTrajectories:
     """Simulated trajectories with a description of the stone and a line of text for each outcome."""
 
     what: str
@@ -115,31 +119,31 @@ class _Simulated:
 
 
 def _simulate_planar(
-    motion: "Motion", amplitude: float, plane: PlaneOptions, stone: StoneOptions, shift: float
-) -> _Simulated:
-    """Simulate a scene along each azimuth; ``shift``, s, is added to times of the motion to give those of the file."""
+    motion: "Motion", amplitude: float, plane_options: PlaneOptions, stone_options: StoneOptions, time_shift: float
+) -> _SimulatedTrajectories:
+    """Simulate a scene along each azimuth; ``time_shift``, s, added to times of the motion gives those of the file."""
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import outcome
     from overturning.figures.style import compass_name
     from overturning.model.geometry import reference_element_size
 
-    stones = _scene(plane, stone.damping_ratio)
+    stones = _load_or_create_scene(plane_options, stone_options.damping_ratio)
     own_height, own_ratio = reference_element_size(stones)
-    height = own_height if stone.height is None else stone.height
-    b_over_h = own_ratio if stone.b_over_h is None else stone.b_over_h
-    if stone.friction is not None and not stones.sweeps_friction:
+    height = own_height if stone_options.height is None else stone_options.height
+    b_over_h = own_ratio if stone_options.b_over_h is None else stone_options.b_over_h
+    if stone_options.friction is not None and not stones.sweeps_friction:
         raise ArgumentError("--friction: the scene defines its own coefficients; set them in the scene file")
-    friction = stone.coefficient
+    friction = stone_options.friction_coefficient
     paths = [
-        _in_file_time(
+        _trajectory_in_file_time(
             trajectory(
                 motion, stones, azimuth_deg=angle, height=height, b_over_h=b_over_h,
                 friction=friction, amplitude=amplitude,
             ),
-            shift,
+            time_shift,
         )
-        for angle in plane.azimuth or []
+        for angle in plane_options.azimuth or []
     ]  # fmt: skip
     lines = []
     for path in paths:
@@ -148,15 +152,15 @@ def _simulate_planar(
             name = f" ({stones.default_element})" if len(stones.free_names) > 1 else ""
             text += f"; slipped {100 * path['residual_slip'].to_numpy()[shown].item():z.1f} cm by the end{name}"
         lines.append(f"motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")
-    what = "" if plane.scene is None else f"{stones.title or stones.name}, "
+    what = "" if plane_options.scene is None else f"{stones.title or stones.name}, "
     coefficient = f"{friction:g}" if stones.sweeps_friction else "that of the scene"
-    return _Simulated(f"{what}B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {coefficient}", lines, paths)
+    return _SimulatedTrajectories(f"{what}B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {coefficient}", lines, paths)
 
 
 def _simulate_body(
-    motion: "Motion", amplitude: float, space: BodyOptions, stone: StoneOptions, shift: float
-) -> _Simulated:
-    """Simulate a body at each orientation; ``shift``, s, is added to times of the motion to give those of the file."""
+    motion: "Motion", amplitude: float, body_options: BodyOptions, stone_options: StoneOptions, time_shift: float
+) -> _SimulatedTrajectories:
+    """Simulate a body at each orientation; ``time_shift``, s, added to times of the motion gives those of the file."""
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import heading_of, outcome
@@ -165,90 +169,97 @@ def _simulate_body(
     from overturning.model.mesh import read_mesh
     from overturning.model.shapes import shape_of
 
-    if space.plan is not None and space.mesh is not None:
+    if body_options.plan is not None and body_options.mesh is not None:
         raise ArgumentError("--plan, --mesh: both given; leave one out")
-    plan: Any = space.plan or "rectangle"
-    shape = shape_of(read_mesh(space.mesh) if space.mesh else int(plan) if plan.isdecimal() else plan)
-    height, b_over_h, friction = stone.height, stone.b_over_h, stone.coefficient
+    plan: Any = body_options.plan or "rectangle"
+    shape = shape_of(read_mesh(body_options.mesh) if body_options.mesh else int(plan) if plan.isdecimal() else plan)
+    height, b_over_h, friction = stone_options.height, stone_options.b_over_h, stone_options.friction_coefficient
     if shape.has_free_slenderness:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
-    contact = VertexContact() if stone.damping_ratio is None else VertexContact(damping_ratio=stone.damping_ratio)
+    contact = (
+        VertexContact()
+        if stone_options.damping_ratio is None
+        else VertexContact(damping_ratio=stone_options.damping_ratio)
+    )
     paths = [
-        _in_file_time(
+        _trajectory_in_file_time(
             trajectory(
                 motion, Body(shape, contact), orientation_deg=angle, height=height, b_over_h=b_over_h,
-                friction=friction, aspect=space.aspect, amplitude=amplitude,
+                friction=friction, aspect=body_options.aspect, amplitude=amplitude,
             ),
-            shift,
+            time_shift,
         )
-        for angle in space.orientation or [0.0]
+        for angle in body_options.orientation or [0.0]
     ]  # fmt: skip
     level = ["the motion has two components: the base moves level"] if motion.up is None else []
-    sizes, oblong = paths[0].attrs, f", D/B = {space.aspect:g}" if shape.has_free_aspect else ""
-    return _Simulated(
+    sizes, oblong = paths[0].attrs, f", D/B = {body_options.aspect:g}" if shape.has_free_aspect else ""
+    return _SimulatedTrajectories(
         f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {friction:g}",
         [*level, *(f"{heading_of(path)}: {outcome(path)}" for path in paths)],
         paths,
     )
 
 
-def _check_outputs(wanted: OutputOptions, space: BodyOptions) -> None:
+def _check_outputs(output_options: OutputOptions, body_options: BodyOptions) -> None:
     """Raise an error if an output file cannot be written, before the simulation."""
     from overturning.errors import ArgumentError
-    from overturning.files import check_output
+    from overturning.files import check_output_path
 
-    check_output(wanted.animate, "--animate", ".html", ".gif", ".mp4")
-    check_output(wanted.response, "--response", ".svg", ".png", ".pdf")
-    if wanted.animate is not None:
+    check_output_path(output_options.animate, "--animate", ".html", ".gif", ".mp4")
+    check_output_path(output_options.response, "--response", ".svg", ".png", ".pdf")
+    if output_options.animate is not None:
         from overturning.figures.film_movie import check_movie
 
-        check_movie(wanted.animate, in_space=space.body)
-    if wanted.response is not None and space.body and len(space.orientation or ()) > 1:
-        raise ArgumentError(f"{wanted.response.name}: one orientation at a time; give --orientation once")
+        check_movie(output_options.animate, in_space=body_options.body)
+    if output_options.response is not None and body_options.body and len(body_options.orientation or ()) > 1:
+        raise ArgumentError(f"{output_options.response.name}: one orientation at a time; give --orientation once")
 
 
-def _scene(plane: PlaneOptions, damping_ratio: float | None) -> "Scene":
+def _load_or_create_scene(plane_options: PlaneOptions, damping_ratio: float | None) -> "Scene":
     """Return the named scene, or the default gravestone with the given density and contact."""
     from overturning.errors import ArgumentError
     from overturning.model.contact import Contact
     from overturning.model.scene import gravestone, load_scene
     from overturning.units import GRANITE_DENSITY
 
-    if plane.scene is None:
-        stiffness: Literal["auto"] | float = "auto" if plane.stiffness is None else plane.stiffness
-        contact = Contact(stiffness=stiffness, damping_ratio=damping_ratio, damping=plane.damping)
-        return gravestone(contact, GRANITE_DENSITY if plane.density is None else plane.density)
-    if any(value is not None for value in (plane.density, plane.stiffness, damping_ratio, plane.damping)):
+    if plane_options.scene is None:
+        stiffness: Literal["auto"] | float = "auto" if plane_options.stiffness is None else plane_options.stiffness
+        contact = Contact(stiffness=stiffness, damping_ratio=damping_ratio, damping=plane_options.damping)
+        return gravestone(contact, GRANITE_DENSITY if plane_options.density is None else plane_options.density)
+    if any(
+        value is not None
+        for value in (plane_options.density, plane_options.stiffness, damping_ratio, plane_options.damping)
+    ):
         raise ArgumentError("--scene: the scene defines density, stiffness and damping; set them in the scene file")
-    return load_scene(plane.scene)
+    return load_scene(plane_options.scene)
 
 
-def _record(shaking: MotionOptions, given: FileOptions) -> "Record":
+def _read_processed_record(motion_options: MotionOptions, file_options: FileOptions) -> "Record":
     """Return a record of the table, a file or a pulse, with the default processing of a study."""
-    from overturning.errors import ArgumentError, ConfigError, did_you_mean
-    from overturning.files import project_file
+    from overturning.errors import ArgumentError, ConfigError, closest_name_hint
+    from overturning.files import find_project_file
     from overturning.records.catalogue import read_catalogue
     from overturning.records.processing import process_record
     from overturning.records.pulses import SHAPES, parse_pulse, pulse_record
     from overturning.records.read import read_record, read_without_processing
     from overturning.records.store import round_as_stored
 
-    name, table = shaking.record, shaking.table or TABLE
+    name, table = motion_options.record, motion_options.table or TABLE
     is_pulse = bool(name.split()) and name.split()[0] in SHAPES
-    if (is_pulse or Path(name).is_file()) and (shaking.table, shaking.folder) != (None, None):
+    if (is_pulse or Path(name).is_file()) and (motion_options.table, motion_options.folder) != (None, None):
         what = "a pulse" if is_pulse else "a file"
         raise ArgumentError(f"--table, --folder: --record {name!r} is {what}, not in a record table; leave them out")
     if Path(name).is_file():
-        return round_as_stored(process_record(read_without_processing(Path(name), given.declarations()), None))
-    if given != FileOptions():
+        return round_as_stored(process_record(read_without_processing(Path(name), file_options.declarations()), None))
+    if file_options != FileOptions():
         raise ArgumentError(f"--record {name!r}: no such file; options that describe a file, such as --unit, need one")
     if is_pulse:
         return round_as_stored(pulse_record(parse_pulse(name)))
     if " " not in name and (Path(name).suffix or len(Path(name).parts) > 1):
         raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
-    entries = read_catalogue(project_file(table))
+    entries = read_catalogue(find_project_file(table))
     if name not in entries:
         raise ConfigError(
-            f"{table}: no record {name!r}, nor a file of that name or a pulse; {did_you_mean(name, entries)}"
+            f"{table}: no record {name!r}, nor a file of that name or a pulse; {closest_name_hint(name, entries)}"
         )
-    return round_as_stored(process_record(read_record(entries[name], shaking.folder or RESOURCES), None))
+    return round_as_stored(process_record(read_record(entries[name], motion_options.folder or RESOURCES), None))

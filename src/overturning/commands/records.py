@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from overturning.commands.declared import RESOURCES, TABLE, FileOptions, spread_options
+from overturning.commands.declared import RESOURCES, TABLE, FileOptions, dataclass_fields_as_options
 
 if TYPE_CHECKING:
     from overturning.records.record import Record
@@ -21,7 +21,7 @@ app = typer.Typer(no_args_is_help=True, help="Check, plot, add or fetch record f
 
 
 @app.command()
-@spread_options
+@dataclass_fields_as_options
 def check(paths: Paths, given: FileOptions) -> None:
     """Read files of any known format, and print their records or the reasons why they are refused.
 
@@ -34,7 +34,7 @@ def check(paths: Paths, given: FileOptions) -> None:
     findings = check_paths(paths, given.declarations())
     for finding in findings:
         typer.echo(format_record_check(finding))
-    _echo_notes(group_by_earthquake(f.record for f in findings if f.record is not None).notes)
+    _print_notes(group_by_earthquake(f.record for f in findings if f.record is not None).notes)
     named = [replace(f.used, record_id=", ".join(f.files)) for f in findings if f.used is not None]
     for text in duplicate_messages(find_duplicate_records(map(motion_fingerprint, named))):
         typer.echo(text)
@@ -48,12 +48,12 @@ def check(paths: Paths, given: FileOptions) -> None:
         raise typer.Exit(1)
 
 
-def _echo_notes(notes: Iterable[str]) -> None:
+def _print_notes(notes: Iterable[str]) -> None:
     for note in notes:
         typer.echo(f"earthquakes: {note}")
 
 
-def _echo_record_notes(record: "Record") -> None:
+def _print_record_notes(record: "Record") -> None:
     from overturning.records.check import record_notes
 
     for note in record_notes(record):
@@ -61,7 +61,7 @@ def _echo_record_notes(record: "Record") -> None:
 
 
 @app.command()
-@spread_options
+@dataclass_fields_as_options
 def plot(
     paths: Paths,
     given: FileOptions,
@@ -113,7 +113,7 @@ def plot(
         with style():
             save(history_figure(record, used), target)
         typer.echo(f"{target}: {', '.join(map(processing_entry_text, used.processing)) or 'not processed'}")
-        _echo_record_notes(record)
+        _print_record_notes(record)
     for finding in unread:
         typer.echo(format_record_check(finding))
     if any(not finding.skipped for finding in unread):
@@ -148,7 +148,7 @@ def add(
     record = add_record_to_table(paths, given, table, folder)
     place = ", ".join(text for text in (record.station, record.event) if text)
     typer.echo(f"{table}: {record.record_id}{f' ({place})' if place else ''}")
-    _echo_record_notes(record)
+    _print_record_notes(record)
     for line in notes_on_new_record(record, table, folder):
         typer.echo(line)
     typer.echo(f"look at it: overturning one --record {record.record_id} --azimuth 0 --animate {record.record_id}.html")
@@ -191,7 +191,7 @@ class TimeWindow:
 
 
 @fetch.command()
-@spread_options
+@dataclass_fields_as_options
 def fdsn(
     server: Annotated[str, typer.Argument(help="address of FDSN services, or a name that obspy knows")],
     network: Annotated[str, typer.Option(help="network code")],

@@ -84,16 +84,16 @@ def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> No
         print(_search_time_note(searched, len(entries)))
 
 
-def _search_time_note(kinds: "Sequence[StoneKind]", records: int) -> str:
+def _search_time_note(stone_kinds: "Sequence[StoneKind]", own_records: int) -> str:
     """Return a note on the time of the search for the motion of the surveys, among library motions and own records."""
     from overturning.study.preflight import format_time
     from overturning.surveys.library import candidate_motions
     from overturning.surveys.responses import count_uncached_cases
 
     library = candidate_motions()
-    _, seconds = count_uncached_cases(library, kinds)
+    _, seconds = count_uncached_cases(library, stone_kinds)
     # The study's own records are not read here: assume the mean time of the library motions for each.
-    seconds *= 1 + records / len(library)
+    seconds *= 1 + own_records / len(library)
     return (
         f"search for the motion of the surveys: about {format_time(seconds)} of additional processor time, once for "
         "stones of these sizes; `backwards: false` in a survey skips it"
@@ -114,7 +114,7 @@ def new(
 ) -> None:
     """Write a new study file; options that are not given are asked for."""
     from overturning.errors import ArgumentError, ConfigError
-    from overturning.files import atomic_write, check_output
+    from overturning.files import atomic_write, check_output_path
     from overturning.study.document import study_template
     from overturning.study.load import load_study, record_table_rows
     from overturning.study.preflight import has_alignment
@@ -122,7 +122,7 @@ def new(
     path = folder / f"{name}.yaml"
     if path.exists():
         raise ArgumentError(f"{path}: exists already; choose another name")
-    check_output(path, "--folder")
+    check_output_path(path, "--folder")
     ids = records.replace(",", " ").split()
     with atomic_write(path) as part:
         part.write_text(study_template(name, ids, title, step), encoding="utf-8")

@@ -19,7 +19,7 @@ def survey(
     ] = None,
 ) -> None:
     """Compare the observed fall directions of a survey with those that the cube predicts."""
-    from overturning.files import check_output
+    from overturning.files import check_output_path
     from overturning.labels import azimuth_gap_label, variant_label
     from overturning.report.plain import plain_lines
     from overturning.report.sections.surveys import survey_section
@@ -28,8 +28,8 @@ def survey(
     from overturning.surveys.comparison import compare_survey, make_survey_result
     from overturning.surveys.stones import read_survey_with_notes
 
-    check_output(figure, "--figure", ".svg", ".png", ".pdf")
-    check_output(output, "--output")
+    check_output_path(figure, "--figure", ".svg", ".png", ".pdf")
+    check_output_path(output, "--output")
     rows, notes, doubts = read_survey_with_notes(stones)
     with open_cube(cube, chunks={"record": 1}) as data:
         site = data.isel(record=[record_number(data, record)]).load()
@@ -78,7 +78,7 @@ def backwards(
     import sys
     import time
 
-    from overturning.files import check_output
+    from overturning.files import check_output_path
     from overturning.report.plain import plain_lines
     from overturning.report.sections.surveys import backwards_section, draw_posterior, sizes_taken
     from overturning.report.text import counted
@@ -89,8 +89,8 @@ def backwards(
     from overturning.surveys.responses import Responses, count_uncached_cases, stone_kinds_of_survey
     from overturning.surveys.stones import read_survey_with_notes
 
-    check_output(figure, "--figure", ".svg", ".png")
-    check_output(output, "--output")
+    check_output_path(figure, "--figure", ".svg", ".png")
+    check_output_path(output, "--output")
     rows, notes, doubts = read_survey_with_notes(stones)
     for note in (*notes, *doubts):
         print(note)

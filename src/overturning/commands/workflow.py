@@ -27,7 +27,7 @@ Figures = Annotated[Path, typer.Option(help="folder for the figures")]
 NetCDF = Annotated[Path, typer.Option(help="NetCDF file to write")]
 
 
-def _percent_lines() -> Callable[[int, int], None]:
+def _percent_progress() -> Callable[[int, int], None]:
     """Return a function that prints progress in per cent on standard error, at most once a second, for the log."""
     last, said = time.monotonic(), 0
 
@@ -63,7 +63,7 @@ def read(
     write_motion(done, output, unprocessed_record=None if done is raw else raw)
 
 
-def _with_records(study: str, motions: Path) -> tuple[Any, list[Any]]:
+def _load_study_and_motions(study: str, motions: Path) -> tuple[Any, list[Any]]:
     """Return the study and the processed motions of its records."""
     from overturning.records.store import read_motion
     from overturning.study.load import load_study_from_text
@@ -83,7 +83,7 @@ def surface(
     from overturning.records.store import write_motion
     from overturning.study.scenes import variant_settings
 
-    settings, records = _with_records(study, motions)
+    settings, records = _load_study_and_motions(study, motions)
     for rock in records:
         write_motion(
             process_record(rock, (), variant_settings(settings, variant).site),
@@ -112,7 +112,7 @@ def rotate(study: Study, motions: Motions, output: NetCDF) -> None:
     """Compute the intensity measures of all records along each azimuth."""
     from overturning.study.intensity import write_intensity
 
-    write_intensity(*_with_records(study, motions), output)
+    write_intensity(*_load_study_and_motions(study, motions), output)
 
 
 def members(study: Study, output: Annotated[Path, typer.Option(help="table of members to write (CSV)")]) -> None:
@@ -142,7 +142,7 @@ def sweep(
 
     settings, part = load_study_from_text(study), Chunk.parse(chunk)
     record, drawn = read_motion(motion), Members.read(members) if members else None
-    numerics = numerics_of_study(settings, threads, _percent_lines())
+    numerics = numerics_of_study(settings, threads, _percent_progress())
     sweep_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 
 
@@ -158,7 +158,7 @@ def gather(
     from overturning.study.gather import merge_parts as gather_parts
     from overturning.study.parts import part_paths
 
-    settings, records = _with_records(study, motions)
+    settings, records = _load_study_and_motions(study, motions)
     gather_parts(settings, records, part_paths(parts, settings.records.use, chunks), output, variant)
 
 
@@ -206,11 +206,11 @@ def check_convergence(
     from overturning.study.convergence_check import check_convergence as compute_again
     from overturning.study.sample import read_rigid, read_sample
 
-    settings, records = _with_records(study, motions)
+    settings, records = _load_study_and_motions(study, motions)
     if isinstance(settings.verification, str):
         raise ConfigError(f"{settings.name}: verification: none; remove the key for a convergence check")
     sample = read_sample(cube, settings.verification)
-    found = compute_again(settings, records, sample, threads, _percent_lines(), read_rigid(cube, settings))
+    found = compute_again(settings, records, sample, threads, _percent_progress(), read_rigid(cube, settings))
     write_result(found, output)
 
 
@@ -226,7 +226,7 @@ def record_figures(
     from overturning.study.gather import merge_parts as gather_parts
     from overturning.study.parts import part_paths
 
-    settings, records = _with_records(study, motions)
+    settings, records = _load_study_and_motions(study, motions)
     write = partial(write_figure, settings.figures)
     with TemporaryDirectory() as folder:
         cube = Path(folder) / "cube.nc"

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.arrays import ArrayLike, dataset
+from overturning.arrays import ArrayLike, create_dataset
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, suggest_keywords
@@ -176,7 +176,7 @@ def simulate(
     if (angles := critical_angle(model, grid)) is not None:
         coordinates["critical_angle"] = angles
     level = "none: the motion has two components, so the base moves level"
-    return dataset(
+    return create_dataset(
         {
             item.name: (grid.variable_dimensions(item), item.decode(arrays[item.name]), item.all_attributes)
             for item in model.variables

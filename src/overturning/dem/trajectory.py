@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from overturning.arrays import dataset
+from overturning.arrays import create_dataset
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import plan_of
 from overturning.dem.simulate import grid_over
@@ -97,7 +97,7 @@ def trajectory(
     variables, coordinates, attributes = path.dataset_parts(results)
     known = {f"{model.direction}_deg": grid.directions.item(), **size, **more}
     given = {name: value for name, value in known.items() if name != "aspect" or name in model.case_dims}
-    return dataset(
+    return create_dataset(
         variables,
         coordinates,
         model.cube_attributes | attributes | given | {"block_steps": int(results.block_steps[0])},

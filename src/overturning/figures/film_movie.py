@@ -10,7 +10,7 @@ import numpy as np
 from overturning.errors import ArgumentError, MissingDataError
 from overturning.figures.film import Film, vertex_paths, view
 from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, style
-from overturning.files import atomic_write, check_output
+from overturning.files import atomic_write, check_output_path
 from overturning.units import GAL
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def write_film_movie(film: Film, path: Path) -> None:
 
     kind = path.suffix.lower()
     check_movie(path, in_space=film.panels[0].in_space)
-    check_output(path, "film", *KINDS)
+    check_output_path(path, "film", *KINDS)
     step = max(1, round((GIF_INTERVAL if kind == ".gif" else 0.04) / film.frame_interval))
     rate: Any = 1 / (step * film.frame_interval)
     # Leave date and encoder version out of the file, because they differ between runs.

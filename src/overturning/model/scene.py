@@ -9,7 +9,7 @@ from typing import Any, Final, Self
 from pydantic import Field, ValidationError, model_validator
 
 from overturning.errors import ArgumentError, ConfigError
-from overturning.files import project_file, read_mapping
+from overturning.files import find_project_file, read_yaml_mapping
 from overturning.model.contact import Contact
 from overturning.model.element import ContactLaw, Element, Material, Name, Positive
 from overturning.model.geometry import WIDE_GROUND, check_geometry
@@ -185,12 +185,12 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
     """
     path = root / name
     if path.suffix not in {".yaml", ".yml"}:
-        path = project_file(root / SCENES / f"{name}.yaml")
+        path = find_project_file(root / SCENES / f"{name}.yaml")
     if not path.is_file():
-        folders = {root / SCENES, project_file(SCENES)}
+        folders = {root / SCENES, find_project_file(SCENES)}
         known = ", ".join(sorted({file.stem for folder in folders for file in folder.glob("*.yaml")})) or "none"
         raise ConfigError(f"scene {name}: no file {path}; known: {known}")
-    return check_scene(read_mapping(path, "scene", "see docs/scenes.md"), str(path))
+    return check_scene(read_yaml_mapping(path, "scene", "see docs/scenes.md"), str(path))
 
 
 def check_scene(content: dict[str, Any], file_name: str = "scene") -> Scene:

@@ -162,7 +162,7 @@ def read_catalogue(path: Path | str) -> dict[str, RecordEntry]:
     """
     path = Path(path)
     entries: dict[str, RecordEntry] = {}
-    for line, entry in read_rows(path, RecordEntry, delimiter="\t", error=ConfigError, kind="record table"):
+    for line, entry in read_rows(path, RecordEntry, delimiter="\t", error_class=ConfigError, table_kind="record table"):
         if entry.id in entries:
             raise ConfigError(f"{path} line {line}: column id {entry.id!r}: it occurs twice; ids must differ")
         entries[entry.id] = entry

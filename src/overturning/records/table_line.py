@@ -9,7 +9,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from overturning.errors import ArgumentError, ConfigError, MissingDataError, OverturningError
-from overturning.files import atomic_write, project_file
+from overturning.files import atomic_write, find_project_file
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.duplicates import duplicate_messages, find_duplicate_records, motion_fingerprint
 from overturning.records.earthquakes import group_by_earthquake
@@ -35,7 +35,7 @@ def add_record_to_table(
     _check_files_and_columns(paths, cells_by_column)
     stem = "".join(sign if sign.isalnum() or sign in "_-" else "-" for sign in paths[0].name.split(".")[0].lower())
     cells = {"id": stem, "format": "auto", "source": " ".join(path.name for path in paths), **cells_by_column}
-    before = project_file(table_path)
+    before = find_project_file(table_path)
     rows = read_catalogue(before) if before.exists() else {}
     if cells["id"] in rows:
         raise ConfigError(f"{table_path}: id {cells['id']!r} is there already; give another one")

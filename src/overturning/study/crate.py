@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from overturning.errors import ResultError
-from overturning.files import project_folders, read_mapping, write_text
+from overturning.files import project_folders, read_yaml_mapping, write_text
 from overturning.study.cube import CONFIGURATION
 from overturning.study.load import without_absolute_paths
 from overturning.study.schema import Study
@@ -155,7 +155,9 @@ def _cube_metadata(path: Path) -> dict[str, Any]:
 def _program_metadata() -> dict[str, Any]:
     """Read the citation metadata (CITATION.cff) of this version of the program."""
     files = (root / "CITATION.cff" for root in project_folders())
-    return read_mapping(next(file for file in files if file.is_file()), "citation", "citation-file-format.github.io")
+    return read_yaml_mapping(
+        next(file for file in files if file.is_file()), "citation", "citation-file-format.github.io"
+    )
 
 
 def _unwrap_single(values: Iterable[Any]) -> Any:

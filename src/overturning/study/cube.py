@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from overturning.arrays import spare_dask
+from overturning.arrays import skip_dask_import
 from overturning.errors import ArgumentError, ResultError, suggest_keywords
 from overturning.files import checksum_matches
 from overturning.model.falls import model_of
@@ -93,7 +93,7 @@ def open_cube(
         raise ResultError(f"{path}: {why}")
     if checksum_matches(path) is False:
         raise ResultError(f"{path}: damaged, its checksum does not match; run the study again to recreate it")
-    spare_dask()
+    skip_dask_import()
     try:
         with _small_chunk_cache(read_once=chunks is not None):
             cube = xr.open_dataset(path, engine="netcdf4", chunks=chunks, decode_timedelta=False)

@@ -19,7 +19,7 @@ from pydantic import create_model
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import Progress
 from overturning.errors import ResultError
-from overturning.files import atomic_write, checksum_matches, seal
+from overturning.files import append_checksum, atomic_write, checksum_matches
 from overturning.model.cases import Cases
 from overturning.model.grid import Grid
 from overturning.model.model import Model
@@ -100,14 +100,16 @@ class Members:
         rows = zip(*(getattr(self, name).tolist() for name in COLUMNS), strict=True)
         with atomic_write(path) as part:
             part.write_text("".join(f"{','.join(map(str, row))}\n" for row in (COLUMNS, *rows)), encoding="utf-8")
-            seal(part)
+            append_checksum(part)
 
     @classmethod
     def read(cls, path: Path) -> Self:
         """Read a file written by `write`; a `ResultError` if it is missing, damaged, or another kind of file."""
         if path.exists() and not checksum_matches(path):
             raise ResultError(f"{path}: damaged, or no table of ensemble members; run the study again to recreate it")
-        rows = read_rows(path, _MemberRow, delimiter=",", error=ResultError, kind="table of ensemble members")
+        rows = read_rows(
+            path, _MemberRow, delimiter=",", error_class=ResultError, table_kind="table of ensemble members"
+        )
         numbers = [[getattr(row, name) for name in COLUMNS] for _, row in rows]
         scramble, *columns = np.array(numbers, np.float64).reshape(-1, len(COLUMNS)).T
         return cls(scramble.astype(np.int64), *columns)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from overturning.errors import ConfigError, did_you_mean
-from overturning.files import portable_name, project_file, read_mapping
+from overturning.errors import ConfigError, closest_name_hint
+from overturning.files import find_project_file, read_yaml_mapping, without_absolute_folder
 from overturning.study.schema import Study
 from overturning.validation import describe_faults
 
@@ -26,7 +26,7 @@ def load_study(path: Path) -> Study:
 
 def read_study(path: Path) -> dict[str, Any]:
     """Read keys and values of a study file without validation; a `ConfigError` if it cannot be read."""
-    return read_mapping(path, "study", "see config/README.md", "name a study file with --configfile")
+    return read_yaml_mapping(path, "study", "see config/README.md", "name a study file with --configfile")
 
 
 def check_study(content: Mapping[str, Any], study_file: str) -> Study:
@@ -34,7 +34,7 @@ def check_study(content: Mapping[str, Any], study_file: str) -> Study:
     try:
         return Study.model_validate(dict(content))
     except ValidationError as error:
-        lines = describe_faults(error, Study, whole="the study")
+        lines = describe_faults(error, Study, file_description="the study")
         raise ConfigError("\n       ".join(f"{study_file}: {line}" for line in lines)) from None
 
 
@@ -47,7 +47,7 @@ def record_table_rows(study: Study, study_file: str, root: Path = Path()) -> dic
     from overturning.records.catalogue import RecordEntry, read_catalogue
     from overturning.records.pulses import parse_pulse
 
-    table = read_catalogue(project_file(root / study.records.table))
+    table = read_catalogue(find_project_file(root / study.records.table))
     for name, line in study.records.pulses.items():
         if name in table:
             raise ConfigError(
@@ -59,7 +59,7 @@ def record_table_rows(study: Study, study_file: str, root: Path = Path()) -> dic
         if name not in table:
             elsewhere = "there is none here but the package's: run in the study's project"
             remedy = "add a row for it" if (root / study.records.table).is_file() else elsewhere
-            hint = did_you_mean(name, table, remedy)
+            hint = closest_name_hint(name, table, remedy)
             raise ConfigError(f"{study_file}: records.use: {name!r} is not in {study.records.table}; {hint}")
     return {name: table[name] for name in study.records.use}
 
@@ -80,7 +80,7 @@ def without_absolute_paths(study: Study) -> dict[str, Any]:
     """Return the complete study as a dictionary in which absolute paths are cut to their last part."""
     data = study.model_dump(mode="json")
     for key in ("table", "folder"):
-        data["records"][key] = portable_name(data["records"][key])
+        data["records"][key] = without_absolute_folder(data["records"][key])
     for survey in data["surveys"]:
-        survey["stones"] = portable_name(survey["stones"])
+        survey["stones"] = without_absolute_folder(survey["stones"])
     return data

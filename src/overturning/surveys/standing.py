@@ -292,13 +292,16 @@ def fall_rate_below_curve(curve: CurveRow, hazard: Hazard) -> float:
 
 def read_fragility_curves(path: Path) -> list[CurveRow]:
     """Read the fragility curves of a run; a ResultError if the table is invalid."""
-    return [row for _, row in read_rows(path, CurveRow, delimiter=",", error=ResultError, kind="fragility table")]
+    return [
+        row
+        for _, row in read_rows(path, CurveRow, delimiter=",", error_class=ResultError, table_kind="fragility table")
+    ]
 
 
 def read_hazard_curves(path: Path) -> dict[str, Hazard]:
     """Read hazard curves by measure; a ResultError if levels or rates are not monotonic, or there is only one level."""
     rows: dict[str, list[tuple[int, HazardRow]]] = {}
-    for line, row in read_rows(path, HazardRow, delimiter=",", error=ResultError, kind="hazard table"):
+    for line, row in read_rows(path, HazardRow, delimiter=",", error_class=ResultError, table_kind="hazard table"):
         rows.setdefault(row.measure, []).append((line, row))
     found = {}
     for measure, of_measure in rows.items():

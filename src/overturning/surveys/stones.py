@@ -254,7 +254,13 @@ def read_survey_with_notes(path: Path) -> tuple[list[Stone], list[str], list[str
         return ""
 
     rows = read_rows(
-        path, SurveyRow, delimiter=",", error=RecordError, kind="survey", one_of=one_of, refusal=refuse_column
+        path,
+        SurveyRow,
+        delimiter=",",
+        error_class=RecordError,
+        table_kind="survey",
+        required_alternatives=one_of,
+        unknown_column_message=refuse_column,
     )
     found = list(rows)
     if not found:

@@ -9,7 +9,7 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.findings.contrast import compared_records
-from overturning.labels import azimuth_gap_label, earthquake_notes
+from overturning.labels import azimuth_gap_label, earthquake_assignment_notes
 from overturning.model.planes import azimuth_period_deg
 from overturning.model.symmetry import PLANE_PERIOD
 from overturning.report.blocks import Answer, Figure, Note, Said, section
@@ -222,7 +222,7 @@ def _counted(results: Results) -> Iterator[str]:
     """How many records and earthquakes, what their number means, and what of them is left out, a sentence each."""
     records, with_vertical = counted(len(results.record_names), "record"), results.records_with_vertical
     yield f"{records} of {counted(results.earthquake_count, 'earthquake')}."
-    yield from (f"{said}." for said in earthquake_notes(results.cube))
+    yield from (f"{said}." for said in earthquake_assignment_notes(results.cube))
     yield (
         "Records of one earthquake are not independent, so earthquakes are counted, not records; "
         f"{results.model.direction}s of one record are the same motion seen from many sides, so they are no samples at "

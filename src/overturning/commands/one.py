@@ -84,7 +84,7 @@ def one(
 
 
 def _processing_time_notes(time_shift: float) -> list[str]:
-    """Return a note on the time origin of printed lines, films and figures, if processing has moved the first sample."""
+    """Return a note on the time origin of printed lines, films and figures, if the first sample was moved."""
     if not time_shift:
         return []
     first = f"{-time_shift:g} s earlier, with zeros of the filter" if time_shift < 0 else f"{time_shift:g} s later"
